@@ -1,0 +1,1 @@
+"""Understudy: robots and robot teams that learn by being shown."""
