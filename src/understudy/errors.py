@@ -1,0 +1,91 @@
+"""What can be wrong with something a user gave, said so that the user can put it right.
+
+Every error is one paragraph: what was wrong, where, and what would be right. Each keeps its data as fields, and
+`exit_code` is what the command line ends with. None of them is raised after something was changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+
+class UnderstudyError(Exception):
+    """Something the user gave cannot be used; nothing was changed."""
+
+    exit_code = 2
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names for a sentence: 'a, b and c', or 'none'."""
+    names = list(names)
+    if not names:
+        return "none"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+class KindError(UnderstudyError):
+    """A kind that makes no sense, or a value outside its kind."""
+
+    def __init__(self, *, where: str, problem: str, remedy: str) -> None:
+        self.where, self.problem, self.remedy = where, problem, remedy
+        super().__init__(f"{where}: {problem}; {remedy}")
+
+
+class DefinitionError(UnderstudyError):
+    """A feature, behavior, automaton, lesson or kit whose definition contradicts itself."""
+
+    def __init__(self, *, what: str, problem: str, remedy: str) -> None:
+        self.what, self.problem, self.remedy = what, problem, remedy
+        super().__init__(f"{what}: {problem}; {remedy}")
+
+
+class UnknownName(UnderstudyError):
+    """A name that stands for nothing here."""
+
+    def __init__(self, *, what: str, name: str, where: str, known: Sequence[str]) -> None:
+        self.what, self.name, self.where, self.known = what, name, where, tuple(known)
+        super().__init__(f"{where} has no {what} {name!r}; it has {listed(known)}")
+
+
+class RecursionRefused(UnderstudyError):
+    """An automaton that contains itself."""
+
+    def __init__(self, *, cycle: Sequence[str]) -> None:
+        self.cycle = tuple(cycle)
+        super().__init__(
+            f"automaton {cycle[0]!r} contains itself ({' -> '.join(cycle)}); "
+            "an automaton may use only behaviors that do not lead back to it"
+        )
+
+
+class UnboundParameter(UnderstudyError):
+    """A parameter with no target behind it where a run needs one."""
+
+    def __init__(self, *, behavior: str, parameter: str, targets: Sequence[str]) -> None:
+        self.behavior, self.parameter, self.targets = behavior, parameter, tuple(targets)
+        super().__init__(
+            f"parameter {parameter!r} of {behavior!r} is bound to nothing; "
+            f"bind it to one of the targets {listed(targets)}"
+        )
+
+
+class FileError(UnderstudyError):
+    """A file that cannot be read as what it should be."""
+
+    def __init__(self, *, path: Path | str, place: str, problem: str, remedy: str) -> None:
+        self.path, self.place, self.problem, self.remedy = str(path), place, problem, remedy
+        at = f" at {place}" if place else ""
+        super().__init__(f"{path}{at}: {problem}; {remedy}")
+
+
+class SettingError(UnderstudyError):
+    """A setting of a world, body or command that makes no sense."""
+
+    def __init__(self, *, where: str, setting: str, problem: str, remedy: str) -> None:
+        self.where, self.setting, self.problem, self.remedy = where, setting, problem, remedy
+        super().__init__(f"{where}: {setting} {problem}; {remedy}")
+
+
+class SessionError(UnderstudyError):
+    """A step that the session cannot take now."""

@@ -1,0 +1,155 @@
+"""Features: named readings that transitions are decided on (paper section 3.1).
+
+Most are data: a reading of the body, possibly of a target. `@feature` makes one from a function of readings.
+`Flag`, `Counter`, `Timer` and `TimeInState` read the automaton itself rather than the body.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from understudy.errors import DefinitionError
+from understudy.model.binding import NOTHING_BOUND, Binding, called
+from understudy.model.kinds import BOOLEAN, Column, Continuous, Kind
+
+ReadingKey: TypeAlias = tuple[str, str | None]
+"""A reading and the target it is of, or None for a reading of the body itself."""
+
+Percept: TypeAlias = Mapping[ReadingKey, Column]
+"""One snapshot of a body: columns [N] by reading and target."""
+
+
+class Readings:
+    """What a function sees of the robot or of one target: its readings as attributes, columns [N]."""
+
+    __slots__ = ("_percept", "_target")
+
+    def __init__(self, percept: Percept, target: str | None = None) -> None:
+        self._percept, self._target = percept, target
+
+    def __getattr__(self, reading: str) -> Column:
+        try:
+            return self._percept[reading, self._target]
+        except KeyError:
+            of = f"target {self._target!r}" if self._target else "the body"
+            raise AttributeError(f"{of} has no reading {reading!r}") from None
+
+
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """A feature of the body: `reading` of the target bound to parameter `of`, or a function of readings.
+
+    A function takes the robot's Readings and one Readings per parameter, and returns a column [N].
+    """
+
+    name: str
+    kind: Kind
+    reading: str | None = None
+    of: str | None = None
+    unit: str = ""
+    doc: str = ""
+    function: Callable[..., Column] | None = field(default=None, compare=False)
+    parameters: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if (self.reading is None) == (self.function is None):
+            raise DefinitionError(
+                what=f"feature {self.name!r}",
+                problem="it needs exactly one of a reading and a function",
+                remedy="name the body's reading, or decorate a function with @feature",
+            )
+        if self.of is not None:
+            object.__setattr__(self, "parameters", (self.of,))
+
+
+def feature(kind: Kind, *, unit: str = "") -> Callable[[Callable[..., Column]], Feature]:
+    """Make a feature of a function: its name, its docstring, and a parameter for each argument after the first."""
+
+    def build(function: Callable[..., Column]) -> Feature:
+        _, *parameters = inspect.signature(function).parameters
+        return Feature(
+            function.__name__,
+            kind,
+            unit=unit,
+            doc=inspect.cleandoc(function.__doc__ or ""),
+            function=function,
+            parameters=tuple(parameters),
+        )
+
+    return build
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """Whether the automaton in the current state has raised this flag; a basic behavior raises none."""
+
+    name: str
+    kind: Kind = BOOLEAN
+    unit: str = ""
+    parameters: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Counter:
+    """The value of one of the automaton's counters; 0 when the automaton starts."""
+
+    name: str
+    kind: Kind = Continuous()
+    unit: str = ""
+    parameters: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Timer:
+    """Seconds since one of the automaton's timers was set; absent when it never was."""
+
+    name: str
+    kind: Kind = Continuous()
+    unit: str = "s"
+    parameters: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class TimeInState:
+    """Seconds since the automaton entered its current state."""
+
+    name: str = "time_in_state"
+    kind: Kind = Continuous()
+    unit: str = "s"
+    parameters: tuple[str, ...] = ()
+
+
+OwnFeature: TypeAlias = Flag | Counter | Timer | TimeInState
+AnyFeature: TypeAlias = Feature | OwnFeature
+
+
+@dataclass(frozen=True, slots=True)
+class BoundFeature:
+    """A feature as an automaton uses it: with its parameters bound."""
+
+    feature: AnyFeature
+    binding: Binding = NOTHING_BOUND
+
+    def __post_init__(self) -> None:
+        if set(self.binding) != set(self.feature.parameters):
+            raise DefinitionError(
+                what=f"feature {self.feature.name!r}",
+                problem=f"it binds {sorted(self.binding)}",
+                remedy=f"bind exactly its parameters: {sorted(self.feature.parameters)}",
+            )
+
+    def __str__(self) -> str:
+        return called(self.feature.name, self.binding)
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of its values."""
+        return self.feature.kind
+
+    @property
+    def own(self) -> bool:
+        """Whether it reads the automaton itself rather than the body."""
+        return not isinstance(self.feature, Feature)

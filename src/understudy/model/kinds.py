@@ -1,0 +1,146 @@
+"""Kinds: what sort of number a feature's value is (paper section 3.1).
+
+Every value is one float. Absent is NaN, for any kind; a categorical value is the index of its label.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from math import isfinite, isnan, nan, tau
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import KindError
+
+TAU = tau
+ABSENT = nan
+Column: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Continuous:
+    """A kind whose values lie on a line, such as a distance."""
+
+    def __str__(self) -> str:
+        return "continuous"
+
+    def check(self, value: float, *, where: str) -> float:
+        """The value itself; KindError where it is infinite."""
+        if not (isfinite(value) or isnan(value)):
+            raise KindError(where=where, problem=f"{value} is not finite", remedy="give a number, or leave it absent")
+        return value
+
+
+@dataclass(frozen=True, slots=True)
+class Toroidal:
+    """A kind whose values lie on a circle, such as an angle; they are kept in [0, period)."""
+
+    period: float = TAU
+
+    def __post_init__(self) -> None:
+        if not (self.period > 0 and isfinite(self.period)):
+            raise KindError(
+                where="toroidal kind",
+                problem=f"its period is {self.period}",
+                remedy="give a positive, finite period",
+            )
+
+    def __str__(self) -> str:
+        return f"toroidal({self.period!r})"
+
+    def wrap(self, values: Column) -> Column:
+        """Values [N] onto the circle, in [0, period); NaN stays NaN."""
+        wrapped: Column = np.mod(values, self.period)
+        return np.where(wrapped >= self.period, 0.0, wrapped)  # mod rounds tiny negatives up to the period
+
+    def check(self, value: float, *, where: str) -> float:
+        """The value wrapped onto the circle; KindError where it is infinite."""
+        if isnan(value):
+            return value
+        if not isfinite(value):
+            raise KindError(where=where, problem=f"{value} is not finite", remedy="give a number, or leave it absent")
+        wrapped = value % self.period
+        return 0.0 if wrapped >= self.period else wrapped
+
+
+@dataclass(frozen=True, slots=True)
+class Categorical:
+    """A kind whose values are labels; a value is the index of its label."""
+
+    labels: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not self.labels or len(set(self.labels)) != len(self.labels) or not all(self.labels):
+            raise KindError(
+                where="categorical kind",
+                problem=f"its labels are {list(self.labels)}",
+                remedy="give at least one label, each of them once and none empty",
+            )
+
+    def __str__(self) -> str:
+        return f"categorical({'|'.join(self.labels)})"
+
+    def check(self, value: float, *, where: str) -> float:
+        """The value itself; KindError where it is no label's index."""
+        if isnan(value) or (value == int(value) and 0 <= value < len(self.labels)):
+            return value
+        raise KindError(
+            where=where,
+            problem=f"{value} is not the index of a label",
+            remedy=f"the labels are 0 to {len(self.labels) - 1}: {', '.join(self.labels)}",
+        )
+
+
+Kind: TypeAlias = Continuous | Toroidal | Categorical
+
+BOOLEAN = Categorical(("no", "yes"))
+NO, YES = 0.0, 1.0
+
+_SPELLED = re.compile(r"(continuous|boolean|toroidal|categorical)(?:\((.*)\))?", re.DOTALL)
+
+
+def parse_kind(text: str, *, where: str) -> Kind:
+    """A kind as files spell it: continuous, boolean, toroidal(6.28), categorical(no|yes)."""
+    match = _SPELLED.fullmatch(text.strip())
+    name, inside = match.groups() if match else (None, None)
+    if name == "continuous" and inside is None:
+        return Continuous()
+    if name == "boolean" and inside is None:
+        return BOOLEAN
+    if name == "toroidal":
+        try:
+            return Toroidal() if inside is None else Toroidal(float(inside))
+        except ValueError:
+            pass
+    if name == "categorical" and inside is not None:
+        return Categorical(tuple(inside.split("|")))
+    raise KindError(
+        where=where,
+        problem=f"{text!r} is not a kind",
+        remedy="write continuous, boolean, toroidal(PERIOD) or categorical(LABEL|LABEL|…)",
+    )
+
+
+def parse_value(text: str, kind: Kind, *, where: str) -> float:
+    """A value as tables spell it: a number, a label, or nothing when absent."""
+    text = text.strip()
+    if not text:
+        return ABSENT
+    if isinstance(kind, Categorical):
+        if text not in kind.labels:
+            raise KindError(
+                where=where,
+                problem=f"{text!r} is not one of its labels",
+                remedy=f"the labels are {', '.join(kind.labels)}",
+            )
+        return float(kind.labels.index(text))
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("inf")
+    if not isfinite(value):
+        raise KindError(where=where, problem=f"{text!r} is not a number", remedy="give a number, or leave it empty")
+    return kind.check(value, where=where)

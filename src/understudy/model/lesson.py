@@ -1,0 +1,107 @@
+"""Lessons: the examples of one automaton, with the features, states and options chosen for it.
+
+Examples are the source; transition functions are a build product (ARCHITECTURE section 4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError
+from understudy.model.automaton import Automaton
+from understudy.model.example import Example
+from understudy.model.feature import ReadingKey
+from understudy.model.kinds import Column
+
+LONGEST_REACTION_S = 1.0
+"""How long before a press its record reaches, so that `reaction_s` can be chosen afterwards."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trees:
+    """Learn decision trees (docs/learning.md). `boundary` says where cuts go; watched lessons take midpoints."""
+
+    boundary: Literal["default keeps the gap", "midpoint"] = "default keeps the gap"
+
+
+@dataclass(frozen=True, slots=True)
+class Scikit:
+    """Learn with a classifier of scikit-learn, from an allowed list, instead of trees: unreadable and slower."""
+
+    classifier: str
+    parameters: Mapping[str, float | int | str | bool | None] = field(default_factory=lambda: MappingProxyType({}))
+
+
+Learner: TypeAlias = Trees | Scikit
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What a lesson chose of how it is learned; stored with it.
+
+    `reaction_s`: how late presses come, s (0 to 1). `watched`: silence is consent, record it.
+    """
+
+    reaction_s: float = 0.0
+    watched: bool = False
+    learner: Learner = Trees()
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.reaction_s <= LONGEST_REACTION_S:
+            raise DefinitionError(
+                what="lesson options",
+                problem=f"reaction_s is {self.reaction_s}",
+                remedy=f"give seconds between 0 and {LONGEST_REACTION_S}",
+            )
+
+
+@dataclass(frozen=True)
+class Record:
+    """All readings of the body at the moments a lesson keeps: each press, the second before it, watched ticks.
+
+    `values` [M, K] has a column per key and a row per moment; `seconds` [M] is the demonstrator's time.
+    """
+
+    keys: tuple[ReadingKey, ...] = ()
+    values: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
+    seconds: Column = field(default_factory=lambda: np.zeros(0))
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Record)
+            and self.keys == other.keys
+            and np.array_equal(self.values, other.values, equal_nan=True)
+            and np.array_equal(self.seconds, other.seconds)
+        )
+
+    def __len__(self) -> int:
+        return len(self.seconds)
+
+
+@dataclass(frozen=True, slots=True)
+class Lesson:
+    """What a demonstrator chose and showed for one automaton. `automaton` holds no transition functions here."""
+
+    automaton: Automaton
+    examples: tuple[Example, ...] = ()
+    options: Options = Options()
+    record: Record = Record()
+
+    def __post_init__(self) -> None:
+        if self.automaton.transitions:
+            raise DefinitionError(
+                what=f"lesson {self.automaton.name!r}",
+                problem="its automaton already has transition functions",
+                remedy="a lesson holds what was shown; learn from it to get them",
+            )
+
+    @property
+    def name(self) -> str:
+        """The automaton's name."""
+        return self.automaton.name

@@ -1,0 +1,94 @@
+"""Libraries: the named parts at hand - a kit's, and the automata taught so far."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Self
+
+from understudy.errors import DefinitionError, RecursionRefused, UnknownName
+from understudy.model.automaton import Automaton
+from understudy.model.behavior import Behavior
+from understudy.model.kit import Kit
+from understudy.model.lesson import Lesson
+
+
+@dataclass(frozen=True)
+class Taught:
+    """An automaton of the library with the lesson it was learned from (None if it was written by hand)."""
+
+    automaton: Automaton
+    lesson: Lesson | None = None
+
+
+@dataclass(frozen=True)
+class Library:
+    """A kit and the automata taught with it, by name. Frozen: `with_taught` gives a new one."""
+
+    kit: Kit
+    taught: Mapping[str, Taught] = field(default_factory=lambda: MappingProxyType({}))
+
+    @classmethod
+    def of(cls, kit: Kit, *automata: Automaton) -> Self:
+        """A library of a kit and automata that have no lessons."""
+        library = cls(kit)
+        for automaton in automata:
+            library = library.with_taught(Taught(automaton))
+        return library
+
+    def with_taught(self, taught: Taught) -> Self:
+        """This library with an automaton added or replaced; refused if it would contain itself."""
+        name = taught.automaton.name
+        if name in self.kit.behaviors:
+            raise DefinitionError(
+                what=f"automaton {name!r}",
+                problem="a basic behavior has this name already",
+                remedy="rename the automaton",
+            )
+        library = type(self)(self.kit, MappingProxyType({**self.taught, name: taught}))
+        library.refuse_recursion(name)
+        return library
+
+    def without(self, name: str) -> Self:
+        """This library with an automaton removed; UnknownName where there is none."""
+        self.automaton(name)
+        return type(self)(
+            self.kit, MappingProxyType({key: taught for key, taught in self.taught.items() if key != name})
+        )
+
+    def behavior(self, name: str) -> Behavior | Automaton:
+        """The basic behavior or automaton of this name; UnknownName where there is none."""
+        if name in self.taught:
+            return self.taught[name].automaton
+        if name in self.kit.behaviors:
+            return self.kit.behaviors[name]
+        known = [*self.kit.behaviors, *self.taught]
+        raise UnknownName(what="behavior", name=name, where="the library", known=known)
+
+    def automaton(self, name: str) -> Automaton:
+        """The automaton of this name; UnknownName where there is none."""
+        if name not in self.taught:
+            raise UnknownName(what="automaton", name=name, where="the library", known=list(self.taught))
+        return self.taught[name].automaton
+
+    def parameters(self, name: str) -> tuple[str, ...]:
+        """The parameters of the behavior of this name."""
+        return self.behavior(name).parameters
+
+    def users(self, name: str) -> tuple[str, ...]:
+        """The automata with a state that runs this behavior."""
+        return tuple(
+            key
+            for key, taught in self.taught.items()
+            if any(state.behavior == name for state in taught.automaton.states)
+        )
+
+    def refuse_recursion(self, name: str, above: tuple[str, ...] = ()) -> None:
+        """RecursionRefused, naming the cycle, if the automaton of this name contains itself (paper section 3.1)."""
+        if name in above:
+            raise RecursionRefused(cycle=(*above[above.index(name) :], name))
+        if name in self.taught:
+            for state in self.taught[name].automaton.states:
+                if state.behavior is not None:
+                    self.refuse_recursion(state.behavior, (*above, name))

@@ -1,0 +1,150 @@
+"""Decision trees as flat frozen records: what a transition function is once learned (paper section 3.2).
+
+A tree maps a feature vector to the index of the next state, or to `STAY`. It runs without the learner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from math import nan
+from typing import NamedTuple
+
+STAY = -1  # as an outcome: keep the current state; as a child: nothing was ever shown there, so keep it too
+
+
+class Test(IntEnum):
+    """What a node asks of its feature's value x."""
+
+    __test__ = False  # not a test case, whatever pytest thinks of the name
+
+    LEAF = 0
+    BELOW = 1  # x < high
+    ARC = 2  # low <= x < high, across the seam where low > high
+    ABSENT = 3  # x is absent
+    LABEL = 4  # which label: one branch each
+
+
+class Node(NamedTuple):
+    """One node; children are indices of nodes, or STAY. A leaf keeps its outcome in `yes`."""
+
+    test: int
+    feature: int = -1
+    low: float = nan
+    high: float = nan
+    yes: int = STAY
+    no: int = STAY
+    absent: int = STAY
+    branches: tuple[int, ...] = ()
+
+
+def leaf(outcome: int) -> Node:
+    """A leaf that answers `outcome`: the index of a state, or STAY."""
+    return Node(Test.LEAF, yes=outcome)
+
+
+class Step(NamedTuple):
+    """One node passed on the way down: the node's index, and which child was taken."""
+
+    node: int
+    side: str  # "yes", "no", "absent" or "label"
+    label: int = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Tree:
+    """A decision tree; `nodes[0]` is the root, children come after their parents."""
+
+    nodes: tuple[Node, ...]
+
+    def decide(self, values: Sequence[float]) -> int:
+        """The next state's index for a feature vector, or STAY."""
+        nodes = self.nodes
+        index = 0
+        while True:
+            test, feature, low, high, yes, no, absent, branches = nodes[index]
+            if test == 0:
+                return yes
+            x = values[feature]
+            if x != x:  # absent
+                index = yes if test == 3 else absent
+            elif test == 1:
+                index = yes if x < high else no
+            elif test == 2:
+                if low <= high:
+                    index = yes if low <= x < high else no
+                else:
+                    index = yes if x >= low or x < high else no
+            elif test == 3:
+                index = no
+            else:
+                index = branches[int(x)]
+            if index < 0:
+                return STAY
+
+    def path(self, values: Sequence[float]) -> tuple[tuple[Step, ...], int]:
+        """The steps `decide` takes for a feature vector, and the leaf reached (STAY where it ends before one)."""
+        steps = []
+        index = 0
+        while index >= 0 and self.nodes[index].test != Test.LEAF:
+            node = self.nodes[index]
+            step = _step(index, node, values[node.feature])
+            steps.append(step)
+            index = child(node, step)
+        return tuple(steps), index
+
+    def leaves(self) -> Iterator[tuple[tuple[Step, ...], int]]:
+        """Every leaf with the steps that lead to it, from the first side to the last."""
+        yield from self._below(0, ())
+
+    def _below(self, index: int, steps: tuple[Step, ...]) -> Iterator[tuple[tuple[Step, ...], int]]:
+        node = self.nodes[index]
+        if node.test == Test.LEAF:
+            yield steps, index
+            return
+        for step in _sides(index, node):
+            following = child(node, step)
+            if following != STAY:
+                yield from self._below(following, (*steps, step))
+
+    @property
+    def depth(self) -> int:
+        """Tests on the longest path; 0 for a single leaf."""
+        return max(len(steps) for steps, _ in self.leaves())
+
+
+def child(node: Node, step: Step) -> int:
+    """The node that a step leads to, or STAY."""
+    if step.side == "label":
+        return node.branches[step.label]
+    return {"yes": node.yes, "no": node.no, "absent": node.absent}[step.side]
+
+
+def _step(index: int, node: Node, x: float) -> Step:
+    if x != x:
+        return Step(index, "yes" if node.test == Test.ABSENT else "absent")
+    if node.test == Test.LABEL:
+        return Step(index, "label", int(x))
+    if node.test == Test.BELOW:
+        inside = x < node.high
+    elif node.test == Test.ARC:
+        inside = in_arc(x, node.low, node.high)
+    else:
+        inside = False
+    return Step(index, "yes" if inside else "no")
+
+
+def _sides(index: int, node: Node) -> Iterator[Step]:
+    if node.test == Test.LABEL:
+        yield from (Step(index, "label", label) for label in range(len(node.branches)))
+        if node.absent not in node.branches:
+            yield Step(index, "absent")
+        return
+    yield Step(index, "yes")
+    yield Step(index, "no")
+
+
+def in_arc(x: float, low: float, high: float) -> bool:
+    """Whether low <= x < high, going round across the seam where low > high."""
+    return low <= x < high if low <= high else x >= low or x < high

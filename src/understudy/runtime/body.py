@@ -1,0 +1,106 @@
+"""The body contract: anything an automaton can drive - simulated robots, a real robot, a squad.
+
+A body senses one snapshot per tick as columns over its N agents, and obeys one command per agent. A run is
+
+    while True:
+        percept = body.sense(keys)          # sense
+        commands = decide(percept)          # decide
+        body.act(commands)                  # act: obey for one tick
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias, runtime_checkable
+
+from understudy.model.feature import Percept, ReadingKey
+from understudy.model.kinds import Column, Kind
+
+Commands: TypeAlias = Mapping[str, Column]
+"""Channel -> column [N]: what each agent is to do for one tick."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A reading that a body offers: of itself, or of each of its targets."""
+
+    name: str
+    kind: Kind
+    unit: str = ""
+    of_targets: bool = False
+    doc: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A channel that a body obeys, with the value at which it rests."""
+
+    name: str
+    rest: float = 0.0
+    unit: str = ""
+    doc: str = ""
+
+
+class Body(Protocol):
+    """What an automaton senses with and acts through; N agents at once, a single robot has N = 1."""
+
+    @property
+    def agents(self) -> int:
+        """N."""
+        ...
+
+    @property
+    def readings(self) -> Sequence[Reading]:
+        """What it can sense."""
+        ...
+
+    @property
+    def targets(self) -> Sequence[str]:
+        """The names that readings of targets can refer to."""
+        ...
+
+    @property
+    def channels(self) -> Sequence[Channel]:
+        """What it obeys."""
+        ...
+
+    @property
+    def tick_s(self) -> float:
+        """The nominal length of a tick, s."""
+        ...
+
+    @property
+    def time_s(self) -> float:
+        """The body's own clock, s."""
+        ...
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        """One snapshot: a column [N] for each key; NaN where absent. Sensing twice in a tick gives the same."""
+        ...
+
+    def act(self, commands: Commands) -> None:
+        """Obey for one tick; a channel that `commands` leaves out rests."""
+        ...
+
+
+@runtime_checkable
+class Rewindable(Protocol):
+    """A body whose state can be kept and brought back: simulated ones."""
+
+    def snapshot(self) -> bytes:
+        """The whole state, for `restore`."""
+        ...
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go back to a snapshot, bit for bit; FileError where it is not one of this body."""
+        ...
+
+
+def every_key(body: Body) -> tuple[ReadingKey, ...]:
+    """Keys of all readings of a body, of itself and of each target, in declared order."""
+    return tuple(
+        (reading.name, target)
+        for reading in body.readings
+        for target in (body.targets if reading.of_targets else (None,))
+    )
