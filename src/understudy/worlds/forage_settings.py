@@ -1,0 +1,112 @@
+"""Settings of the foraging world, and the paper's corner cases as settings (paper section 4.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from math import hypot, isfinite
+from numbers import Real
+from types import MappingProxyType
+
+from understudy.errors import SettingError
+
+WHERE = "the foraging world"
+BESIDE = 1.2
+"""How far food beside the station is from it, in reaches: one place serves both."""
+
+
+def wrong(setting: str, problem: str, remedy: str) -> SettingError:
+    """The error for a setting of the foraging world."""
+    return SettingError(where=WHERE, setting=setting, problem=problem, remedy=remedy)
+
+
+@dataclass(frozen=True, slots=True)
+class ForageSettings:
+    """Sizes in m, speeds in m/s and rad/s, times in s, food in whole units.
+
+    A tick turns the robot by 0.1 rad and drives it 5 cm, both well inside what a person would call "facing it" and
+    "there", so that switching behaviors never chatters. `sources` and `amounts` are the least and the most.
+    """
+
+    width: float = 10.0
+    height: float = 10.0
+    sources: tuple[int, int] = (3, 5)
+    amounts: tuple[int, int] = (2, 12)
+    capacity: int = 10
+    stored: int = 0
+    starts_at_station: bool = False
+    food_beside_station: bool = False
+    forward_speed: float = 0.5
+    turning_speed: float = 1.0
+    load_s: float = 1.0
+    unload_s: float = 0.5
+    reach: float = 0.5
+    radius: float = 0.2
+    tick_s: float = 0.1
+
+    def __post_init__(self) -> None:
+        self._check_numbers()
+        for name in ("sources", "amounts"):
+            low, high = getattr(self, name)
+            least = 0 if name == "sources" else 1
+            if not least <= low <= high:
+                raise wrong(name, f"is {(low, high)}", f"give the least and the most, from {least} up: (3, 5)")
+        if not 0 <= self.stored <= self.capacity:
+            raise wrong("stored", f"is {self.stored}", f"give 0 to the capacity, {self.capacity}")
+        for name in ("load_s", "unload_s"):
+            ticks = getattr(self, name) / self.tick_s
+            if round(ticks) < 1 or abs(ticks - round(ticks)) > 1e-9:
+                raise wrong(name, f"is {getattr(self, name)} s", f"give a whole number of ticks of {self.tick_s} s")
+        if self.forward_speed * self.tick_s > self.reach:
+            raise wrong("forward_speed", "drives past a thing in one tick", "give less than reach / tick_s")
+        if self.radius > self.reach:
+            raise wrong("radius", f"is {self.radius} m", f"give at most the reach, {self.reach} m")
+        if self.food_beside_station and self.sources[0] == 0:
+            raise wrong("food_beside_station", "needs a source", "let sources begin at 1")
+        if min(self.width, self.height) <= 2 * self.margin:
+            raise wrong("width and height", f"are {self.width} and {self.height} m", f"give over {2 * self.margin} m")
+
+    def _check_numbers(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.type == "bool":
+                continue
+            if field.type == "tuple[int, int]":
+                if not (isinstance(value, tuple) and len(value) == 2 and all(type(each) is int for each in value)):
+                    raise wrong(field.name, f"is {value!r}", "give two whole numbers, the least and the most")
+            elif field.type == "int" and (type(value) is not int or (value < 1 and field.name != "stored")):
+                raise wrong(field.name, f"is {value!r}", "give a whole number of at least 1")
+            elif not (isinstance(value, Real) and isfinite(value) and (value > 0 or field.type == "int")):
+                raise wrong(field.name, f"is {value!r}", "give a finite number above 0")
+
+    @property
+    def margin(self) -> float:
+        """How far station and food stay from the walls, m: the robot can reach them from every side."""
+        return self.reach + self.radius
+
+    @property
+    def apart(self) -> float:
+        """How far station and sources stay from each other, m: no place is within reach of two."""
+        return 2.0 * self.reach + 0.1
+
+    @property
+    def diagonal(self) -> float:
+        """The longest way in the arena, m."""
+        return hypot(self.width, self.height)
+
+
+def corner_cases(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:
+    """The paper's corner cases by name, otherwise as usual."""
+    usual = ForageSettings() if usual is None else usual
+    return MappingProxyType(
+        {
+            "source empties before the robot is full": replace(
+                usual, sources=(4, 5), amounts=(1, max(1, usual.capacity // 2))
+            ),
+            "robot starts full": replace(usual, stored=usual.capacity),
+            "starts empty at the station": replace(usual, starts_at_station=True),
+            "food beside the station": replace(usual, food_beside_station=True),
+            "one last unit left": replace(usual, sources=(1, 1), amounts=(1, 1)),
+            "no food at all": replace(usual, sources=(0, 0)),
+        }
+    )
