@@ -168,15 +168,23 @@ class Forage:
     def view(self, agent: int = 0) -> ForageView:
         """One robot and its world, for drawing."""
         state, settings = self._state, self.settings
-        sources = zip(*(state[name][agent].tolist() for name in ("source_x", "source_y", "amount", "at_first")))
+        names = ("source_x", "source_y", "amount", "at_first")
+        sources = zip(*(state[name][agent].tolist() for name in names), strict=True)
         return ForageView(
-            settings.width, settings.height, settings.reach, settings.radius, self.time_s,
-            *(state[name][agent].item() for name in ("x", "y", "heading", "stored")),
+            width=settings.width,
+            height=settings.height,
+            reach=settings.reach,
+            radius=settings.radius,
+            time_s=self.time_s,
+            x=float(state["x"][agent]),
+            y=float(state["y"][agent]),
+            heading=float(state["heading"][agent]),
+            stored=int(state["stored"][agent]),
             capacity=settings.capacity,
-            delivered=state["delivered"][agent].item(),
-            station=(state["station_x"][agent].item(), state["station_y"][agent].item()),
+            delivered=int(state["delivered"][agent]),
+            station=(float(state["station_x"][agent]), float(state["station_y"][agent])),
             sources=tuple(SourceView(*source) for source in sources if source[-1] > 0),
-        )  # fmt: skip
+        )
 
     def _bounds(self) -> tuple[float, float, float]:
         settings = self.settings
