@@ -1,7 +1,7 @@
-"""Batches of runs, measured: time to finish, food per second, and the yardstick that taught robots are judged by.
+"""Batches of runs, measured: time to finish, food per second, and the yardstick for taught robots.
 
-Whatever decides - the hand-coded forager here, or an engine that runs a taught library - is a function from a percept
-to commands, so that `measure` treats all alike.
+Whatever decides - the hand-coded forager here, or an engine that runs a taught library - is a function from a
+percept to commands, so that `measure` treats all alike.
 """
 
 from __future__ import annotations
@@ -62,7 +62,8 @@ class Outcomes:
     def food_per_s(self) -> Column:
         """Units per second until finished, or until the limit [N]; absent where no time passed."""
         spent = np.where(self.finished, self.seconds, self.limit_s)
-        return np.divide(self.delivered, spent, out=np.full(len(spent), np.nan), where=spent > 0)
+        rate: Column = np.divide(self.delivered, spent, out=np.full(len(spent), np.nan), where=spent > 0)
+        return rate
 
 
 def measure(body: Task, decide: Decide, keys: Sequence[ReadingKey], *, limit_s: float | Column) -> Outcomes:
@@ -91,9 +92,9 @@ def measure(body: Task, decide: Decide, keys: Sequence[ReadingKey], *, limit_s: 
 class HandForager:
     """The yardstick: a forager written by hand, for N robots at once, that does one basic behavior at a time.
 
-    It turns until it faces its target to half a tick's turn, then drives, and turns again only when the target is
-    off by more than `astray`, so that it never chatters between the two. It goes home when full or when no food is
-    left, and stays with that until it carries nothing.
+    It turns until it faces its target to half a tick's turn, then drives, and turns again only when the target
+    is off by more than `astray` (rad), so that it never chatters between the two. It goes home when full or when
+    no food is left, and stays with that until it carries nothing.
     """
 
     keys: Sequence[ReadingKey] = (
@@ -135,12 +136,13 @@ class HandForager:
 
 
 def lower_bound(world: Forage) -> Column:
-    """Seconds [N] that no robot can beat which visits the places nearest-first, from where each world stands now.
+    """Seconds [N] that no robot can beat which visits the places nearest-first, from where it stands now.
 
-    A trip goes to the nearest source with food, and on to the next nearest while there is room and food, then to the
-    station; what is nearest is judged where a straight way ends at a thing's reach. Counted are only the straight
-    lines between the places, less the reach at each end that is a thing, at forward speed, and the time to load and
-    unload each unit. Turning costs nothing, nor does anything take whole ticks: so it bounds from below.
+    A trip goes to the nearest source with food, and on to the next nearest while there is room and food, then to
+    the station; what is nearest is judged from where a straight way comes within reach. Counted are the straight
+    lines between those places, less the reach at either end, at forward speed; and loading and unloading each
+    unit. Turning costs nothing and ticks need not be whole, so for that order of visits it is a true bound. A
+    robot that chooses another order may beat it.
     """
     return np.array([_bound(world.view(agent), world.settings) for agent in range(world.agents)])
 

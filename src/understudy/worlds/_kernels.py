@@ -1,15 +1,22 @@
-"""Kernels of the foraging world: motion, nearest source, bearings, loading. Arrays in and out, nothing else."""
+"""Kernels of the foraging world: motion, nearest source, bearings, loading."""
 
 import math
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 TAU = 2.0 * math.pi
 
 
 @njit(cache=True)
-def nearest(x, y, source_x, source_y, amount, out_index, out_range):
-    """Index [N] and range [N] (m) of the nearest source with food, of K per world; -1 and NaN where there is none.
+def nearest(
+    x: Floats, y: Floats, source_x: Floats, source_y: Floats, amount: Ints, out_index: Ints, out_range: Floats
+) -> None:
+    """Index [N] and range [N] (m) of the nearest source with food, of K per world; -1 and NaN where none is.
 
     Of sources equally near, the one with the lowest id.
     """
@@ -26,7 +33,7 @@ def nearest(x, y, source_x, source_y, amount, out_index, out_range):
 
 
 @njit(cache=True)
-def ranges(x, y, to_x, to_y, out_range):
+def ranges(x: Floats, y: Floats, to_x: Floats, to_y: Floats, out_range: Floats) -> None:
     """Range [N] (m) of one point per world."""
     for n in range(x.shape[0]):
         dx, dy = to_x[n] - x[n], to_y[n] - y[n]
@@ -34,8 +41,16 @@ def ranges(x, y, to_x, to_y, out_range):
 
 
 @njit(cache=True)
-def bearings(x, y, heading, points_x, points_y, index, out_bearing):
-    """Bearing [N] (rad, robot frame, in [0, tau)) of point `index[n]` of K per world; NaN where the index is -1.
+def bearings(
+    x: Floats,
+    y: Floats,
+    heading: Floats,
+    points_x: Floats,
+    points_y: Floats,
+    index: Ints,
+    out_bearing: Floats,
+) -> None:
+    """Bearing [N] (rad, robot frame, in [0, tau)) of point `index[n]` of K per world; NaN where that is -1.
 
     0 where robot and point coincide.
     """
@@ -53,7 +68,7 @@ def bearings(x, y, heading, points_x, points_y, index, out_bearing):
 
 
 @njit(cache=True)
-def first_not_finite(column):
+def first_not_finite(column: Floats) -> int:
     """The first row whose value is NaN or infinite; -1 where all are finite."""
     for n in range(column.shape[0]):
         if not math.isfinite(column[n]):
@@ -62,11 +77,22 @@ def first_not_finite(column):
 
 
 @njit(cache=True)
-def move(x, y, heading, drive, turn, forward_m, turn_rad, low, high_x, high_y):
+def move(
+    x: Floats,
+    y: Floats,
+    heading: Floats,
+    drive: Floats,
+    turn: Floats,
+    forward_m: float,
+    turn_rad: float,
+    low: float,
+    high_x: float,
+    high_y: float,
+) -> None:
     """Move N robots for one tick, each along the arc of its commands, in place.
 
-    `drive` and `turn` are commands in [-1, 1] (more is cut off); `forward_m` and `turn_rad` what 1 does in a tick.
-    Walls stop what would cross them: x stays in [low, high_x], y in [low, high_y]. No command changes nothing.
+    `drive` and `turn` are commands in [-1, 1] (more is cut off), `forward_m` and `turn_rad` what 1 does in a
+    tick. Walls stop what would cross them: x stays in [low, high_x], y in [low, high_y].
     """
     for n in range(x.shape[0]):
         distance = min(1.0, max(-1.0, drive[n])) * forward_m
@@ -83,20 +109,36 @@ def move(x, y, heading, drive, turn, forward_m, turn_rad, low, high_x, high_y):
 
 @njit(cache=True)
 def transfer(
-    index, food_range, station_range, reach, drive, turn, load, unload,
-    load_ticks, unload_ticks, capacity, amount, stored, delivered, loading, unloading,
-):  # fmt: skip
+    index: Ints,
+    food_range: Floats,
+    station_range: Floats,
+    reach: float,
+    drive: Floats,
+    turn: Floats,
+    load: Floats,
+    unload: Floats,
+    load_ticks: int,
+    unload_ticks: int,
+    capacity: int,
+    amount: Ints,
+    stored: Ints,
+    delivered: Ints,
+    loading: Ints,
+    unloading: Ints,
+) -> None:
     """Load and unload N robots for one tick, in place; a unit moves when its last tick is done.
 
-    Only a robot that stands still works, and only within reach. Work that is broken off is lost: `loading` and
-    `unloading` count the ticks spent on the unit at hand. A robot told to do both loads.
+    Only a robot that stands still works, and only within reach. `loading` and `unloading` count the ticks
+    spent on the unit at hand; work that is broken off is lost. A robot told to do both loads.
     """
     for n in range(index.shape[0]):
         still = drive[n] == 0.0 and turn[n] == 0.0
-        can_load = still and load[n] > 0.0 and index[n] >= 0 and food_range[n] <= reach and stored[n] < capacity
-        can_unload = still and load[n] <= 0.0 and unload[n] > 0.0 and station_range[n] <= reach and stored[n] > 0
-        loading[n] = loading[n] + 1 if can_load else 0
-        unloading[n] = unloading[n] + 1 if can_unload else 0
+        at_food = index[n] >= 0 and food_range[n] <= reach
+        at_station = station_range[n] <= reach
+        loads = still and load[n] > 0.0 and at_food and stored[n] < capacity
+        unloads = still and load[n] <= 0.0 and unload[n] > 0.0 and at_station and stored[n] > 0
+        loading[n] = loading[n] + 1 if loads else 0
+        unloading[n] = unloading[n] + 1 if unloads else 0
         if loading[n] >= load_ticks:
             loading[n] = 0
             amount[n, index[n]] -= 1

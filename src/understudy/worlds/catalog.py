@@ -32,6 +32,8 @@ class CatalogWorld:
 
 CATALOG: Mapping[str, CatalogWorld] = MappingProxyType(
     {
-        "forage": CatalogWorld("forage", "Bring food from sources that deplete to the station.", forage_kit, Forage)
+        "forage": CatalogWorld(
+            "forage", "Bring food from sources that deplete to the station.", forage_kit, Forage
+        )
     }
 )

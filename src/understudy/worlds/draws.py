@@ -6,12 +6,15 @@ SplitMix64's finalizer, applied once per part of the key.
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.kinds import Column
 
-Words = NDArray[np.uint64]
+Seeds: TypeAlias = NDArray[np.int64]
+Words: TypeAlias = NDArray[np.uint64]
 
 _WEYL = np.uint64(0x9E3779B97F4A7C15)
 _FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
@@ -23,14 +26,15 @@ def _mix(words: Words) -> Words:
     return words ^ (words >> np.uint64(31))
 
 
-def uniform(seeds: NDArray[np.int64], *, item: int, tick: int, stream: int) -> Column:
+def uniform(seeds: Seeds, *, item: int, tick: int, stream: int) -> Column:
     """One number in [0, 1) per seed [N], for this item of its world, at this tick, in this stream."""
     words = seeds.astype(np.uint64)
     for part in (item, tick, stream):
         words = _mix(words + _WEYL) + np.uint64(part)
-    return (_mix(words + _WEYL) >> np.uint64(11)) * 2.0**-53
+    return (_mix(words + _WEYL) >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
-def whole(seeds: NDArray[np.int64], low: int, high: int, *, item: int, tick: int, stream: int) -> NDArray[np.int64]:
+def whole(seeds: Seeds, low: int, high: int, *, item: int, tick: int, stream: int) -> Seeds:
     """One whole number from low to high, both included, per seed [N]."""
-    return low + np.floor(uniform(seeds, item=item, tick=tick, stream=stream) * (high - low + 1)).astype(np.int64)
+    drawn = uniform(seeds, item=item, tick=tick, stream=stream)
+    return low + np.floor(drawn * (high - low + 1)).astype(np.int64)

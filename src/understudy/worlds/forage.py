@@ -90,21 +90,23 @@ class Forage:
     @property
     def delivered(self) -> NDArray[np.int64]:
         """Units unloaded at the station [N]."""
-        return self._state["delivered"].copy()
+        delivered: NDArray[np.int64] = self._state["delivered"].copy()
+        return delivered
 
     @property
     def total(self) -> NDArray[np.int64]:
         """Units there were at first [N], in the sources and on the robot."""
-        return self._state["at_first"].sum(axis=1) + self.settings.stored
+        total: NDArray[np.int64] = self._state["at_first"].sum(axis=1) + self.settings.stored
+        return total
 
     def success(self) -> NDArray[np.bool_]:
         """Whether all food is at the station [N]."""
-        return self._state["delivered"] == self.total
+        return np.equal(self.delivered, self.total)
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, one world per seed, as many worlds as before."""
         if len(seeds) != self.agents or not all(0 <= int(seed) < 2**63 for seed in seeds):
-            raise wrong("seeds", f"are {list(seeds)}", f"give {self.agents} whole numbers from 0 to 2**63 - 1")
+            raise wrong("seeds", f"are {list(seeds)}", f"give {self.agents} from 0 to 2**63 - 1")
         state: dict[str, NDArray[Any]] = lay_out(np.asarray(seeds, np.int64), self.settings)
         state["at_first"] = state["amount"].copy()
         state["stored"] = np.full(self.agents, self.settings.stored, np.int64)
@@ -115,7 +117,7 @@ class Forage:
         self._found: tuple[NDArray[np.int64], Column] | None = None
 
     def place(self, agent: int, x: float, y: float, heading: float) -> None:
-        """Put a robot somewhere, as a demonstrator does who drives it into position; what it was doing is broken off.
+        """Put a robot somewhere, as a demonstrator drives it into position; the unit at hand is broken off.
 
         SettingError for a place outside the arena.
         """
@@ -143,16 +145,17 @@ class Forage:
                 raise UnknownName(what="channel", name=channel, where=WHERE, known=_CHANNEL_NAMES)
         drive, turn, load, unload = (self._command(commands, channel) for channel in _CHANNEL_NAMES)
         state, settings = self._state, self.settings
-        load_ticks, unload_ticks = (round(each / settings.tick_s) for each in (settings.load_s, settings.unload_s))
+        load_ticks, unload_ticks = settings.load_ticks, settings.unload_ticks
         index, food_range = self._nearest()
         _kernels.transfer(
             index, food_range, self._station_range(), settings.reach, drive, turn, load, unload,
             load_ticks, unload_ticks, settings.capacity,
             state["amount"], state["stored"], state["delivered"], state["loading"], state["unloading"],
         )  # fmt: skip
-        forward_m, turn_rad = settings.forward_speed * settings.tick_s, settings.turning_speed * settings.tick_s
-        pose = state["x"], state["y"], state["heading"]
-        _kernels.move(*pose, drive, turn, forward_m, turn_rad, *self._bounds())
+        _kernels.move(
+            state["x"], state["y"], state["heading"], drive, turn,
+            settings.forward_speed * settings.tick_s, settings.turning_speed * settings.tick_s, *self._bounds(),
+        )  # fmt: skip
         state["tick"] += 1
         self._found = None
 
@@ -202,7 +205,7 @@ class Forage:
         row = _kernels.first_not_finite(column)
         if row >= 0:
             problem = f"it is {column[row]} for agent {row}"
-            raise DefinitionError(what=what, problem=problem, remedy="give a finite number, or leave the channel out")
+            raise DefinitionError(what=what, problem=problem, remedy="give a finite number, or leave it out")
         return column
 
     def _nearest(self) -> tuple[NDArray[np.int64], Column]:

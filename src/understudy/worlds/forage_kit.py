@@ -10,9 +10,9 @@ from understudy.model.target import Target
 from understudy.runtime.body import Channel, Reading
 
 READINGS = (
-    Reading("range", Continuous(), "m", of_targets=True, doc="How far the target is; absent when there is none."),
-    Reading("bearing", Toroidal(), "rad", of_targets=True, doc="Where the target is: 0 ahead, growing to the left."),
-    Reading("food_here", Continuous(), "units", doc="Food in the nearest source within reach; 0 when none is."),
+    Reading("range", Continuous(), "m", of_targets=True, doc="How far the target is; absent if none."),
+    Reading("bearing", Toroidal(), "rad", of_targets=True, doc="Where it is: 0 ahead, then to the left."),
+    Reading("food_here", Continuous(), "units", doc="Food in the nearest source, if within reach."),
     Reading("food_stored", Continuous(), "units", doc="Food the robot carries."),
     Reading("food_left", BOOLEAN, doc="Whether any source still has food."),
     Reading("station_here", BOOLEAN, doc="Whether the station is within reach."),
@@ -29,7 +29,7 @@ station = Target("station", "Where food is brought.")
 nearest_food = Target("nearest_food", "The nearest source that still has food.")
 
 distance_to = Feature("distance_to", Continuous(), "range", of="A", unit="m", doc="How far A is.")
-angle_to = Feature("angle_to", Toroidal(), "bearing", of="A", unit="rad", doc="Where A is: 0 ahead, then left.")
+angle_to = Feature("angle_to", Toroidal(), "bearing", of="A", unit="rad", doc="Where A is: 0 ahead.")
 food_below_me = Feature("food_below_me", Continuous(), "food_here", unit="units", doc="Food within reach.")
 food_stored = Feature("food_stored", Continuous(), "food_stored", unit="units", doc="Food the robot carries.")
 food_left = Feature("food_left", BOOLEAN, "food_left", doc="Whether any food is left to fetch.")
@@ -39,8 +39,8 @@ done = Flag("done")
 forward = Behavior("forward", Command(drive=1.0), doc="Drive straight ahead.")
 rotate_left = Behavior("rotate_left", Command(turn=1.0), doc="Turn left on the spot.")
 rotate_right = Behavior("rotate_right", Command(turn=-1.0), doc="Turn right on the spot.")
-load_food = Behavior("load_food", Command(load=1.0), doc="Take food from the source within reach, unit by unit.")
-unload_food = Behavior("unload_food", Command(unload=1.0), doc="Give food to the station within reach, unit by unit.")
+load_food = Behavior("load_food", Command(load=1.0), doc="Take food from the source within reach.")
+unload_food = Behavior("unload_food", Command(unload=1.0), doc="Give food to the station within reach.")
 
 kit = Kit.of(
     distance_to, angle_to, food_below_me, food_stored, food_left, at_station, done,

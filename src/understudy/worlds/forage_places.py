@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from math import tau
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.kinds import Column
-from understudy.worlds.draws import uniform, whole
+from understudy.worlds.draws import Seeds, uniform, whole
 from understudy.worlds.forage_settings import BESIDE, ForageSettings, wrong
 
 ATTEMPTS = 1000
 STATION, ROBOT, COUNT, SOURCE = 0, 1, 2, 10  # items of a world; sources count up from SOURCE
 X, Y, ANGLE, AMOUNT = 0, 1, 2, 3  # streams
-Seeds = NDArray[np.int64]
-Point = tuple[Column, Column]
+Point: TypeAlias = tuple[Column, Column]
 
 
 def lay_out(seeds: Seeds, settings: ForageSettings) -> dict[str, NDArray[Any]]:
@@ -53,8 +52,9 @@ def _free(seeds: Seeds, item: int, placed: list[Point], settings: ForageSettings
     left = np.arange(len(seeds))
     for attempt in range(ATTEMPTS):
         margin = settings.margin
-        at_x = margin + uniform(seeds[left], item=item, tick=attempt, stream=X) * (settings.width - 2 * margin)
-        at_y = margin + uniform(seeds[left], item=item, tick=attempt, stream=Y) * (settings.height - 2 * margin)
+        draws = [uniform(seeds[left], item=item, tick=attempt, stream=stream) for stream in (X, Y)]
+        at_x = margin + draws[0] * (settings.width - 2 * margin)
+        at_y = margin + draws[1] * (settings.height - 2 * margin)
         clear = np.ones(len(left), np.bool_)
         for other_x, other_y in placed:
             dx, dy = at_x - other_x[left], at_y - other_y[left]
@@ -68,7 +68,7 @@ def _free(seeds: Seeds, item: int, placed: list[Point], settings: ForageSettings
 
 
 def _beside(seeds: Seeds, station: Point, settings: ForageSettings) -> Point:
-    """A place [N] so near the station that both can be reached from between them, on the side of the center."""
+    """A place [N] so near the station that both are within reach in between, on the side of the center."""
     center_x, center_y = settings.width / 2, settings.height / 2
     spread = (uniform(seeds, item=SOURCE, tick=0, stream=ANGLE) - 0.5) * (tau / 8)
     angle = np.arctan2(center_y - station[1], center_x - station[0]) + spread

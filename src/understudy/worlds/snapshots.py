@@ -1,4 +1,4 @@
-"""Snapshots: a world's arrays as bytes - one line of JSON that says what follows, then the arrays themselves."""
+"""Snapshots: a world's arrays as bytes - one line of JSON that says what follows, then the arrays."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def pack(world: str, settings: Mapping[str, Any], arrays: Mapping[str, NDArray[A
 def unpack(
     snapshot: bytes, world: str, settings: Mapping[str, Any], like: Mapping[str, NDArray[Any]]
 ) -> dict[str, NDArray[Any]]:
-    """New arrays from a snapshot of a world with these settings and arrays like these; FileError for any other."""
+    """New arrays from a snapshot of a world with these settings and such arrays; FileError for any other."""
     line, _, body = snapshot.partition(b"\n")
     wanted = json.loads(pack(world, settings, like).partition(b"\n")[0])
     try:
