@@ -12,9 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Unpack
+from pathlib import Path
+from typing import Self, Unpack
 
-from understudy.errors import SessionError, UnknownName
+from understudy.errors import FileError, UnknownName
 from understudy.learning.transitions import learned
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
@@ -23,18 +24,18 @@ from understudy.model.feature import BoundFeature, Percept
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library, Taught
-from understudy.runtime.body import Body, every_key
+from understudy.runtime.body import Body, Rewindable, every_key
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.run import Run
 from understudy.runtime.sensing import feature_column
 from understudy.training.design import check_names
 from understudy.training.edits import Choice, deleted, edited, rechosen
-from understudy.training.history import History
-from understudy.training.journal import Journal, NoJournal
-from understudy.training.recorder import Moment, Recorder, compact
+from understudy.training.journal import Accepted, Acted, Began, Journal, Pressed, Raised, Stepped, Turned, Went
+from understudy.training.past import Past, difference, lesson_bytes
+from understudy.training.recorder import Moment, compact
 from understudy.training.screen import Screen
-from understudy.training.trainee import Mode, Outcome, Press, Trainee
+from understudy.training.trainee import Entry, Mode, Outcome, Press, Trainee
 from understudy.training.values import own_readings, own_value, valued, values_of
 from understudy.training.watching import Seen, Watching
 
@@ -57,30 +58,57 @@ class Session:
         targets: Mapping[str, str] | None = None,
         agent: int = 0,
         clock: Clock | None = None,
-        journal: Journal | None = None,
+        journal: Path | None = None,
+        about: Mapping[str, str | int | float | bool] | None = None,
     ) -> None:
-        check_names(library, lesson.automaton)
-        self.body, self.library, self.agent = body, library, agent
+        past = Past.none(lesson, every_key(body), targets or {}, agent)
+        self._begin(body, library, past, clock, Journal(journal))
+        design = lesson_bytes(lesson)
+        began = Began(design, agent, list(self._keys), body.tick_s, self._targets, dict(about or {}))
+        self._journal.begin(began, rows=len(lesson.record))
+
+    @classmethod
+    def resume(cls, journal: Path, body: Body, library: Library, *, clock: Clock | None = None) -> Self:
+        """Go on with a session that ended, however it ended: nothing acknowledged is lost.
+
+        The lesson is as it was; body and automaton are as at the last snapshot, if the body can be rewound.
+        """
+        past = Past.replayed(journal, library)
+        if past.recorder.keys != every_key(body):
+            raise FileError(
+                path=journal,
+                place="its first entry",
+                problem="the session was with a body that has other readings",
+                remedy="resume it with the body it was with",
+            )
+        if past.body is not None and isinstance(body, Rewindable):
+            body.restore(past.body)
+        session = cls.__new__(cls)
+        session._begin(body, library, past, clock, Journal.resumed(journal, ticks=past.ticks, rows=len(past.recorder.record)))
+        return session
+
+    def _begin(self, body: Body, library: Library, past: Past, clock: Clock | None, journal: Journal) -> None:
+        self.body, self.library, self.agent = body, library, past.agent
         self.watching = True
         self.paused = False
-        self._targets = dict(targets or {})
-        self._others: dict[int, Program] = {}
-        self._driving: Program | None = None
         self._clock = clock or (lambda: body.time_s)
         self._keys = every_key(body)
         self._steady = frozenset(
             reading.name for reading in body.readings if isinstance(reading.kind, Categorical)
         )
-        self._recorder = Recorder(self._keys, lesson.record)
+        self._history, self._recorder, self._targets = past.history, past.recorder, past.targets
+        self._presses, self._journal = past.presses, journal
+        self._others: dict[int, Program] = {}
+        self._driving: Program | None = None
         self._watched = Watching()
         self._percept: Percept | None = None
-        self._presses = 0
-        self._entry_row: tuple[int, int] | None = None
-        self._history = History(replace(lesson, record=type(lesson.record)()))
-        self._trainee = self._new_trainee(learned_too=False)
+        check_names(library, self.automaton)
+        self._trainee = self._new_trainee(learned_too=past.mode is Mode.TESTING)
+        self._trainee.restore(past.run, now=body.time_s)
+        self._trainee.mode, self._trainee.press = past.mode, past.waiting
+        if past.raised is not None and self._trainee.taught.flag is not None:
+            self._trainee.entry = past.raised.entry
         self._run = self._new_run()
-        self._journal = journal or NoJournal()
-        self._journal.begin(self)
 
     # What there is to see
 
@@ -168,7 +196,9 @@ class Session:
         waiting = self._trainee.press
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
         press = Press(self._presses + 1, state, correction, self.paused)
-        self._journal.press(press)
+        self._keep_snapshot()
+        self._journal.flush()
+        self._journal.write(Pressed(press), sync=True)
         self._presses += 1
         self._trainee.press = press
         self._trainee.mode = Mode.TRAINING
@@ -180,7 +210,9 @@ class Session:
         machine = self._trainee.taught
         moment = Moment(self._clock(), tuple(float(percept[key][self.agent]) for key in self._keys))
         self._recorder.remember(moment)
-        self._journal.tick(moment, machine.state_name)
+        if self._journal.wants_snapshot(self.body.tick_s):
+            self._keep_snapshot()
+        self._journal.remember(moment, machine.state_name)
         before = self._trainee.snapshot() if self._trainee.press else ()
         commands = self._run.decide(percept)
         if self._driving is None:
@@ -196,7 +228,9 @@ class Session:
 
     def _record(self, outcome: Outcome, moment: Moment, before: tuple[Level, ...]) -> None:
         if outcome.raised:
-            self._entry_row = self._recorder.keep_press(paused=False)
+            entry = Entry(outcome.state, outcome.own, *self._recorder.keep_press(paused=False))
+            self._trainee.entry = entry
+            self._journal.write(Raised(entry, self._journal.new_rows(self._recorder.record)))
         if outcome.press is None:
             self._see(outcome, moment)
             return
@@ -204,14 +238,14 @@ class Session:
         self._watched.doubt(moment.seconds, reaction_s=options.reaction_s)
         self._accept_watched()
         if not outcome.shown:
-            self._journal.acted(outcome.press)
+            self._journal.write(Acted(outcome.press.number, list(self.run_state)))
             return
         row = self._recorder.keep_press(paused=outcome.press.paused)
         number = max((example.number for example in self.examples), default=0)
         made = []
         for shown in outcome.shown:
             number += 1
-            at, window = self._entry_row if shown.at_flag and self._entry_row is not None else row
+            at, window = row if shown.entry is None else (shown.entry.moment, shown.entry.window)
             made.append(
                 self._example(
                     Example(
@@ -230,7 +264,8 @@ class Session:
             )
         lesson = self._plain
         what = f"{made[0].state} → {made[0].next}"
-        self._step(what, replace(lesson, examples=(*lesson.examples, *made)), before=before)
+        after = replace(lesson, examples=(*lesson.examples, *made))
+        self._step(what, after, before=before, press=outcome.press.number)
 
     def _example(self, example: Example) -> Example:
         values = values_of(example, self._plain, self._recorder.record, steady=self._steady)
@@ -256,7 +291,7 @@ class Session:
         watched = self._watched.accept(self._plain, self._recorder, steady=self._steady)
         if watched:
             self._history.amend(*watched)
-            self._journal.watched(watched)
+            self._journal.write(Accepted(list(watched), self._journal.new_rows(self._recorder.record)))
 
     # Modes
 
@@ -266,19 +301,18 @@ class Session:
         self._relink(learned_too=True)
         self._trainee.mode = Mode.TESTING
         self.restart()
-        self._journal.mode(self.mode)
 
     def train(self) -> None:
         """Switch to training: the robot goes on with what it is doing until directed."""
         self._trainee.mode = Mode.TRAINING
-        self._journal.mode(self.mode)
+        self._turned()
 
     def restart(self) -> None:
         """Start the automaton under training afresh; records nothing."""
         self._begin_episode()
         self._trainee.press = None
         self._trainee.start(self.body.time_s)
-        self._journal.restart()
+        self._turned()
 
     def drive(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
         """Drive the robot into position with a basic behavior, recording nothing; None ends it."""
@@ -300,20 +334,26 @@ class Session:
         self._accept_watched()
         self._watched.begin_episode()
         self._recorder.begin_episode()
-        self._entry_row = None
+
+    def _turned(self) -> None:
+        self._journal.write(Turned(self.mode, list(self.run_state), dict(self._targets)), sync=True)
+
+    def _keep_snapshot(self) -> None:
+        if isinstance(self.body, Rewindable):
+            self._journal.snapshot(self.body.snapshot(), self.run_state, self.mode)
 
     # Changing the lesson
 
     def undo(self) -> str:
         """Take back the last step that changed the lesson; the world stays. What the step was."""
-        return self._went(*self._history.undo(), "undo")
+        return self._went(*self._history.undo(), back=True)
 
     def redo(self) -> str:
         """Do the last undone step again. What it was."""
-        return self._went(*self._history.redo(), "redo")
+        return self._went(*self._history.redo(), back=False)
 
-    def _went(self, what: str, run: Sequence[Level], step: str) -> str:
-        self._journal.went(step)
+    def _went(self, what: str, run: Sequence[Level], *, back: bool) -> str:
+        self._journal.write(Went(back), sync=True)
         self._watched.forget()
         self._trainee.press = None
         self._relink(learned_too=self.mode is Mode.TESTING)
@@ -357,9 +397,10 @@ class Session:
                 )
             if target not in self.body.targets:
                 raise UnknownName(what="target", name=target, where="the body", known=list(self.body.targets))
-        self._targets |= targets
         self._begin_episode()
+        self._targets |= targets
         self._relink(learned_too=self.mode is Mode.TESTING)
+        self._turned()
 
     def others(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
         """What the other agents do meanwhile: idle (None), or a behavior of the library."""
@@ -380,10 +421,14 @@ class Session:
         self._step(what, lesson, before=run)
         self._relink(learned_too=self.mode is Mode.TESTING)
 
-    def _step(self, what: str, lesson: Lesson, *, before: tuple[Level, ...]) -> None:
+    def _step(self, what: str, lesson: Lesson, *, before: tuple[Level, ...], press: int | None = None) -> None:
         after = self._trainee.snapshot()
+        design, different, gone = difference(self._plain, lesson)
+        rows = self._journal.new_rows(self._recorder.record)
+        self._journal.write(
+            Stepped(what, press, design, different, gone, rows, list(before), list(after)), sync=press is None
+        )
         self._history.step(what, lesson, before=before, after=after)
-        self._journal.step(what, lesson, before=before, after=after)
 
     # Running
 

@@ -35,6 +35,16 @@ class Press:
 
 
 @dataclass(frozen=True, slots=True)
+class Entry:
+    """Where what was learned raised a flag: the state it left, its own readings, and the rows of that tick."""
+
+    state: str
+    own: Mapping[str, float]
+    moment: int
+    window: int
+
+
+@dataclass(frozen=True, slots=True)
 class Shown:
     """One example that a press made: at this tick, or at the tick a flag was raised."""
 
@@ -42,7 +52,7 @@ class Shown:
     next: str
     kind: ExampleKind
     own: Mapping[str, float]
-    at_flag: bool = False
+    entry: Entry | None = None  # where it belongs, if not to this tick
 
 
 @dataclass(slots=True)
@@ -67,7 +77,7 @@ class Trainee(Interpreter):
         self.taught: Machine = self.root
         self.mode = Mode.TRAINING
         self.press: Press | None = None
-        self.entry: tuple[str, Mapping[str, float]] | None = None  # state and own readings when a flag was raised
+        self.entry: Entry | None = None
         self.outcome = Outcome("", "", {})
 
     def start(self, now: float) -> None:
@@ -91,7 +101,6 @@ class Trainee(Interpreter):
             outcome.next = states[machine.state]
             outcome.raised = machine.flag is not None and outcome.next != before
             if outcome.raised:
-                self.entry = (before, own)
         self.outcome = outcome
         return basic
 
@@ -114,9 +123,9 @@ class Trainee(Interpreter):
         """A flag raised by what was learned is corrected where it was raised; a directed one leaves no trace."""
         flagged = self.taught.state_name
         if press.correction and self.entry is not None:
-            state, own = self.entry
+            state = self.entry.state
             kind = ExampleKind.CONFIRMATION if after == state else ExampleKind.DIRECTIVE
-            outcome.shown.append(Shown(state, after, kind, own, at_flag=True))
+            outcome.shown.append(Shown(state, after, kind, self.entry.own, self.entry))
         if after != flagged:
             self._switch(after, now)
 
