@@ -1,8 +1,8 @@
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 from numpy.typing import ArrayLike, NDArray
 
-class ClassifierMixin(Protocol):
+class ClassifierMixin:
     """What every classifier can do."""
 
     classes_: NDArray[Any]

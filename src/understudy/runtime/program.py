@@ -63,6 +63,10 @@ class Program:
     basics: tuple[GroundBehavior, ...]
 
 
+IDLE_PROGRAM = Program(IDLING, (), (GroundBehavior(Behavior("idle")),))
+"""What an agent runs that is to do nothing."""
+
+
 def link(library: Library, name: str, binding: Mapping[str, str] = NOTHING_BOUND) -> Program:
     """Resolve the behavior `name` of a library, with its parameters bound to targets.
 
@@ -78,10 +82,10 @@ class _Linker:
     def __init__(self, library: Library) -> None:
         self.library = library
         self.features: dict[BoundFeature, int] = {}
-        self.basics: dict[GroundBehavior, int] = {GroundBehavior(Behavior("idle")): IDLING}
+        self.basics: dict[GroundBehavior, int] = {ground: IDLING for ground in IDLE_PROGRAM.basics}
         self.instances: dict[tuple[str, Binding], Instance] = {}
 
-    def child(self, name: str, binding: Binding, *, called_by: str) -> Child:
+    def child(self, name: str, binding: Binding) -> Child:
         behavior = self.library.behavior(name)
         self.check_ground(name, behavior.parameters, binding)
         if isinstance(behavior, Behavior):
@@ -100,9 +104,7 @@ class _Linker:
             if state.behavior is None:
                 children.append(IDLING)
             else:
-                children.append(
-                    self.child(state.behavior, state.binding.within(binding), called_by=automaton.name)
-                )
+                children.append(self.child(state.behavior, state.binding.within(binding)))
         sources = tuple(self.source(bound, binding, automaton) for bound in automaton.features)
         return Instance(automaton, binding, sources, tuple(children), tuple(changes))
 

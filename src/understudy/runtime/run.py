@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError, SettingError, UnknownName
 from understudy.model.feature import Percept, ReadingKey, Readings
 from understudy.model.kinds import Column
-from understudy.runtime.body import Body
+from understudy.runtime.body import Body, every_key
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import Program
 from understudy.runtime.sensing import Sensing
@@ -25,7 +26,7 @@ class Acting:
         self.basics = program.basics
         self.table = np.tile(self.rest, (len(program.basics), 1))
         self.computed = [index for index, ground in enumerate(program.basics) if ground.behavior.function]
-        self.keys = self._keys(body)
+        self.keys: tuple[ReadingKey, ...] = every_key(body) if self.computed else ()
         for index, ground in enumerate(program.basics):
             for channel, value in ground.behavior.command.items():
                 if channel not in self.channels:
@@ -33,15 +34,6 @@ class Acting:
                         what="channel", name=channel, where=f"the body, for behavior {ground},", known=self.channels
                     )
                 self.table[index, self.channels.index(channel)] = value
-
-    def _keys(self, body: Body) -> tuple[ReadingKey, ...]:
-        if not self.computed:
-            return ()
-        return tuple(
-            (reading.name, target)
-            for reading in body.readings
-            for target in (body.targets if reading.of_targets else (None,))
-        )
 
     def commands(self, running: NDArray[np.intp], percept: Percept) -> NDArray[np.float64]:
         """Commands [C, N] for the agents that run the basic behaviors `running` [N]."""
@@ -75,24 +67,29 @@ class Acting:
 
 
 class Run:
-    """A body whose agents each run a program: one for all, or one per agent."""
+    """A body with an interpreter for each of its agents."""
 
-    def __init__(self, body: Body, programs: Program | Sequence[Program]) -> None:
-        self.body = body
-        each = [programs] * body.agents if isinstance(programs, Program) else list(programs)
-        if len(each) != body.agents:
+    def __init__(self, body: Body, interpreters: Sequence[Interpreter]) -> None:
+        if len(interpreters) != body.agents:
             raise SettingError(
                 where="run",
-                setting="programs",
-                problem=f"are {len(each)} for {body.agents} agents",
-                remedy="give one program, or one per agent",
+                setting="interpreters",
+                problem=f"are {len(interpreters)} for {body.agents} agents",
+                remedy="give one per agent",
             )
-        self.interpreters = [Interpreter(program, now=body.time_s) for program in each]
+        self.body = body
+        self.interpreters = list(interpreters)
+        each = [interpreter.program for interpreter in interpreters]
         groups: dict[int, list[int]] = {}
         for agent, program in enumerate(each):
             groups.setdefault(id(program), []).append(agent)
         self._groups = [_Group(body, each[agents[0]], agents) for agents in groups.values()]
         self.keys = tuple(dict.fromkeys(key for group in self._groups for key in group.keys))
+
+    @classmethod
+    def of(cls, body: Body, program: Program) -> Self:
+        """A run of one program by every agent."""
+        return cls(body, [Interpreter(program, now=body.time_s) for _ in range(body.agents)])
 
     def tick(self) -> None:
         """Sense, decide and act once."""
