@@ -154,7 +154,8 @@ class Forage:
         )  # fmt: skip
         _kernels.move(
             state["x"], state["y"], state["heading"], drive, turn,
-            settings.forward_speed * settings.tick_s, settings.turning_speed * settings.tick_s, *self._bounds(),
+            settings.forward_speed * settings.tick_s, settings.turning_speed * settings.tick_s,
+            *self._bounds(),
         )  # fmt: skip
         state["tick"] += 1
         self._found = None
