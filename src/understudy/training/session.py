@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Self, TypeAlias, Unpack
 
-from understudy.errors import FileError, UnknownName
+from understudy.errors import FileError, SessionError, UnknownName
 from understudy.learning.transitions import learned
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
@@ -23,7 +23,7 @@ from understudy.model.feature import BoundFeature, Percept
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, Taught
-from understudy.runtime.body import Body, Rewindable, every_key
+from understudy.runtime.body import Body, Resettable, Rewindable, every_key
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.run import Run
@@ -248,6 +248,14 @@ class Session:
         self._trainee.press = None
         self._trainee.start(self.body.time_s)
         self._turned()
+
+    def reset(self, seed: int) -> None:
+        """Begin anew in the world of another seed, with the automaton restarted; records nothing."""
+        if not isinstance(self.body, Resettable):
+            raise SessionError("this body cannot be reset: it is no simulation; drive the robot into position instead")
+        self.body.reset([seed])
+        self._percept = None
+        self.restart()
 
     def drive(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
         """Drive the robot into position with a basic behavior, recording nothing; None ends it."""
