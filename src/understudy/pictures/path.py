@@ -104,7 +104,9 @@ def _label(
         return outside, int(over.sum())
 
     (x, y), align = min(sides, key=crowded)
-    text = axes.text(x, y, name, color=color, fontsize=9.5, fontweight="bold", zorder=6, ha=align, va="center")
+    text = axes.text(
+        x, y, name, color=color, fontsize=9.5, fontweight="bold", zorder=6, ha=align, va="center"
+    )
     text.set_path_effects([withStroke(linewidth=3, foreground=GROUND)])
 
 
