@@ -50,7 +50,8 @@ def automaton_svg(automaton: Automaton, conditions: Conditions) -> str:
     title, number = escape(_title(automaton)), len(automaton.states)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
-        f'viewBox="0 0 {width:.1f} {height:.1f}" role="img" aria-labelledby="title desc" font-family="{FONT}">',
+        f'viewBox="0 0 {width:.1f} {height:.1f}" role="img" aria-labelledby="title desc" '
+        f'font-family="{FONT}">',
         f'<title id="title">Automaton {title}</title>',
         f'<desc id="desc">{escape(_description(automaton, edges))}</desc>',
         _heads(edges),
@@ -93,7 +94,7 @@ def _edges(automaton: Automaton, conditions: Conditions) -> list[_Edge]:
 
 
 def _wrapped(texts: Sequence[str]) -> tuple[tuple[bool, str], ...]:
-    """The conditions in lines of at most WRAP characters, broken between words; 'or' before an alternative."""
+    """The conditions in lines of WRAP characters at most, broken between words; 'or' before an alternative."""
     lines: list[tuple[bool, str]] = []
     for at, text in enumerate(texts or ("always",)):
         line, first = "or" if at else "", True
@@ -135,8 +136,8 @@ def _extent(boxes: Sequence[Box], arrows: Sequence[Arrow]) -> tuple[float, float
 
 def _heads(edges: Sequence[_Edge]) -> str:
     marks = "".join(
-        f'<marker id="head{color[1:]}" viewBox="0 0 10 10" refX="8" refY="5" markerWidth="7" markerHeight="7" '
-        f'orient="auto"><path d="M0 0.8 9.6 5 0 9.2 2.2 5Z" fill="{color}"/></marker>'
+        f'<marker id="head{color[1:]}" viewBox="0 0 10 10" refX="8" refY="5" markerWidth="7" '
+        f'markerHeight="7" orient="auto"><path d="M0 0.8 9.6 5 0 9.2 2.2 5Z" fill="{color}"/></marker>'
         for color in dict.fromkeys([INK, *(edge.color for edge in edges)])
     )
     return f"<defs>{marks}</defs>"
@@ -188,7 +189,8 @@ def _arrow(edge: _Edge, arrow: Arrow) -> str:
 
 def _badge(edge: _Edge, x: float, y: float) -> str:
     return (
-        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{BADGE}" fill="{PAPER}" stroke="{edge.color}" stroke-width="1.8"/>'
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{BADGE}" fill="{PAPER}" stroke="{edge.color}" '
+        f'stroke-width="1.8"/>'
         f'<text x="{x:.1f}" y="{y + 4.2:.1f}" font-size="12" font-weight="700" text-anchor="middle" '
         f'fill="{edge.color}">{edge.number}</text>'
     )

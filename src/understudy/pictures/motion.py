@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from math import cos, sin
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,32 +18,31 @@ if TYPE_CHECKING:
 
 WIDE, MARGIN, BELOW = 440, 14, 58  # pixels
 FINE = 2  # drawn so many times larger and then reduced, for smooth edges
-MOST_FRAMES = 400
-COLORS = 48
+MOST_FRAMES = 300
+TRAIL = 60  # frames
+COLORS = 64
 
 
 def run_gif(frames: Sequence[Frame], path: Path | str, *, speed: float = 8.0, per_s: float = 16.0) -> None:
-    """Write the run, `speed` times as fast as it was, `per_s` pictures a second; fewer if it would get too long."""
+    """Write the run, `speed` times as fast as it was, `per_s` pictures a second; long runs go faster."""
     for setting, value in (("speed", speed), ("per_s", per_s)):
         if not 0 < value < 1000:
             raise SettingError(where="GIF", setting=setting, problem=f"is {value}", remedy="give 0 to 1000")
     if not frames:
         raise SettingError(where="GIF", setting="frames", problem="are none", remedy="record a run first")
+    from PIL.Image import Dither
+
     shown = _chosen(frames, speed / per_s)
     colors = colors_for(frame.doing for frame in frames)
-    trail: list[tuple[float, float]] = []
-    pictures = []
-    for frame in shown:
-        trail.append((frame.view.x, frame.view.y))
-        pictures.append(_picture(frame, trail, colors))
-    palette = pictures[0].quantize(COLORS)
-    flat = [picture.quantize(palette=palette, dither=0) for picture in pictures]
+    pictures = [_picture(shown[max(0, at - TRAIL) : at + 1], colors) for at in range(len(shown))]
+    palette = _palette(pictures, shown)
+    flat = [picture.quantize(palette=palette, dither=Dither.NONE) for picture in pictures]
     times = [round(1000 / per_s / 10) * 10] * (len(flat) - 1) + [2500]  # the end stays a while
-    flat[0].save(path, save_all=True, append_images=flat[1:], duration=times, loop=0, optimize=True)
+    flat[0].save(path, save_all=True, append_images=flat[1:], duration=times, loop=0)
 
 
 def _chosen(frames: Sequence[Frame], every_s: float) -> list[Frame]:
-    """Frames about `every_s` of simulated time apart, the first and the last among them, MOST_FRAMES at most."""
+    """Frames about `every_s` of simulated time apart, first and last among them, MOST_FRAMES at most."""
     length = frames[-1].view.time_s - frames[0].view.time_s
     every_s = max(every_s, length / (MOST_FRAMES - 2))
     chosen, due = [], frames[0].view.time_s
@@ -51,6 +51,18 @@ def _chosen(frames: Sequence[Frame], every_s: float) -> list[Frame]:
             chosen.append(frame)
             due += every_s
     return [*chosen, frames[-1]]
+
+
+def _palette(pictures: Sequence[Image], frames: Sequence[Frame]) -> Image:
+    """One palette for all pictures, from the last one of each doing side by side."""
+    from PIL import Image
+
+    last = {frame.doing: picture for frame, picture in zip(frames, pictures, strict=True)}
+    wide, tall = pictures[0].size
+    together = Image.new("RGB", (wide * len(last), tall))
+    for at, picture in enumerate(last.values()):
+        together.paste(picture, (at * wide, 0))
+    return together.quantize(COLORS)
 
 
 class _Pen:
@@ -68,10 +80,10 @@ class _Pen:
         self.draw.ellipse((px - size, py - size, px + size, py + size), fill=fill, outline=line, width=FINE)
 
 
-def _picture(frame: Frame, trail: Sequence[tuple[float, float]], colors: dict[str, str]) -> Image:
+def _picture(recent: Sequence[Frame], colors: dict[str, str]) -> Image:
     from PIL import Image, ImageDraw
 
-    view = frame.view
+    frame, view = recent[-1], recent[-1].view
     tall = round(WIDE * view.height / view.width) + BELOW
     image = Image.new("RGB", (FINE * WIDE, FINE * tall), PAPER)
     pen = _Pen(ImageDraw.Draw(image), view)
@@ -85,13 +97,14 @@ def _picture(frame: Frame, trail: Sequence[tuple[float, float]], colors: dict[st
     x, y = view.station
     pen.circle(x, y, view.reach, None, FAINT)
     pen.draw.rectangle((*pen.at(x - 0.24, y + 0.24), *pen.at(x + 0.24, y - 0.24)), fill=STATION)
-    if len(trail) > 1:
-        pen.draw.line([pen.at(*point) for point in trail[-40:]], fill=colors[frame.doing], width=2 * FINE)
+    for one, other in pairwise(recent):
+        way = [pen.at(one.view.x, one.view.y), pen.at(other.view.x, other.view.y)]
+        pen.draw.line(way, fill=colors[other.doing], width=2 * FINE)
     pen.circle(view.x, view.y, view.radius + 0.05, colors[frame.doing], INK)
     ahead = (view.x + view.radius * cos(view.heading), view.y + view.radius * sin(view.heading))
     pen.draw.line([pen.at(view.x, view.y), pen.at(*ahead)], fill=PAPER, width=2 * FINE)
     _caption(pen.draw, frame, FINE * tall, colors[frame.doing])
-    return image.resize((WIDE, tall), Image.Resampling.LANCZOS)
+    return image.reduce(FINE)
 
 
 def _caption(draw: ImageDraw, frame: Frame, tall: int, color: str) -> None:
