@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from itertools import product
-from typing import Protocol
 
 import numpy as np
 
@@ -34,14 +33,6 @@ class LawBroken(UnderstudyError):
     def __init__(self, *, part: str, law: str, found: str) -> None:
         self.part, self.law, self.found = part, law, found
         super().__init__(f"{part} breaks a law: {law}; {found}")
-
-
-class MakesBodies(Protocol):
-    """What makes a body of worlds side by side, one per seed."""
-
-    def __call__(self, seeds: Sequence[int], /) -> Body:
-        """The body; each world has as many rows as any other, in the order of the seeds."""
-        ...
 
 
 def check_feature(feature: AnyFeature, body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
@@ -92,8 +83,13 @@ def check_body(body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
         _check_rewinding(part, body, ticks, seed)
 
 
-def check_world(make: MakesBodies, *, seeds: Sequence[int] = (0, 1, 2, 7, 40), ticks: int = TICKS) -> None:
-    """All of `check_body`; the same seeds give the same run; a world runs alone as it does among others."""
+def check_world(
+    make: Callable[[Sequence[int]], Body], *, seeds: Sequence[int] = (0, 1, 2, 7, 40), ticks: int = TICKS
+) -> None:
+    """All of `check_body`; the same seeds give the same run; a world runs alone as it does among others.
+
+    `make` takes seeds and gives a body: each world has as many rows as any other, in the order of the seeds.
+    """
     body = make(seeds)
     part = f"world {type(body).__name__}"
     rows, rest = divmod(body.agents, len(seeds))

@@ -20,12 +20,12 @@ def test_world(name: str) -> None:
     assert CATALOG[name].doc
 
 
-@pytest.mark.parametrize("name, feature", FEATURES)
+@pytest.mark.parametrize(("name", "feature"), FEATURES)
 def test_feature(name: str, feature: AnyFeature) -> None:
     check_feature(feature, CATALOG[name].make([1, 2, 3]))
 
 
-@pytest.mark.parametrize("name, behavior", BEHAVIORS)
+@pytest.mark.parametrize(("name", "behavior"), BEHAVIORS)
 def test_behavior(name: str, behavior: Behavior) -> None:
     check_behavior(behavior, CATALOG[name].make([1, 2, 3]))
     assert behavior.doc

@@ -99,7 +99,7 @@ LOADING = [  # ticks of load_food, units then stored (a unit takes 1 s, 10 ticks
 ]
 
 
-@pytest.mark.parametrize("ticks, stored", LOADING)
+@pytest.mark.parametrize(("ticks", "stored"), LOADING)
 def test_loading_takes_its_time(ticks: int, stored: int) -> None:
     world = Forage([2])
     at_food(world)
@@ -200,7 +200,8 @@ def test_a_world_is_the_same_alone_and_among_others() -> None:
 def test_draws_are_spread_evenly_and_keyed_by_everything() -> None:
     seeds = np.arange(20_000, dtype=np.int64)
     base = uniform(seeds, item=1, tick=2, stream=3)
-    assert 0 <= base.min() and base.max() < 1
+    assert base.min() >= 0
+    assert base.max() < 1
     assert np.histogram(base, bins=10, range=(0, 1))[0].min() > 1800
     for other in ({"item": 2}, {"tick": 3}, {"stream": 4}):
         drawn = uniform(seeds, **{**{"item": 1, "tick": 2, "stream": 3}, **other})
@@ -231,10 +232,10 @@ WRONG: list[tuple[dict[str, Any], str]] = [  # settings, the one that is named
 ]
 
 
-@pytest.mark.parametrize("given_, named", WRONG)
-def test_settings_that_make_no_sense(given_: dict[str, Any], named: str) -> None:
+@pytest.mark.parametrize(("wrong", "named"), WRONG)
+def test_settings_that_make_no_sense(wrong: dict[str, Any], named: str) -> None:
     with pytest.raises(SettingError) as raised:
-        ForageSettings(**given_)
+        ForageSettings(**wrong)
     assert raised.value.setting == named
 
 
@@ -326,7 +327,8 @@ def test_sensing_equals_a_plain_reference(seed: int, heading: float) -> None:
         for target in ("station", "nearest_food"):
             found = percept["range", target][row], percept["bearing", target][row]
             if target not in spots:
-                assert isnan(found[0]) and isnan(found[1])
+                assert isnan(found[0])
+                assert isnan(found[1])
                 continue
             dx, dy = spots[target][0] - view.x, spots[target][1] - view.y
             assert found[0] == pytest.approx(hypot(dx, dy))

@@ -94,7 +94,7 @@ def _edges(automaton: Automaton, conditions: Conditions) -> list[_Edge]:
 
 
 def _wrapped(texts: Sequence[str]) -> tuple[tuple[bool, str], ...]:
-    """The conditions in lines of WRAP characters at most, broken between words; 'or' before an alternative."""
+    """The conditions in lines of WRAP characters at most, broken at spaces; 'or' before an alternative."""
     lines: list[tuple[bool, str]] = []
     for at, text in enumerate(texts or ("always",)):
         line, first = "or" if at else "", True
