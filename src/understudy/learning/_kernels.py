@@ -52,7 +52,8 @@ def consider(
         best[HEAVY],
     )  # fmt: skip
     if new > old:
-        best[:] = (ratio, bits, gap, feature, test, first, second, side, heavy)
+        best[RATIO], best[GAIN], best[GAP], best[FEATURE], best[TEST] = ratio, bits, gap, feature, test
+        best[FIRST], best[SECOND], best[SIDE], best[HEAVY] = first, second, side, heavy
 
 
 @njit(cache=True)
@@ -61,6 +62,15 @@ def tells_apart(gain: int, here: int, there: int, need_gain: bool) -> bool:
     if here == 0 or there == 0:
         return False
     return not need_gain or gain / UNIT / (here + there) * STEPS >= 0.5
+
+
+@njit(cache=True)
+def added(counts: Ints) -> int:
+    """The sum of counts."""
+    total = 0
+    for count in counts:
+        total += count
+    return total
 
 
 @njit(cache=True)
@@ -83,19 +93,41 @@ def twice(table: Ints, all_: Ints, part: Ints) -> int:
 
 
 @njit(cache=True)
+def consider_branches(
+    weights: Ints, shown: Ints, feature: int, test: int, side: int, counts: Counts, rules: Rules, best: Ints
+) -> None:
+    """Consider a split into several branches, given weights and numbers of press-made examples by outcome."""
+    total, pressed = counts
+    table, watched, need_gain = rules
+    presses, branches = added(pressed), 0
+    gain = split = table[added(total)]
+    press_gain = table[presses]
+    for k in range(len(total)):
+        gain -= table[total[k]]
+        press_gain -= table[pressed[k]]
+    for branch in range(len(weights)):
+        here, some = table[added(weights[branch])], added(shown[branch])
+        split -= here
+        gain -= here
+        press_gain -= table[some]
+        branches += some > 0
+        for k in range(len(total)):
+            gain += table[weights[branch, k]]
+            press_gain += table[shown[branch, k]]
+    if not watched or tells_apart(press_gain, presses, branches - 1, need_gain):
+        heavy = added(weights[side])
+        consider(best, gain, split, added(total), int(STEPS), feature, test, 0, 0, side, heavy)
+
+
+@njit(cache=True)
 def search_absence(
     segment: Ints, present: int, feature: int, examples: Examples, counts: Counts, rules: Rules, best: Ints
 ) -> None:
     """Try "is it absent?": the examples from `present` on are."""
-    total, pressed = counts
-    table, watched, need_gain = rules
-    away, shown = np.zeros_like(total), np.zeros_like(total)
-    tally(segment[present:], examples, away, shown)
-    n, here, presses, some = total.sum(), away.sum(), pressed.sum(), shown.sum()
-    split = table[n] - table[here] - table[n - here]
-    press_split = table[presses] - table[some] - table[presses - some]
-    if not watched or tells_apart(press_split + twice(table, pressed, shown), some, presses - some, need_gain):
-        consider(best, split + twice(table, total, away), split, n, int(STEPS), feature, ABSENT, 0, 0, 0, 0)
+    weights, shown = np.zeros((2, len(counts[0])), np.int64), np.zeros((2, len(counts[0])), np.int64)
+    tally(segment[present:], examples, weights[0], shown[0])
+    tally(segment[:present], examples, weights[1], shown[1])
+    consider_branches(weights, shown, feature, ABSENT, 0, counts, rules, best)
 
 
 @njit(cache=True)
@@ -103,38 +135,19 @@ def search_labels(
     column: Floats, segment: Ints, present: int, labels: int, feature: int, examples: Examples, counts: Counts,
     rules: Rules, best: Ints,
 ) -> None:  # fmt: skip
-    """Try a branch for each label, absent values joining each of them in turn."""
-    table, watched, need_gain = rules
-    total, pressed = counts
-    K, away = len(total), labels if present < len(segment) else -1
-    weights, shown = np.zeros((labels + 1, K), np.int64), np.zeros((labels + 1, K), np.int64)
-    for position in range(len(segment)):
-        label = int(column[segment[position]]) if position < present else labels
-        tally(segment[position : position + 1], examples, weights[label], shown[label])
-    sizes = weights.sum(axis=1)
-    n, presses = total.sum(), pressed.sum()
-    for joined in range(labels if away >= 0 else 1):
-        if away >= 0 and sizes[joined] == 0:
-            continue
-        gain = split = table[n]
-        press_gain, branches = table[presses], 0
-        for k in range(K):
-            gain -= table[total[k]]
-            press_gain -= table[pressed[k]]
-        for label in range(labels):
-            joins = away >= 0 and label == joined
-            here, some = sizes[label] + (sizes[away] if joins else 0), 0
-            split -= table[here]
-            gain -= table[here]
-            for k in range(K):
-                gain += table[weights[label, k] + (weights[away, k] if joins else 0)]
-                presses_here = shown[label, k] + (shown[away, k] if joins else 0)
-                press_gain += table[presses_here]
-                some += presses_here
-            press_gain -= table[some]
-            branches += some > 0
-        if not watched or tells_apart(press_gain, presses, branches - 1, need_gain):
-            consider(best, gain, split, n, int(STEPS), feature, LABEL, 0, 0, joined, sizes[joined])
+    """Try a branch for each label, absent values joining each of those shown here in turn."""
+    weights, shown = np.empty((labels, len(counts[0])), np.int64), np.empty((labels, len(counts[0])), np.int64)
+    for joined in range(labels):
+        weights[:] = 0
+        shown[:] = 0
+        for position in range(present):
+            label = int(column[segment[position]])
+            tally(segment[position : position + 1], examples, weights[label], shown[label])
+        if added(weights[joined]) > 0:
+            tally(segment[present:], examples, weights[joined], shown[joined])
+            consider_branches(weights, shown, feature, LABEL, joined, counts, rules, best)
+        if present == len(segment):
+            break
 
 
 @njit(cache=True)
@@ -209,14 +222,14 @@ def search_cuts(
         wide = gap_width(column, values, gaps[g], extent) if arcs else column[segment[gaps[g] + 1]] * 0.5 - lower * 0.5
         width[g] = int(floor(wide / extent * STEPS + 0.5))
     within, shown = np.zeros_like(total), np.zeros_like(total)
-    n, presses = total.sum(), pressed.sum()
+    n, presses = added(total), added(pressed)
     for side in range(2 if len(away) > 0 else 1):
         for first in range(len(gaps) if arcs else 1):
             within[:] = 0
             shown[:] = 0
             if side == 0:
                 tally(away, examples, within, shown)
-            inside, inside_pressed = within.sum(), shown.sum()
+            inside, inside_pressed = added(within), added(shown)
             with_away = inside
             gained, press_gained = twice(table, total, within), twice(table, pressed, shown)
             position = gaps[first] + 1 if arcs else 0
@@ -261,19 +274,11 @@ def search_cuts(
 
 
 @njit(cache=True)
-def is_default(column: Floats, segment: Ints, position: int, group: Ints) -> bool:
-    """Whether all examples in the node that have the value at this position are defaults."""
-    value = column[segment[position]]
-    here = position
-    while here >= 0 and column[segment[here]] == value:
-        if group[segment[here]] != DEFAULT:
+def is_default(column: Floats, segment: Ints, value: float, group: Ints) -> bool:
+    """Whether all examples in the node that have this value are defaults."""
+    for example in segment:
+        if column[example] == value and group[example] != DEFAULT:
             return False
-        here -= 1
-    here = position + 1
-    while here < len(segment) and column[segment[here]] == value:
-        if group[segment[here]] != DEFAULT:
-            return False
-        here += 1
     return True
 
 
@@ -331,7 +336,8 @@ def part(order: Ints, start: int, stop: int, side: Ints, sizes: Ints, kept: Ints
             child = side[example]
             kept[offsets[child]] = example
             offsets[child] += 1
-        row[start:stop] = kept[: stop - start]
+        for position in range(start, stop):
+            row[position] = kept[position - start]
 
 
 @njit(cache=True)
@@ -373,7 +379,7 @@ def grow(
     cuts = np.full((2 * n, 4), np.nan)
     branches, branched = np.empty(16, np.int64), 0
     waiting = np.empty((n + 1, 4), np.int64)  # start, stop, parent, which child of it
-    waiting[0] = (0, n, NOTHING, 0)
+    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, n, NOTHING, 0
     depth, count = 1, 0
     weight = np.ones(n, np.int64)
     if watched:
@@ -397,14 +403,15 @@ def grow(
         pressed[:] = 0
         tally(order[0, start:stop], examples, total, pressed)
         best[:] = NOTHING
-        if (pressed > 0).sum() > 1:
-            rules = (table, watched, True)
-            search(columns, order, start, stop, form, extent, examples, (total, pressed), rules, best)
-            if watched and best[RATIO] < 0:
-                rules = (table, watched, False)
-                search(columns, order, start, stop, form, extent, examples, (total, pressed), rules, best)
-        else:
-            nodes[node, YES] = np.argmax(pressed)
+        presses_here = added(pressed)
+        for k in range(outcomes):
+            if pressed[k] == presses_here:
+                nodes[node, YES] = k
+        if nodes[node, YES] == NOTHING:
+            for attempt in range(2 if watched else 1):
+                rules = (table, watched, attempt == 0)
+                if best[RATIO] < 0:
+                    search(columns, order, start, stop, form, extent, examples, (total, pressed), rules, best)
         if best[RATIO] < 0:
             nodes[node, KIND] = LEAF
             continue
@@ -417,13 +424,18 @@ def grow(
         for end in range(2 if test == ARC else int(test == BELOW)):
             position = second if end else first
             after = (position + 1) % present
-            cuts[node, 2 * end], cuts[node, 2 * end + 1] = column[segment[position]], column[segment[after]]
-            under = is_default(column, segment[:present], position, group)
-            nodes[node, SORT + end] = int(is_default(column, segment[:present], after, group)) - int(under)
+            lower, upper = column[segment[position]], column[segment[after]]
+            cuts[node, 2 * end], cuts[node, 2 * end + 1] = lower, upper
+            nodes[node, SORT + end] = int(is_default(column, segment, upper, group)) - int(
+                is_default(column, segment, lower, group)
+            )
         if test == LABEL:
             children = int(extent[feature])
             if branched + children > len(branches):
-                branches = np.concatenate((branches, np.empty(len(branches) + children, np.int64)))
+                longer = np.empty(2 * len(branches) + children, np.int64)
+                for branch in range(branched):
+                    longer[branch] = branches[branch]
+                branches = longer
             nodes[node, BRANCH] = branched
             branches[branched : branched + children] = NOTHING
             branched += children
@@ -436,7 +448,8 @@ def grow(
         at = stop
         for child in range(children - 1, -1, -1):
             if presses[child] > 0:
-                waiting[depth] = (at - sizes[child], at, node, child)
+                waiting[depth, 0], waiting[depth, 1] = at - sizes[child], at
+                waiting[depth, 2], waiting[depth, 3] = node, child
                 depth += 1
             elif nodes[node, AWAY] == -2 - child:
                 nodes[node, AWAY] = NOTHING
