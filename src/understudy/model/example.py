@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
-from types import MappingProxyType
 
-EMPTY: Mapping[str, float] = MappingProxyType({})
+from understudy.model.binding import NOTHING_BOUND, Binding
 
 
 class ExampleKind(StrEnum):
@@ -38,8 +37,8 @@ class Example:
     edited: bool = False
     moment: int | None = None
     window: int = 0
-    own: Mapping[str, float] = EMPTY
-    binding: Mapping[str, str] = MappingProxyType({})
+    own: Mapping[str, float] = field(default_factory=dict)
+    binding: Binding = NOTHING_BOUND
 
     @property
     def pressed(self) -> bool:

@@ -6,10 +6,10 @@ A tree maps a feature vector to the index of the next state, or to `STAY`. It ru
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from math import nan
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 STAY = -1  # as an outcome: keep the current state; as a child: nothing was ever shown there, so keep it too
 
@@ -52,36 +52,53 @@ class Step(NamedTuple):
     label: int = -1
 
 
+Nested: TypeAlias = tuple[Any, ...]
+"""A node with its children in place of their indices, and a leaf that stays in place of STAY: quicker to walk."""
+
+
+def _nested(nodes: Sequence[Node]) -> Nested:
+    below: dict[int, Nested] = {STAY: tuple(leaf(STAY))}
+    for index in reversed(range(len(nodes))):  # children come after their parents
+        node = nodes[index]
+        if node.test == Test.LEAF:
+            below[index] = tuple(node)
+            continue
+        branches = tuple(below[child] for child in node.branches)
+        test, feature, low, high, yes, no, absent, _ = node
+        below[index] = (int(test), feature, low, high, below[yes], below[no], below[absent], branches)
+    return below[0]
+
+
 @dataclass(frozen=True, slots=True)
 class Tree:
     """A decision tree; `nodes[0]` is the root, children come after their parents."""
 
     nodes: tuple[Node, ...]
+    _nested: Nested = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_nested", _nested(self.nodes))
 
     def decide(self, values: Sequence[float]) -> int:
         """The next state's index for a feature vector, or STAY."""
-        nodes = self.nodes
-        index = 0
+        node = self._nested
         while True:
-            test, feature, low, high, yes, no, absent, branches = nodes[index]
+            test, feature, low, high, yes, no, absent, branches = node
             if test == 0:
-                return yes
+                return yes  # type: ignore[no-any-return]
             x = values[feature]
-            if x != x:  # absent
-                index = yes if test == 3 else absent
+            if x != x:
+                node = yes if test == 3 else absent
             elif test == 1:
-                index = yes if x < high else no
-            elif test == 2:
-                if low <= high:
-                    index = yes if low <= x < high else no
-                else:
-                    index = yes if x >= low or x < high else no
+                node = yes if x < high else no
+            elif test == 4:
+                node = branches[int(x)]
             elif test == 3:
-                index = no
+                node = no
+            elif low <= high:
+                node = yes if low <= x < high else no
             else:
-                index = branches[int(x)]
-            if index < 0:
-                return STAY
+                node = yes if x >= low or x < high else no
 
     def path(self, values: Sequence[float]) -> tuple[tuple[Step, ...], int]:
         """The steps `decide` takes for a feature vector, and the leaf reached (STAY where it ends before one)."""

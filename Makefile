@@ -1,0 +1,81 @@
+# Each target sets up what it needs: a virtual environment from the hash-locked requirements, then Understudy
+# itself, editable. It is set up again only when a lock or pyproject.toml changed.
+
+PYTHON ?= python3
+VENV ?= .venv
+UV ?= uv
+BIN := $(VENV)/bin
+
+# A python3 that is too old gives way to a newer one beside it; a PYTHON that was named is taken at its word.
+ifeq ($(origin PYTHON),file)
+PYTHONS := $(PYTHON) python3.14 python3.13 python3.12 python3.11
+else
+PYTHONS := "$(PYTHON)"
+endif
+
+# A virtual environment holds absolute paths: one moved along with its folder, or whose Python is gone, is made anew.
+ifneq ($(shell test -x "$(BIN)/python" && cat "$(VENV)/.place" 2>/dev/null),$(CURDIR))
+MOVED := moved
+endif
+
+PIP_INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.PHONY: help demo test soak bench experiments format lock clean moved
+.NOTPARALLEL:
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /\1 /p' $(MAKEFILE_LIST) | while read -r target what; do \
+		printf '  make %-12s %s\n' "$$target" "$$what"; done
+
+demo: $(VENV)/.run ## train a robot to forage, and see how well it learned (ARGS="--seed 7" passes more)
+	$(BIN)/understudy demo forage $(ARGS)
+
+test: $(VENV)/.dev ## everything that must hold: style, types, layers, tests (ARGS passes more to pytest)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/pytest $(ARGS)
+
+soak: $(VENV)/.dev ## the tests that take long
+	$(BIN)/pytest -m soak $(ARGS)
+
+bench: $(VENV)/.dev ## measure beside scikit-learn and py_trees
+	$(BIN)/understudy bench $(ARGS)
+
+experiments: $(VENV)/.run ## the published experiments, in full
+	$(BIN)/understudy experiment forage $(ARGS)
+
+format: $(VENV)/.dev ## put the source in order
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+# Valid on every platform and Python; the second holds the first, so both can share one environment.
+COMPILE = $(UV) pip compile pyproject.toml --group build --universal --python-version 3.11 --generate-hashes \
+	--no-header --no-annotate --no-emit-index-url --quiet $(ARGS)
+
+lock: ## lock what pyproject.toml asks for, keeping versions that still fit (ARGS=--upgrade renews them)
+	@command -v $(UV) >/dev/null || { echo "Locking needs uv: pip install uv, then run make lock again." >&2; exit 1; }
+	$(COMPILE) --output-file requirements.lock
+	$(COMPILE) --extra dev --constraints requirements.lock --output-file requirements-dev.lock
+
+clean: ## remove everything that make made here
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
+	find src tests -name __pycache__ -prune -exec rm -rf {} +
+
+$(VENV)/.place: $(MOVED)
+	@python=$$(sh tools/find-python $(PYTHONS)) && echo "Making $(VENV) with $$python" \
+		&& rm -rf $(VENV) && "$$python" -m venv $(VENV)
+	@echo "$(CURDIR)" > $@
+
+$(VENV)/.run: $(VENV)/.place requirements.lock pyproject.toml
+	@echo "Installing requirements.lock into $(VENV) (a minute or two, once)"
+	@$(PIP_INSTALL) --require-hashes -r requirements.lock
+	@$(PIP_INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.place requirements-dev.lock pyproject.toml
+	@echo "Installing requirements-dev.lock into $(VENV) (a minute or two, once)"
+	@$(PIP_INSTALL) --require-hashes -r requirements-dev.lock
+	@$(PIP_INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@ $(VENV)/.run

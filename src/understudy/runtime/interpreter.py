@@ -1,0 +1,245 @@
+"""The interpreter: what a pulse means, for one agent, in plain Python (ARCHITECTURE section 3; paper section 3.1).
+
+This file is the definition that every other engine and export must agree with. A real robot and a session run it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from math import nan
+from operator import itemgetter
+from typing import TypeAlias
+
+from understudy.model.automaton import Automaton
+from understudy.model.feature import Counter, Flag, OwnFeature, Timer
+from understudy.model.kinds import NO, YES
+from understudy.runtime.program import Child, Instance, Program
+
+Row: TypeAlias = Sequence[float]
+"""One agent's values of `Program.features`, in one snapshot."""
+
+Watcher: TypeAlias = "Callable[[Machine, int, int, Sequence[float], float], None]"
+"""Called before a machine switches: machine, state before, state after, feature vector, time."""
+
+
+class Basic:
+    """One running basic behavior: it raises no flags, and a pulse of it issues its command."""
+
+    __slots__ = ("index",)
+    flag: str | None = None
+
+    def __init__(self, index: int) -> None:
+        self.index = index
+
+    def start(self, now: float) -> None:
+        """Nothing: what a basic behavior changes when started belongs to the automaton that holds the state."""
+
+    def stop(self) -> None:
+        """Nothing: the next command replaces this one."""
+
+    def pulse(self, row: Row, now: float) -> int:
+        """The basic behavior to run: its position in `Program.basics`."""
+        return self.index
+
+
+class Machine:
+    """One running automaton: a ground instance with the state it is in, its flag, counters and timers."""
+
+    __slots__ = (
+        "_children",
+        "_decides",
+        "_own",
+        "_pick",
+        "active",
+        "counters",
+        "entered",
+        "flag",
+        "instance",
+        "state",
+        "timers",
+        "watcher",
+    )
+
+    def __init__(self, instance: Instance, machines: dict[Child, Running]) -> None:
+        self.instance = instance
+        self._children = [running(child, machines) for child in instance.children]
+        transitions = instance.automaton.transitions
+        self._decides = [
+            transitions[state.name].decide if state.name in transitions else None for state in self.automaton.states
+        ]
+        self._pick = _picker(instance.sources)
+        self._own = [(index, source) for index, source in enumerate(instance.sources) if not isinstance(source, int)]
+        self.watcher: Watcher | None = None
+        self.counters: dict[str, float] = {}
+        self.timers: dict[str, float] = {}
+        self.start(0.0)
+
+    def start(self, now: float) -> None:
+        """Begin in the start state, with flags, counters and timers cleared."""
+        self.state = 0
+        self.active = self._children[0]
+        self.entered = now
+        self.flag: str | None = None
+        self.counters.clear()
+        self.timers.clear()
+
+    def stop(self) -> None:
+        """Stop what runs, innermost first."""
+        self.active.stop()
+        self.active = self._children[0]
+
+    def pulse(self, row: Row, now: float) -> int:
+        """One tick: query, switch, pulse. The basic behavior to run: its position in `Program.basics`."""
+        decide = self._decides[self.state]
+        if decide is not None:
+            values = self._pick(row) if not self._own else self.values(row, now)
+            following = decide(values)
+            if following >= 0 and following != self.state:
+                if self.watcher is not None:
+                    self.watcher(self, self.state, following, values, now)
+                self.switch(following, now)
+        return self.active.pulse(row, now)
+
+    def switch(self, following: int, now: float) -> None:
+        """Stop the current state's behavior, then start the next one's. Entering a flag state raises its flag."""
+        self.active.stop()
+        self.state = following
+        self.entered = now
+        self.flag = self.automaton.states[following].flag
+        self.active = self._children[following]
+        self.active.start(now)
+        for change in self.instance.changes[following]:
+            kept = self.counters if change.of == "counter" else self.timers
+            if change.action == "reset":
+                kept.pop(change.name, None)
+            elif change.action == "increment":
+                kept[change.name] = kept.get(change.name, 0.0) + change.value
+            else:
+                kept[change.name] = change.value if change.of == "counter" else now
+
+    def values(self, row: Row, now: float) -> Sequence[float]:
+        """The feature vector: body readings from the snapshot, the automaton's own read live."""
+        values = list(self._pick(row))
+        for index, feature in self._own:
+            values[index] = self.own(feature, now)
+        return values
+
+    def own(self, feature: OwnFeature, now: float) -> float:
+        """A feature of this automaton itself: a flag of what it runs, a counter, a timer, or time in state."""
+        if isinstance(feature, Flag):
+            return YES if self.active.flag == feature.name else NO
+        if isinstance(feature, Counter):
+            return self.counters.get(feature.name, 0.0)
+        if isinstance(feature, Timer):
+            return now - self.timers.get(feature.name, nan)
+        return now - self.entered
+
+    @property
+    def automaton(self) -> Automaton:
+        """The automaton that runs."""
+        return self.instance.automaton
+
+    @property
+    def state_name(self) -> str:
+        """The name of the current state."""
+        return self.automaton.states[self.state].name
+
+
+Running: TypeAlias = Machine | Basic
+
+
+def running(child: Child, machines: dict[Child, Running]) -> Running:
+    """What runs an instance or basic behavior: one each, since at most one activation of it can be running."""
+    if child not in machines:
+        machines[child] = Basic(child) if isinstance(child, int) else Machine(child, machines)
+    return machines[child]
+
+
+def _picker(sources: Sequence[int | OwnFeature]) -> Callable[[Row], Sequence[float]]:
+    """Fetches the values of the sources that are body readings from a row, in C; others get any value."""
+    if not any(isinstance(source, int) for source in sources):
+        blank = [nan] * len(sources)
+        return lambda row: blank
+    slots = [source if isinstance(source, int) else 0 for source in sources]
+    return itemgetter(*slots) if len(slots) > 1 else itemgetter(slice(slots[0], slots[0] + 1))
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """One automaton of a run state: where it is and what it remembers. Times are the body's."""
+
+    automaton: str
+    state: str
+    entered: float
+    flag: str | None = None
+    counters: dict[str, float] = field(default_factory=dict)
+    timers: dict[str, float] = field(default_factory=dict)
+
+
+class Interpreter:
+    """One agent running a program."""
+
+    def __init__(self, program: Program, *, now: float = 0.0) -> None:
+        self.program = program
+        self._machines: dict[Child, Running] = {}
+        self.root = running(program.root, self._machines)
+        self.start(now)
+
+    def start(self, now: float) -> None:
+        """Start the root afresh."""
+        self.root.stop()
+        self.root.start(now)
+
+    def pulse(self, row: Row, now: float) -> int:
+        """One tick; the basic behavior to run: its position in `Program.basics`."""
+        return self.root.pulse(row, now)
+
+    def watch(self, watcher: Watcher | None) -> None:
+        """Call `watcher` before every switch of any level; None to switch it off."""
+        for machine in self._machines.values():
+            if isinstance(machine, Machine):
+                machine.watcher = watcher
+
+    @property
+    def active(self) -> tuple[Machine, ...]:
+        """The machines that are running, from the root down."""
+        machines = []
+        machine = self.root
+        while isinstance(machine, Machine):
+            machines.append(machine)
+            machine = machine.active
+        return tuple(machines)
+
+    @property
+    def path(self) -> tuple[str, ...]:
+        """The current state of every level, from the root down."""
+        return tuple(machine.state_name for machine in self.active)
+
+    def snapshot(self) -> tuple[Level, ...]:
+        """The run state of every active level, as plain values."""
+        return tuple(
+            Level(
+                machine.automaton.name,
+                machine.state_name,
+                machine.entered,
+                machine.flag,
+                dict(machine.counters),
+                dict(machine.timers),
+            )
+            for machine in self.active
+        )
+
+    def restore(self, levels: Sequence[Level], *, now: float) -> None:
+        """Go back to a run state, as far down as its states still exist; start what does not."""
+        self.start(now)
+        machine = self.root
+        for level in levels:
+            if not isinstance(machine, Machine) or machine.automaton.name != level.automaton:
+                return
+            if level.state not in machine.automaton.state_names:
+                return
+            machine.switch(machine.automaton.index(level.state), now)
+            machine.entered, machine.flag = level.entered, level.flag
+            machine.counters, machine.timers = dict(level.counters), dict(level.timers)
+            machine = machine.active

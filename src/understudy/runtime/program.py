@@ -1,0 +1,138 @@
+"""Programs: a behavior of a library made ready to run - every name resolved, every parameter ground.
+
+`link` expands the hierarchy under a root into instances: an automaton with the targets that its parameters stand
+for. Since automata never contain themselves, an agent has at most one of each instance active at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from understudy.errors import DefinitionError, UnboundParameter, UnknownName
+from understudy.model.automaton import Automaton, State
+from understudy.model.behavior import Behavior, Change
+from understudy.model.binding import NOTHING_BOUND, Binding, called
+from understudy.model.feature import BoundFeature, Feature, OwnFeature
+from understudy.model.library import Library
+
+IDLING = 0
+"""The position in `Program.basics` of doing nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroundBehavior:
+    """A basic behavior with the targets its parameters stand for."""
+
+    behavior: Behavior
+    binding: Binding = NOTHING_BOUND
+
+    def __str__(self) -> str:
+        return called(self.behavior.name, self.binding)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instance:
+    """An automaton with the targets its parameters stand for.
+
+    `sources` has, per feature, the position in `Program.features`, or the automaton's own feature. `children` has,
+    per state, the instance it runs, or the position in `Program.basics`. `changes` has, per state, what starting it
+    does to counters and timers.
+    """
+
+    automaton: Automaton
+    binding: Binding
+    sources: tuple[int | OwnFeature, ...]
+    children: tuple[Child, ...]
+    changes: tuple[tuple[Change, ...], ...]
+
+    def __str__(self) -> str:
+        return called(self.automaton.name, self.binding)
+
+
+Child: TypeAlias = Instance | int
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """What an agent runs: the root instance or basic behavior, and the ground features and behaviors under it."""
+
+    root: Child
+    features: tuple[BoundFeature, ...]
+    basics: tuple[GroundBehavior, ...]
+
+
+IDLE_PROGRAM = Program(IDLING, (), (GroundBehavior(Behavior("idle")),))
+"""What an agent runs that is to do nothing."""
+
+
+def link(library: Library, name: str, binding: Mapping[str, str] = NOTHING_BOUND) -> Program:
+    """Resolve the behavior `name` of a library, with its parameters bound to targets.
+
+    Raises UnknownName, UnboundParameter, DefinitionError or RecursionRefused, naming the automaton concerned.
+    """
+    library.refuse_recursion(name)
+    linker = _Linker(library)
+    root = linker.child(name, Binding(binding), called_by=name)
+    return Program(root, tuple(linker.features), tuple(linker.basics))
+
+
+class _Linker:
+    def __init__(self, library: Library) -> None:
+        self.library = library
+        self.features: dict[BoundFeature, int] = {}
+        self.basics: dict[GroundBehavior, int] = {ground: IDLING for ground in IDLE_PROGRAM.basics}
+        self.instances: dict[tuple[str, Binding], Instance] = {}
+
+    def child(self, name: str, binding: Binding) -> Child:
+        behavior = self.library.behavior(name)
+        self.check_ground(name, behavior.parameters, binding)
+        if isinstance(behavior, Behavior):
+            ground = GroundBehavior(behavior, binding)
+            return self.basics.setdefault(ground, len(self.basics))
+        key = (name, binding)
+        if key not in self.instances:
+            self.instances[key] = self.instance(behavior, binding)
+        return self.instances[key]
+
+    def instance(self, automaton: Automaton, binding: Binding) -> Instance:
+        children: list[Child] = []
+        changes: list[tuple[Change, ...]] = []
+        for state in automaton.states:
+            changes.append(self.changes(state))
+            if state.behavior is None:
+                children.append(IDLING)
+            else:
+                children.append(self.child(state.behavior, state.binding.within(binding)))
+        sources = tuple(self.source(bound, binding, automaton) for bound in automaton.features)
+        return Instance(automaton, binding, sources, tuple(children), tuple(changes))
+
+    def changes(self, state: State) -> tuple[Change, ...]:
+        behavior = self.library.kit.behaviors.get(state.behavior or "")
+        return behavior.changes if behavior else ()
+
+    def source(self, bound: BoundFeature, binding: Binding, automaton: Automaton) -> int | OwnFeature:
+        if not isinstance(bound.feature, Feature):
+            return bound.feature
+        ground = BoundFeature(bound.feature, bound.binding.within(binding))
+        self.check_ground(automaton.name, (), ground.binding)
+        return self.features.setdefault(ground, len(self.features))
+
+    def check_ground(self, name: str, parameters: tuple[str, ...], binding: Binding) -> None:
+        targets = self.library.kit.targets
+        for parameter in parameters:
+            if parameter not in binding:
+                raise UnboundParameter(behavior=name, parameter=parameter, targets=list(targets))
+        for parameter, target in binding.items():
+            if parameters and parameter not in parameters:
+                raise UnknownName(what="parameter", name=parameter, where=f"behavior {name!r}", known=parameters)
+            if target not in targets:
+                raise UnknownName(what="target", name=target, where=f"the kit, for {name!r},", known=list(targets))
+        for parameter in parameters:
+            if parameter in targets:
+                raise DefinitionError(
+                    what=f"behavior {name!r}",
+                    problem=f"its parameter {parameter!r} has the name of a target",
+                    remedy="rename the parameter",
+                )

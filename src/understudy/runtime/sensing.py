@@ -1,0 +1,80 @@
+"""Sensing: from a body's readings to the columns of ground features that a program decides on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError, UnknownName
+from understudy.model.feature import BoundFeature, Feature, Percept, ReadingKey, Readings
+from understudy.model.kinds import Column, Toroidal
+from understudy.runtime.body import Body, every_key
+
+
+class Sensing:
+    """The columns of `features` (ground, of the body) for one body; `keys` is what the body must sense for them."""
+
+    def __init__(self, features: Sequence[BoundFeature], body: Body) -> None:
+        self.features = tuple(features)
+        self.agents = body.agents
+        readings = {reading.name: reading for reading in body.readings}
+        keys: dict[ReadingKey, None] = {}
+        for bound in self.features:
+            feature = body_feature(bound)
+            for target in bound.binding.values():
+                if target not in body.targets:
+                    raise UnknownName(what="target", name=target, where="the body", known=list(body.targets))
+            if feature.reading is None:  # which readings a function looks at, only running it can tell
+                keys.update((key, None) for key in every_key(body) if key[1] in (None, *bound.binding.values()))
+                continue
+            if feature.reading not in readings:
+                raise UnknownName(what="reading", name=feature.reading, where="the body", known=list(readings))
+            if readings[feature.reading].kind != feature.kind:
+                raise DefinitionError(
+                    what=f"feature {feature.name!r}",
+                    problem=f"it is {feature.kind}, but the body's reading {feature.reading!r} is "
+                    f"{readings[feature.reading].kind}",
+                    remedy="give the feature the reading's kind",
+                )
+            keys[feature_key(bound)] = None
+        self.keys: tuple[ReadingKey, ...] = tuple(keys)
+
+    def columns(self, percept: Percept) -> NDArray[np.float64]:
+        """Values [F, N] of the features in one snapshot."""
+        values = np.empty((len(self.features), self.agents))
+        for index, bound in enumerate(self.features):
+            values[index] = feature_column(bound, percept, agents=self.agents)
+        return values
+
+
+def body_feature(bound: BoundFeature) -> Feature:
+    """The feature of the body behind a bound feature; DefinitionError for one of the automaton itself."""
+    if not isinstance(bound.feature, Feature):
+        raise DefinitionError(
+            what=f"feature {bound}", problem="it belongs to an automaton", remedy="a body cannot sense it"
+        )
+    return bound.feature
+
+
+def feature_key(bound: BoundFeature) -> ReadingKey:
+    """The reading, and its target, behind a data feature whose binding is ground."""
+    feature = body_feature(bound)
+    return feature.reading or "", bound.binding[feature.of] if feature.of else None
+
+
+def feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Column:
+    """The values [N] of one ground feature in one snapshot."""
+    feature = body_feature(bound)
+    if feature.function is None:
+        return percept[feature_key(bound)]
+    targets = [Readings(percept, bound.binding[parameter]) for parameter in feature.parameters]
+    column = np.asarray(feature.function(Readings(percept), *targets), dtype=np.float64)
+    if column.shape != (agents,):
+        raise DefinitionError(
+            what=f"feature {feature.name!r}",
+            problem=f"it returned shape {column.shape}",
+            remedy=f"return one value per agent: shape ({agents},)",
+        )
+    return feature.kind.wrap(column) if isinstance(feature.kind, Toroidal) else column

@@ -1,0 +1,106 @@
+"""Edits: changes a demonstrator makes to a lesson by hand, each from one lesson to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TypedDict
+
+from understudy.errors import SessionError, UnknownName
+from understudy.model.automaton import State
+from understudy.model.example import Example, ExampleKind
+from understudy.model.feature import BoundFeature
+from understudy.model.lesson import Lesson, Options
+from understudy.model.library import Library
+from understudy.training.design import check_names, chosen_feature, chosen_state
+
+
+class Choice(TypedDict, total=False):
+    """What can be chosen for a lesson; see `new_lesson`."""
+
+    states: Sequence[str | State]
+    flags: Sequence[str]
+    features: Sequence[str | BoundFeature]
+    parameters: Sequence[str]
+    stateless: bool
+    options: Options
+
+
+def deleted(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
+    """The lesson without these examples; SessionError where one does not exist."""
+    for number in numbers:
+        numbered(lesson, number)
+    return replace(lesson, examples=tuple(example for example in lesson.examples if example.number not in numbers))
+
+
+def edited(
+    lesson: Lesson, number: int, *, state: str | None, next: str | None, values: Mapping[str, float]
+) -> Lesson:
+    """The lesson with one example's state, next state or values (by feature label) changed."""
+    example, automaton = numbered(lesson, number), lesson.automaton
+    state, following = state or example.state, next or example.next
+    automaton.index(following)
+    if automaton.state(state).flag is not None:
+        raise SessionError(f"a flag state is never left, so no example can begin in {state!r}")
+    new_values = list(example.values)
+    labels = [str(bound) for bound in automaton.features]
+    for label, value in values.items():
+        if label not in labels:
+            raise UnknownName(what="feature", name=label, where=f"automaton {automaton.name!r}", known=labels)
+        index = labels.index(label)
+        new_values[index] = automaton.features[index].kind.check(value, where=f"example {number}, {label}")
+    changed = replace(
+        example,
+        state=state,
+        next=following,
+        kind=_kind(example, state, following),
+        values=tuple(new_values),
+        edited=example.edited or bool(values),
+    )
+    examples = tuple(changed if other.number == number else other for other in lesson.examples)
+    return replace(lesson, examples=examples)
+
+
+def rechosen(lesson: Lesson, library: Library, choice: Choice) -> Lesson:
+    """The lesson with states, flags, features, parameters or options chosen anew; values are still the old ones."""
+    old = lesson.automaton
+    states = [state for state in old.states[1:] if state.flag is None]
+    flags = [state for state in old.states[1:] if state.flag is not None]
+    if "states" in choice:
+        states = [chosen_state(library, state) for state in choice["states"]]
+    if "flags" in choice:
+        flags = [State(flag, flag=flag) for flag in choice["flags"]]
+    features = old.features
+    if "features" in choice:
+        features = tuple(chosen_feature(library, feature) for feature in choice["features"])
+    automaton = replace(
+        old,
+        states=(old.states[0], *states, *flags),
+        features=features,
+        parameters=tuple(choice.get("parameters", old.parameters)),
+        stateless=choice.get("stateless", old.stateless),
+    )
+    check_names(library, automaton)
+    names = {state.name: state for state in automaton.states}
+    kept = tuple(
+        example
+        for example in lesson.examples
+        if example.state in names and example.next in names and names[example.state].flag is None
+    )
+    if features != old.features:  # edited values belonged to the old features
+        kept = tuple(replace(example, edited=False) for example in kept)
+    return replace(lesson, automaton=automaton, examples=kept, options=choice.get("options", lesson.options))
+
+
+def numbered(lesson: Lesson, number: int) -> Example:
+    """The example of this number; SessionError where there is none."""
+    for example in lesson.examples:
+        if example.number == number:
+            return example
+    raise SessionError(f"lesson {lesson.name!r} has no example {number}")
+
+
+def _kind(example: Example, state: str, following: str) -> ExampleKind:
+    if example.kind is ExampleKind.WATCHED or (state, following) == (example.state, example.next):
+        return example.kind
+    return ExampleKind.CONFIRMATION if state == following else ExampleKind.DIRECTIVE

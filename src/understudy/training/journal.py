@@ -1,0 +1,225 @@
+"""The journal of a session: everything needed to go on after a kill, replay a lesson, and look back.
+
+Every press is on disk before it is acknowledged, every change of the lesson when it is made, all readings of every
+tick in chunks (a press flushes its chunk), and a snapshot of body and automaton every few seconds and at presses.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Self, TypeAlias
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import FileError
+from understudy.model.binding import Binding
+from understudy.model.example import Example
+from understudy.model.feature import ReadingKey
+from understudy.model.lesson import Record
+from understudy.runtime.interpreter import Level
+from understudy.training.log import Log, read_log
+from understudy.training.recorder import Moment
+from understudy.training.trainee import Entry, Mode, Press
+
+MAGIC = b"understudy journal 1\n"
+CHUNK_TICKS = 50
+SNAPSHOT_S = 5.0
+
+
+class Rows(msgspec.Struct, frozen=True):
+    """Rows of readings: float64, little-endian, compressed; the last column is the demonstrator's time."""
+
+    count: int
+    packed: bytes
+
+
+class Began(msgspec.Struct, frozen=True, tag=True):
+    """The session as it began."""
+
+    lesson: bytes
+    agent: int
+    keys: list[ReadingKey]
+    tick_s: float
+    targets: dict[str, str]
+    about: dict[str, str | int | float | bool]
+
+
+class Ticks(msgspec.Struct, frozen=True, tag=True):
+    """All readings of consecutive ticks, and the state of the taught automaton at each."""
+
+    first: int
+    rows: Rows
+    states: list[str]
+
+
+class Snapshot(msgspec.Struct, frozen=True, tag=True):
+    """Body and automaton before a tick."""
+
+    tick: int
+    body: bytes
+    run: list[Level]
+    mode: Mode
+
+
+class Pressed(msgspec.Struct, frozen=True, tag=True):
+    """A press, acknowledged once this is on disk."""
+
+    press: Press
+
+
+class Stepped(msgspec.Struct, frozen=True, tag=True):
+    """A step that changed the lesson; `press` is the press that made it, `design` the lesson without examples."""
+
+    what: str
+    press: int | None
+    design: bytes | None
+    changed: list[Example]
+    removed: list[int]
+    rows: Rows
+    before: list[Level]
+    after: list[Level]
+
+
+class Acted(msgspec.Struct, frozen=True, tag=True):
+    """A press that acted and showed nothing."""
+
+    press: int
+    run: list[Level]
+
+
+class Accepted(msgspec.Struct, frozen=True, tag=True):
+    """Watched examples: no step of their own."""
+
+    examples: list[Example]
+    rows: Rows
+
+
+class Raised(msgspec.Struct, frozen=True, tag=True):
+    """What was learned raised a flag: where a correction of the flag would be recorded."""
+
+    entry: Entry
+    rows: Rows
+
+
+class Went(msgspec.Struct, frozen=True, tag=True):
+    """An undo, or a redo."""
+
+    back: bool
+
+
+class Turned(msgspec.Struct, frozen=True, tag=True):
+    """A change of mode, a restart, or other targets: what is not a step of the lesson."""
+
+    mode: Mode
+    run: list[Level]
+    targets: dict[str, str]
+
+
+AnyEntry: TypeAlias = Began | Ticks | Snapshot | Pressed | Stepped | Acted | Accepted | Raised | Went | Turned
+
+_encode = msgspec.msgpack.Encoder(enc_hook=dict).encode  # a Binding is written as a plain mapping
+_decode = msgspec.msgpack.Decoder(AnyEntry, dec_hook=lambda kind, value: Binding(value)).decode
+
+
+class Journal:
+    """A session's journal; without a path it keeps nothing."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        self.path = path
+        self._log = None if path is None else Log.create(path, MAGIC)
+        self._ticks: list[tuple[Moment, str]] = []
+        self._first = 0
+        self._kept_rows = 0
+        self._snapshot_tick = -1
+
+    @classmethod
+    def resumed(cls, path: Path, *, ticks: int, rows: int) -> Self:
+        """Go on with a journal that holds `ticks` ticks and `rows` rows of the lesson's record."""
+        journal = cls()
+        journal.path, journal._log = path, Log.append(path, MAGIC)
+        journal._first, journal._kept_rows = ticks, rows
+        return journal
+
+    @property
+    def tick(self) -> int:
+        """Ticks so far."""
+        return self._first + len(self._ticks)
+
+    def write(self, entry: AnyEntry, *, sync: bool = False) -> None:
+        """Append an entry."""
+        if self._log is not None:
+            self._log.write(_encode(entry), sync=sync)
+
+    def remember(self, moment: Moment, state: str) -> None:
+        """A tick has been sensed."""
+        if self._log is None:
+            return
+        self._ticks.append((moment, state))
+        if len(self._ticks) >= CHUNK_TICKS:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write the ticks of the running chunk."""
+        if not self._ticks or self._log is None:
+            return
+        rows = np.array([(*moment.values, moment.seconds) for moment, _ in self._ticks])
+        self.write(Ticks(self._first, packed_rows(rows), [state for _, state in self._ticks]))
+        self._first += len(self._ticks)
+        self._ticks.clear()
+
+    def wants_snapshot(self, tick_s: float) -> bool:
+        """Whether the last snapshot is a few seconds old."""
+        return self._log is not None and (self.tick - self._snapshot_tick) * tick_s >= SNAPSHOT_S - 1e-9
+
+    def snapshot(self, body: bytes, run: Sequence[Level], mode: Mode) -> None:
+        """Keep body and automaton as they are before the next tick, once per tick."""
+        if self._log is not None and self._snapshot_tick != self.tick:
+            self._snapshot_tick = self.tick
+            self.write(Snapshot(self.tick, zlib.compress(body, 1), list(run), mode))
+
+    def begin(self, entry: Began, *, rows: int) -> None:
+        """A session begins, with a record of so many rows in its lesson."""
+        self._kept_rows = rows
+        self.write(entry, sync=True)
+
+    def new_rows(self, record: Record) -> Rows:
+        """The rows of a record that no entry holds yet."""
+        if self._log is None:
+            return Rows(0, b"")
+        new = np.column_stack([record.values, record.seconds])[self._kept_rows :]
+        self._kept_rows = len(record)
+        return packed_rows(new)
+
+    def close(self) -> None:
+        """Put everything on disk."""
+        if self._log is not None:
+            self.flush()
+            self._log.close()
+
+
+def read_journal(path: Path) -> Iterator[AnyEntry]:
+    """The entries of a journal, oldest first; FileError where it is none."""
+    for index, payload in enumerate(read_log(path, MAGIC)):
+        try:
+            yield _decode(payload)
+        except msgspec.MsgspecError as error:
+            raise FileError(
+                path=path,
+                place=f"entry {index + 1}",
+                problem=f"it cannot be understood ({error})",
+                remedy="use the version of Understudy that wrote this journal",
+            ) from None
+
+
+def packed_rows(rows: NDArray[np.float64]) -> Rows:
+    """Rows [M, K + 1] packed."""
+    return Rows(len(rows), zlib.compress(np.ascontiguousarray(rows, dtype="<f8").tobytes(), 1))
+
+
+def unpacked_rows(rows: Rows, width: int) -> NDArray[np.float64]:
+    """Rows [M, width]."""
+    return np.frombuffer(zlib.decompress(rows.packed), dtype="<f8").reshape(rows.count, width)

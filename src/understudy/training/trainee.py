@@ -1,0 +1,134 @@
+"""The trainee: the agent under training, pulsed as the semantics of pressing say (ARCHITECTURE section 3).
+
+A press replaces step 1 of the automaton under training; without one, in training mode, step 1 answers the current
+state. What a press records is decided here and handed to the session.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from understudy.errors import SessionError
+from understudy.model.example import ExampleKind
+from understudy.runtime.interpreter import Interpreter, Machine, Row
+from understudy.runtime.program import Program
+from understudy.training.values import own_readings
+
+
+class Mode(StrEnum):
+    """Who decides: the demonstrator, or what was learned."""
+
+    TRAINING = "training"
+    TESTING = "testing"
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """Directing to `state`, or confirming the current state (None). It acts at the next tick."""
+
+    number: int
+    state: str | None
+    correction: bool = False
+    paused: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Where what was learned raised a flag: the state it left, its own readings, and the rows of that tick."""
+
+    state: str
+    own: Mapping[str, float]
+    moment: int
+    window: int
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """One example that a press made: at this tick, or at the tick a flag was raised."""
+
+    state: str
+    next: str
+    kind: ExampleKind
+    own: Mapping[str, float]
+    entry: Entry | None = None  # where it belongs, if not to this tick
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What one tick of the trainee did: where it came from, where it went, what a press showed."""
+
+    state: str
+    next: str
+    own: Mapping[str, float]
+    press: Press | None = None
+    shown: list[Shown] = field(default_factory=list)
+    raised: bool = False  # it decided by itself to enter a flag state
+
+
+class Trainee(Interpreter):
+    """An interpreter whose root automaton is being taught."""
+
+    def __init__(self, program: Program, *, now: float) -> None:
+        super().__init__(program, now=now)
+        if not isinstance(self.root, Machine):
+            raise SessionError("only an automaton can be taught, not a basic behavior")
+        self.taught: Machine = self.root
+        self.mode = Mode.TRAINING
+        self.press: Press | None = None
+        self.entry: Entry | None = None
+        self.outcome = Outcome("", "", {})
+
+    def start(self, now: float) -> None:
+        """Start the root afresh."""
+        super().start(now)
+        self.entry = None
+
+    def pulse(self, row: Row, now: float) -> int:
+        """One tick, decided by a press, by the demonstrator's silence, or by what was learned; see `outcome`."""
+        machine, states = self.taught, self.taught.automaton.state_names
+        before, own = machine.state_name, own_readings(machine, now)
+        press, self.press = self.press, None
+        outcome = Outcome(before, before, own, press)
+        if press is not None:
+            self._obey(press, outcome, now)
+            basic = machine.active.pulse(row, now)
+        elif self.mode is Mode.TRAINING:
+            basic = machine.active.pulse(row, now)
+        else:
+            basic = machine.pulse(row, now)
+            outcome.next = states[machine.state]
+            outcome.raised = machine.flag is not None and outcome.next != before
+            if outcome.raised:
+        self.outcome = outcome
+        return basic
+
+    def _obey(self, press: Press, outcome: Outcome, now: float) -> None:
+        machine, automaton = self.taught, self.taught.automaton
+        before = machine.state_name
+        after = press.state if press.state is not None else before
+        outcome.next = after
+        if automaton.state(before).flag is not None:
+            self._obey_at_flag(press, after, outcome, now)
+        elif after == before:
+            outcome.shown.append(Shown(before, before, ExampleKind.CONFIRMATION, outcome.own))
+        else:
+            outcome.shown.append(Shown(before, after, ExampleKind.DIRECTIVE, outcome.own))
+            self._switch(after, now)
+            if automaton.state(after).flag is None:
+                outcome.shown.append(Shown(after, after, ExampleKind.DEFAULT, own_readings(machine, now)))
+
+    def _obey_at_flag(self, press: Press, after: str, outcome: Outcome, now: float) -> None:
+        """A flag raised by what was learned is corrected where it was raised; a directed one leaves no trace."""
+        flagged = self.taught.state_name
+        if press.correction and self.entry is not None:
+            state = self.entry.state
+            kind = ExampleKind.CONFIRMATION if after == state else ExampleKind.DIRECTIVE
+            outcome.shown.append(Shown(state, after, kind, self.entry.own, self.entry))
+        if after != flagged:
+            self._switch(after, now)
+
+    def _switch(self, after: str, now: float) -> None:
+        self.taught.switch(self.taught.automaton.index(after), now)
+        self.entry = None

@@ -1,0 +1,85 @@
+"""From what was recorded to what a lesson's features were then: how examples get, and regain, their values.
+
+The same function serves a fresh press, a feature added later, and a reaction time changed afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import nan
+
+import numpy as np
+
+from understudy.errors import SessionError
+from understudy.model.example import Example
+from understudy.model.feature import AnyFeature, BoundFeature, Counter, Feature, Flag, Percept, Timer
+from understudy.model.kinds import NO
+from understudy.model.lesson import Lesson, Record
+from understudy.runtime.interpreter import Machine
+from understudy.runtime.sensing import feature_column
+
+
+def own_readings(machine: Machine, now: float) -> dict[str, float]:
+    """What an automaton's own features could read now: flag of what it runs, counters, timers, time in state."""
+    own = {f"counter {name}": value for name, value in machine.counters.items()}
+    own |= {f"timer {name}": now - since for name, since in machine.timers.items()}
+    own["time_in_state"] = now - machine.entered
+    if machine.active.flag is not None:
+        own[f"flag {machine.active.flag}"] = 1.0
+    return own
+
+
+def own_value(feature: AnyFeature, own: Mapping[str, float]) -> float:
+    """The value of an automaton's own feature among its recorded own readings."""
+    if isinstance(feature, Flag):
+        return own.get(f"flag {feature.name}", NO)
+    if isinstance(feature, Counter):
+        return own.get(f"counter {feature.name}", 0.0)
+    if isinstance(feature, Timer):
+        return own.get(f"timer {feature.name}", nan)
+    return own.get("time_in_state", nan)
+
+
+def values_of(example: Example, lesson: Lesson, record: Record, *, steady: frozenset[str]) -> tuple[float, ...]:
+    """The values of the lesson's features at an example's moment; `steady` readings (categories) are never shifted.
+
+    SessionError where the moment was not recorded.
+    """
+    if example.moment is None:
+        raise SessionError(
+            f"example {example.number} of {lesson.name!r} was written by hand, without the readings around it; "
+            "delete it, or keep the features it was written for"
+        )
+    percept = percept_at(example, record, reaction_s=lesson.options.reaction_s, steady=steady)
+    return tuple(_value(bound, example, percept) for bound in lesson.automaton.features)
+
+
+def percept_at(example: Example, record: Record, *, reaction_s: float, steady: frozenset[str]) -> Percept:
+    """The snapshot of an example's moment, its shiftable readings taken `reaction_s` earlier if a press made it."""
+    row = example.moment or 0
+    shifted = row
+    if example.pressed and reaction_s > 0 and example.window > 0:
+        seconds = record.seconds[row - example.window : row + 1]
+        distance = np.abs(seconds - (seconds[-1] - reaction_s))
+        shifted = row - example.window + int(np.argmin(np.round(distance, 9)))
+    return {
+        key: record.values[row if key[0] in steady else shifted, column : column + 1]
+        for column, key in enumerate(record.keys)
+    }
+
+
+def _value(bound: BoundFeature, example: Example, percept: Percept) -> float:
+    if not isinstance(bound.feature, Feature):
+        return own_value(bound.feature, example.own)
+    ground = BoundFeature(bound.feature, bound.binding.within(example.binding))
+    return float(feature_column(ground, percept, agents=1)[0])
+
+
+def valued(lesson: Lesson, record: Record, *, steady: frozenset[str]) -> Lesson:
+    """The lesson with every example's values computed again from the record, but for edited ones."""
+    examples = tuple(
+        example if example.edited else replace(example, values=values_of(example, lesson, record, steady=steady))
+        for example in lesson.examples
+    )
+    return replace(lesson, examples=examples)

@@ -1,0 +1,40 @@
+"""Random draws keyed by what they are for, so that a world draws the same alone or among a thousand others.
+
+A draw is a hash of (world seed, id within its world, tick, stream); nothing is drawn in sequence. The hash is
+SplitMix64's finalizer, applied once per part of the key.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.kinds import Column
+
+Seeds: TypeAlias = NDArray[np.int64]
+Words: TypeAlias = NDArray[np.uint64]
+
+_WEYL = np.uint64(0x9E3779B97F4A7C15)
+_FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
+
+
+def _mix(words: Words) -> Words:
+    words = (words ^ (words >> np.uint64(30))) * _FIRST
+    words = (words ^ (words >> np.uint64(27))) * _SECOND
+    return words ^ (words >> np.uint64(31))
+
+
+def uniform(seeds: Seeds, *, item: int, tick: int, stream: int) -> Column:
+    """One number in [0, 1) per seed [N], for this item of its world, at this tick, in this stream."""
+    words = seeds.astype(np.uint64)
+    for part in (item, tick, stream):
+        words = _mix(words + _WEYL) + np.uint64(part)
+    return (_mix(words + _WEYL) >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
+
+def whole(seeds: Seeds, low: int, high: int, *, item: int, tick: int, stream: int) -> Seeds:
+    """One whole number from low to high, both included, per seed [N]."""
+    drawn = uniform(seeds, item=item, tick=tick, stream=stream)
+    return low + np.floor(drawn * (high - low + 1)).astype(np.int64)

@@ -1,0 +1,1 @@
+"""What Understudy uses of scikit-learn (untyped); add what is needed, nothing more."""
