@@ -30,7 +30,9 @@ KIND, OF, YES, NO, AWAY, BRANCH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
 
 Examples = tuple[Ints, Ints, Ints]  # outcome, weight and group of each
 Counts = tuple[Ints, Ints]  # of a node, by outcome: weights of all its examples, number of press-made ones
-Rules = tuple[Ints, bool, bool]  # the table of c log2 c; are there watched examples; must a split gain on the others
+Rules = tuple[
+    Ints, bool, bool
+]  # the table of c log2 c; are there watched examples; must a split gain on the others
 
 
 @njit(cache=True)
@@ -136,7 +138,10 @@ def search_labels(
     rules: Rules, best: Ints,
 ) -> None:  # fmt: skip
     """Try a branch for each label, absent values joining each of those shown here in turn."""
-    weights, shown = np.empty((labels, len(counts[0])), np.int64), np.empty((labels, len(counts[0])), np.int64)
+    weights, shown = (
+        np.empty((labels, len(counts[0])), np.int64),
+        np.empty((labels, len(counts[0])), np.int64),
+    )
     for joined in range(labels):
         weights[:] = 0
         shown[:] = 0
@@ -219,7 +224,11 @@ def search_cuts(
     width = np.empty(len(gaps), np.int64)
     for g in range(len(gaps)):
         lower = column[segment[gaps[g]]]
-        wide = gap_width(column, values, gaps[g], extent) if arcs else column[segment[gaps[g] + 1]] * 0.5 - lower * 0.5
+        wide = (
+            gap_width(column, values, gaps[g], extent)
+            if arcs
+            else column[segment[gaps[g] + 1]] * 0.5 - lower * 0.5
+        )
         width[g] = int(floor(wide / extent * STEPS + 0.5))
     within, shown = np.zeros_like(total), np.zeros_like(total)
     n, presses = added(total), added(pressed)
@@ -316,11 +325,15 @@ def search(
             search_labels(column, segment, present, labels, feature, examples, counts, rules, best)
         else:
             test = BELOW if form[feature] == LINE else ARC
-            search_cuts(column, segment, present, test, extent[feature], feature, examples, counts, rules, best)
+            search_cuts(
+                column, segment, present, test, extent[feature], feature, examples, counts, rules, best
+            )
 
 
 @njit(cache=True)
-def part(order: Ints, start: int, stop: int, side: Ints, sizes: Ints, kept: Ints, sorted_already: int) -> None:
+def part(
+    order: Ints, start: int, stop: int, side: Ints, sizes: Ints, kept: Ints, sorted_already: int
+) -> None:
     """Reorder every row's start:stop so that the children follow one another, each still sorted."""
     offsets = np.empty(len(sizes), np.int64)
     for feature in range(len(order)):
@@ -389,7 +402,12 @@ def grow(
     best, examples = np.empty(9, np.int64), (y, weight, group)
     while depth > 0:
         depth -= 1
-        start, stop, parent, which = waiting[depth, 0], waiting[depth, 1], waiting[depth, 2], waiting[depth, 3]
+        start, stop, parent, which = (
+            waiting[depth, 0],
+            waiting[depth, 1],
+            waiting[depth, 2],
+            waiting[depth, 3],
+        )
         node, count = count, count + 1
         if parent >= 0:
             if nodes[parent, KIND] == LABEL:
@@ -444,7 +462,15 @@ def grow(
         send(column, segment, present, best, flipped, side, group, sizes, presses)
         if present < stop - start and test != ABSENT:
             nodes[node, AWAY] = -2 - side[segment[present]]
-        part(order, start, stop, side, sizes, kept, feature if test == BELOW and present == stop - start else -1)
+        part(
+            order,
+            start,
+            stop,
+            side,
+            sizes,
+            kept,
+            feature if test == BELOW and present == stop - start else -1,
+        )
         at = stop
         for child in range(children - 1, -1, -1):
             if presses[child] > 0:

@@ -53,9 +53,19 @@ def grow(
         form[index] = FORMS.get(type(kind), _kernels.LINE)
         extent[index] = _extent(kind, columns[index])
     nodes, cuts, branches = _kernels.grow(
-        columns, order := np.argsort(columns, axis=1), form, extent, outcomes, groups, states, watched, _table(weight)
+        columns,
+        order := np.argsort(columns, axis=1),
+        form,
+        extent,
+        outcomes,
+        groups,
+        states,
+        watched,
+        _table(weight),
     )
-    return Tree(_nodes(nodes, cuts, branches, order[0], outcomes, groups, kinds, current, midpoints or watched))
+    return Tree(
+        _nodes(nodes, cuts, branches, order[0], outcomes, groups, kinds, current, midpoints or watched)
+    )
 
 
 def _extent(kind: Kind, column: NDArray[np.float64]) -> float:

@@ -19,6 +19,9 @@ from understudy.model.example import Example
 from understudy.model.feature import ReadingKey
 from understudy.model.kinds import Column
 
+LEARNER_VERSION = 1
+"""Raised whenever the same lesson would give another automaton, so that stored trees are built again."""
+
 LONGEST_REACTION_S = 1.0
 """How long before a press its record reaches, so that `reaction_s` can be chosen afterwards."""
 
