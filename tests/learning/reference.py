@@ -78,7 +78,9 @@ class Learner:
                 ]
                 gaining = []
                 for split in apart:
-                    parts = [[row for row in part if row.group != WATCHED] for part in split.children.values()]
+                    parts = [
+                        [row for row in part if row.group != WATCHED] for part in split.children.values()
+                    ]
                     if scores(parts, (1, 1))[1] > 0:
                         gaining.append(split)
                 splits = gaining or apart
@@ -109,7 +111,9 @@ class Learner:
             if len(values) < 2:
                 continue
             if isinstance(kind, Categorical):
-                parts = {int(value): [row for row in present if row.values[feature] == value] for value in values}
+                parts = {
+                    int(value): [row for row in present if row.values[feature] == value] for value in values
+                }
                 yield from self.with_absent(parts, absent, feature, (Test.LABEL, feature), 1.0, (0, 0), None)
             elif isinstance(kind, Toroidal):
                 yield from self.arcs(feature, kind.period, values, present, absent)
@@ -131,7 +135,7 @@ class Learner:
         gaps = [(values[index], values[(index + 1) % count]) for index in range(count)]
 
         def wide(gap: tuple[float, float]) -> float:
-            return (gap[1] - gap[0]) if gap[0] < gap[1] else gap[1] - gap[0] + period
+            return (gap[1] - gap[0]) if gap[0] < gap[1] else period - gap[0] + gap[1]
 
         for first in range(count):
             for second in range(first + 1, count):
@@ -172,7 +176,15 @@ class Learner:
         for rank, side in enumerate(parts):
             joined = {key: part + (absent if key == side else []) for key, part in parts.items()}
             heavy = weigh(parts[side], self.weights)
-            key = (*scores(list(joined.values()), self.weights), round(gap, 9), -feature, 0, *order, heavy, -rank)
+            key = (
+                *scores(list(joined.values()), self.weights),
+                round(gap, 9),
+                -feature,
+                0,
+                *order,
+                heavy,
+                -rank,
+            )
             yield Split(key, test, joined, side if absent else STAY)
             if not absent:
                 return
@@ -202,4 +214,10 @@ def nested(tree: Tree, index: int = 0) -> Any:
         children = {0: node.yes, 1: node.no}
     away = next((side for side, at in children.items() if at == node.absent != STAY), None)
     cuts = {Test.BELOW: (node.high,), Test.ARC: (node.low, node.high)}.get(Test(node.test), ())
-    return (Test(node.test), node.feature, *cuts, away, {side: nested(tree, at) for side, at in children.items()})
+    return (
+        Test(node.test),
+        node.feature,
+        *cuts,
+        away,
+        {side: nested(tree, at) for side, at in children.items()},
+    )

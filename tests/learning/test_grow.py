@@ -105,7 +105,9 @@ def test_large_noisy_lesson_repeats_and_is_pure() -> None:
     order = random.permutation(3000)
     again = grow(values[order], outcomes[order], groups[order], kinds, states=3)
     assert repr(tree) == repr(again)
-    rows = [Row(tuple(row), outcome, 1) for row, outcome in zip(values.tolist(), outcomes.tolist(), strict=True)]
+    rows = [
+        Row(tuple(row), outcome, 1) for row, outcome in zip(values.tolist(), outcomes.tolist(), strict=True)
+    ]
     assert misses(tree, rows) == []
 
 
@@ -140,5 +142,9 @@ def test_too_many_examples_are_refused() -> None:
     count = MOST_WEIGHT + 1
     with pytest.raises(DefinitionError, match="keep at most"):
         grow(
-            np.zeros((count, 1)), np.zeros(count, np.int64), np.ones(count, np.int64), [Continuous()], states=1
+            np.zeros((count, 1)),
+            np.zeros(count, np.int64),
+            np.ones(count, np.int64),
+            [Continuous()],
+            states=1,
         )

@@ -109,7 +109,9 @@ VOTES = [  # (outcome, kind)…, current state, answer
 @pytest.mark.parametrize(("what", "votes", "current", "answer"), VOTES, ids=[row[0] for row in VOTES])
 def test_votes_at_one_vector(what: str, votes: list[tuple[int, str]], current: int, answer: int) -> None:
     assert vote([(outcome, KINDS[kind]) for outcome, kind in votes], current=current) == answer
-    grown = tree_of([Row((1.0,), outcome, KINDS[kind]) for outcome, kind in votes], [Continuous()], current=current)
+    grown = tree_of(
+        [Row((1.0,), outcome, KINDS[kind]) for outcome, kind in votes], [Continuous()], current=current
+    )
     assert grown.decide((1.0,)) == answer
 
 

@@ -18,7 +18,9 @@ from understudy.model.regions import ABSENT_ONLY, Region, boxes
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 from understudy.model.words import Words
 
-DISTANCE = BoundFeature(Feature("distance_to", Continuous(), reading="range", of="A", unit="m"), Binding(A="A"))
+DISTANCE = BoundFeature(
+    Feature("distance_to", Continuous(), reading="range", of="A", unit="m"), Binding(A="A")
+)
 ANGLE = BoundFeature(Feature("angle_to", Toroidal(), reading="bearing", of="A", unit="rad"), Binding(A="A"))
 DONE = BoundFeature(Flag("done"))
 STATUS = BoundFeature(Feature("status", Categorical(("idle", "busy", "lost", "home")), reading="status"))
@@ -108,7 +110,10 @@ def test_numbers_are_rounded_only_as_far_as_they_can_be_told_apart() -> None:
 def test_sentences() -> None:
     tree = Tree((below(0, 2.0, 1, 2), leaf(1), leaf(0)))
     names = ("start", "load")
-    assert sentences(tree, FEATURES, names, "start") == ("load when distance_to(A) is below 2 m", "stays otherwise")
+    assert sentences(tree, FEATURES, names, "start") == (
+        "load when distance_to(A) is below 2 m",
+        "stays otherwise",
+    )
     assert sentences(Tree((leaf(1),)), FEATURES, names, "start") == ("load always",)
     assert sentences(Tree((leaf(0),)), FEATURES, names, "start") == ("stays always",)
 
