@@ -92,9 +92,9 @@ def measure(body: Task, decide: Decide, keys: Sequence[ReadingKey], *, limit_s: 
 class HandForager:
     """The yardstick: a forager written by hand, for N robots at once, that does one basic behavior at a time.
 
-    It turns until it faces its target to half a tick's turn, then drives, and turns again only when the target
-    is off by more than `astray` (rad), so that it never chatters between the two. It goes home when full or when
-    no food is left, and stays with that until it carries nothing.
+    It turns until it faces its target to half a tick's turn, then drives, and turns again only when the
+    target is off by more than `astray` (rad), so that it never chatters between the two. It goes home when
+    full or when no food is left, and stays with that until it carries nothing.
     """
 
     keys: Sequence[ReadingKey] = (
@@ -138,11 +138,11 @@ class HandForager:
 def lower_bound(world: Forage) -> Column:
     """Seconds [N] that no robot can beat which visits the places nearest-first, from where it stands now.
 
-    A trip goes to the nearest source with food, and on to the next nearest while there is room and food, then to
-    the station; what is nearest is judged from where a straight way comes within reach. Counted are the straight
-    lines between those places, less the reach at either end, at forward speed; and loading and unloading each
-    unit. Turning costs nothing and ticks need not be whole, so for that order of visits it is a true bound. A
-    robot that chooses another order may beat it.
+    A trip goes to the nearest source with food, and on to the next nearest while there is room and food, then
+    to the station; what is nearest is judged from where a straight way comes within reach. Counted are the
+    straight lines between those places, less the reach at either end, at forward speed; and loading and
+    unloading each unit. Turning costs nothing and ticks need not be whole, so for that order of visits it is
+    a true bound. A robot that chooses another order may beat it.
     """
     return np.array([_bound(world.view(agent), world.settings) for agent in range(world.agents)])
 

@@ -79,6 +79,13 @@ class Categorical:
                 problem=f"its labels are {list(self.labels)}",
                 remedy="give at least one label, each of them once and none empty",
             )
+        for label in self.labels:
+            if "|" in label or label != label.strip():
+                raise KindError(
+                    where="categorical kind",
+                    problem=f"{label!r} cannot be written in a table",
+                    remedy="give labels without | and without spaces around them",
+                )
 
     def __str__(self) -> str:
         return f"categorical({'|'.join(self.labels)})"

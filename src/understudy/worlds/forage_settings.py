@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
-from math import isfinite
+from dataclasses import dataclass, replace
+from math import isfinite, pi
 from types import MappingProxyType
 
 from understudy.errors import SettingError
@@ -45,44 +45,34 @@ class ForageSettings:
     tick_s: float = 0.1
 
     def __post_init__(self) -> None:
-        self._check_numbers()
-        for name in ("sources", "amounts"):
-            low, high = getattr(self, name)
-            least = 0 if name == "sources" else 1
-            if not least <= low <= high:
-                raise wrong(name, f"is {(low, high)}", f"give (least, most) with {least} <= least <= most")
-        if not 0 <= self.stored <= self.capacity:
-            raise wrong("stored", f"is {self.stored}", f"give 0 to the capacity, {self.capacity}")
+        for name in _SIZES:
+            _check_size(name, getattr(self, name))
+        _check_count("capacity", self.capacity, least=1, most=None)
+        _check_count("stored", self.stored, least=0, most=self.capacity)
+        _check_pair("sources", self.sources, least=0)
+        _check_pair("amounts", self.amounts, least=1)
         for name in ("load_s", "unload_s"):
             ticks = getattr(self, name) / self.tick_s
             if round(ticks) < 1 or abs(ticks - round(ticks)) > 1e-9:
                 raise wrong(
-                    name, f"is {getattr(self, name)} s", f"give a multiple of the tick, {self.tick_s} s"
+                    name, f"is {getattr(self, name)} s", f"give a multiple of tick_s, {self.tick_s} s"
                 )
         if self.forward_speed * self.tick_s > self.reach:
-            raise wrong("forward_speed", "drives past a thing in one tick", "give less than reach / tick_s")
+            problem = f"drives {self.forward_speed * self.tick_s} m in a tick"
+            raise wrong(
+                "forward_speed", problem, f"give less, so that it is at most the reach, {self.reach} m"
+            )
+        if self.turning_speed * self.tick_s > pi / 2:
+            problem = f"turns {self.turning_speed * self.tick_s} rad in a tick"
+            raise wrong("turning_speed", problem, "give less, so that it is at most a quarter of a circle")
         if self.radius > self.reach:
             raise wrong("radius", f"is {self.radius} m", f"give at most the reach, {self.reach} m")
         if self.food_beside_station and self.sources[0] == 0:
-            raise wrong("food_beside_station", "needs a source", "let sources begin at 1")
-        if min(self.width, self.height) <= 2 * self.margin:
-            size = f"are {self.width} and {self.height} m"
-            raise wrong("width and height", size, f"give each more than {2 * self.margin} m")
-
-    def _check_numbers(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.type == "bool":
-                continue
-            if field.type == "tuple[int, int]":
-                if not (isinstance(value, tuple) and [type(each) for each in value] == [int, int]):
-                    raise wrong(field.name, f"is {value!r}", "give two whole numbers, the least and the most")
-            elif field.type == "int" and (type(value) is not int or (value < 1 and field.name != "stored")):
-                raise wrong(field.name, f"is {value!r}", "give a whole number of at least 1")
-            elif not (
-                isinstance(value, int | float) and isfinite(value) and (value > 0 or field.type == "int")
-            ):
-                raise wrong(field.name, f"is {value!r}", "give a finite number above 0")
+            raise wrong("food_beside_station", "is asked for without food", "let sources begin at 1")
+        for name in ("width", "height"):
+            if getattr(self, name) <= 2 * self.margin:
+                problem, remedy = f"is {getattr(self, name)} m", f"give more than {2 * self.margin} m"
+                raise wrong(name, f"leaves no room between the walls: it {problem}", remedy)
 
     @property
     def load_ticks(self) -> int:
@@ -103,6 +93,36 @@ class ForageSettings:
     def apart(self) -> float:
         """How far station and sources stay from each other, m: no place is within reach of two."""
         return 2.0 * self.reach + 0.1
+
+
+_SIZES = (
+    "width",
+    "height",
+    "forward_speed",
+    "turning_speed",
+    "load_s",
+    "unload_s",
+    "reach",
+    "radius",
+    "tick_s",
+)
+
+
+def _check_size(name: str, value: object) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not (isfinite(value) and value > 0):
+        raise wrong(name, f"is {value!r}", "give a finite number above 0")
+
+
+def _check_count(name: str, value: object, *, least: int, most: int | None) -> None:
+    if type(value) is not int or value < least or (most is not None and value > most):
+        upto = "up" if most is None else f"to {most}"
+        raise wrong(name, f"is {value!r}", f"give a whole number from {least} {upto}")
+
+
+def _check_pair(name: str, pair: object, *, least: int) -> None:
+    low, high = pair if isinstance(pair, tuple) and len(pair) == 2 else (None, None)
+    if type(low) is not int or type(high) is not int or not least <= low <= high:
+        raise wrong(name, f"is {pair!r}", f"give (least, most), whole numbers from {least} up")
 
 
 def corner_cases(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:

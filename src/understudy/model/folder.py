@@ -1,0 +1,174 @@
+"""A library on disk: a folder with one document per automaton, and every former version of each.
+
+    library/forage.json
+    library/versions/forage/0001 2026-11-21 10.15.00.json
+
+Nothing is lost or half written whenever a program is killed: documents are replaced whole, and former versions
+kept before that.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from types import MappingProxyType
+from unicodedata import normalize
+
+from understudy.errors import DefinitionError, FileError, UnknownName
+from understudy.model.atomic import failing, locked, sync_folder, write
+from understudy.model.document import Learn, Opened, decode, encode
+from understudy.model.filenames import alike, stem
+from understudy.model.kit import Kit
+from understudy.model.library import Library, Taught
+
+VERSIONS = "versions"
+_VERSION = re.compile(r"(\d{4,})(?: (\d{4}-\d\d-\d\d \d\d\.\d\d\.\d\d))?\.json")
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedLibrary:
+    """A library, and by name why transition functions were built anew."""
+
+    library: Library
+    rebuilt: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """A former version of an automaton: its number from 1, when it was saved (UTC), its file."""
+
+    number: int
+    saved: datetime | None
+    path: Path
+
+
+def open_library(folder: Path, kit: Kit, learn: Learn | None = None) -> OpenedLibrary:
+    """All automata of a folder. The first thing wrong is raised, naming the file and place."""
+    library, rebuilt = Library(kit), {}
+    for path in documents(folder):
+        opened = open_document(path, kit, learn)
+        library = joined(library, opened.taught, path)
+        if opened.rebuilt is not None:
+            rebuilt[opened.taught.automaton.name] = opened.rebuilt
+    return OpenedLibrary(library, MappingProxyType(rebuilt))
+
+
+def documents(folder: Path) -> list[Path]:
+    """The documents in a folder, in order of name; files that are still being written are no documents."""
+    with failing(folder, "opening the library"):
+        return sorted(path for path in folder.iterdir() if path.suffix == ".json" and path.name[0] != ".")
+
+
+def open_document(path: Path, kit: Kit, learn: Learn | None = None) -> Opened:
+    """The automaton in a file of a library; FileError where the file is not named after it."""
+    opened = read_document(path, kit, learn)
+    name = opened.taught.automaton.name
+    expected = f"{stem(name)}.json"
+    if normalize("NFC", path.name) != expected:
+        also = f", as {expected} beside it does" if path.with_name(expected).exists() else ""
+        problem = f"it holds automaton {name!r}{also}"
+        remedy = f"remove it, rename the file to {expected}, or rename the automaton in it"
+        raise FileError(path=path, place="$.automaton.name", problem=problem, remedy=remedy)
+    return opened
+
+
+def read_document(path: Path, kit: Kit, learn: Learn | None = None) -> Opened:
+    """The automaton in any file."""
+    with failing(path, "reading", remedy="see that the file exists and that you may read it"):
+        data = path.read_bytes()
+    return decode(data, kit, path=path, learn=learn)
+
+
+def joined(library: Library, taught: Taught, path: Path) -> Library:
+    """The library with the automaton from this file; FileError where its name is taken."""
+    name = taught.automaton.name
+    for other in library.taught:
+        if alike(other) == alike(name):
+            problem = (
+                f"automaton {name!r} is also called {other!r} beside it, but for case or the form of letters"
+            )
+            raise FileError(
+                path=path, place="$.automaton.name", problem=problem, remedy="rename or remove one of the two"
+            )
+    try:
+        return library.with_taught(taught)
+    except DefinitionError as error:
+        place = "$.automaton.name"
+        raise FileError(path=path, place=place, problem=error.problem, remedy=error.remedy) from error
+
+
+def save(folder: Path, taught: Taught) -> Path:
+    """Write an automaton into a library's folder, keeping the former version; nothing if nothing changed.
+
+    When it returns, the document will outlast a power cut; when it raises, the folder is as it was.
+    """
+    data = encode(taught)
+    path = folder / f"{stem(taught.automaton.name)}.json"
+    with failing(path, "saving", remedy="see that the disk has room and that you may write there"):
+        folder.mkdir(parents=True, exist_ok=True)
+        with locked(folder):
+            _refuse_alike(taught.automaton.name, path)
+            former = path.read_bytes() if path.exists() else None
+            if former == data:
+                return path
+            if former is not None:
+                _keep(path, former)
+            write(path, data)
+    return path
+
+
+def _refuse_alike(name: str, path: Path) -> None:
+    for other in path.parent.glob("*.json"):
+        if other.name != path.name and alike(other.stem) == alike(path.stem):
+            raise DefinitionError(
+                what=f"automaton {name!r}",
+                problem=f"{other.name} has that name already, but for case or the form of letters",
+                remedy="give it another name",
+            )
+
+
+def _keep(path: Path, former: bytes) -> None:
+    """Add a former version, unless it is the last one kept (as where a program was killed in between)."""
+    folder = path.parent / VERSIONS / path.stem
+    folder.mkdir(parents=True, exist_ok=True)
+    kept = _versions(folder)
+    if kept and kept[-1].path.read_bytes() == former:
+        return
+    saved = datetime.fromtimestamp(path.stat().st_mtime, UTC)
+    number = kept[-1].number + 1 if kept else 1
+    with locked(folder):
+        write(folder / f"{number:04} {saved:%Y-%m-%d %H.%M.%S}.json", former)
+    sync_folder(folder.parent)
+    sync_folder(path.parent)
+
+
+def versions(folder: Path, name: str) -> tuple[Version, ...]:
+    """The former versions of an automaton, oldest first; the current one is not among them."""
+    return _versions(folder / VERSIONS / stem(name))
+
+
+def _versions(folder: Path) -> tuple[Version, ...]:
+    if not folder.is_dir():
+        return ()
+    found = [(match, path) for path in folder.iterdir() if (match := _VERSION.fullmatch(path.name))]
+    listed = [Version(int(match[1]), _date(match[2]), path) for match, path in found]
+    return tuple(sorted(listed, key=lambda version: version.number))
+
+
+def _date(text: str | None) -> datetime | None:
+    try:
+        return None if text is None else datetime.strptime(text, "%Y-%m-%d %H.%M.%S").replace(tzinfo=UTC)
+    except ValueError:
+        return None
+
+
+def load_version(folder: Path, name: str, number: int, kit: Kit, learn: Learn | None = None) -> Opened:
+    """A former version of an automaton."""
+    kept = {version.number: version.path for version in versions(folder, name)}
+    if number not in kept:
+        where = f"automaton {name!r} in {folder}"
+        raise UnknownName(what="version", name=str(number), where=where, known=[str(each) for each in kept])
+    return read_document(kept[number], kit, learn)

@@ -1,0 +1,111 @@
+"""How a document looks on the page, and where a place in it is: one thing per line, fit to diff."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from json import JSONDecodeError, JSONDecoder
+from typing import Any
+
+import msgspec
+
+OPENED = (
+    (),
+    ("automaton",),
+    ("automaton", "states"),
+    ("automaton", "features"),
+    ("lesson",),
+    ("lesson", "examples"),
+    ("lesson", "watched"),
+    ("lesson", "watched", "*"),
+    ("lesson", "watched", "*", "values"),
+    ("lesson", "watched", "*", "own"),
+    ("lesson", "record"),
+    ("lesson", "record", "readings"),
+    ("built",),
+    ("built", "trees"),
+    ("built", "trees", "*"),
+)
+"""The objects and arrays whose members each get a line of their own; `*` is any key or index."""
+
+
+def lay_out(document: Any) -> bytes:
+    """A document's bytes: indented, keys in declared order, UTF-8, a line feed at the end."""
+    return (_lines(msgspec.to_builtins(document), (), "") + "\n").encode("utf-8")
+
+
+def _lines(value: Any, path: tuple[str, ...], indent: str) -> str:
+    if path not in OPENED or not value or not isinstance(value, dict | list):
+        return msgspec.json.format(msgspec.json.encode(value), indent=0).decode("utf-8")
+    below = indent + "  "
+    if isinstance(value, dict):
+        lines = [
+            f"{_lines(key, ('',), '')}: {_lines(part, _under(path, key), below)}"
+            for key, part in value.items()
+        ]
+    else:
+        lines = [_lines(part, (*path, "*"), below) for part in value]
+    opening, closing = "{}" if isinstance(value, dict) else "[]"
+    return f"{opening}\n{below}" + f",\n{below}".join(lines) + f"\n{indent}{closing}"
+
+
+def _under(path: tuple[str, ...], key: str) -> tuple[str, ...]:
+    return (*path, key) if (*path, key) in OPENED else (*path, "*")
+
+
+def repeated_key(text: str) -> str | None:
+    """The first key that an object of this JSON text has twice: JSON readers would silently drop one."""
+    found: list[str] = []
+
+    def look(pairs: list[tuple[str, Any]]) -> None:
+        keys = [key for key, _ in pairs]
+        found.extend(key for key in dict.fromkeys(keys) if keys.count(key) > 1)
+
+    JSONDecoder(object_pairs_hook=look).decode(text)
+    return found[0] if found else None
+
+
+def line_of(text: str, steps: Sequence[str | int]) -> int | None:
+    """The line (from 1) where the member at these keys and indices begins, or its nearest ancestor."""
+    position = _skip(text, 0)
+    try:
+        for step in steps:
+            position = _member(text, position, step)
+    except (JSONDecodeError, IndexError, KeyError):
+        pass
+    return text.count("\n", 0, position) + 1 if position < len(text) else None
+
+
+def spelled(steps: Sequence[str | int]) -> str:
+    """Keys and indices as a JSON path: $.automaton.states[2].name."""
+    return "$" + "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)
+
+
+def steps_of(path: str) -> tuple[str | int, ...]:
+    """The keys and indices of a JSON path as msgspec gives it, up to the first it leaves out ([...])."""
+    known = path.removeprefix("$").partition("[...]")[0]
+    return tuple(int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", known))
+
+
+def _skip(text: str, position: int) -> int:
+    while position < len(text) and text[position] in " \t\r\n,:":
+        position += 1
+    return position
+
+
+def _member(text: str, position: int, step: str | int) -> int:
+    """Where the member `step` of the object or array at `position` begins."""
+    decoder = JSONDecoder()
+    opening, position = text[position], _skip(text, position + 1)
+    for index in range(len(text)):
+        if text[position] in "]}":
+            break
+        key: str | int = index
+        if opening == "{":
+            key, position = decoder.raw_decode(text, position)
+            position = _skip(text, position)
+        if key == step:
+            return position
+        _, position = decoder.raw_decode(text, position)
+        position = _skip(text, position)
+    raise KeyError(step)

@@ -1,0 +1,319 @@
+"""The laws that features, behaviors, bodies and worlds keep, for you to put your own parts through.
+
+    check_feature(my_feature, body)
+    check_behavior(my_behavior, body)
+    check_body(body)
+    check_world(lambda seeds: MyWorld(seeds))
+
+Each raises LawBroken, one sentence that names the part and the law, or returns nothing. A check drives the
+body it is given; where the body is Rewindable it is put back afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
+from itertools import product
+
+import numpy as np
+
+from understudy.errors import KindError, UnderstudyError
+from understudy.model.behavior import Behavior
+from understudy.model.feature import AnyFeature, Feature, Percept, Readings
+from understudy.model.kinds import Column, Kind
+from understudy.runtime.body import Body, Commands, Rewindable, every_key
+
+TICKS = 60
+
+
+class LawBroken(UnderstudyError):
+    """A part that breaks a law it has to keep."""
+
+    def __init__(self, *, part: str, law: str, found: str) -> None:
+        self.part, self.law, self.found = part, law, found
+        super().__init__(f"{part} breaks a law: {law}; {found}")
+
+
+def check_feature(feature: AnyFeature, body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
+    """Reads what the body offers; gives [N] of its kind; inputs untouched; repeatable; rows by themselves."""
+    if not isinstance(feature, Feature):
+        return  # it reads the automaton, not the body
+    part = f"feature {feature.name!r}"
+    bindings = list(product(body.targets, repeat=len(feature.parameters)))
+    _require(bool(bindings), part, "a feature of a target needs a body that has targets", "this one has none")
+    with _put_back(body):
+        for percept in _percepts(body, ticks, seed):
+            for targets in bindings:
+                compute = partial(_value, feature, targets, part)
+                _check_computation(part, compute, percept, feature.kind)
+
+
+def check_behavior(behavior: Behavior, body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
+    """Commands what the body obeys; finite; inputs untouched; repeatable; each row by itself."""
+    part = f"behavior {behavior.name!r}"
+    channels = {channel.name for channel in body.channels}
+    _check_channels(part, behavior.command, channels)
+    if behavior.function is None:
+        return
+    bindings = list(product(body.targets, repeat=len(behavior.parameters)))
+    with _put_back(body):
+        for percept in _percepts(body, ticks, seed):
+            for targets in bindings:
+                commanded = sorted(_commanded(behavior, targets, percept))
+                _check_channels(part, commanded, channels)
+                for channel in commanded:
+                    compute = partial(_channel, behavior, targets, channel)
+                    _check_computation(part, compute, percept, None)
+
+
+def check_body(body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
+    """Senses [N] in kind, twice the same, a part as the whole; leaves commands be; refuses the unknown.
+
+    A Rewindable body also goes on from a snapshot exactly as it did before, and rests on channels left out.
+    """
+    part = f"body {type(body).__name__}"
+    _check_declarations(part, body)
+    with _put_back(body):
+        for percept in _percepts(body, ticks, seed):
+            _check_percept(part, body, percept)
+        _check_refusals(part, body)
+        _check_commands_untouched(part, body, seed)
+    if isinstance(body, Rewindable):
+        _check_rewinding(part, body, ticks, seed)
+
+
+def check_world(
+    make: Callable[[Sequence[int]], Body], *, seeds: Sequence[int] = (0, 1, 2, 7, 40), ticks: int = TICKS
+) -> None:
+    """All of `check_body`; the same seeds give the same run; a world runs alone as it does among others.
+
+    `make` takes seeds and gives a body: each world has as many rows as any other, in the order of the seeds.
+    """
+    body = make(seeds)
+    part = f"world {type(body).__name__}"
+    rows, rest = divmod(body.agents, len(seeds))
+    _require(
+        not rest, part, "each seed's world has as many rows", f"{len(seeds)} seeds gave {body.agents} rows"
+    )
+    check_body(body, ticks=ticks)
+    among = _record(make(seeds), ticks, seeds, rows)
+    _require_same(part, "the same seeds give the same run", among, _record(make(seeds), ticks, seeds, rows))
+    for index, seed in enumerate(seeds):
+        alone = _record(make([seed]), ticks, [seed], rows)
+        own = slice(index * rows, (index + 1) * rows)
+        cut = [{key: column[own] for key, column in percept.items()} for percept in among]
+        _require_same(part, f"world {seed} runs alone as it does among others", cut, alone)
+
+
+# What the checks are made of.
+
+
+def _require(kept: bool, part: str, law: str, found: str) -> None:
+    if not kept:
+        raise LawBroken(part=part, law=law, found=found)
+
+
+def _same(one: Column, other: Column) -> bool:
+    return one.shape == other.shape and np.array_equal(one, other, equal_nan=True)
+
+
+def _require_same(part: str, law: str, one: Sequence[Percept], other: Sequence[Percept]) -> None:
+    for tick, (percept, again) in enumerate(zip(one, other, strict=True)):
+        for key, column in percept.items():
+            found = f"{_spelled(key)} is {column} and {again[key]} at tick {tick}"
+            _require(_same(column, again[key]), part, law, found)
+
+
+def _spelled(key: tuple[str, str | None]) -> str:
+    return f"reading {key[0]!r}" if key[1] is None else f"reading {key[0]!r} of {key[1]!r}"
+
+
+def _drawn(body: Body, generators: Sequence[np.random.Generator], rows: int) -> Commands:
+    """Commands for one tick, each world's from a generator of its own, at rest about half of the time."""
+    drawn = [generator.uniform(-1, 1, (len(body.channels) + 1, rows)) for generator in generators]
+    commands = {
+        channel.name: np.concatenate([np.where(world[-1] < 0.5, world[at], channel.rest) for world in drawn])
+        for at, channel in enumerate(body.channels)
+    }
+    return commands
+
+
+def _percepts(body: Body, ticks: int, seed: int) -> Iterator[Percept]:
+    generators, keys = [np.random.default_rng(seed)], every_key(body)
+    for _ in range(ticks):
+        yield body.sense(keys)
+        body.act(_drawn(body, generators, body.agents))
+
+
+def _record(body: Body, ticks: int, seeds: Sequence[int], rows: int) -> list[Percept]:
+    generators, keys = [np.random.default_rng(seed) for seed in seeds], every_key(body)
+    percepts: list[Percept] = []
+    for _ in range(ticks):
+        percepts.append(_copied(body.sense(keys)))
+        body.act(_drawn(body, generators, rows))
+    return percepts
+
+
+def _copied(percept: Percept) -> dict[tuple[str, str | None], Column]:
+    return {key: column.copy() for key, column in percept.items()}
+
+
+@contextmanager
+def _put_back(body: Body) -> Iterator[None]:
+    before = body.snapshot() if isinstance(body, Rewindable) else None
+    try:
+        yield
+    finally:
+        if before is not None and isinstance(body, Rewindable):
+            body.restore(before)
+
+
+def _value(feature: Feature, targets: tuple[str, ...], part: str, percept: Percept) -> Column:
+    if feature.function is not None:
+        return feature.function(Readings(percept), *(Readings(percept, target) for target in targets))
+    key = (str(feature.reading), targets[0] if targets else None)
+    _require(key in percept, part, "a feature reads what the body offers", f"there is no {_spelled(key)}")
+    return percept[key]
+
+
+def _commanded(behavior: Behavior, targets: tuple[str, ...], percept: Percept) -> Mapping[str, Column]:
+    if behavior.function is None:
+        return {}
+    return behavior.function(Readings(percept), *(Readings(percept, target) for target in targets))
+
+
+def _channel(behavior: Behavior, targets: tuple[str, ...], channel: str, percept: Percept) -> Column:
+    return _commanded(behavior, targets, percept)[channel]
+
+
+def _check_column(part: str, column: object, rows: int, kind: Kind | None) -> None:
+    shape = getattr(column, "shape", None)
+    law = "its values are one column of floats, a number per agent"
+    _require(isinstance(column, np.ndarray), part, law, f"they are {type(column).__name__}")
+    values = np.asarray(column)
+    _require(shape == (rows,) and values.dtype == np.float64, part, law, f"they are {values.dtype} {shape}")
+    if kind is None:
+        _require(bool(np.isfinite(values).all()), part, "commands are finite", f"they are {values}")
+        return
+    for row, value in enumerate(values.tolist()):
+        try:
+            kept = kind.check(value, where=part)
+        except KindError as broken:
+            raise LawBroken(
+                part=part, law=f"its values are {kind}", found=f"agent {row}: {broken}"
+            ) from broken
+        same = kept == value or (kept != kept and value != value)
+        _require(same, part, f"its values are {kind}", f"agent {row} has {value}, which is {kept} there")
+
+
+def _check_computation(
+    part: str, compute: Callable[[Percept], Column], percept: Percept, kind: Kind | None
+) -> None:
+    before = _copied(percept)
+    column = compute(percept)
+    rows = len(next(iter(percept.values())))
+    _check_column(part, column, rows, kind)
+    kept = all(_same(percept[key], before[key]) for key in before)
+    _require(kept, part, "it leaves the readings it is given untouched", "it changed them")
+    _require(_same(column, compute(percept)), part, "the same readings give the same values", "they differed")
+    for row in range(rows):
+        alone = compute({key: values[row : row + 1] for key, values in percept.items()})
+        found = f"agent {row} has {column[row]} among others and {alone} alone"
+        _require(_same(alone, column[row : row + 1]), part, "each agent's value is its own", found)
+
+
+def _check_channels(part: str, commands: Iterable[str], known: set[str]) -> None:
+    unknown = sorted(set(commands) - known)
+    law = "it commands channels of the body"
+    _require(not unknown, part, law, f"it commands {unknown} where there are {sorted(known)}")
+
+
+def _check_declarations(part: str, body: Body) -> None:
+    law = "names are given once, and there is at least one reading, channel and agent"
+    for names in ([each.name for each in body.readings], [each.name for each in body.channels]):
+        _require(bool(names) and len(set(names)) == len(names), part, law, f"it has {names}")
+    _require(len(set(body.targets)) == len(body.targets), part, law, f"it has targets {list(body.targets)}")
+    _require(body.agents >= 1, part, law, f"it has {body.agents} agents")
+    _require(body.tick_s > 0, part, "a tick takes some time", f"tick_s is {body.tick_s}")
+
+
+def _check_percept(part: str, body: Body, percept: Percept) -> None:
+    kinds = {reading.name: reading.kind for reading in body.readings}
+    keys = every_key(body)
+    _require(
+        set(percept) == set(keys), part, "it senses what it is asked", f"it gave {sorted(map(str, percept))}"
+    )
+    for key in keys:
+        _check_column(f"{part}, {_spelled(key)}", percept[key], body.agents, kinds[key[0]])
+    _require_same(part, "sensing twice gives the same", [percept], [body.sense(keys)])
+    for key in keys:
+        _require_same(part, "a reading is the same asked alone", [body.sense([key])], [percept])
+    kept, written = _copied(percept), body.sense(keys)
+    for key in keys:
+        if written[key].flags.writeable:
+            written[key].fill(0.5)
+    _require_same(part, "what is done to a percept does not reach the body", [kept], [body.sense(keys)])
+
+
+def _check_refusals(part: str, body: Body) -> None:
+    law = "what it does not know, it refuses with an UnderstudyError that names it"
+    unknown = "no_such_thing"
+    channel, wrong = body.channels[0].name, np.zeros(body.agents + 1)
+    attempts: dict[str, Callable[[], object]] = {
+        f"reading {unknown!r}": lambda: body.sense([(unknown, None)]),
+        f"channel {unknown!r}": lambda: body.act({unknown: np.zeros(body.agents)}),
+        f"{channel!r} for one agent too many": lambda: body.act({channel: wrong}),
+        f"{channel!r} that is NaN": lambda: body.act({channel: np.full(body.agents, np.nan)}),
+    }
+    before = _copied(body.sense(every_key(body)))
+    for what, attempt in attempts.items():
+        name = unknown if unknown in what else channel
+        try:
+            attempt()
+        except UnderstudyError as refusal:
+            _require(name in str(refusal), part, law, f"for {what} it said: {refusal}")
+        except Exception as error:
+            raise LawBroken(part=part, law=law, found=f"for {what} it raised {error!r}") from error
+        else:
+            raise LawBroken(part=part, law=law, found=f"it took {what}")
+    after = [body.sense(every_key(body))]
+    _require_same(part, "a command that is refused changes nothing", [before], after)
+
+
+def _check_commands_untouched(part: str, body: Body, seed: int) -> None:
+    commands = _drawn(body, [np.random.default_rng(seed)], body.agents)
+    before = {channel: column.copy() for channel, column in commands.items()}
+    body.act(commands)
+    kept = all(_same(commands[channel], column) for channel, column in before.items())
+    _require(kept, part, "it leaves the commands it is given untouched", "it changed them")
+
+
+def _check_rewinding(part: str, body: Body, ticks: int, seed: int) -> None:
+    if not isinstance(body, Rewindable):
+        return
+    start, time_s = body.snapshot(), body.time_s
+    first = [_copied(percept) for percept in _percepts(body, ticks, seed)]
+    body.restore(start)
+    law = "restoring a snapshot goes back bit for bit"
+    _require(body.time_s == time_s, part, law, f"its time was {time_s} s and is {body.time_s} s")
+    _require(body.snapshot() == start, part, law, "a snapshot taken there is another")
+    second = [_copied(percept) for percept in _percepts(body, ticks, seed)]
+    _require_same(part, "it goes on from a snapshot as it did before", first, second)
+    for bad in (b"", b"nonsense", start[:-1]):
+        try:
+            body.restore(bad)
+        except UnderstudyError:
+            continue
+        except Exception as error:
+            raise LawBroken(
+                part=part, law="it refuses a bad snapshot", found=f"it raised {error!r}"
+            ) from error
+        raise LawBroken(part=part, law="it refuses a bad snapshot", found=f"it took {bad[:20]!r}")
+    body.restore(start)
+    body.act({})
+    rested = [body.sense(every_key(body))]
+    body.restore(start)
+    body.act({channel.name: np.full(body.agents, channel.rest) for channel in body.channels})
+    _require_same(part, "a channel left out rests", rested, [body.sense(every_key(body))])
+    body.restore(start)
