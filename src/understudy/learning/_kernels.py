@@ -1,0 +1,397 @@
+"""Growing a decision tree from arrays: the searching and the splitting, nothing of names or errors.
+
+Scores are integers so that they are exact and never depend on the order of examples: c log2 c comes from a table
+in fixed point (`UNIT` a bit), sums of it are updated while a cut slides, and ratios are compared in steps of 1e-9.
+
+`order` [F, n] lists the examples by rising value of each feature, absent ones last; every node of the tree is the
+same range start:stop of each row, and splitting reorders the rows within it, keeping them sorted.
+"""
+
+from math import floor, isnan
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+UNIT = 2.0**36
+STEPS = 1e9
+LINE, CIRCLE, LABELS = 0, 1, 2
+LEAF, BELOW, ARC, ABSENT, LABEL = 0, 1, 2, 3, 4
+DEFAULT, SHOWN, WATCHED = 0, 1, 2
+NOTHING = -1
+MIXED = -1
+# Columns of a node. AWAY: the child that absent values join. SORT and the next: of either end of a cut, whether the
+# default is above it (1), below it (-1), or neither.
+KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
+# The best split so far: what splits are compared by, highest first, and then the rest of it.
+RATIO, GAIN, GAP, FEATURE, ABSENCE, FIRST, SECOND, HEAVY, TEST, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+# What a search is about: outcome, weight and group of each example; of the node, by outcome, the weight of its
+# examples and how many press-made ones; the table; are there watched ones; must press-made ones gain; the best.
+Search = tuple[Ints, Ints, Ints, Ints, Ints, Ints, bool, bool, Ints]
+
+
+@njit(cache=True)
+def consider(
+    best: Ints, gain: int, split: int, total: int, gap: int, feature: int, test: int, first: int, second: int,
+    side: int, heavy: int,
+) -> None:  # fmt: skip
+    """Keep a candidate if it beats the best so far: ratio, gain, gap, declared order, lowest cut, heavier side.
+
+    Of one feature, "is it absent?" comes before its other questions.
+    """
+    ratio = int(floor(gain / split * STEPS + 0.5))
+    if ratio < best[RATIO]:
+        return
+    bits = int(floor(gain / UNIT / total * STEPS + 0.5))
+    new = (ratio, bits, gap, -feature, int(test == ABSENT), -first, -second, heavy)
+    if new > (best[0], best[1], best[2], best[3], best[4], best[5], best[6], best[7]):
+        for index in range(8):
+            best[index] = new[index]
+        best[TEST], best[SIDE] = test, side
+
+
+@njit(cache=True)
+def tells_apart(gain: int, here: int, there: int, need_gain: bool) -> bool:
+    """Whether a split tells press-made examples apart: with gain on them, or at least some on either side."""
+    if here == 0 or there == 0:
+        return False
+    return not need_gain or gain / UNIT / (here + there) * STEPS >= 0.5
+
+
+@njit(cache=True)
+def added(counts: Ints) -> int:
+    """The sum of counts."""
+    total = 0
+    for count in counts:
+        total += count
+    return total
+
+
+@njit(cache=True)
+def tally(segment: Ints, y: Ints, weight: Ints, group: Ints, weights: Ints, presses: Ints) -> None:
+    """Add a segment's examples to counts by outcome."""
+    for example in segment:
+        weights[y[example]] += weight[example]
+        if group[example] != WATCHED:
+            presses[y[example]] += 1
+
+
+@njit(cache=True)
+def twice(table: Ints, all_: Ints, part: Ints) -> int:
+    """The sum of c log2 c over outcomes, for a part of the examples and for the rest, less that for all."""
+    total = 0
+    for k in range(len(all_)):
+        total += table[part[k]] + table[all_[k] - part[k]] - table[all_[k]]
+    return total
+
+
+@njit(cache=True)
+def consider_branches(weights: Ints, shown: Ints, feature: int, test: int, side: int, about: Search) -> None:
+    """Consider a split into several branches, given weights and numbers of press-made examples by outcome."""
+    _, _, _, total, pressed, table, watched, need_gain, best = about
+    presses, branches = added(pressed), 0
+    gain = split = table[added(total)]
+    press_gain = table[presses]
+    for k in range(len(total)):
+        gain -= table[total[k]]
+        press_gain -= table[pressed[k]]
+    for branch in range(len(weights)):
+        here, some = table[added(weights[branch])], added(shown[branch])
+        split -= here
+        gain -= here
+        press_gain -= table[some]
+        branches += some > 0
+        for k in range(len(total)):
+            gain += table[weights[branch, k]]
+            press_gain += table[shown[branch, k]]
+    if not watched or tells_apart(press_gain, presses, branches - 1, need_gain):
+        heavy = added(weights[side])
+        consider(best, gain, split, added(total), int(STEPS), feature, test, 0, 0, side, heavy)
+
+
+@njit(cache=True)
+def search_absence(segment: Ints, present: int, feature: int, about: Search) -> None:
+    """Try "is it absent?": the examples from `present` on are."""
+    y, weight, group, total, _, _, _, _, _ = about
+    weights, shown = np.zeros((2, len(total)), np.int64), np.zeros((2, len(total)), np.int64)
+    tally(segment[present:], y, weight, group, weights[0], shown[0])
+    tally(segment[:present], y, weight, group, weights[1], shown[1])
+    consider_branches(weights, shown, feature, ABSENT, 0, about)
+
+
+@njit(cache=True)
+def search_labels(
+    column: Floats, segment: Ints, present: int, labels: int, feature: int, about: Search
+) -> None:
+    """Try a branch for each label, absent values joining each of those shown here in turn."""
+    y, weight, group, total, _, _, _, _, _ = about
+    for joined in range(labels):
+        weights, shown = np.zeros((labels, len(total)), np.int64), np.zeros((labels, len(total)), np.int64)
+        for position in range(present):
+            label = int(column[segment[position]])
+            tally(segment[position : position + 1], y, weight, group, weights[label], shown[label])
+        if present == len(segment) or added(weights[joined]) > 0:
+            tally(segment[present:], y, weight, group, weights[joined], shown[joined])
+            consider_branches(weights, shown, feature, LABEL, joined, about)
+        if present == len(segment):
+            break
+
+
+@njit(cache=True)
+def gaps_of(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints:
+    """The last position before each gap worth cutting between values; the gap across the seam comes last.
+
+    Where all is press-made, a cut between two values that lead to one and the same outcome is always beaten by
+    one beside it (gain is convex there and split information concave), so it is not worth scoring.
+    """
+    gaps, kept, start, stop = np.empty(len(segment), np.int64), 0, 0, 0
+    before = opening = MIXED
+    value = column[segment[0]]
+    while start < len(segment):
+        outcome, following = y[segment[start]], value
+        stop = start + 1
+        while stop < len(segment):
+            following = column[segment[stop]]
+            if following != value:
+                break
+            if y[segment[stop]] != outcome:
+                outcome = MIXED
+            stop += 1
+        if start == 0:
+            opening = outcome
+        elif watched or outcome == MIXED or outcome != before:
+            gaps[kept] = start - 1
+            kept += 1
+        start, before, value = stop, outcome, following
+    if watched or before == MIXED or before != opening:
+        gaps[kept] = len(segment) - 1
+        kept += 1
+    return gaps[:kept]
+
+
+@njit(cache=True)
+def gap_width(column: Floats, segment: Ints, position: int, period: float) -> float:
+    """How far it is from the value at a position to the next one round the circle."""
+    value = column[segment[position]]
+    if position + 1 < len(segment):
+        return column[segment[position + 1]] - value
+    return period - value + column[segment[0]]
+
+
+@njit(cache=True)
+def is_inner(column: Floats, segment: Ints, first: int, second: int, period: float) -> bool:
+    """Whether the arc from the gap after `first` to the gap after `second`, middle to middle, is the narrower."""
+    start = column[segment[first]] + gap_width(column, segment, first, period) * 0.5
+    stop = column[segment[second]] + gap_width(column, segment, second, period) * 0.5
+    return floor((stop - start) / period * STEPS + 0.5) <= floor(STEPS * 0.5)
+
+
+@njit(cache=True)
+def search_cuts(
+    column: Floats, segment: Ints, present: int, arcs: bool, extent: float, feature: int, about: Search
+) -> None:
+    """Try every threshold, or every arc between two gaps; absent values on either side of it.
+
+    What lies below a threshold is what lies within an arc that starts before all values.
+    """
+    y, weight, group, total, pressed, table, watched, need_gain, best = about
+    values, away = segment[:present], segment[present:]
+    gaps = gaps_of(column, values, y, watched)
+    width = np.empty(len(gaps), np.int64)
+    for g in range(len(gaps)):
+        if arcs:
+            wide = gap_width(column, values, gaps[g], extent)
+        else:
+            wide = column[values[(gaps[g] + 1) % present]] * 0.5 - column[values[gaps[g]]] * 0.5
+        width[g] = int(floor(wide / extent * STEPS + 0.5))
+    within, shown = np.zeros_like(total), np.zeros_like(total)
+    n, presses, apart = added(total), added(pressed), 0
+    for example in away:
+        apart += weight[example]
+    for side in range(2 if apart > 0 else 1):
+        for first in range(len(gaps) if arcs else 1):
+            within[:] = 0
+            shown[:] = 0
+            if side == 0:
+                tally(away, y, weight, group, within, shown)
+            inside, inside_pressed = added(within), added(shown)
+            gained, press_gained = twice(table, total, within), twice(table, pressed, shown)
+            position = gaps[first] + 1 if arcs else 0
+            for second in range(first + 1 if arcs else 0, len(gaps)):
+                while position <= gaps[second]:
+                    example = segment[position]
+                    k, w = y[example], weight[example]
+                    c, rest = within[k], total[k] - within[k]
+                    gained += table[c + w] - table[c] + table[rest - w] - table[rest]
+                    within[k] = c + w
+                    inside += w
+                    if watched and group[example] != WATCHED:
+                        c, rest = shown[k], pressed[k] - shown[k]
+                        press_gained += table[c + 1] - table[c] + table[rest - 1] - table[rest]
+                        shown[k] = c + 1
+                        inside_pressed += 1
+                    position += 1
+                if position == present and not arcs:
+                    break  # all values are below a cut across the seam
+                split = table[n] - table[inside] - table[n - inside]
+                gain = gained + split
+                if gain * STEPS < (best[RATIO] - 1.0) * split:
+                    continue
+                if watched:
+                    others = presses - inside_pressed
+                    press_gain = press_gained + table[presses] - table[inside_pressed] - table[others]
+                    if not tells_apart(press_gain, inside_pressed, others, need_gain):
+                        continue
+                start, heavy = gaps[first] if arcs else -1, 0
+                if apart > 0:  # the weight of the side that absent values join; a tie: the lower or the inner
+                    inner = not arcs or is_inner(column, values, start, gaps[second], extent)
+                    joined = inside - apart if side == 0 else n - inside - apart
+                    heavy = 2 * joined + (inner == (side == 0))
+                gap = min(width[first], width[second]) if arcs else width[second]
+                test = ARC if arcs else BELOW
+                consider(best, gain, split, n, gap, feature, test, start, gaps[second], side, heavy)
+
+
+@njit(cache=True)
+def is_default(column: Floats, segment: Ints, value: float, group: Ints) -> bool:
+    """Whether all examples in the node that have this value are defaults."""
+    for example in segment:
+        if column[example] == value and group[example] != DEFAULT:
+            return False
+    return True
+
+
+@njit(cache=True)
+def how_many_present(column: Floats, segment: Ints) -> int:
+    """How many of a segment's examples have the reading; those without come last."""
+    present = len(segment)
+    while present > 0 and isnan(column[segment[present - 1]]):
+        present -= 1
+    return present
+
+
+@njit(cache=True)
+def search(columns: Floats, order: Ints, form: Ints, extent: Floats, about: Search) -> None:
+    """The best split of a node into the last of `about`; its RATIO stays negative where nothing can be told apart."""
+    for feature in range(len(columns)):
+        column, segment, wide = columns[feature], order[feature], extent[feature]
+        present = how_many_present(column, segment)
+        if 0 < present < len(segment):
+            search_absence(segment, present, feature, about)
+        if present == 0 or column[segment[0]] == column[segment[present - 1]]:
+            continue
+        if form[feature] == LABELS:
+            search_labels(column, segment, present, int(wide), feature, about)
+        else:
+            search_cuts(column, segment, present, form[feature] == CIRCLE, wide, feature, about)
+
+
+@njit(cache=True)
+def part(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
+    """Reorder every row so that the children follow one another, each still sorted."""
+    offsets = np.empty(len(sizes), np.int64)
+    for row in order:
+        at = 0
+        for child in range(len(sizes)):
+            offsets[child] = at
+            at += sizes[child]
+        for example in row:
+            child = side[example]
+            kept[offsets[child]] = example
+            offsets[child] += 1
+        for position in range(len(row)):
+            row[position] = kept[position]
+
+
+@njit(cache=True)
+def send(
+    column: Floats, segment: Ints, test: int, first: int, second: int, absent: int, flip: bool, side: Ints
+) -> int:
+    """Say of each example of a node which child it goes to; answers which one absent values go to."""
+    present = how_many_present(column, segment)
+    absent = 1 - absent if flip else absent
+    for position in range(len(segment)):
+        if position >= present:
+            child = absent
+        elif test == LABEL:
+            child = int(column[segment[position]])
+        elif test == ABSENT:
+            child = 1
+        else:
+            child = int((first < position <= second) == flip)
+        side[segment[position]] = child
+    return absent if present < len(segment) else NOTHING
+
+
+@njit(cache=True)
+def grow(
+    columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int, watched: bool,
+    table: Ints,
+) -> tuple[Ints, Floats]:  # fmt: skip
+    """A tree: its nodes, and the values on either side of both ends of their cuts.
+
+    `form` says what each feature is, `extent` its range, period or number of labels. Nodes are numbered depth
+    first. At the end, a leaf's examples are those from START to STOP of order[0].
+    """
+    n = len(y)
+    nodes, cuts = np.full((2 * n, 10), NOTHING, np.int64), np.full((2 * n, 4), np.nan)
+    waiting = np.empty((n + 1, 4), np.int64)  # start, stop, parent, which child of it
+    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, n, NOTHING, NOTHING
+    depth, count = 1, 0
+    weight = np.ones(n, np.int64)
+    if watched:
+        weight[group != WATCHED] = 10
+    side, kept = np.empty(n, np.int64), np.empty(n, np.int64)
+    total, pressed, best = np.empty(outcomes, np.int64), np.empty(outcomes, np.int64), np.empty(10, np.int64)
+    while depth > 0:
+        depth -= 1
+        start, stop = waiting[depth, 0], waiting[depth, 1]
+        node, count, here = count, count + 1, order[:, start:stop]
+        nodes[node, PARENT], nodes[node, WHICH] = waiting[depth, 2], waiting[depth, 3]
+        nodes[node, START], nodes[node, STOP] = start, stop
+        total[:] = 0
+        pressed[:] = 0
+        tally(here[0], y, weight, group, total, pressed)
+        presses = added(pressed)
+        for k in range(outcomes):
+            if pressed[k] == presses:
+                nodes[node, OUTCOME] = k
+        best[:] = NOTHING
+        for attempt in range(2 if watched else 1):
+            if nodes[node, OUTCOME] == NOTHING and best[RATIO] < 0:
+                about = (y, weight, group, total, pressed, table, watched, attempt == 0, best)
+                search(columns, here, form, extent, about)
+        if best[RATIO] < 0:
+            nodes[node, KIND] = LEAF
+            continue
+        feature, test, first, second = -best[FEATURE], best[TEST], -best[FIRST], -best[SECOND]
+        column, segment, children = columns[feature], here[feature], 2
+        values = segment[: how_many_present(column, segment)]
+        flip = test == ARC and not is_inner(column, values, first, second, extent[feature])
+        if test == BELOW or test == ARC:
+            for end in range(2):
+                position = second if (end == 1) != (flip or test == BELOW) else first
+                lower, upper = column[values[position]], column[values[(position + 1) % len(values)]]
+                cuts[node, 2 * end], cuts[node, 2 * end + 1] = lower, upper
+                nodes[node, SORT + end] = is_default(column, segment, upper, group)
+                nodes[node, SORT + end] -= is_default(column, segment, lower, group)
+        elif test == LABEL:
+            children = int(extent[feature])
+        nodes[node, KIND], nodes[node, OF] = test, feature
+        nodes[node, AWAY] = send(column, segment, test, first, second, best[SIDE], flip, side)
+        sizes, presses_of = np.zeros(children, np.int64), np.zeros(children, np.int64)
+        for example in here[0]:
+            sizes[side[example]] += 1
+            presses_of[side[example]] += group[example] != WATCHED
+        part(here, side, sizes, kept)
+        at = stop
+        for child in range(children - 1, -1, -1):
+            if presses_of[child] > 0:
+                waiting[depth, 0], waiting[depth, 1] = at - sizes[child], at
+                waiting[depth, 2], waiting[depth, 3] = node, child
+                depth += 1
+            at -= sizes[child]
+    return nodes[:count], cuts[:count]
