@@ -105,8 +105,8 @@ def save(folder: Path, taught: Taught) -> Path:
 
     When it returns, the document will outlast a power cut; when it raises, the folder is as it was.
     """
-    data = encode(taught)
     path = folder / f"{stem(taught.automaton.name)}.json"
+    data = encode(taught)
     with failing(path, "saving", remedy="see that the disk has room and that you may write there"):
         folder.mkdir(parents=True, exist_ok=True)
         with locked(folder):

@@ -74,7 +74,7 @@ def link(library: Library, name: str, binding: Mapping[str, str] = NOTHING_BOUND
     """
     library.refuse_recursion(name)
     linker = _Linker(library)
-    root = linker.child(name, Binding(binding), called_by=name)
+    root = linker.child(name, Binding(binding))
     return Program(root, tuple(linker.features), tuple(linker.basics))
 
 
