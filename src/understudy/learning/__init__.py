@@ -1,0 +1,1 @@
+"""The learner: from a lesson's examples to transition functions (docs/learning.md, paper section 3.2)."""

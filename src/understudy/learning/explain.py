@@ -1,0 +1,59 @@
+"""Why an automaton decided as it did: the conditions on the path, and the examples behind the leaf."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from understudy.learning.arrays import teaching
+from understudy.model.automaton import Transition
+from understudy.model.conditions import path_conditions
+from understudy.model.example import Example
+from understudy.model.lesson import Lesson
+from understudy.model.tree import STAY, Tree
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """One decision: the next state, what held, and what was shown there.
+
+    `shown` is False where nothing ever was (the state is kept), `examples` those that reach the same leaf.
+    """
+
+    state: str
+    next: str
+    conditions: tuple[str, ...] = ()
+    examples: tuple[Example, ...] = ()
+    shown: bool = False
+
+    def __str__(self) -> str:
+        why = f" because {' and '.join(self.conditions)}" if self.conditions else ""
+        if not self.shown:
+            return f"stays in {self.state}{why}; nothing was ever shown there"
+        return f"{'stays in' if self.next == self.state else 'goes to'} {self.next}{why}"
+
+
+def explain(
+    lesson: Lesson, state: str, values: Sequence[float], transition: Transition | None
+) -> Explanation:
+    """Why `transition`, learned from this lesson (None where the state has none), decides so for a feature vector.
+
+    A classifier of scikit-learn has no path: only the decision is said.
+    """
+    automaton = lesson.automaton
+    automaton.index(state)
+    if transition is None:
+        return Explanation(state, state)
+    outcome = transition.decide(values)
+    following = state if outcome == STAY else automaton.state_names[outcome]
+    if not isinstance(transition, Tree):
+        return Explanation(state, following, shown=True)
+    steps, leaf = transition.path(values)
+    alike = tuple(
+        example
+        for example in teaching(lesson).get(state, ())
+        if leaf != STAY and transition.path(example.values)[1] == leaf
+    )
+    return Explanation(
+        state, following, path_conditions(transition, steps, automaton.features), alike, shown=leaf != STAY
+    )

@@ -1,0 +1,131 @@
+"""Grow a decision tree from arrays: the typed shell over the kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError
+from understudy.learning import _kernels
+from understudy.learning.splits import Gap, arc, threshold, vote
+from understudy.model.kinds import Categorical, Kind, Toroidal
+from understudy.model.tree import STAY, Node, Test, Tree
+
+MOST_WEIGHT = 1_500_000
+"""The heaviest lesson of one state that the score's integers can hold: examples, or 10 for each press-made one
+where there are watched ones."""
+
+FORMS = {Categorical: _kernels.LABELS, Toroidal: _kernels.CIRCLE}
+
+
+def grow(
+    values: NDArray[np.float64],
+    outcomes: NDArray[np.int64],
+    groups: NDArray[np.int64],
+    kinds: Sequence[Kind],
+    *,
+    states: int,
+    current: int = STAY,
+    midpoints: bool = False,
+) -> Tree:
+    """The tree of examples: feature vectors [n, F], next states' indices [n] and groups [n].
+
+    A group is 0 for an automatic default, 1 for a directive or confirmation, 2 for watched; at least one example
+    is press-made. `current` is the state's own index, which wins ties (STAY: none does). Where any example is
+    watched, every cut is a midpoint.
+    """
+    count, width = values.shape
+    watched = bool((groups == _kernels.WATCHED).any())
+    weight = 10 * count if watched else count
+    if weight > MOST_WEIGHT:
+        raise DefinitionError(
+            what="lesson",
+            problem=f"one state has {count} examples",
+            remedy=f"keep at most {MOST_WEIGHT // 10 if watched else MOST_WEIGHT}",
+        )
+    columns = np.zeros((max(width, 1), count))  # no features: one that says nothing, and no zero has a sign
+    columns[:width] += values.T
+    form, extent = np.zeros(len(columns), np.int64), np.ones(len(columns))
+    for index, kind in enumerate(kinds):
+        form[index] = FORMS.get(type(kind), _kernels.LINE)
+        extent[index] = _extent(kind, columns[index])
+    nodes, cuts, branches = _kernels.grow(
+        columns,
+        order := np.argsort(columns, axis=1),
+        form,
+        extent,
+        outcomes,
+        groups,
+        states,
+        watched,
+        _table(weight),
+    )
+    return Tree(
+        _nodes(nodes, cuts, branches, order[0], outcomes, groups, kinds, current, midpoints or watched)
+    )
+
+
+def _extent(kind: Kind, column: NDArray[np.float64]) -> float:
+    if isinstance(kind, Toroidal):
+        return kind.period
+    if isinstance(kind, Categorical):
+        return float(len(kind.labels))
+    lowest, highest = np.fmin.reduce(column), np.fmax.reduce(column)
+    half = float(highest / 2 - lowest / 2)  # halved first: the difference may overflow
+    return half if half > 0 else 1.0
+
+
+def _table(weight: int) -> NDArray[np.int64]:
+    return _table_of_bits(max(10, weight.bit_length()))
+
+
+@lru_cache(maxsize=None)
+def _table_of_bits(bits: int) -> NDArray[np.int64]:
+    """The table of c log2 c for c below 2**bits, in the kernel's fixed point."""
+    c = np.arange(1, min(1 << bits, MOST_WEIGHT + 1), dtype=np.float64)
+    table: NDArray[np.int64] = np.zeros(len(c) + 1, np.int64)
+    table[1:] = np.rint(c * np.log2(c) * _kernels.UNIT)
+    return table
+
+
+def _nodes(
+    nodes: NDArray[np.int64],
+    cuts: NDArray[np.float64],
+    branches: NDArray[np.int64],
+    order: NDArray[np.int64],
+    outcomes: NDArray[np.int64],
+    groups: NDArray[np.int64],
+    kinds: Sequence[Kind],
+    current: int,
+    midpoints: bool,
+) -> tuple[Node, ...]:
+    """The kernel's rows as nodes: cuts put where they belong in their gaps, and the leaves' votes counted."""
+    nan = float("nan")
+    children = branches.tolist()
+    built: list[Node] = []
+    for row, (lower, upper, lower2, upper2) in zip(nodes.tolist(), cuts.tolist(), strict=True):
+        test, feature, yes, no, absent, first, start, stop, sort, sort2 = row
+        if test == Test.LEAF:
+            if yes == STAY:
+                here = order[start:stop]
+                yes = vote(zip(outcomes[here].tolist(), groups[here].tolist(), strict=True), current=current)
+            built.append(Node(0, yes=yes))
+        elif test == Test.BELOW:
+            cut = threshold(Gap(lower, upper, sort), midpoints=midpoints)
+            built.append(Node(1, feature, nan, cut, yes, no, absent))
+        elif test == Test.ARC:
+            kind = kinds[feature]
+            period = kind.period if isinstance(kind, Toroidal) else nan
+            gaps = Gap(lower, upper, sort), Gap(lower2, upper2, sort2)
+            low, high = arc(*gaps, period, midpoints=midpoints)
+            built.append(Node(2, feature, low, high, yes, no, absent))
+        elif test == Test.LABEL:
+            kind = kinds[feature]
+            labels = len(kind.labels) if isinstance(kind, Categorical) else 0
+            built.append(Node(4, feature, absent=absent, branches=tuple(children[first : first + labels])))
+        else:
+            built.append(Node(3, feature, yes=yes, no=no))
+    return tuple(built)

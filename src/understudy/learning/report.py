@@ -1,0 +1,85 @@
+"""What learning a lesson came to, state by state: conditions, sizes, contradictions and disagreements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from time import perf_counter
+
+from understudy.learning.arrays import teaching, vectors
+from understudy.learning.transitions import learn_state
+from understudy.model.automaton import Transition
+from understudy.model.conditions import sentences
+from understudy.model.example import Example
+from understudy.model.lesson import Lesson
+from understudy.model.tree import STAY, Tree
+
+
+@dataclass(frozen=True, slots=True)
+class StateReport:
+    """What one state learned. `contradictions` and `disagreements` are how many there are (see the functions)."""
+
+    conditions: tuple[str, ...]
+    nodes: int
+    depth: int
+    contradictions: int
+    disagreements: int
+    fit_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a lesson came to: the transition functions, and a report for each state that has one."""
+
+    transitions: Mapping[str, Transition]
+    states: Mapping[str, StateReport]
+
+
+def report(lesson: Lesson) -> Report:
+    """Learn a lesson and say what came of it. In stateless mode all states share one function and one fit."""
+    transitions: dict[str, Transition] = {}
+    states: dict[str, StateReport] = {}
+    shared: tuple[Transition, float] | None = None
+    for name, examples in teaching(lesson).items():
+        if shared is None or not lesson.automaton.stateless:
+            began = perf_counter()
+            function = learn_state(lesson, name, examples)
+            shared = function, (perf_counter() - began) * 1e3
+        function, fit_ms = shared
+        transitions[name] = function
+        states[name] = StateReport(
+            conditions=_sentences(lesson, name, function),
+            nodes=len(function.nodes) if isinstance(function, Tree) else 0,
+            depth=function.depth if isinstance(function, Tree) else 0,
+            contradictions=len(contradictions(lesson, name)),
+            disagreements=len(disagreements(lesson, name, function)),
+            fit_ms=fit_ms,
+        )
+    return Report(transitions, states)
+
+
+def _sentences(lesson: Lesson, state: str, function: Transition) -> tuple[str, ...]:
+    automaton = lesson.automaton
+    if not isinstance(function, Tree):
+        return (f"decided by {type(getattr(function, 'classifier', function)).__name__} of scikit-learn",)
+    return sentences(function, automaton.features, automaton.state_names, state)
+
+
+def contradictions(lesson: Lesson, state: str) -> tuple[tuple[Example, ...], ...]:
+    """The state's directives and confirmations that contradict each other: a group for each feature vector."""
+    shown = [example for example in teaching(lesson).get(state, ()) if example.shown]
+    return tuple(
+        tuple(group) for group in vectors(shown).values() if len({example.next for example in group}) > 1
+    )
+
+
+def disagreements(lesson: Lesson, state: str, function: Transition) -> tuple[Example, ...]:
+    """The state's press-made examples that its transition function decides otherwise than shown."""
+    names = lesson.automaton.state_names
+    found = []
+    for example in lesson.examples:
+        if example.state == state and example.pressed:
+            outcome = function.decide(example.values)
+            if (state if outcome == STAY else names[outcome]) != example.next:
+                found.append(example)
+    return tuple(found)

@@ -1,0 +1,53 @@
+"""From a lesson to transition functions: the one way in to the learner."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from understudy.learning.arrays import arrays, teaching
+from understudy.learning.grow import grow
+from understudy.learning.scikit import fit
+from understudy.model.automaton import Automaton, Transition
+from understudy.model.example import Example
+from understudy.model.lesson import Lesson, Scikit
+
+
+def learn(lesson: Lesson) -> Mapping[str, Transition]:
+    """The transition function of every state that was pressed in, by state; the same whatever the examples' order.
+
+    In stateless mode one function, the very same object, for every state that raises no flag.
+    """
+    taught = teaching(lesson)
+    if lesson.automaton.stateless:
+        shared = {name: learn_state(lesson, name, examples) for name, examples in list(taught.items())[:1]}
+        return MappingProxyType({name: function for function in shared.values() for name in taught})
+    return MappingProxyType({name: learn_state(lesson, name, examples) for name, examples in taught.items()})
+
+
+def learned(lesson: Lesson) -> Automaton:
+    """The lesson's automaton with the transition functions learned from it."""
+    return replace(lesson.automaton, transitions=learn(lesson))
+
+
+def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Transition:
+    """The transition function of one state from the examples that teach it."""
+    automaton, learner = lesson.automaton, lesson.options.learner
+    shown = arrays(lesson, examples, state)
+    kinds = [bound.kind for bound in automaton.features]
+    if isinstance(learner, Scikit):
+        return fit(learner, shown, kinds)
+    return grow(
+        shown.values,
+        shown.outcomes,
+        shown.groups,
+        kinds,
+        states=len(automaton.states),
+        current=shown.current,
+        midpoints=automaton.stateless or learner.boundary == "midpoint" or _watches(lesson),
+    )
+
+
+def _watches(lesson: Lesson) -> bool:
+    return lesson.options.watched or any(not example.pressed for example in lesson.examples)

@@ -1,0 +1,139 @@
+"""What a tree decides, in words: when an automaton goes from one state to another.
+
+Tests of one feature on the way to a leaf become one statement, leaves that lead to one state are put together, and
+a statement that makes no difference is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
+
+from understudy.model.feature import BoundFeature
+from understudy.model.regions import Box, Region, boxes, covers, known_absent, meets, path_box
+from understudy.model.tree import STAY, Step, Tree
+from understudy.model.words import Words
+
+MOST_LEAVES = 48
+"""A tree with more leaves is put in words leaf by leaf: nobody would read it, and putting it together takes long."""
+
+
+def conditions(tree: Tree, features: Sequence[BoundFeature]) -> Mapping[int, tuple[str, ...]]:
+    """For each outcome of a tree, when: a condition for each way; "always" where there is no other outcome.
+
+    Every feature vector decided so fulfills one of them, and no other vector does.
+    """
+    words = _words(tree, features)
+    return {
+        outcome: tuple(" and ".join(_statements(box, words)) or "always" for box in found)
+        for outcome, found in simplified(tree, features).items()
+    }
+
+
+def sentences(
+    tree: Tree, features: Sequence[BoundFeature], state_names: Sequence[str], state: str
+) -> tuple[str, ...]:
+    """When a state is left, a sentence for each way: "load when food_below_me is yes"; the last says when it stays."""
+    found = conditions(tree, features)
+    here = list(state_names).index(state) if state in state_names else STAY
+    leaves = tuple(
+        f"{state_names[outcome]} {text if text == 'always' else 'when ' + text}"
+        for outcome in sorted(found)
+        if outcome != here
+        for text in found[outcome]
+    )
+    if here not in found:
+        return leaves
+    return (*leaves, "stays otherwise" if leaves else "stays always")
+
+
+def path_conditions(tree: Tree, steps: Iterable[Step], features: Sequence[BoundFeature]) -> tuple[str, ...]:
+    """What held on the way of one decision: a statement for each feature that was asked about."""
+    steps = tuple(steps)
+    words = _words(tree, features)
+    box = path_box(tree, steps, [bound.kind for bound in features])
+    asked = {tree.nodes[step.node].feature for step in steps}
+    return tuple(words[feature].statement(box[feature]) for feature in sorted(asked))
+
+
+def simplified(tree: Tree, features: Sequence[BoundFeature]) -> dict[int, list[Box]]:
+    """The feature vectors of each outcome as few, wide boxes; they may overlap, those of two outcomes never do."""
+    leaves = boxes(tree, [bound.kind for bound in features])
+    found: dict[int, list[Box]] = {}
+    for outcome in sorted({outcome for outcome, _ in leaves if outcome != STAY}):
+        mine = [box for leads_to, box in leaves if leads_to == outcome]
+        if len(leaves) <= MOST_LEAVES:
+            others = [box for leads_to, box in leaves if leads_to != outcome]
+            whole = _whole(box for _, box in leaves)
+            mine = _joined(_without_covered([_widened(box, whole, others) for box in mine]))
+        found[outcome] = mine
+    return found
+
+
+def _words(tree: Tree, features: Sequence[BoundFeature]) -> list[Words]:
+    cuts: list[list[float]] = [[] for _ in features]
+    for node in tree.nodes:
+        if node.feature >= 0:
+            cuts[node.feature] += [cut for cut in (node.low, node.high) if cut == cut]
+    knows = known_absent(tree, len(features))
+    return [
+        Words(bound, own, known_absent=known) for bound, own, known in zip(features, cuts, knows, strict=True)
+    ]
+
+
+def _statements(box: Box, words: Sequence[Words]) -> list[str]:
+    return [
+        word.statement(region) for region, word in zip(box, words, strict=True) if not word.is_whole(region)
+    ]
+
+
+def _whole(all_boxes: Iterable[Box]) -> Box:
+    first, *rest = all_boxes
+    whole = list(first)
+    for box in rest:
+        whole = [region | region2 for region, region2 in zip(whole, box, strict=True)]
+    return tuple(whole)
+
+
+def _widened(box: Box, whole: Box, others: Sequence[Box]) -> Box:
+    """The box without what makes no difference: first whole statements, then ends of intervals."""
+    for feature in reversed(range(len(box))):
+        box = _try(box, feature, whole[feature], others)
+    for feature, full in enumerate(whole):
+        low, high = (full.parts[0][0], full.parts[-1][1]) if full.parts else (0.0, 0.0)
+        if len(box[feature].parts) == 1:
+            ((start, stop),) = box[feature].parts
+            box = _try(box, feature, Region(((low, stop),), box[feature].absent), others)
+            ((start, stop),) = box[feature].parts
+            box = _try(box, feature, Region(((start, high),), box[feature].absent), others)
+    return box
+
+
+def _try(box: Box, feature: int, region: Region, others: Sequence[Box]) -> Box:
+    wider = (*box[:feature], region, *box[feature + 1 :])
+    return box if any(meets(wider, other) for other in others) else wider
+
+
+def _without_covered(found: Sequence[Box]) -> list[Box]:
+    kept: list[Box] = []
+    for box in found:
+        if not any(covers(other, box) for other in kept):
+            kept = [other for other in kept if not covers(box, other)] + [box]
+    return kept
+
+
+def _joined(found: list[Box]) -> list[Box]:
+    """Boxes that differ in one feature only become one, where that reads well."""
+    while True:
+        for first, second in combinations(found, 2):
+            apart = [feature for feature in range(len(first)) if first[feature] != second[feature]]
+            if len(apart) == 1:
+                union = first[apart[0]] | second[apart[0]]
+                if len(union.parts) <= 2:
+                    both = (*first[: apart[0]], union, *first[apart[0] + 1 :])
+                    found = _without_covered(
+                        [both if box is first else box for box in found if box is not second]
+                    )
+                    break
+        else:
+            return found
