@@ -5,16 +5,16 @@
     check_body(body)
     check_world(lambda seeds: MyWorld(seeds))
 
-Each raises LawBroken, one sentence that names the part and the law, or returns nothing. A check drives the body it
-is given; where the body is Rewindable it is put back afterwards.
+Each raises LawBroken, one sentence that names the part and the law, or returns nothing. A check drives the
+body it is given; where the body is Rewindable it is put back afterwards.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from itertools import product
-from typing import Protocol
 
 import numpy as np
 
@@ -35,16 +35,8 @@ class LawBroken(UnderstudyError):
         super().__init__(f"{part} breaks a law: {law}; {found}")
 
 
-class MakesBodies(Protocol):
-    """What makes a body of worlds side by side, one per seed."""
-
-    def __call__(self, seeds: Sequence[int], /) -> Body:
-        """The body; each world has as many rows as any other, in the order of the seeds."""
-        ...
-
-
 def check_feature(feature: AnyFeature, body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
-    """Reads what the body offers; a column [N] of its kind; inputs untouched; repeatable; each row by itself."""
+    """Reads what the body offers; gives [N] of its kind; inputs untouched; repeatable; rows by themselves."""
     if not isinstance(feature, Feature):
         return  # it reads the automaton, not the body
     part = f"feature {feature.name!r}"
@@ -53,36 +45,32 @@ def check_feature(feature: AnyFeature, body: Body, *, ticks: int = TICKS, seed: 
     with _put_back(body):
         for percept in _percepts(body, ticks, seed):
             for targets in bindings:
-                _check_computation(
-                    part, lambda rows, to=targets: _value(feature, rows, to, part), percept, feature.kind
-                )
+                compute = partial(_value, feature, targets, part)
+                _check_computation(part, compute, percept, feature.kind)
 
 
 def check_behavior(behavior: Behavior, body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
-    """Commands only channels that the body obeys; finite; inputs untouched; repeatable; each row by itself."""
+    """Commands what the body obeys; finite; inputs untouched; repeatable; each row by itself."""
     part = f"behavior {behavior.name!r}"
     channels = {channel.name for channel in body.channels}
     _check_channels(part, behavior.command, channels)
-    function = behavior.function
-    if function is None:
+    if behavior.function is None:
         return
     bindings = list(product(body.targets, repeat=len(behavior.parameters)))
     with _put_back(body):
         for percept in _percepts(body, ticks, seed):
             for targets in bindings:
-
-                def commands(rows: Percept, to: tuple[str, ...] = targets) -> Mapping[str, Column]:
-                    return function(Readings(rows), *(Readings(rows, target) for target in to))
-
-                _check_channels(part, commands(percept), channels)
-                for channel in commands(percept):
-                    _check_computation(part, lambda rows, of=channel: commands(rows)[of], percept, None)
+                commanded = sorted(_commanded(behavior, targets, percept))
+                _check_channels(part, commanded, channels)
+                for channel in commanded:
+                    compute = partial(_channel, behavior, targets, channel)
+                    _check_computation(part, compute, percept, None)
 
 
 def check_body(body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
-    """Senses [N] in kind, twice the same, a part as the whole; leaves commands alone; refuses what it does not know.
+    """Senses [N] in kind, twice the same, a part as the whole; leaves commands be; refuses the unknown.
 
-    A body that is Rewindable also goes on from a snapshot exactly as it did before, and rests on channels left out.
+    A Rewindable body also goes on from a snapshot exactly as it did before, and rests on channels left out.
     """
     part = f"body {type(body).__name__}"
     _check_declarations(part, body)
@@ -95,8 +83,13 @@ def check_body(body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
         _check_rewinding(part, body, ticks, seed)
 
 
-def check_world(make: MakesBodies, *, seeds: Sequence[int] = (0, 1, 2, 7, 40), ticks: int = TICKS) -> None:
-    """Everything of `check_body`; the same seeds give the same run; a world runs alone as it does among others."""
+def check_world(
+    make: Callable[[Sequence[int]], Body], *, seeds: Sequence[int] = (0, 1, 2, 7, 40), ticks: int = TICKS
+) -> None:
+    """All of `check_body`; the same seeds give the same run; a world runs alone as it does among others.
+
+    `make` takes seeds and gives a body: each world has as many rows as any other, in the order of the seeds.
+    """
     body = make(seeds)
     part = f"world {type(body).__name__}"
     rows, rest = divmod(body.agents, len(seeds))
@@ -108,10 +101,9 @@ def check_world(make: MakesBodies, *, seeds: Sequence[int] = (0, 1, 2, 7, 40), t
     _require_same(part, "the same seeds give the same run", among, _record(make(seeds), ticks, seeds, rows))
     for index, seed in enumerate(seeds):
         alone = _record(make([seed]), ticks, [seed], rows)
-        part_of = [
-            {key: column[index * rows : (index + 1) * rows] for key, column in p.items()} for p in among
-        ]
-        _require_same(part, f"world {seed} runs alone as it does among others", part_of, alone)
+        own = slice(index * rows, (index + 1) * rows)
+        cut = [{key: column[own] for key, column in percept.items()} for percept in among]
+        _require_same(part, f"world {seed} runs alone as it does among others", cut, alone)
 
 
 # What the checks are made of.
@@ -138,7 +130,7 @@ def _spelled(key: tuple[str, str | None]) -> str:
 
 
 def _drawn(body: Body, generators: Sequence[np.random.Generator], rows: int) -> Commands:
-    """Commands for one tick, those of each world drawn from a generator of its own; a channel is left out at times."""
+    """Commands for one tick, each world's from a generator of its own, at rest about half of the time."""
     drawn = [generator.uniform(-1, 1, (len(body.channels) + 1, rows)) for generator in generators]
     commands = {
         channel.name: np.concatenate([np.where(world[-1] < 0.5, world[at], channel.rest) for world in drawn])
@@ -155,7 +147,8 @@ def _percepts(body: Body, ticks: int, seed: int) -> Iterator[Percept]:
 
 
 def _record(body: Body, ticks: int, seeds: Sequence[int], rows: int) -> list[Percept]:
-    generators, keys, percepts = [np.random.default_rng(seed) for seed in seeds], every_key(body), []
+    generators, keys = [np.random.default_rng(seed) for seed in seeds], every_key(body)
+    percepts: list[Percept] = []
     for _ in range(ticks):
         percepts.append(_copied(body.sense(keys)))
         body.act(_drawn(body, generators, rows))
@@ -176,12 +169,22 @@ def _put_back(body: Body) -> Iterator[None]:
             body.restore(before)
 
 
-def _value(feature: Feature, percept: Percept, targets: tuple[str, ...], part: str) -> Column:
+def _value(feature: Feature, targets: tuple[str, ...], part: str, percept: Percept) -> Column:
     if feature.function is not None:
         return feature.function(Readings(percept), *(Readings(percept, target) for target in targets))
     key = (str(feature.reading), targets[0] if targets else None)
     _require(key in percept, part, "a feature reads what the body offers", f"there is no {_spelled(key)}")
     return percept[key]
+
+
+def _commanded(behavior: Behavior, targets: tuple[str, ...], percept: Percept) -> Mapping[str, Column]:
+    if behavior.function is None:
+        return {}
+    return behavior.function(Readings(percept), *(Readings(percept, target) for target in targets))
+
+
+def _channel(behavior: Behavior, targets: tuple[str, ...], channel: str, percept: Percept) -> Column:
+    return _commanded(behavior, targets, percept)[channel]
 
 
 def _check_column(part: str, column: object, rows: int, kind: Kind | None) -> None:
@@ -209,8 +212,7 @@ def _check_computation(
 ) -> None:
     before = _copied(percept)
     column = compute(percept)
-    _check_column(part, column, len(column), kind)
-    rows = len(next(iter(percept.values()))) if percept else len(column)
+    rows = len(next(iter(percept.values())))
     _check_column(part, column, rows, kind)
     kept = all(_same(percept[key], before[key]) for key in before)
     _require(kept, part, "it leaves the readings it is given untouched", "it changed them")
@@ -221,7 +223,7 @@ def _check_computation(
         _require(_same(alone, column[row : row + 1]), part, "each agent's value is its own", found)
 
 
-def _check_channels(part: str, commands: Mapping[str, object], known: set[str]) -> None:
+def _check_channels(part: str, commands: Iterable[str], known: set[str]) -> None:
     unknown = sorted(set(commands) - known)
     law = "it commands channels of the body"
     _require(not unknown, part, law, f"it commands {unknown} where there are {sorted(known)}")

@@ -1,0 +1,350 @@
+"""The foraging world: closed forms for motion, loading, the corner cases, settings and errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import atan2, cos, hypot, isnan, pi, sin, tau
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from understudy.errors import DefinitionError, FileError, SettingError, UnknownName
+from understudy.runtime.body import every_key
+from understudy.worlds import _kernels
+from understudy.worlds.draws import uniform
+from understudy.worlds.forage import Forage, ForageSettings, corner_cases, kit
+
+ON, OFF = np.ones(1), np.zeros(1)
+
+
+def at_food(world: Forage) -> None:
+    x, y, *_ = world.view().sources[0]
+    world.place(0, x, y, 0.0)
+
+
+def load(world: Forage, ticks: int) -> None:
+    for _ in range(ticks):
+        world.act({"load": ON})
+
+
+def test_forward_drives_straight() -> None:
+    world = Forage([1])
+    world.place(0, 2.0, 3.0, pi / 6)
+    for _ in range(20):
+        world.act(kit_command("forward"))
+    view = world.view()
+    assert (view.x, view.y) == pytest.approx((2.0 + cos(pi / 6), 3.0 + sin(pi / 6)))
+    assert view.heading == pytest.approx(pi / 6)
+    assert view.time_s == pytest.approx(2.0)
+
+
+def test_rotating_left_grows_the_heading_and_wraps() -> None:
+    world = Forage([1])
+    world.place(0, 2.0, 3.0, tau - 0.06)
+    world.act(kit_command("rotate_left"))
+    assert world.view().heading == pytest.approx(0.06)
+    world.act(kit_command("rotate_right"))
+    assert world.view().heading == pytest.approx(tau - 0.06)
+    assert (world.view().x, world.view().y) == (2.0, 3.0)
+
+
+def test_driving_and_turning_is_an_arc() -> None:
+    world = Forage([1])
+    world.place(0, 6.0, 6.0, 0.0)
+    for _ in range(10):
+        world.act({"drive": ON, "turn": ON})
+    radius, angle = 0.5 / 1.2, 1.2  # v / w; w t
+    view = world.view()
+    assert (view.x, view.y) == pytest.approx((6 + radius * sin(angle), 6 + radius * (1 - cos(angle))))
+    assert view.heading == pytest.approx(angle)
+
+
+def test_walls_stop_the_robot_and_let_it_slide() -> None:
+    world = Forage([1])
+    world.place(0, 11.7, 3.0, pi / 4)
+    for _ in range(20):
+        world.act({"drive": ON})
+    assert world.view().x == 11.8
+    assert world.view().y == pytest.approx(3.0 + sin(pi / 4))
+
+
+def test_what_is_not_driven_stays() -> None:
+    world = Forage(range(5))
+    before = world.sense(every_key(world))
+    for _ in range(10):
+        world.act({})
+    after = world.sense(every_key(world))
+    assert all(np.array_equal(before[key], after[key], equal_nan=True) for key in before)
+
+
+def test_bearings_are_in_the_robot_frame() -> None:
+    world = Forage([4])
+    x, y = world.view().station
+    for heading, bearing in ((0.0, 0.0), (pi / 2, 3 * pi / 2), (pi, pi), (3 * pi / 2, pi / 2)):
+        world.place(0, x - 0.4, y, heading)
+        percept = world.sense([("bearing", "station"), ("range", "station"), ("station_here", None)])
+        assert percept["bearing", "station"][0] == pytest.approx(bearing, abs=1e-12)
+        assert percept["range", "station"][0] == pytest.approx(0.4)
+        assert percept["station_here", None][0] == 1.0
+
+
+LOADING = [  # ticks of load_food, units then stored (a unit takes 1 s, 10 ticks)
+    (9, 0),
+    (10, 1),
+    (19, 1),
+    (20, 2),
+]
+
+
+@pytest.mark.parametrize(("ticks", "stored"), LOADING)
+def test_loading_takes_its_time(ticks: int, stored: int) -> None:
+    world = Forage([2])
+    at_food(world)
+    load(world, ticks)
+    assert world.view().stored == stored
+
+
+def test_work_broken_off_is_lost() -> None:
+    world = Forage([2])
+    at_food(world)
+    load(world, 9)
+    world.act({})
+    load(world, 9)
+    assert world.view().stored == 0
+
+
+def test_loading_needs_standing_still_and_reach() -> None:
+    world = Forage([2])
+    at_food(world)
+    for _ in range(20):
+        world.act({"load": ON, "turn": ON})
+    x, y = world.view().station
+    world.place(0, x, y, 0.0)
+    load(world, 20)
+    assert world.view().stored == 0
+
+
+def test_full_robot_loads_no_more_and_unloads_only_at_the_station() -> None:
+    world = Forage([2], ForageSettings(stored=12))
+    at_food(world)
+    for channel in ("load", "unload"):
+        for _ in range(30):
+            world.act({channel: ON})
+        assert (world.view().stored, world.view().delivered) == (12, 0)
+    world.place(0, *world.view().station, 0.0)
+    for _ in range(30):
+        world.act({"unload": ON})
+    assert (world.view().stored, world.view().delivered) == (9, 3)
+
+
+def test_an_empty_source_is_no_longer_nearest() -> None:
+    world = Forage([2], ForageSettings(sources=(2, 2), amounts=(1, 1)))
+    at_food(world)
+    assert world.sense([("food_here", None)])["food_here", None][0] == 1.0
+    load(world, 10)
+    percept = world.sense(every_key(world))
+    assert percept["food_here", None][0] == 0.0
+    assert percept["food_left", None][0] == 1.0
+    other = world.view().sources[1]
+    assert percept["range", "nearest_food"][0] == pytest.approx(
+        hypot(other.x - world.view().x, other.y - world.view().y)
+    )
+
+
+def test_corner_cases_are_what_they_say() -> None:
+    cases = corner_cases()
+    worlds = {name: Forage(range(20), case) for name, case in cases.items()}
+    assert (worlds["robot starts full"].sense([("food_stored", None)])["food_stored", None] == 12).all()
+    assert (
+        worlds["starts empty at the station"].sense([("range", "station")])["range", "station"] == 0
+    ).all()
+    beside = worlds["food beside the station"]
+    for row in range(20):
+        view = beside.view(row)
+        assert (
+            hypot(view.sources[0].x - view.station[0], view.sources[0].y - view.station[1]) < 2 * view.reach
+        )
+    assert (worlds["one last unit left"].total == 1).all()
+    small = worlds["source empties before the robot is full"]
+    assert all(source.amount < 12 for row in range(20) for source in small.view(row).sources)
+    nothing = worlds["no food at all"]
+    percept = nothing.sense(every_key(nothing))
+    assert np.isnan(percept["range", "nearest_food"]).all()
+    assert np.isnan(percept["bearing", "nearest_food"]).all()
+    assert (percept["food_left", None] == 0).all()
+    assert nothing.success().all()
+
+
+def test_layout_keeps_things_apart_and_off_the_walls() -> None:
+    world = Forage(range(200))
+    for row in range(200):
+        view = world.view(row)
+        things = [view.station, *((source.x, source.y) for source in view.sources)]
+        assert 2 <= len(view.sources) <= 4
+        assert all(4 <= source.amount <= 16 for source in view.sources)
+        assert all(0.7 <= x <= 11.3 and 0.7 <= y <= 11.3 for x, y in things)
+        assert all(
+            hypot(a[0] - b[0], a[1] - b[1]) >= 2 * view.reach
+            for i, a in enumerate(things)
+            for b in things[:i]
+        )
+
+
+def test_a_world_is_the_same_alone_and_among_others() -> None:
+    assert Forage([7]).view() == Forage(range(10)).view(7)
+
+
+def test_draws_are_spread_evenly_and_keyed_by_everything() -> None:
+    seeds = np.arange(20_000, dtype=np.int64)
+    base = uniform(seeds, item=1, tick=2, stream=3)
+    assert base.min() >= 0
+    assert base.max() < 1
+    assert np.histogram(base, bins=10, range=(0, 1))[0].min() > 1800
+    for other in ({"item": 2}, {"tick": 3}, {"stream": 4}):
+        drawn = uniform(seeds, **{**{"item": 1, "tick": 2, "stream": 3}, **other})
+        assert abs(np.corrcoef(base, drawn)[0, 1]) < 0.03
+
+
+WRONG: list[tuple[dict[str, Any], str]] = [  # settings, the one that is named
+    ({"width": -1.0}, "width"),
+    ({"height": 0.5}, "height"),
+    ({"width": float("nan")}, "width"),
+    ({"capacity": 0}, "capacity"),
+    ({"capacity": 2.5}, "capacity"),
+    ({"stored": 13}, "stored"),
+    ({"stored": -1}, "stored"),
+    ({"tick_s": 0.0}, "tick_s"),
+    ({"tick_s": -0.1}, "tick_s"),
+    ({"load_s": 0.25}, "load_s"),
+    ({"unload_s": 0.0}, "unload_s"),
+    ({"sources": (3, 2)}, "sources"),
+    ({"sources": 3}, "sources"),
+    ({"amounts": (0, 2)}, "amounts"),
+    ({"amounts": (1.0, 2)}, "amounts"),
+    ({"forward_speed": 6.0}, "forward_speed"),
+    ({"forward_speed": True}, "forward_speed"),
+    ({"turning_speed": 100.0}, "turning_speed"),
+    ({"radius": 0.6}, "radius"),
+    ({"food_beside_station": True, "sources": (0, 2)}, "food_beside_station"),
+]
+
+
+@pytest.mark.parametrize(("wrong", "named"), WRONG)
+def test_settings_that_make_no_sense(wrong: dict[str, Any], named: str) -> None:
+    with pytest.raises(SettingError) as raised:
+        ForageSettings(**wrong)
+    assert raised.value.setting == named
+
+
+def test_too_many_things_for_the_room() -> None:
+    with pytest.raises(SettingError, match="do not fit"):
+        Forage([1], ForageSettings(width=3.0, height=3.0, sources=(9, 9)))
+
+
+def test_bad_seeds_places_and_commands() -> None:
+    world = Forage([1])
+    for seeds in ([-1], [2**63], [1, 2]):
+        with pytest.raises(SettingError, match="seeds"):
+            world.reset(seeds)
+    for place in ((0.0, 5.0, 0.0), (5.0, 12.0, 0.0), (5.0, 5.0, float("nan"))):
+        with pytest.raises(SettingError, match="place"):
+            world.place(0, *place)
+    with pytest.raises(UnknownName, match="'sonar'"):
+        world.sense([("sonar", None)])
+    with pytest.raises(UnknownName, match="range of food"):
+        world.sense([("range", "food")])
+    with pytest.raises(UnknownName, match="'fly'"):
+        world.act({"fly": ON})
+    with pytest.raises(DefinitionError, match="shape"):
+        world.act({"drive": np.ones(2)})
+    with pytest.raises(DefinitionError, match="nan for agent 0"):
+        world.act({"drive": np.array([np.nan])})
+
+
+def test_a_snapshot_is_refused_elsewhere() -> None:
+    snapshot = Forage([1]).snapshot()
+    for other in (Forage([1, 2]), Forage([1], ForageSettings(capacity=5))):
+        with pytest.raises(FileError, match="restore it in a world like"):
+            other.restore(snapshot)
+    with pytest.raises(FileError, match="cut short"):
+        Forage([1]).restore(snapshot[:-3])
+    with pytest.raises(FileError, match="is not a snapshot"):
+        Forage([1]).restore(b"\xff\xfe")
+
+
+def test_a_snapshot_goes_back() -> None:
+    world = Forage([1])
+    view, snapshot = world.view(), world.snapshot()
+    at_food(world)
+    load(world, 25)
+    world.restore(snapshot)
+    assert world.view() == view
+
+
+commands = st.lists(
+    st.fixed_dictionaries(
+        {}, optional={name: st.floats(-2, 2) for name in ("drive", "turn", "load", "unload")}
+    ),
+    min_size=1,
+    max_size=60,
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**63 - 1), script=commands, beside=st.booleans())
+def test_food_is_conserved_and_the_robot_stays_inside(
+    seed: int, script: list[dict[str, float]], beside: bool
+) -> None:
+    quick = ForageSettings(load_s=0.1, unload_s=0.1, food_beside_station=beside, starts_at_station=True)
+    world = Forage([seed], quick)
+    total = int(world.total[0])
+    for command in script:
+        world.act({name: np.array([value]) for name, value in command.items()})
+        view = world.view()
+        assert sum(source.amount for source in view.sources) + view.stored + view.delivered == total
+        assert 0 <= view.stored <= view.capacity
+        assert view.radius <= view.x <= view.width - view.radius
+        assert view.radius <= view.y <= view.height - view.radius
+        assert 0 <= view.heading < tau
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10_000), heading=st.floats(0, tau))
+def test_sensing_equals_a_plain_reference(seed: int, heading: float) -> None:
+    world = Forage([seed, seed + 1], replace(ForageSettings(), sources=(0, 3)))
+    world.place(0, world.view(0).x, world.view(0).y, heading)
+    percept = world.sense(every_key(world))
+    for row in range(2):
+        view = world.view(row)
+        spots = {"station": view.station}
+        ranges = [hypot(s.x - view.x, s.y - view.y) if s.amount else float("inf") for s in view.sources]
+        if ranges:
+            nearest = view.sources[ranges.index(min(ranges))]
+            spots["nearest_food"] = (nearest.x, nearest.y)
+        for target in ("station", "nearest_food"):
+            found = percept["range", target][row], percept["bearing", target][row]
+            if target not in spots:
+                assert isnan(found[0])
+                assert isnan(found[1])
+                continue
+            dx, dy = spots[target][0] - view.x, spots[target][1] - view.y
+            assert found[0] == pytest.approx(hypot(dx, dy))
+            off = (found[1] - (atan2(dy, dx) - view.heading) + pi) % tau - pi
+            assert abs(off) < 1e-9
+            assert 0 <= found[1] < tau
+
+
+def test_equally_near_sources_go_by_id() -> None:
+    index, found = np.empty(1, np.int64), np.empty(1)
+    x, y = np.array([[1.0, -1.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    for amount, nearest in (([1, 1, 1], 0), ([0, 1, 1], 1), ([0, 0, 1], 2), ([0, 0, 0], -1)):
+        _kernels.nearest(np.zeros(1), np.zeros(1), x, y, np.array([amount]), index, found)
+        assert index[0] == nearest
+        assert isnan(found[0]) == (nearest == -1)
+
+
+def kit_command(name: str) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
+    return {channel: np.array([value]) for channel, value in kit.behaviors[name].command.items()}

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from math import isfinite, tau
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,35 +21,9 @@ from understudy.worlds import _kernels, snapshots
 from understudy.worlds.forage_kit import CHANNELS, READINGS, kit
 from understudy.worlds.forage_places import lay_out
 from understudy.worlds.forage_settings import WHERE, ForageSettings, corner_cases, wrong
+from understudy.worlds.forage_view import ForageView, Frame, SourceView
 
-__all__ = ["Forage", "ForageSettings", "ForageView", "corner_cases", "kit"]
-
-
-class SourceView(NamedTuple):
-    """One source of food, for drawing."""
-
-    x: float
-    y: float
-    amount: int
-    at_first: int
-
-
-class ForageView(NamedTuple):
-    """One world as plain data, for drawing."""
-
-    width: float
-    height: float
-    reach: float
-    radius: float
-    time_s: float
-    x: float
-    y: float
-    heading: float
-    stored: int
-    capacity: int
-    delivered: int
-    station: tuple[float, float]
-    sources: tuple[SourceView, ...]
+__all__ = ["Forage", "ForageSettings", "ForageView", "Frame", "corner_cases", "kit"]
 
 
 class Forage:

@@ -1,0 +1,226 @@
+"""The laws catch what breaks them: a liar per law, and the law it is caught by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from understudy.errors import UnderstudyError
+from understudy.model.behavior import Behavior, Command, behavior
+from understudy.model.feature import Feature, Flag, Percept, ReadingKey, feature
+from understudy.model.kinds import BOOLEAN, Column, Continuous, Toroidal
+from understudy.runtime.body import Commands
+from understudy.testing import LawBroken, check_behavior, check_body, check_feature, check_world
+from understudy.worlds.forage import Forage
+
+CALLS: list[int] = []
+
+
+@feature(Continuous(), unit="m")
+def half_way(_: Any, target: Any) -> Column:
+    """Half the way to the target."""
+    return np.asarray(target.range / 2)
+
+
+@feature(Toroidal())
+def unwrapped(_: Any, target: Any) -> Column:
+    return np.asarray(target.bearing + 7.0)
+
+
+@feature(BOOLEAN)
+def two(robot: Any) -> Column:
+    return np.asarray(robot.food_stored + 2.0)
+
+
+@feature(Continuous())
+def infinite(robot: Any) -> Column:
+    return np.asarray(robot.food_left / 0.0)
+
+
+@feature(Continuous())
+def whole_numbers(robot: Any) -> Column:
+    return np.asarray(robot.food_stored.astype(np.int64))
+
+
+@feature(Continuous())
+def too_short(robot: Any) -> Column:
+    return np.asarray(robot.food_stored[1:])
+
+
+@feature(Continuous())
+def writes(robot: Any) -> Column:
+    robot.food_stored[:] = 3.0
+    return np.asarray(robot.food_stored)
+
+
+@feature(Continuous())
+def counts_calls(robot: Any) -> Column:
+    CALLS.append(1)
+    return np.asarray(robot.food_stored + len(CALLS))
+
+
+@feature(Continuous())
+def looks_at_others(_: Any, target: Any) -> Column:
+    return np.asarray(target.range - target.range.mean())
+
+
+BAD_FEATURES = [
+    (unwrapped, "its values are toroidal"),
+    (two, "its values are categorical"),
+    (infinite, "its values are continuous"),
+    (whole_numbers, "one column of floats"),
+    (too_short, "one column of floats"),
+    (writes, "untouched"),
+    (counts_calls, "the same readings give the same values"),
+    (looks_at_others, "each agent's value is its own"),
+    (Feature("no_sonar", Continuous(), "sonar"), "reads what the body offers"),
+]
+
+
+def test_good_features_pass() -> None:
+    check_feature(half_way, Forage([1, 2]))
+    check_feature(Flag("done"), Forage([1, 2]))
+
+
+@pytest.mark.filterwarnings("ignore:divide by zero")
+@pytest.mark.parametrize(("bad", "law"), BAD_FEATURES)
+def test_bad_feature(bad: Feature, law: str) -> None:
+    with pytest.raises(LawBroken, match=law) as raised:
+        check_feature(bad, Forage([1, 2, 3]))
+    assert bad.name in raised.value.part
+
+
+@behavior
+def approach(_: Any, target: Any) -> dict[str, Column]:
+    """Turn toward the target while driving."""
+    return {"turn": np.nan_to_num(np.sin(target.bearing)), "drive": np.ones_like(target.bearing)}
+
+
+@behavior
+def flies(robot: Any) -> dict[str, Column]:
+    return {"fly": robot.food_stored}
+
+
+@behavior
+def drives_nan(_: Any) -> dict[str, Column]:
+    return {"drive": np.full(len(_.food_stored), np.nan)}
+
+
+BAD_BEHAVIORS = [
+    (flies, "commands channels of the body"),
+    (Behavior("fly", Command(fly=1.0)), "commands channels of the body"),
+    (drives_nan, "commands are finite"),
+]
+
+
+def test_good_behavior_passes() -> None:
+    check_behavior(approach, Forage([1, 2]))
+
+
+@pytest.mark.parametrize(("bad", "law"), BAD_BEHAVIORS)
+def test_bad_behavior(bad: Behavior, law: str) -> None:
+    with pytest.raises(LawBroken, match=law):
+        check_behavior(bad, Forage([1, 2]))
+
+
+def test_checks_put_the_body_back() -> None:
+    world = Forage([1, 2])
+    before = world.snapshot()
+    check_feature(half_way, world)
+    check_behavior(approach, world)
+    check_body(world)
+    assert world.snapshot() == before
+
+
+class Shared(Forage):
+    """Hands out its own column."""
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        percept = dict(super().sense(keys))
+        if ("range", "nearest_food") in percept:
+            percept["range", "nearest_food"] = self._nearest()[1]
+        return percept
+
+
+class Noisy(Forage):
+    """Draws anew each time it senses."""
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        CALLS.append(1)
+        return {
+            key: column + (len(CALLS) if key[0] == "range" else 0)
+            for key, column in super().sense(keys).items()
+        }
+
+
+class Careless(Forage):
+    """Takes any command."""
+
+    def act(self, commands: Commands) -> None:
+        super().act({name: column for name, column in commands.items() if name != "no_such_thing"})
+
+
+class Writing(Forage):
+    """Cuts commands off in place."""
+
+    def act(self, commands: Commands) -> None:
+        super().act(commands)
+        for column in commands.values():
+            np.clip(column, -0.1, 0.1, out=column)
+
+
+class Forgetful(Forage):
+    """Leaves the clock out of its snapshots."""
+
+    def restore(self, snapshot: bytes) -> None:
+        tick = self._state["tick"]
+        super().restore(snapshot)
+        self._state["tick"] = tick
+
+
+class Coupled(Forage):
+    """Moves all its worlds the first one's way."""
+
+    def act(self, commands: Commands) -> None:
+        super().act(commands)
+        self._state["heading"][:] = self._state["heading"][0]
+
+
+class Lost(Forage):
+    """Raises what nobody can act on."""
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        if ("no_such_thing", None) in keys:
+            raise KeyError("no_such_thing")
+        return super().sense(keys)
+
+
+class Lucky(Forage):
+    """Begins otherwise each time."""
+
+    def reset(self, seeds: Sequence[int]) -> None:
+        CALLS.append(1)
+        super().reset([seed + len(CALLS) for seed in seeds])
+
+
+BAD_WORLDS: list[tuple[Callable[[Sequence[int]], Forage], str]] = [
+    (Shared, "does not reach the body"),
+    (Noisy, "sensing twice gives the same"),
+    (Careless, "it took channel 'no_such_thing'"),
+    (Writing, "leaves the commands it is given untouched"),
+    (Forgetful, "restoring a snapshot goes back"),
+    (Coupled, "runs alone as it does among others"),
+    (Lost, "refuses with an UnderstudyError"),
+    (Lucky, "the same seeds give the same run"),
+]
+
+
+@pytest.mark.parametrize(("bad", "law"), BAD_WORLDS)
+def test_bad_world(bad: Callable[[Sequence[int]], Forage], law: str) -> None:
+    with pytest.raises(LawBroken, match=law) as raised:
+        check_world(bad)
+    assert isinstance(raised.value, UnderstudyError)
+    assert raised.value.part.startswith(("world ", "body "))
