@@ -97,6 +97,15 @@ class Rewindable(Protocol):
         ...
 
 
+@runtime_checkable
+class Resettable(Protocol):
+    """A body whose worlds can begin anew: simulated ones."""
+
+    def reset(self, seeds: Sequence[int]) -> None:
+        """Begin anew, a world per seed."""
+        ...
+
+
 def every_key(body: Body) -> tuple[ReadingKey, ...]:
     """Keys of all readings of a body, of itself and of each target, in declared order."""
     return tuple(

@@ -130,17 +130,27 @@ class Journal:
 
     def __init__(self, path: Path | None = None) -> None:
         self.path = path
-        self._log = None if path is None else Log.create(path, MAGIC)
+        self._log: Log | None = None
         self._ticks: list[tuple[Moment, str]] = []
         self._first = 0
         self._kept_rows = 0
         self._snapshot_tick = -1
 
     @classmethod
+    def begun(cls, path: Path | None, entry: Began, *, rows: int) -> Self:
+        """A new journal for a session whose lesson has a record of so many rows; FileError if the file exists."""
+        journal = cls(path)
+        if path is not None:
+            journal._log = Log.create(path, MAGIC)
+            journal._kept_rows = rows
+            journal.write(entry, sync=True)
+        return journal
+
+    @classmethod
     def resumed(cls, path: Path, *, ticks: int, rows: int) -> Self:
         """Go on with a journal that holds `ticks` ticks and `rows` rows of the lesson's record."""
-        journal = cls()
-        journal.path, journal._log = path, Log.append(path, MAGIC)
+        journal = cls(path)
+        journal._log = Log.append(path, MAGIC)
         journal._first, journal._kept_rows = ticks, rows
         return journal
 
@@ -180,11 +190,6 @@ class Journal:
         if self._log is not None and self._snapshot_tick != self.tick:
             self._snapshot_tick = self.tick
             self.write(Snapshot(self.tick, zlib.compress(body, 1), list(run), mode))
-
-    def begin(self, entry: Began, *, rows: int) -> None:
-        """A session begins, with a record of so many rows in its lesson."""
-        self._kept_rows = rows
-        self.write(entry, sync=True)
 
     def new_rows(self, record: Record) -> Rows:
         """The rows of a record that no entry holds yet."""

@@ -23,6 +23,7 @@ from understudy.training.journal import (
     Began,
     Pressed,
     Raised,
+    Rows,
     Snapshot,
     Stepped,
     Ticks,
@@ -85,17 +86,17 @@ class Past:
             case Acted():
                 self.waiting, self.run = None, tuple(entry.run)
             case Stepped():
-                self._keep(entry.rows.count, unpacked_rows(entry.rows, len(self.recorder.keys) + 1))
+                self._keep(entry.rows)
                 after = changed(self.history.lesson, entry, library, path)
                 self.history.step(entry.what, after, before=tuple(entry.before), after=tuple(entry.after))
                 self.run = tuple(entry.after)
                 if entry.press is not None:
                     self.waiting = None
             case Accepted():
-                self._keep(entry.rows.count, unpacked_rows(entry.rows, len(self.recorder.keys) + 1))
+                self._keep(entry.rows)
                 self.history.amend(*entry.examples)
             case Raised():
-                self._keep(entry.rows.count, unpacked_rows(entry.rows, len(self.recorder.keys) + 1))
+                self._keep(entry.rows)
                 self.raised = entry
             case Went():
                 _, self.run = self.history.undo() if entry.back else self.history.redo()
@@ -106,9 +107,8 @@ class Past:
                     path=path, place="", problem="two sessions are in one journal", remedy="keep one per session"
                 )
 
-    def _keep(self, count: int, rows: Sequence[Sequence[float]]) -> None:
-        for row in rows[:count]:
-            *values, seconds = (float(value) for value in row)
+    def _keep(self, rows: Rows) -> None:
+        for *values, seconds in unpacked_rows(rows, len(self.recorder.keys) + 1).tolist():
             self.recorder.keep(Moment(seconds, tuple(values)))
 
 

@@ -52,9 +52,8 @@ class Recorder:
     def keep_press(self, *, paused: bool) -> tuple[int, int]:
         """Keep the last moment and, unless paused, those before it: the row of the press and how many precede it."""
         moments = list(self._episode)[-1:] if paused else list(self._episode)
-        for moment in moments:
-            row = self.keep(moment)
-        return row, len(moments) - 1
+        rows = [self.keep(moment) for moment in moments]
+        return rows[-1], len(rows) - 1
 
     def keep(self, moment: Moment) -> int:
         """Keep a moment for good; its row."""
@@ -64,6 +63,11 @@ class Recorder:
         self._values[self._kept], self._seconds[self._kept] = moment.values, moment.seconds
         self._kept += 1
         return self._kept - 1
+
+    @property
+    def now(self) -> float:
+        """The demonstrator's time of the last moment."""
+        return self._episode[-1].seconds
 
     @property
     def record(self) -> Record:

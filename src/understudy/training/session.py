@@ -10,43 +10,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Self, Unpack
+from typing import Self, TypeAlias, Unpack
 
-from understudy.errors import FileError, UnknownName
+from understudy.errors import FileError, SessionError, UnknownName
 from understudy.learning.transitions import learned
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
-from understudy.model.example import Example, ExampleKind
+from understudy.model.example import Example
 from understudy.model.feature import BoundFeature, Percept
 from understudy.model.kinds import Categorical
-from understudy.model.lesson import Lesson, Options
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library, Taught
-from understudy.runtime.body import Body, Rewindable, every_key
+from understudy.runtime.body import Body, Resettable, Rewindable, every_key
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.run import Run
 from understudy.runtime.sensing import feature_column
 from understudy.training.design import check_names
 from understudy.training.edits import Choice, deleted, edited, rechosen
-from understudy.training.journal import Accepted, Acted, Began, Journal, Pressed, Raised, Stepped, Turned, Went
-from understudy.training.past import Past, difference, lesson_bytes
-from understudy.training.recorder import Moment, compact
+from understudy.training.journal import Began, Journal
+from understudy.training.notebook import Notebook
+from understudy.training.past import Past, lesson_bytes
+from understudy.training.recorder import Moment
 from understudy.training.screen import Screen
-from understudy.training.trainee import Entry, Mode, Outcome, Press, Trainee
-from understudy.training.values import own_readings, own_value, valued, values_of
-from understudy.training.watching import Seen, Watching
+from understudy.training.trainee import Mode, Outcome, Press, Trainee
+from understudy.training.values import own_readings, own_value
 
-Clock = Callable[[], float]
+Clock: TypeAlias = Callable[[], float]
 
 
 class Session:
     """One agent of a body being taught one automaton; the others idle, or run behaviors of the library.
 
-    `targets` says what the automaton's parameters stand for while it is taught. `clock` is the demonstrator's time
-    (the body's where there is none). Every step is on disk in the `journal` before it is acknowledged.
+    `targets` says what the automaton's parameters stand for while it is taught. `clock` is the demonstrator's time,
+    s (the body's where there is none). With a `journal` (a new file), every press is on disk before `direct` or
+    `confirm` returns, and `Session.resume` goes on after any end; `about` is kept there for whoever resumes.
     """
 
     def __init__(
@@ -61,11 +61,10 @@ class Session:
         journal: Path | None = None,
         about: Mapping[str, str | int | float | bool] | None = None,
     ) -> None:
-        past = Past.none(lesson, every_key(body), targets or {}, agent)
-        self._begin(body, library, past, clock, Journal(journal))
-        design = lesson_bytes(lesson)
-        began = Began(design, agent, list(self._keys), body.tick_s, self._targets, dict(about or {}))
-        self._journal.begin(began, rows=len(lesson.record))
+        keys = every_key(body)
+        self._begin(body, library, Past.none(lesson, keys, targets or {}, agent), clock)
+        began = Began(lesson_bytes(lesson), agent, list(keys), body.tick_s, self._targets, dict(about or {}))
+        self._notebook.journal = Journal.begun(journal, began, rows=len(lesson.record))
 
     @classmethod
     def resume(cls, journal: Path, body: Body, library: Library, *, clock: Clock | None = None) -> Self:
@@ -84,23 +83,21 @@ class Session:
         if past.body is not None and isinstance(body, Rewindable):
             body.restore(past.body)
         session = cls.__new__(cls)
-        session._begin(body, library, past, clock, Journal.resumed(journal, ticks=past.ticks, rows=len(past.recorder.record)))
+        session._begin(body, library, past, clock)
+        rows = len(past.recorder.record)
+        session._notebook.journal = Journal.resumed(journal, ticks=past.ticks, rows=rows)
         return session
 
-    def _begin(self, body: Body, library: Library, past: Past, clock: Clock | None, journal: Journal) -> None:
+    def _begin(self, body: Body, library: Library, past: Past, clock: Clock | None) -> None:
         self.body, self.library, self.agent = body, library, past.agent
-        self.watching = True
         self.paused = False
+        self._targets = past.targets
         self._clock = clock or (lambda: body.time_s)
         self._keys = every_key(body)
-        self._steady = frozenset(
-            reading.name for reading in body.readings if isinstance(reading.kind, Categorical)
-        )
-        self._history, self._recorder, self._targets = past.history, past.recorder, past.targets
-        self._presses, self._journal = past.presses, journal
+        steady = frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
+        self._notebook = Notebook(past, Journal(), steady=steady)
         self._others: dict[int, Program] = {}
         self._driving: Program | None = None
-        self._watched = Watching()
         self._percept: Percept | None = None
         check_names(library, self.automaton)
         self._trainee = self._new_trainee(learned_too=past.mode is Mode.TESTING)
@@ -115,16 +112,17 @@ class Session:
     @property
     def lesson(self) -> Lesson:
         """The lesson as it stands, with its record."""
-        return replace(self._plain, record=self._recorder.record)
-
-    @property
-    def _plain(self) -> Lesson:
-        return self._history.lesson
+        return self._notebook.complete
 
     @property
     def automaton(self) -> Automaton:
         """What was chosen for the automaton under training, without transition functions."""
-        return self._plain.automaton
+        return self._notebook.lesson.automaton
+
+    @property
+    def examples(self) -> tuple[Example, ...]:
+        """The lesson's examples, oldest first."""
+        return self._notebook.lesson.examples
 
     @property
     def mode(self) -> Mode:
@@ -132,18 +130,8 @@ class Session:
         return self._trainee.mode
 
     @property
-    def examples(self) -> tuple[Example, ...]:
-        """The lesson's examples, oldest first."""
-        return self._plain.examples
-
-    @property
-    def path(self) -> tuple[str, ...]:
-        """The current state of every level, from the automaton under training down."""
-        return self._trainee.path
-
-    @property
     def run_state(self) -> tuple[Level, ...]:
-        """The run state of the automaton under training and those below."""
+        """The run state of the automaton under training and of those below."""
         return self._trainee.snapshot()
 
     @property
@@ -153,28 +141,36 @@ class Session:
             self._percept = self.body.sense(self._keys)
         return self._percept
 
+    @property
+    def watching(self) -> bool:
+        """Whether silence counts as consent, in a lesson with watched examples; False: I am not watching."""
+        return self._notebook.watching
+
+    @watching.setter
+    def watching(self, watching: bool) -> None:
+        self._notebook.accept_watched()
+        self._notebook.watching = watching
+
     def screen(self) -> Screen:
         """What a person sees now."""
-        machine = self._trainee.taught
+        machine, press = self._trainee.taught, self._trainee.press
         own = own_readings(machine, self.body.time_s)
-        features = {
-            str(bound): own_value(bound.feature, own) if bound.own else self._sensed(bound)
-            for bound in self.automaton.features
-        }
-        press = self._trainee.press
         return Screen(
             time_s=self.body.time_s,
             mode=self.mode,
             state=machine.state_name,
-            path=self.path,
+            path=self._trainee.path,
             flag=machine.flag,
-            features=features,
+            features={
+                str(bound): own_value(bound.feature, own) if bound.own else self._sensed(bound)
+                for bound in self.automaton.features
+            },
             states=self.automaton.state_names,
             targets=dict(self._targets),
             waiting=None if press is None else press.state or machine.state_name,
             examples=sum(example.pressed for example in self.examples),
-            undoable=self._history.undoable,
-            redoable=self._history.redoable,
+            undoable=self._notebook.undoable,
+            redoable=self._notebook.redoable,
         )
 
     def _sensed(self, bound: BoundFeature) -> float:
@@ -195,30 +191,36 @@ class Session:
     def _press(self, state: str | None) -> int:
         waiting = self._trainee.press
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
-        press = Press(self._presses + 1, state, correction, self.paused)
+        press = Press(self._notebook.presses + 1, state, correction, self.paused)
         self._keep_snapshot()
-        self._journal.flush()
-        self._journal.write(Pressed(press), sync=True)
-        self._presses += 1
-        self._trainee.press = press
-        self._trainee.mode = Mode.TRAINING
+        self._notebook.press(press)
+        self._trainee.press, self._trainee.mode = press, Mode.TRAINING
         return press.number
 
     def tick(self) -> None:
-        """One tick: sense, decide, act, and record what a press showed."""
-        percept = self.percept
-        machine = self._trainee.taught
-        moment = Moment(self._clock(), tuple(float(percept[key][self.agent]) for key in self._keys))
-        self._recorder.remember(moment)
-        if self._journal.wants_snapshot(self.body.tick_s):
+        """One tick: sense, decide, act, and write down what a press showed."""
+        percept, trainee, notebook = self.percept, self._trainee, self._notebook
+        if notebook.journal.wants_snapshot(self.body.tick_s):
             self._keep_snapshot()
-        self._journal.remember(moment, machine.state_name)
-        before = self._trainee.snapshot() if self._trainee.press else ()
+        readings = tuple(float(percept[key][self.agent]) for key in self._keys)
+        moment = Moment(self._clock(), readings)
+        notebook.remember(moment, trainee.taught.state_name)
+        before = trainee.snapshot() if trainee.press else ()
         commands = self._run.decide(percept)
         if self._driving is None:
-            self._record(self._trainee.outcome, moment, before)
+            self._write_down(trainee.outcome, moment, before)
         self.body.act(commands)
         self._percept = None
+
+    def _write_down(self, outcome: Outcome, moment: Moment, before: tuple[Level, ...]) -> None:
+        binding = Binding(self._targets)
+        if outcome.press is not None:
+            after = self._trainee.snapshot()
+            self._notebook.record(outcome, outcome.press, binding, before=before, after=after)
+            return
+        if outcome.raised:
+            self._trainee.entry = self._notebook.raised(outcome)
+        self._notebook.see(outcome, moment, binding)
 
     def run_for(self, seconds: float) -> None:
         """Tick for so long of the body's time."""
@@ -226,78 +228,11 @@ class Session:
         while self.body.time_s < until:
             self.tick()
 
-    def _record(self, outcome: Outcome, moment: Moment, before: tuple[Level, ...]) -> None:
-        if outcome.raised:
-            entry = Entry(outcome.state, outcome.own, *self._recorder.keep_press(paused=False))
-            self._trainee.entry = entry
-            self._journal.write(Raised(entry, self._journal.new_rows(self._recorder.record)))
-        if outcome.press is None:
-            self._see(outcome, moment)
-            return
-        options = self._plain.options
-        self._watched.doubt(moment.seconds, reaction_s=options.reaction_s)
-        self._accept_watched()
-        if not outcome.shown:
-            self._journal.write(Acted(outcome.press.number, list(self.run_state)))
-            return
-        row = self._recorder.keep_press(paused=outcome.press.paused)
-        number = max((example.number for example in self.examples), default=0)
-        made = []
-        for shown in outcome.shown:
-            number += 1
-            at, window = row if shown.entry is None else (shown.entry.moment, shown.entry.window)
-            made.append(
-                self._example(
-                    Example(
-                        number,
-                        shown.state,
-                        (),
-                        shown.next,
-                        shown.kind,
-                        correction=outcome.press.correction,
-                        moment=at,
-                        window=window,
-                        own=shown.own,
-                        binding=Binding(self._targets),
-                    )
-                )
-            )
-        lesson = self._plain
-        what = f"{made[0].state} → {made[0].next}"
-        after = replace(lesson, examples=(*lesson.examples, *made))
-        self._step(what, after, before=before, press=outcome.press.number)
-
-    def _example(self, example: Example) -> Example:
-        values = values_of(example, self._plain, self._recorder.record, steady=self._steady)
-        return replace(example, values=values)
-
-    def _see(self, outcome: Outcome, moment: Moment) -> None:
-        options, automaton = self._plain.options, self.automaton
-        resting = outcome.state == outcome.next == automaton.states[0].name
-        if not (options.watched and self.watching) or resting or automaton.state(outcome.state).flag is not None:
-            return
-        example = Example(
-            0,
-            outcome.state,
-            (),
-            outcome.next,
-            ExampleKind.WATCHED,
-            own=outcome.own,
-            binding=Binding(self._targets),
-        )
-        self._watched.see(Seen(moment, example))
-
-    def _accept_watched(self) -> None:
-        watched = self._watched.accept(self._plain, self._recorder, steady=self._steady)
-        if watched:
-            self._history.amend(*watched)
-            self._journal.write(Accepted(list(watched), self._journal.new_rows(self._recorder.record)))
-
     # Modes
 
     def test(self) -> None:
         """Switch to testing: learn from the lesson and restart the automaton."""
-        self._accept_watched()
+        self._notebook.accept_watched()
         self._relink(learned_too=True)
         self._trainee.mode = Mode.TESTING
         self.restart()
@@ -309,61 +244,76 @@ class Session:
 
     def restart(self) -> None:
         """Start the automaton under training afresh; records nothing."""
-        self._begin_episode()
+        self._notebook.begin_episode()
         self._trainee.press = None
         self._trainee.start(self.body.time_s)
         self._turned()
 
+    def reset(self, seed: int) -> None:
+        """Begin anew in the world of another seed, with the automaton restarted; records nothing."""
+        if not isinstance(self.body, Resettable):
+            raise SessionError("this body cannot be reset: it is no simulation; drive the robot into position instead")
+        self.body.reset([seed])
+        self._percept = None
+        self.restart()
+
     def drive(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
         """Drive the robot into position with a basic behavior, recording nothing; None ends it."""
-        if behavior is not None and behavior not in self.library.kit.behaviors:
+        kit = self.library.kit
+        if behavior is not None and behavior not in kit.behaviors:
             raise UnknownName(
-                what="basic behavior", name=behavior, where="the kit", known=list(self.library.kit.behaviors)
+                what="basic behavior", name=behavior, where="the kit", known=list(kit.behaviors)
             )
         self._driving = None if behavior is None else link(self.library, behavior, binding or {})
-        self._begin_episode()
+        self._notebook.begin_episode()
         self._trainee.press = None
         self._run = self._new_run()
 
     def moved(self) -> None:
         """The robot or the world was put elsewhere by hand: what came before says nothing about now."""
         self._percept = None
-        self._begin_episode()
+        self._notebook.begin_episode()
 
-    def _begin_episode(self) -> None:
-        self._accept_watched()
-        self._watched.begin_episode()
-        self._recorder.begin_episode()
+    def stand_for(self, **targets: str) -> None:
+        """Let parameters stand for other targets from now on."""
+        known: tuple[str, ...]
+        for parameter, target in targets.items():
+            if parameter not in (known := self.automaton.parameters):
+                where = f"automaton {self.automaton.name!r}"
+                raise UnknownName(what="parameter", name=parameter, where=where, known=known)
+            if target not in (known := tuple(self.body.targets)):
+                raise UnknownName(what="target", name=target, where="the body", known=known)
+        self._notebook.begin_episode()
+        self._targets |= targets
+        self._relink(learned_too=self.mode is Mode.TESTING)
+        self._turned()
 
-    def _turned(self) -> None:
-        self._journal.write(Turned(self.mode, list(self.run_state), dict(self._targets)), sync=True)
-
-    def _keep_snapshot(self) -> None:
-        if isinstance(self.body, Rewindable):
-            self._journal.snapshot(self.body.snapshot(), self.run_state, self.mode)
+    def others(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
+        """What the other agents do meanwhile: idle (None), or a behavior of the library."""
+        program = IDLE_PROGRAM if behavior is None else link(self.library, behavior, binding or {})
+        self._others = {agent: program for agent in range(self.body.agents) if agent != self.agent}
+        self._run = self._new_run()
 
     # Changing the lesson
 
     def undo(self) -> str:
         """Take back the last step that changed the lesson; the world stays. What the step was."""
-        return self._went(*self._history.undo(), back=True)
+        return self._went(*self._notebook.undo())
 
     def redo(self) -> str:
         """Do the last undone step again. What it was."""
-        return self._went(*self._history.redo(), back=False)
+        return self._went(*self._notebook.redo())
 
-    def _went(self, what: str, run: Sequence[Level], *, back: bool) -> str:
-        self._journal.write(Went(back), sync=True)
-        self._watched.forget()
+    def _went(self, what: str, run: tuple[Level, ...]) -> str:
         self._trainee.press = None
         self._relink(learned_too=self.mode is Mode.TESTING)
         self._trainee.restore(run, now=self.body.time_s)
-        self._percept = None
         return what
 
     def delete(self, *numbers: int) -> None:
         """Delete examples by number."""
-        self._change(f"delete {len(numbers)} example{'s' * (len(numbers) != 1)}", deleted(self._plain, numbers))
+        plural = "s" * (len(numbers) != 1)
+        self._change(f"delete {len(numbers)} example{plural}", deleted(self._notebook.lesson, numbers))
 
     def edit(
         self,
@@ -374,63 +324,40 @@ class Session:
         values: Mapping[str, float] | None = None,
     ) -> None:
         """Edit an example: its state, its next state, or its values by feature label."""
-        lesson = edited(self._plain, number, state=state, next=next, values=values or {})
+        lesson = edited(self._notebook.lesson, number, state=state, next=next, values=values or {})
         self._change(f"edit example {number}", lesson)
 
-    def choose(self, **chosen: Unpack[Choice]) -> None:
+    def choose(self, **choice: Unpack[Choice]) -> None:
         """Choose states, flags, features, parameters, statelessness or options anew; what is not given stays.
 
         Examples stay, with values computed again from the record; those of states that are gone are dropped.
         """
-        lesson = rechosen(self._plain, self.library, chosen)
-        self._change(f"choose {' and '.join(chosen)}", valued(lesson, self._recorder.record, steady=self._steady))
+        lesson = rechosen(self._notebook.lesson, self.library, choice)
+        self._change(f"choose {' and '.join(choice)}", self._notebook.valued(lesson))
 
-    def stand_for(self, **targets: str) -> None:
-        """Let parameters stand for other targets from now on."""
-        for parameter, target in targets.items():
-            if parameter not in self.automaton.parameters:
-                raise UnknownName(
-                    what="parameter",
-                    name=parameter,
-                    where=f"automaton {self.automaton.name!r}",
-                    known=self.automaton.parameters,
-                )
-            if target not in self.body.targets:
-                raise UnknownName(what="target", name=target, where="the body", known=list(self.body.targets))
-        self._begin_episode()
-        self._targets |= targets
+    def _change(self, what: str, lesson: Lesson) -> None:
+        run = self.run_state
+        self._notebook.step(what, lesson, before=run, after=run)
         self._relink(learned_too=self.mode is Mode.TESTING)
-        self._turned()
-
-    def others(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
-        """What the other agents do meanwhile: idle (None), or a behavior of the library."""
-        program = None if behavior is None else link(self.library, behavior, binding or {})
-        self._others = {
-            agent: program for agent in range(self.body.agents) if agent != self.agent and program is not None
-        }
-        self._run = self._new_run()
 
     def taught(self) -> Taught:
         """The automaton as learned from the lesson now, with the lesson: what a library keeps."""
-        self._accept_watched()
-        lesson = compact(self.lesson)
+        self._notebook.accept_watched()
+        lesson = self._notebook.complete
         return Taught(learned(lesson), lesson)
 
-    def _change(self, what: str, lesson: Lesson) -> None:
-        run = self._trainee.snapshot()
-        self._step(what, lesson, before=run)
-        self._relink(learned_too=self.mode is Mode.TESTING)
-
-    def _step(self, what: str, lesson: Lesson, *, before: tuple[Level, ...], press: int | None = None) -> None:
-        after = self._trainee.snapshot()
-        design, different, gone = difference(self._plain, lesson)
-        rows = self._journal.new_rows(self._recorder.record)
-        self._journal.write(
-            Stepped(what, press, design, different, gone, rows, list(before), list(after)), sync=press is None
-        )
-        self._history.step(what, lesson, before=before, after=after)
+    def close(self) -> None:
+        """Put everything on disk."""
+        self._notebook.journal.close()
 
     # Running
+
+    def _turned(self) -> None:
+        self._notebook.turned(self.mode, self.run_state, self._targets)
+
+    def _keep_snapshot(self) -> None:
+        if self._notebook.journal.path is not None and isinstance(self.body, Rewindable):
+            self._notebook.journal.snapshot(self.body.snapshot(), self.run_state, self.mode)
 
     def _relink(self, *, learned_too: bool) -> None:
         old = self._trainee
@@ -440,7 +367,7 @@ class Session:
         self._run = self._new_run()
 
     def _new_trainee(self, *, learned_too: bool) -> Trainee:
-        lesson = self._plain
+        lesson = self._notebook.lesson
         automaton = learned(lesson) if learned_too else lesson.automaton
         library = self.library.with_taught(Taught(automaton))
         bound = {name: target for name, target in self._targets.items() if name in automaton.parameters}
@@ -453,4 +380,3 @@ class Session:
         ]
         interpreters[self.agent] = self._trainee if self._driving is None else Interpreter(self._driving, now=now)
         return Run(self.body, interpreters)
-

@@ -100,7 +100,6 @@ class Trainee(Interpreter):
             basic = machine.pulse(row, now)
             outcome.next = states[machine.state]
             outcome.raised = machine.flag is not None and outcome.next != before
-            if outcome.raised:
         self.outcome = outcome
         return basic
 
