@@ -34,7 +34,9 @@ def understudy(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and end.")
     ] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="On an error, show where in the program it arose.")] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="On an error, show where in the program it arose.")
+    ] = False,
 ) -> None:
     """Train robots, and teams of robots, by being shown."""
 

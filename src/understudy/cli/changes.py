@@ -44,7 +44,10 @@ def _features(automaton: Automaton) -> dict[str, str]:
 
 def _options(taught: Taught) -> dict[str, str]:
     chosen = {} if taught.lesson is None else options(taught.lesson)
-    return {"stateless": f": {taught.automaton.stateless}", **{key: f": {value}" for key, value in chosen.items()}}
+    return {
+        "stateless": f": {taught.automaton.stateless}",
+        **{key: f": {value}" for key, value in chosen.items()},
+    }
 
 
 def _examples(taught: Taught) -> dict[str, str]:

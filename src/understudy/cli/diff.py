@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, World
+from understudy.cli.parts import LIBRARY, Json, KitName, Library, SomeWorld
 
 if TYPE_CHECKING:
     from understudy.model.kit import Kit
@@ -23,7 +23,7 @@ def diff(
         str | None, typer.Option("--to", metavar="VERSION|FILE", help="By default the current version.")
     ] = None,
     library: Library = LIBRARY,
-    world: World = WORLD,
+    world: SomeWorld = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -33,16 +33,18 @@ def diff(
     """
     from understudy.cli.changes import changes
     from understudy.cli.output import print_json
-    from understudy.cli.parts import find_kit
+    from understudy.cli.parts import some_kit
     from understudy.errors import SettingError
     from understudy.model.folder import versions
 
-    parts = find_kit(kit, world)
+    parts = some_kit(kit, world)
     kept = versions(library, name)
     if before is None:
         if not kept:
             where, problem = f"automaton {name!r} in {library}", "has no former version"
-            raise SettingError(where=where, setting="--from", problem=problem, remedy="name a document to compare with")
+            raise SettingError(
+                where=where, setting="--from", problem=problem, remedy="name a document to compare with"
+            )
         before = str(kept[-1].number)
     told = {"name": name, "from": before, "to": after or "current"}
     told["changes"] = changes(_taught(library, name, before, parts), _taught(library, name, after, parts))
@@ -52,7 +54,7 @@ def diff(
         _show(told)
 
 
-def _taught(library: Path, name: str, which: str | None, kit: Kit) -> Taught:
+def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> Taught:
     from understudy.cli.parts import learner
     from understudy.model.filenames import stem
     from understudy.model.folder import load_version, read_document

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, World
+from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, SomeWorld, World
 
 
 def list_(
-    library: Library = LIBRARY, world: World = WORLD, kit: KitName = None, as_json: Json = False
+    library: Library = LIBRARY, world: SomeWorld = None, kit: KitName = None, as_json: Json = False
 ) -> None:
     """List the automata of a library.
 
     [dim]understudy list --library demo/library[/]
     """
     from understudy.cli.output import console, count, print_json, table, when
-    from understudy.cli.parts import find_kit, learner
+    from understudy.cli.parts import some_kit
     from understudy.cli.shelf import look, summary
 
-    shelf = look(library, find_kit(kit, world), learner())
+    shelf = look(library, some_kit(kit, world), lambda _: {})  # a list needs no transition functions
     rows = [summary(library, shelf.library, opened) for opened in shelf.opened.values()]
     problems = {name: str(error) for name, error in shelf.problems.items()}
     if as_json:
@@ -40,7 +40,9 @@ def list_(
 
 
 def rebuild(
-    names: list[str] | None = typer.Argument(None, metavar="[NAME]...", help="Which automata; all if none named."),
+    names: list[str] | None = typer.Argument(
+        None, metavar="[NAME]...", help="Which automata; all if none named."
+    ),
     library: Library = LIBRARY,
     world: World = WORLD,
     kit: KitName = None,

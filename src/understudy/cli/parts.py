@@ -15,22 +15,32 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from understudy.model.automaton import Transition
-    from understudy.model.lesson import Lesson
     from understudy.model.document import Learn
     from understudy.model.folder import OpenedLibrary
     from understudy.model.kit import Kit
+    from understudy.model.lesson import Lesson
     from understudy.worlds.catalog import CatalogWorld
 
 Library: TypeAlias = Annotated[Path, typer.Option("--library", "-l", help="The folder the automata are in.")]
-World: TypeAlias = Annotated[str, typer.Option("--world", "-w", help="The world whose kit, and world, it is.")]
+World: TypeAlias = Annotated[
+    str, typer.Option("--world", "-w", help="The world, and the kit that goes with it.")
+]
+SomeWorld: TypeAlias = Annotated[
+    str | None,
+    typer.Option("--world", "-w", help="Look features up in this world's kit, not in the documents."),
+]
 KitName: TypeAlias = Annotated[
     str | None,
-    typer.Option("--kit", metavar="MODULE:NAME", help="Features, behaviors and targets of your own, from Python."),
+    typer.Option(
+        "--kit", metavar="MODULE:NAME", help="Features, behaviors and targets of your own, from Python."
+    ),
 ]
 Json: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")]
 Bind: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option("--bind", "-b", metavar="PARAMETER=TARGET", help="What a parameter of the behavior stands for."),
+    typer.Option(
+        "--bind", "-b", metavar="PARAMETER=TARGET", help="What a parameter of the behavior stands for."
+    ),
 ]
 
 LIBRARY = Path("library")
@@ -63,6 +73,11 @@ def find_kit(named: str | None, world: str) -> Kit:
     if not isinstance(found, Kit):
         raise _no_kit(named, f"is a {type(found).__name__}")
     return found
+
+
+def some_kit(named: str | None, world: str | None) -> Kit | None:
+    """The kit where one is named or a world is, otherwise None: features are as the documents say."""
+    return None if named is None and world is None else find_kit(named, world or WORLD)
 
 
 def _no_kit(named: str, problem: str) -> SettingError:
@@ -99,7 +114,10 @@ def bindings(bound: list[str] | None) -> dict[str, str]:
         parameter, equals, target = text.partition("=")
         if not (parameter and equals and target):
             raise SettingError(
-                where="--bind", setting=repr(text), problem="is no binding", remedy="write PARAMETER=TARGET: A=station"
+                where="--bind",
+                setting=repr(text),
+                problem="is no binding",
+                remedy="write PARAMETER=TARGET: A=station",
             )
         pairs[parameter] = target
     return pairs

@@ -33,9 +33,14 @@ class Shelf:
     problems: dict[str, UnderstudyError]
 
 
-def look(folder: Path, kit: Kit, learn: Learn | None) -> Shelf:
-    """Open each file of a library on its own, so that one bad file does not hide the others."""
-    library, opened, problems = Library(kit), {}, {}
+def look(folder: Path, kit: Kit | None, learn: Learn | None) -> Shelf:
+    """Open each file of a library on its own, so that one bad file does not hide the others.
+
+    Without a kit features are as the documents say, so that any library can be looked at.
+    """
+    library = Library(Kit.of() if kit is None else kit)
+    opened: dict[str, Opened] = {}
+    problems: dict[str, UnderstudyError] = {}
     for path in documents(folder):
         try:
             found = open_document(path, kit, learn)
@@ -78,7 +83,9 @@ def summary(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
 
 def uses(automaton: Automaton, library: Library) -> list[str]:
     """The automata that its states run."""
-    return list(dict.fromkeys(state.behavior for state in automaton.states if state.behavior in library.taught))
+    return list(
+        dict.fromkeys(state.behavior for state in automaton.states if state.behavior in library.taught)
+    )
 
 
 def whole(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
@@ -87,7 +94,12 @@ def whole(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
     return {
         **summary(folder, library, opened),
         "states": [
-            {"name": state.name, "behavior": state.behavior, "binding": dict(state.binding), "flag": state.flag}
+            {
+                "name": state.name,
+                "behavior": state.behavior,
+                "binding": dict(state.binding),
+                "flag": state.flag,
+            }
             for state in automaton.states
         ],
         "features": [

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, World
+from understudy.cli.parts import LIBRARY, Json, KitName, Library, SomeWorld
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,7 @@ SHOWN = 20
 def show(
     name: Annotated[str, typer.Argument(help="The automaton.")],
     library: Library = LIBRARY,
-    world: World = WORLD,
+    world: SomeWorld = None,
     kit: KitName = None,
     everything: Annotated[bool, typer.Option("--all", help="All examples, watched ones too.")] = False,
     as_json: Json = False,
@@ -29,13 +29,14 @@ def show(
     [dim]understudy show goto --library demo/library[/]
     """
     from understudy.cli.output import console, print_json
-    from understudy.cli.parts import find_kit, opened
-    from understudy.cli.shelf import whole
-    from understudy.model.document import Opened
+    from understudy.cli.parts import learner, some_kit
+    from understudy.cli.shelf import look, whole
 
-    found = opened(library, find_kit(kit, world))
-    automaton = found.library.automaton(name)
-    facts = whole(library, found.library, Opened(found.library.taught[name], found.rebuilt.get(name)))
+    shelf = look(library, some_kit(kit, world), learner())
+    if name not in shelf.opened and (error := shelf.problems.get(f"{name}.json")):
+        raise error
+    automaton = shelf.library.automaton(name)
+    facts = whole(library, shelf.library, shelf.opened[name])
     if as_json:
         print_json(facts)
         return
@@ -115,7 +116,9 @@ def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
     for row in rows if everything else rows[:SHOWN]:
         kind = row["kind"] + (" corr." if row["correction"] else "") + (" edited" if row["edited"] else "")
         following = "[dim]stay[/]" if row["next"] == row["state"] else escape(row["next"])
-        made.add_row(str(row["number"]), escape(row["state"]), following, kind, *map(_value, row["values"].values()))
+        made.add_row(
+            str(row["number"]), escape(row["state"]), following, kind, *map(_value, row["values"].values())
+        )
     out.print(made)
     if not everything and len(rows) > SHOWN:
         out.print(f"[dim]{len(rows) - SHOWN} more: --all[/]")

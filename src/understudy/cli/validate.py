@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 
 def validate(
-    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help="Which automata; all if none.")] = None,
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Which automata; all if none is named.")
+    ] = None,
     library: Library = LIBRARY,
     world: World = WORLD,
     kit: KitName = None,
@@ -50,7 +52,9 @@ def validate(
     raise typer.Exit(2 if problems else 0)
 
 
-def _show(folder: Path, checked: list[str], problems: dict[str, list[str]], noted: dict[str, list[str]]) -> None:
+def _show(
+    folder: Path, checked: list[str], problems: dict[str, list[str]], noted: dict[str, list[str]]
+) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
@@ -124,5 +128,7 @@ def _lesson_notes(opened: Opened) -> list[str]:
         against = disagreements(lesson, state, function)
         if against:
             which = ", ".join(str(example.number) for example in against)
-            found.append(f"in {state}, {count(len(against), 'example')} decided otherwise than shown: {which}")
+            found.append(
+                f"in {state}, {count(len(against), 'example')} decided otherwise than shown: {which}"
+            )
     return found

@@ -92,8 +92,9 @@ def _document(taught: Taught) -> Document:
     )
 
 
-def decode(data: bytes, kit: Kit, *, path: Path | str, learn: Learn | None = None) -> Opened:
-    """The automaton and lesson of a document, its features looked up in `kit`.
+def decode(data: bytes, kit: Kit | None, *, path: Path | str, learn: Learn | None = None) -> Opened:
+    """The automaton and lesson of a document, its features looked up in `kit`
+    (None: taken as the document says, good for looking at but not for running).
 
     FileError, naming the place, for whatever cannot be right. Where the stored trees are not what the lesson
     gives, or it keeps none, `learn` builds them; without it that is an error too.

@@ -62,7 +62,7 @@ def documents(folder: Path) -> list[Path]:
         return sorted(path for path in folder.iterdir() if path.suffix == ".json" and path.name[0] != ".")
 
 
-def open_document(path: Path, kit: Kit, learn: Learn | None = None) -> Opened:
+def open_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Opened:
     """The automaton in a file of a library; FileError where the file is not named after it."""
     opened = read_document(path, kit, learn)
     name = opened.taught.automaton.name
@@ -75,7 +75,7 @@ def open_document(path: Path, kit: Kit, learn: Learn | None = None) -> Opened:
     return opened
 
 
-def read_document(path: Path, kit: Kit, learn: Learn | None = None) -> Opened:
+def read_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Opened:
     """The automaton in any file."""
     with failing(path, "reading", remedy="see that the file exists and that you may read it"):
         data = path.read_bytes()
@@ -165,7 +165,7 @@ def _date(text: str | None) -> datetime | None:
         return None
 
 
-def load_version(folder: Path, name: str, number: int, kit: Kit, learn: Learn | None = None) -> Opened:
+def load_version(folder: Path, name: str, number: int, kit: Kit | None, learn: Learn | None = None) -> Opened:
     """A former version of an automaton."""
     kept = {version.number: version.path for version in versions(folder, name)}
     if number not in kept:
