@@ -1,11 +1,12 @@
-"""How long a pulse of a three-level automaton takes, beside a tick of a py_trees behavior tree in the same run.
+"""ow long a pulse of a three-level automaton takes, beside a py_trees behavior tree in the same run.
 
-Ours is a forager as taught, on its way to food: forage > harvest > goto, with flags read at the upper levels and
-decision trees of usual size. Theirs is the behavior tree of 11 nodes that decides the same about the way: memoryless
-composites, conditions of one comparison, actions of one assignment, plain Python attributes instead of the
-blackboard (which is slower), ticked through `BehaviourTree.tick` without visitors, as py_trees' users do. Sensing is
-excluded on both sides: the readings are there as floats before the clock starts. Both get the same ones, and the test
-holds their decisions equal. Our pulse also keeps the upper levels, flags and time in state.
+Ours is a forager as taught, on its way to food: forage > harvest > goto, with flags read at the upper
+levels and decision trees of usual size. Theirs is the tree of 11 nodes that decides the same about the way:
+memoryless composites, conditions of one comparison, actions of one assignment, plain Python attributes
+instead of the blackboard (which is slower), ticked through `BehaviourTree.tick` without visitors, as
+py_trees' users do. Sensing is excluded on both sides: the readings are there as floats before the clock
+starts. Both get the same ones, and a test holds their decisions equal. Our pulse also keeps the upper
+levels, flags and time in state.
 """
 
 from __future__ import annotations
@@ -124,7 +125,7 @@ class _Peer:
         self.action = ""
         peer, status = self, trees.common.Status
 
-        class Condition(trees.behaviour.Behaviour):  # type: ignore[name-defined,misc]
+        class Condition(trees.behaviour.Behaviour):  # type: ignore[misc]
             def __init__(self, name: str, holds: Callable[[float, float], bool]) -> None:
                 super().__init__(name)
                 self.holds = holds
@@ -132,7 +133,7 @@ class _Peer:
             def update(self) -> Any:
                 return status.SUCCESS if self.holds(peer.row[0], peer.row[1]) else status.FAILURE
 
-        class Action(trees.behaviour.Behaviour):  # type: ignore[name-defined,misc]
+        class Action(trees.behaviour.Behaviour):  # type: ignore[misc]
             def update(self) -> Any:
                 peer.action = self.name
                 return status.RUNNING
@@ -164,7 +165,8 @@ def _peer() -> _Peer:
         return _Peer(import_module("py_trees"))
     except ImportError:
         raise UnderstudyError(
-            "the comparison needs py_trees, which is not installed; install it with: pip install 'understudy[bench]'"
+            "the comparison needs py_trees, which is not installed; "
+            "install it with: pip install 'understudy[bench]'"
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""The commands put together. Each group of commands has a file of its own; all import what they use when called."""
+"""The commands put together: a file each, all of which import what they use only when called."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
+    add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Begin with [bold]understudy demo[/]. Every command has --help, and --json for programs to read.",
 )
@@ -23,9 +24,12 @@ app = typer.Typer(
 
 def _version(asked: bool) -> None:
     if asked:
-        from importlib.metadata import version
+        from importlib.metadata import PackageNotFoundError, version
 
-        typer.echo(f"understudy {version('understudy')}")
+        try:
+            typer.echo(f"understudy {version('understudy')}")
+        except PackageNotFoundError:
+            typer.echo("understudy, from a folder where it is not installed")
         raise typer.Exit
 
 

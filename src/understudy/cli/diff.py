@@ -46,7 +46,7 @@ def diff(
                 where=where, setting="--from", problem=problem, remedy="name a document to compare with"
             )
         before = str(kept[-1].number)
-    told = {"name": name, "from": before, "to": after or "current"}
+    told: dict[str, Any] = {"name": name, "from": before, "to": after or "current"}
     told["changes"] = changes(_taught(library, name, before, parts), _taught(library, name, after, parts))
     if as_json:
         print_json(told)

@@ -115,12 +115,9 @@ def _show(facts: dict[str, Any], each: list[dict[str, Any]]) -> None:
     seeds = f"{facts['seeds'][0]}:{facts['seeds'][1]}"
     out.print(f"[bold]{facts['behavior']}[/] on {facts['worlds']} {facts['world']} worlds, seeds {seeds}")
     out.print(f"  finished in time    [bold]{facts['success']:.0%}[/]")
-    out.print(
-        f"  food per second     [bold]{_number(facts['relative_to_expert'], 3)}[/] of the yardstick's (median)"
-    )
-    out.print(
-        f"  time to finish      {_number(facts['median_s'], 0)} s; yardstick {facts['expert_median_s']:.0f} s"
-    )
+    relative, taken = _number(facts["relative_to_expert"], 3), _number(facts["median_s"], 0)
+    out.print(f"  food per second     [bold]{relative}[/] of the yardstick's (median)")
+    out.print(f"  time to finish      {taken} s; the yardstick {facts['expert_median_s']:.0f} s (medians)")
     failed = facts["failed_seeds"]
     if failed:
         shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")

@@ -1,4 +1,4 @@
-"""How commands fail: one paragraph on stderr, an exit code that means something, and never a traceback by surprise."""
+"""How commands fail: one paragraph on stderr, an exit code that means something, no traceback unasked."""
 
 from __future__ import annotations
 
@@ -39,12 +39,16 @@ class Group(TyperGroup):
             if ctx.params.get("debug") or _of_typer(error):
                 raise
             typer.echo(
-                f"Error: something broke inside Understudy: {type(error).__name__}: {error}. This is a fault of "
-                "the program, not yours. Nothing was half written. To report it, run the same command again as "
+                f"Error: something broke inside Understudy: {_named(error)}. This is a fault of the "
+                "program, not yours, and no file was left half written. To report it, run it again as "
                 f"`understudy --debug {' '.join(sys.argv[1:])}` and send what it prints.",
                 err=True,
             )
             raise typer.Exit(FAULT) from error
+
+
+def _named(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
 
 
 def _of_typer(error: Exception) -> bool:

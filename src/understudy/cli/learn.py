@@ -29,9 +29,9 @@ def learn(
 ) -> None:
     """Learn an automaton's transition functions from a table of examples.
 
-    Columns are state, next, kind (directive, default, confirmation or watched), and one for each feature, whose
-    header carries its kind: distance:continuous, bearing:toroidal(6.283185307179586), ready:categorical(no|yes).
-    An empty cell is an absent reading.
+    Columns are state, next, kind (directive, default, confirmation or watched), and one for each feature,
+    whose header carries its kind: distance:continuous, bearing:toroidal(6.283185307179586),
+    ready:categorical(no|yes). An empty cell is an absent reading.
 
     [dim]understudy learn lesson.csv --predict rows.csv --json[/]
     """

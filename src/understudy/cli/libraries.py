@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
 from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, SomeWorld, World
@@ -24,7 +26,8 @@ def list_(
     if as_json:
         print_json({"library": str(library), "automata": rows, "problems": problems})
     else:
-        made = table("automaton", "#states", "#shown", "#watched", "runs", "#versions", "saved")
+        made = table("automaton", "#states", "#shown", "#watched", "runs", "#former", "saved")
+        made.columns[4].no_wrap = False
         for row in rows:
             name = f"{row['name']}({', '.join(row['parameters'])})" if row["parameters"] else row["name"]
             numbers = [str(row[key] or "") for key in ("states", "examples", "watched")]
@@ -40,9 +43,9 @@ def list_(
 
 
 def rebuild(
-    names: list[str] | None = typer.Argument(
-        None, metavar="[NAME]...", help="Which automata; all if none named."
-    ),
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Which automata; all if none is named.")
+    ] = None,
     library: Library = LIBRARY,
     world: World = WORLD,
     kit: KitName = None,

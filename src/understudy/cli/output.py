@@ -33,7 +33,9 @@ def table(*columns: str, title: str | None = None) -> Table:
 
     made = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold", pad_edge=False)
     for name in columns:
-        made.add_column(name.removeprefix("#"), justify="right" if name.startswith("#") else "left")
+        made.add_column(
+            name.removeprefix("#"), justify="right" if name.startswith("#") else "left", no_wrap=True
+        )
     return made
 
 

@@ -11,11 +11,11 @@ from typing import Any
 from understudy.errors import UnderstudyError
 from understudy.model.automaton import Automaton
 from understudy.model.conditions import sentences
-from understudy.model.document import Learn
+from understudy.model.document import Learn, Opened
 from understudy.model.example import Example
 from understudy.model.feature import BoundFeature
 from understudy.model.filenames import stem
-from understudy.model.folder import Opened, documents, joined, open_document, versions
+from understudy.model.folder import documents, joined, open_document, versions
 from understudy.model.kinds import Categorical
 from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson
@@ -83,9 +83,8 @@ def summary(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
 
 def uses(automaton: Automaton, library: Library) -> list[str]:
     """The automata that its states run."""
-    return list(
-        dict.fromkeys(state.behavior for state in automaton.states if state.behavior in library.taught)
-    )
+    runs = dict.fromkeys(state.behavior or "" for state in automaton.states)
+    return [name for name in runs if name in library.taught]
 
 
 def whole(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:

@@ -109,17 +109,22 @@ def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
     rows = [row for row in facts["examples"] if everything or row["kind"] != "watched"]
     if not facts["examples"]:
         return
-    watched = count(facts["watched"], "watched example") if facts["watched"] else ""
-    out.print(f"\n[bold]What was shown[/] [dim]{'' if everything else watched and f'beside {watched}'}[/]")
+    beside = f" [dim]beside {count(facts['watched'], 'watched example')}[/]" if facts["watched"] else ""
+    out.print(f"\n[bold]What was shown[/]{'' if everything else beside}")
     made = table("#", "state", "next", "kind", *(f"#{feature['name']}" for feature in facts["features"]))
     made.columns[0].justify = "right"
     for row in rows if everything else rows[:SHOWN]:
-        kind = row["kind"] + (" corr." if row["correction"] else "") + (" edited" if row["edited"] else "")
+        kind = row["kind"] + "*" * row["correction"] + "†" * row["edited"]
         following = "[dim]stay[/]" if row["next"] == row["state"] else escape(row["next"])
         made.add_row(
             str(row["number"]), escape(row["state"]), following, kind, *map(_value, row["values"].values())
         )
+    for column in made.columns[4:]:
+        column.no_wrap, column.overflow = False, "fold"
     out.print(made)
+    for mark, key, what in (("*", "correction", "a correction"), ("†", "edited", "edited by hand")):
+        if any(row[key] for row in rows):
+            out.print(f"[dim]{mark} {what}[/]")
     if not everything and len(rows) > SHOWN:
         out.print(f"[dim]{len(rows) - SHOWN} more: --all[/]")
 

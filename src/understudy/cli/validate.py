@@ -87,7 +87,7 @@ def unresolved(library: LibraryOf, name: str) -> list[str]:
 
 
 def notes(shelf: Shelf, name: str) -> list[str]:
-    """What is worth a look: stale trees, contradictions, features that decide nothing, states never entered."""
+    """What is worth a look: stale trees, contradictions, idle features, states never entered."""
     from understudy.errors import listed
     from understudy.model.tree import Tree
 

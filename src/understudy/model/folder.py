@@ -3,8 +3,8 @@
     library/forage.json
     library/versions/forage/0001 2026-11-21 10.15.00.json
 
-Nothing is lost or half written whenever a program is killed: documents are replaced whole, and former versions
-kept before that.
+Nothing is lost or half written whenever a program is killed: documents are replaced whole, and former
+versions kept before that.
 """
 
 from __future__ import annotations
