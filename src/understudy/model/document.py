@@ -7,6 +7,7 @@ built again from the examples and reported.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from json import JSONDecodeError
@@ -166,8 +167,11 @@ def parse(data: bytes, *, path: Path | str) -> tuple[Document, Source]:
         problem, _, place = str(error).partition(" - at `")
         steps = steps_of(place.rstrip("`"))
         raise source.wrong(steps, _lower(problem), "see docs/formats.md for what belongs there") from error
-    except msgspec.DecodeError as error:
-        raise _unreadable(path, "", _lower(str(error))) from error
+    except msgspec.DecodeError as error:  # what Python's reader takes and JSON does not: NaN, Infinity
+        at = re.search(r"\(byte (\d+)\)", str(error))
+        line = data.count(b"\n", 0, int(at[1])) + 1 if at else 1
+        problem = "it is no JSON: there is something that is no number, text, true, false or null"
+        raise _unreadable(path, f"line {line}", problem) from error
 
 
 def _current(data: bytes, source: Source) -> Document:
