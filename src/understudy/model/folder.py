@@ -16,6 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
 from unicodedata import normalize
+from urllib.parse import unquote
 
 from understudy.errors import DefinitionError, FileError, UnknownName
 from understudy.model.atomic import failing, locked, sync_folder, write
@@ -122,7 +123,7 @@ def save(folder: Path, taught: Taught) -> Path:
 
 def _refuse_alike(name: str, path: Path) -> None:
     for other in path.parent.glob("*.json"):
-        if other.name != path.name and alike(other.stem) == alike(path.stem):
+        if other.name != path.name and alike(unquote(other.stem)) == alike(name):
             raise DefinitionError(
                 what=f"automaton {name!r}",
                 problem=f"{other.name} has that name already, but for case or the form of letters",
