@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import UnderstudyError
-from understudy.learning.grow import grow
+from understudy.learning.grow import grow, prepare
 from understudy.learning.transitions import learn
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.example import Example, ExampleKind
@@ -43,7 +43,7 @@ def run() -> dict[str, Any]:
             "install it with: pip install 'understudy[bench]'"
         ) from None
     began = perf_counter()
-    _ours(continuous(20, noise=0.03), [Continuous()] * 3)
+    prepare()
     first_call_ms = (perf_counter() - began) * 1e3
     sizes = []
     for count, repeats in SIZES.items():

@@ -22,17 +22,15 @@ LINE, CIRCLE, LABELS = 0, 1, 2
 LEAF, BELOW, ARC, ABSENT, LABEL = 0, 1, 2, 3, 4
 DEFAULT, SHOWN, WATCHED = 0, 1, 2
 NOTHING = -1
-RATIO, GAIN, GAP, FEATURE, TEST, FIRST, SECOND, SIDE, HEAVY = 0, 1, 2, 3, 4, 5, 6, 7, 8  # of the best split
 MIXED = -1
-
-# Columns of a node. SORT and the next say of each end of a cut: 1 the default is above it, -1 below, 0 neither.
-KIND, OF, YES, NO, AWAY, BRANCH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
-
-Examples = tuple[Ints, Ints, Ints]  # outcome, weight and group of each
-Counts = tuple[Ints, Ints]  # of a node, by outcome: weights of all its examples, number of press-made ones
-Rules = tuple[
-    Ints, bool, bool
-]  # the table of c log2 c; are there watched examples; must a split gain on the others
+# Columns of a node. AWAY: the child that absent values join. SORT and the next: of either end of a cut, whether the
+# default is above it (1), below it (-1), or neither.
+KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
+# The best split so far: what splits are compared by, highest first, and then the rest of it.
+RATIO, GAIN, GAP, FEATURE, ABSENCE, FIRST, SECOND, HEAVY, TEST, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+# What a search is about: outcome, weight and group of each example; of the node, by outcome, the weight of its
+# examples and how many press-made ones; the table; are there watched ones; must press-made ones gain; the best.
+Search = tuple[Ints, Ints, Ints, Ints, Ints, Ints, bool, bool, Ints]
 
 
 @njit(cache=True)
@@ -49,13 +47,10 @@ def consider(
         return
     bits = int(floor(gain / UNIT / total * STEPS + 0.5))
     new = (ratio, bits, gap, -feature, int(test == ABSENT), -first, -second, heavy)
-    old = (
-        best[RATIO], best[GAIN], best[GAP], -best[FEATURE], int(best[TEST] == ABSENT), -best[FIRST], -best[SECOND],
-        best[HEAVY],
-    )  # fmt: skip
-    if new > old:
-        best[RATIO], best[GAIN], best[GAP], best[FEATURE], best[TEST] = ratio, bits, gap, feature, test
-        best[FIRST], best[SECOND], best[SIDE], best[HEAVY] = first, second, side, heavy
+    if new > (best[0], best[1], best[2], best[3], best[4], best[5], best[6], best[7]):
+        for index in range(8):
+            best[index] = new[index]
+        best[TEST], best[SIDE] = test, side
 
 
 @njit(cache=True)
@@ -76,9 +71,8 @@ def added(counts: Ints) -> int:
 
 
 @njit(cache=True)
-def tally(segment: Ints, examples: Examples, weights: Ints, presses: Ints) -> None:
+def tally(segment: Ints, y: Ints, weight: Ints, group: Ints, weights: Ints, presses: Ints) -> None:
     """Add a segment's examples to counts by outcome."""
-    y, weight, group = examples
     for example in segment:
         weights[y[example]] += weight[example]
         if group[example] != WATCHED:
@@ -95,12 +89,9 @@ def twice(table: Ints, all_: Ints, part: Ints) -> int:
 
 
 @njit(cache=True)
-def consider_branches(
-    weights: Ints, shown: Ints, feature: int, test: int, side: int, counts: Counts, rules: Rules, best: Ints
-) -> None:
+def consider_branches(weights: Ints, shown: Ints, feature: int, test: int, side: int, about: Search) -> None:
     """Consider a split into several branches, given weights and numbers of press-made examples by outcome."""
-    total, pressed = counts
-    table, watched, need_gain = rules
+    _, _, _, total, pressed, table, watched, need_gain, best = about
     presses, branches = added(pressed), 0
     gain = split = table[added(total)]
     press_gain = table[presses]
@@ -122,35 +113,29 @@ def consider_branches(
 
 
 @njit(cache=True)
-def search_absence(
-    segment: Ints, present: int, feature: int, examples: Examples, counts: Counts, rules: Rules, best: Ints
-) -> None:
+def search_absence(segment: Ints, present: int, feature: int, about: Search) -> None:
     """Try "is it absent?": the examples from `present` on are."""
-    weights, shown = np.zeros((2, len(counts[0])), np.int64), np.zeros((2, len(counts[0])), np.int64)
-    tally(segment[present:], examples, weights[0], shown[0])
-    tally(segment[:present], examples, weights[1], shown[1])
-    consider_branches(weights, shown, feature, ABSENT, 0, counts, rules, best)
+    y, weight, group, total, _, _, _, _, _ = about
+    weights, shown = np.zeros((2, len(total)), np.int64), np.zeros((2, len(total)), np.int64)
+    tally(segment[present:], y, weight, group, weights[0], shown[0])
+    tally(segment[:present], y, weight, group, weights[1], shown[1])
+    consider_branches(weights, shown, feature, ABSENT, 0, about)
 
 
 @njit(cache=True)
 def search_labels(
-    column: Floats, segment: Ints, present: int, labels: int, feature: int, examples: Examples, counts: Counts,
-    rules: Rules, best: Ints,
-) -> None:  # fmt: skip
+    column: Floats, segment: Ints, present: int, labels: int, feature: int, about: Search
+) -> None:
     """Try a branch for each label, absent values joining each of those shown here in turn."""
-    weights, shown = (
-        np.empty((labels, len(counts[0])), np.int64),
-        np.empty((labels, len(counts[0])), np.int64),
-    )
+    y, weight, group, total, _, _, _, _, _ = about
     for joined in range(labels):
-        weights[:] = 0
-        shown[:] = 0
+        weights, shown = np.zeros((labels, len(total)), np.int64), np.zeros((labels, len(total)), np.int64)
         for position in range(present):
             label = int(column[segment[position]])
-            tally(segment[position : position + 1], examples, weights[label], shown[label])
-        if added(weights[joined]) > 0:
-            tally(segment[present:], examples, weights[joined], shown[joined])
-            consider_branches(weights, shown, feature, LABEL, joined, counts, rules, best)
+            tally(segment[position : position + 1], y, weight, group, weights[label], shown[label])
+        if present == len(segment) or added(weights[joined]) > 0:
+            tally(segment[present:], y, weight, group, weights[joined], shown[joined])
+            consider_branches(weights, shown, feature, LABEL, joined, about)
         if present == len(segment):
             break
 
@@ -206,40 +191,33 @@ def is_inner(column: Floats, segment: Ints, first: int, second: int, period: flo
 
 @njit(cache=True)
 def search_cuts(
-    column: Floats, segment: Ints, present: int, test: int, extent: float, feature: int, examples: Examples,
-    counts: Counts, rules: Rules, best: Ints,
-) -> None:  # fmt: skip
+    column: Floats, segment: Ints, present: int, arcs: bool, extent: float, feature: int, about: Search
+) -> None:
     """Try every threshold, or every arc between two gaps; absent values on either side of it.
 
     What lies below a threshold is what lies within an arc that starts before all values.
     """
-    y, weight, group = examples
-    total, pressed = counts
-    table, watched, need_gain = rules
+    y, weight, group, total, pressed, table, watched, need_gain, best = about
     values, away = segment[:present], segment[present:]
-    arcs = test == ARC
     gaps = gaps_of(column, values, y, watched)
-    if not arcs and len(gaps) > 0 and gaps[-1] == present - 1:
-        gaps = gaps[:-1]
     width = np.empty(len(gaps), np.int64)
     for g in range(len(gaps)):
-        lower = column[segment[gaps[g]]]
-        wide = (
-            gap_width(column, values, gaps[g], extent)
-            if arcs
-            else column[segment[gaps[g] + 1]] * 0.5 - lower * 0.5
-        )
+        if arcs:
+            wide = gap_width(column, values, gaps[g], extent)
+        else:
+            wide = column[values[(gaps[g] + 1) % present]] * 0.5 - column[values[gaps[g]]] * 0.5
         width[g] = int(floor(wide / extent * STEPS + 0.5))
     within, shown = np.zeros_like(total), np.zeros_like(total)
-    n, presses = added(total), added(pressed)
-    for side in range(2 if len(away) > 0 else 1):
+    n, presses, apart = added(total), added(pressed), 0
+    for example in away:
+        apart += weight[example]
+    for side in range(2 if apart > 0 else 1):
         for first in range(len(gaps) if arcs else 1):
             within[:] = 0
             shown[:] = 0
             if side == 0:
-                tally(away, examples, within, shown)
+                tally(away, y, weight, group, within, shown)
             inside, inside_pressed = added(within), added(shown)
-            with_away = inside
             gained, press_gained = twice(table, total, within), twice(table, pressed, shown)
             position = gaps[first] + 1 if arcs else 0
             for second in range(first + 1 if arcs else 0, len(gaps)):
@@ -256,6 +234,8 @@ def search_cuts(
                         shown[k] = c + 1
                         inside_pressed += 1
                     position += 1
+                if position == present and not arcs:
+                    break  # all values are below a cut across the seam
                 split = table[n] - table[inside] - table[n - inside]
                 gain = gained + split
                 if gain * STEPS < (best[RATIO] - 1.0) * split:
@@ -265,21 +245,14 @@ def search_cuts(
                     press_gain = press_gained + table[presses] - table[inside_pressed] - table[others]
                     if not tells_apart(press_gain, inside_pressed, others, need_gain):
                         continue
-                gap, heavy = width[second], 0
-                if len(away) > 0:  # weight of the side that absent values join; a tie: the lower or the inner
-                    plain = inside - with_away
-                    joined = plain
-                    if side == 1:
-                        joined = n - plain
-                        for example in away:
-                            joined -= weight[example]
-                    inner = is_inner(column, values, gaps[first], gaps[second], extent) if arcs else True
+                start, heavy = gaps[first] if arcs else -1, 0
+                if apart > 0:  # the weight of the side that absent values join; a tie: the lower or the inner
+                    inner = not arcs or is_inner(column, values, start, gaps[second], extent)
+                    joined = inside - apart if side == 0 else n - inside - apart
                     heavy = 2 * joined + (inner == (side == 0))
-                if arcs:
-                    gap = min(gap, width[first])
-                    consider(best, gain, split, n, gap, feature, test, gaps[first], gaps[second], side, heavy)
-                else:
-                    consider(best, gain, split, n, gap, feature, test, gaps[second], 0, side, heavy)
+                gap = min(width[first], width[second]) if arcs else width[second]
+                test = ARC if arcs else BELOW
+                consider(best, gain, split, n, gap, feature, test, start, gaps[second], side, heavy)
 
 
 @njit(cache=True)
@@ -294,190 +267,131 @@ def is_default(column: Floats, segment: Ints, value: float, group: Ints) -> bool
 @njit(cache=True)
 def how_many_present(column: Floats, segment: Ints) -> int:
     """How many of a segment's examples have the reading; those without come last."""
-    low, high = 0, len(segment)
-    if not isnan(column[segment[high - 1]]):
-        return high
-    while low < high:
-        middle = (low + high) // 2
-        if isnan(column[segment[middle]]):
-            high = middle
-        else:
-            low = middle + 1
-    return low
+    present = len(segment)
+    while present > 0 and isnan(column[segment[present - 1]]):
+        present -= 1
+    return present
 
 
 @njit(cache=True)
-def search(
-    columns: Floats, order: Ints, start: int, stop: int, form: Ints, extent: Floats, examples: Examples,
-    counts: Counts, rules: Rules, best: Ints,
-) -> None:  # fmt: skip
-    """The best split of a node into `best`; its RATIO stays negative where nothing can be told apart."""
-    best[:] = NOTHING
+def search(columns: Floats, order: Ints, form: Ints, extent: Floats, about: Search) -> None:
+    """The best split of a node into the last of `about`; its RATIO stays negative where nothing can be told apart."""
     for feature in range(len(columns)):
-        column, segment = columns[feature], order[feature, start:stop]
+        column, segment, wide = columns[feature], order[feature], extent[feature]
         present = how_many_present(column, segment)
-        if 0 < present < stop - start:
-            search_absence(segment, present, feature, examples, counts, rules, best)
+        if 0 < present < len(segment):
+            search_absence(segment, present, feature, about)
         if present == 0 or column[segment[0]] == column[segment[present - 1]]:
             continue
         if form[feature] == LABELS:
-            labels = int(extent[feature])
-            search_labels(column, segment, present, labels, feature, examples, counts, rules, best)
+            search_labels(column, segment, present, int(wide), feature, about)
         else:
-            test = BELOW if form[feature] == LINE else ARC
-            search_cuts(
-                column, segment, present, test, extent[feature], feature, examples, counts, rules, best
-            )
+            search_cuts(column, segment, present, form[feature] == CIRCLE, wide, feature, about)
 
 
 @njit(cache=True)
-def part(
-    order: Ints, start: int, stop: int, side: Ints, sizes: Ints, kept: Ints, sorted_already: int
-) -> None:
-    """Reorder every row's start:stop so that the children follow one another, each still sorted."""
+def part(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
+    """Reorder every row so that the children follow one another, each still sorted."""
     offsets = np.empty(len(sizes), np.int64)
-    for feature in range(len(order)):
-        if feature == sorted_already:
-            continue
+    for row in order:
         at = 0
         for child in range(len(sizes)):
             offsets[child] = at
             at += sizes[child]
-        row = order[feature]
-        for position in range(start, stop):
-            example = row[position]
+        for example in row:
             child = side[example]
             kept[offsets[child]] = example
             offsets[child] += 1
-        for position in range(start, stop):
-            row[position] = kept[position - start]
+        for position in range(len(row)):
+            row[position] = kept[position]
 
 
 @njit(cache=True)
 def send(
-    column: Floats, segment: Ints, present: int, best: Ints, flipped: bool, side: Ints, group: Ints,
-    sizes: Ints, presses: Ints,
-) -> None:  # fmt: skip
-    """Say of each example of a node which child it goes to, and count the children's examples."""
-    test, first, second, absent = best[TEST], best[FIRST], best[SECOND], best[SIDE]
+    column: Floats, segment: Ints, test: int, first: int, second: int, absent: int, flip: bool, side: Ints
+) -> int:
+    """Say of each example of a node which child it goes to; answers which one absent values go to."""
+    present = how_many_present(column, segment)
+    absent = 1 - absent if flip else absent
     for position in range(len(segment)):
-        example = segment[position]
         if position >= present:
             child = absent
-        elif test == BELOW:
-            child = int(position > first)
-        elif test == ARC:
-            child = int(position <= first or position > second)
+        elif test == LABEL:
+            child = int(column[segment[position]])
+        elif test == ABSENT:
+            child = 1
         else:
-            child = 1 if test == ABSENT else int(column[example])
-        if flipped:
-            child = 1 - child
-        side[example] = child
-        sizes[child] += 1
-        presses[child] += group[example] != WATCHED
+            child = int((first < position <= second) == flip)
+        side[segment[position]] = child
+    return absent if present < len(segment) else NOTHING
 
 
 @njit(cache=True)
 def grow(
     columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int, watched: bool,
     table: Ints,
-) -> tuple[Ints, Floats, Ints]:  # fmt: skip
-    """A tree: nodes, the values on either side of each of their cuts, and the children of multiway nodes.
+) -> tuple[Ints, Floats]:  # fmt: skip
+    """A tree: its nodes, and the values on either side of both ends of their cuts.
 
     `form` says what each feature is, `extent` its range, period or number of labels. Nodes are numbered depth
     first. At the end, a leaf's examples are those from START to STOP of order[0].
     """
     n = len(y)
-    nodes = np.full((2 * n, 10), NOTHING, np.int64)
-    cuts = np.full((2 * n, 4), np.nan)
-    branches, branched = np.empty(16, np.int64), 0
+    nodes, cuts = np.full((2 * n, 10), NOTHING, np.int64), np.full((2 * n, 4), np.nan)
     waiting = np.empty((n + 1, 4), np.int64)  # start, stop, parent, which child of it
-    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, n, NOTHING, 0
+    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, n, NOTHING, NOTHING
     depth, count = 1, 0
     weight = np.ones(n, np.int64)
     if watched:
         weight[group != WATCHED] = 10
     side, kept = np.empty(n, np.int64), np.empty(n, np.int64)
-    total, pressed = np.empty(outcomes, np.int64), np.empty(outcomes, np.int64)
-    best, examples = np.empty(9, np.int64), (y, weight, group)
+    total, pressed, best = np.empty(outcomes, np.int64), np.empty(outcomes, np.int64), np.empty(10, np.int64)
     while depth > 0:
         depth -= 1
-        start, stop, parent, which = (
-            waiting[depth, 0],
-            waiting[depth, 1],
-            waiting[depth, 2],
-            waiting[depth, 3],
-        )
-        node, count = count, count + 1
-        if parent >= 0:
-            if nodes[parent, KIND] == LABEL:
-                branches[nodes[parent, BRANCH] + which] = node
-            else:
-                nodes[parent, YES + which] = node
-            if nodes[parent, AWAY] == -2 - which:  # absent values were sent to this child
-                nodes[parent, AWAY] = node
+        start, stop = waiting[depth, 0], waiting[depth, 1]
+        node, count, here = count, count + 1, order[:, start:stop]
+        nodes[node, PARENT], nodes[node, WHICH] = waiting[depth, 2], waiting[depth, 3]
         nodes[node, START], nodes[node, STOP] = start, stop
         total[:] = 0
         pressed[:] = 0
-        tally(order[0, start:stop], examples, total, pressed)
-        best[:] = NOTHING
-        presses_here = added(pressed)
+        tally(here[0], y, weight, group, total, pressed)
+        presses = added(pressed)
         for k in range(outcomes):
-            if pressed[k] == presses_here:
-                nodes[node, YES] = k
-        if nodes[node, YES] == NOTHING:
-            for attempt in range(2 if watched else 1):
-                rules = (table, watched, attempt == 0)
-                if best[RATIO] < 0:
-                    search(columns, order, start, stop, form, extent, examples, (total, pressed), rules, best)
+            if pressed[k] == presses:
+                nodes[node, OUTCOME] = k
+        best[:] = NOTHING
+        for attempt in range(2 if watched else 1):
+            if nodes[node, OUTCOME] == NOTHING and best[RATIO] < 0:
+                about = (y, weight, group, total, pressed, table, watched, attempt == 0, best)
+                search(columns, here, form, extent, about)
         if best[RATIO] < 0:
             nodes[node, KIND] = LEAF
             continue
-        feature, test = best[FEATURE], best[TEST]
-        column, segment = columns[feature], order[feature, start:stop]
-        present = how_many_present(column, segment)
-        first, second, children, flipped = best[FIRST], best[SECOND], 2, False
-        if test == ARC and not is_inner(column, segment[:present], first, second, extent[feature]):
-            first, second, flipped = second, first, True
-        for end in range(2 if test == ARC else int(test == BELOW)):
-            position = second if end else first
-            after = (position + 1) % present
-            lower, upper = column[segment[position]], column[segment[after]]
-            cuts[node, 2 * end], cuts[node, 2 * end + 1] = lower, upper
-            nodes[node, SORT + end] = int(is_default(column, segment, upper, group)) - int(
-                is_default(column, segment, lower, group)
-            )
-        if test == LABEL:
+        feature, test, first, second = -best[FEATURE], best[TEST], -best[FIRST], -best[SECOND]
+        column, segment, children = columns[feature], here[feature], 2
+        values = segment[: how_many_present(column, segment)]
+        flip = test == ARC and not is_inner(column, values, first, second, extent[feature])
+        if test == BELOW or test == ARC:
+            for end in range(2):
+                position = second if (end == 1) != (flip or test == BELOW) else first
+                lower, upper = column[values[position]], column[values[(position + 1) % len(values)]]
+                cuts[node, 2 * end], cuts[node, 2 * end + 1] = lower, upper
+                nodes[node, SORT + end] = is_default(column, segment, upper, group)
+                nodes[node, SORT + end] -= is_default(column, segment, lower, group)
+        elif test == LABEL:
             children = int(extent[feature])
-            if branched + children > len(branches):
-                longer = np.empty(2 * len(branches) + children, np.int64)
-                for branch in range(branched):
-                    longer[branch] = branches[branch]
-                branches = longer
-            nodes[node, BRANCH] = branched
-            branches[branched : branched + children] = NOTHING
-            branched += children
         nodes[node, KIND], nodes[node, OF] = test, feature
-        sizes, presses = np.zeros(children, np.int64), np.zeros(children, np.int64)
-        send(column, segment, present, best, flipped, side, group, sizes, presses)
-        if present < stop - start and test != ABSENT:
-            nodes[node, AWAY] = -2 - side[segment[present]]
-        part(
-            order,
-            start,
-            stop,
-            side,
-            sizes,
-            kept,
-            feature if test == BELOW and present == stop - start else -1,
-        )
+        nodes[node, AWAY] = send(column, segment, test, first, second, best[SIDE], flip, side)
+        sizes, presses_of = np.zeros(children, np.int64), np.zeros(children, np.int64)
+        for example in here[0]:
+            sizes[side[example]] += 1
+            presses_of[side[example]] += group[example] != WATCHED
+        part(here, side, sizes, kept)
         at = stop
         for child in range(children - 1, -1, -1):
-            if presses[child] > 0:
+            if presses_of[child] > 0:
                 waiting[depth, 0], waiting[depth, 1] = at - sizes[child], at
                 waiting[depth, 2], waiting[depth, 3] = node, child
                 depth += 1
-            elif nodes[node, AWAY] == -2 - child:
-                nodes[node, AWAY] = NOTHING
             at -= sizes[child]
-    return nodes[:count], cuts[:count], branches[:branched]
+    return nodes[:count], cuts[:count]

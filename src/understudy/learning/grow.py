@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,8 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError
 from understudy.learning import _kernels
 from understudy.learning.splits import Gap, arc, threshold, vote
-from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy.model.tree import STAY, Node, Test, Tree
+from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.model.tree import STAY, Node, Test, Tree, leaf
 
 MOST_WEIGHT = 1_500_000
 """The heaviest lesson of one state that the score's integers can hold: examples, or 10 for each press-made one
@@ -52,20 +53,18 @@ def grow(
     for index, kind in enumerate(kinds):
         form[index] = FORMS.get(type(kind), _kernels.LINE)
         extent[index] = _extent(kind, columns[index])
-    nodes, cuts, branches = _kernels.grow(
-        columns,
-        order := np.argsort(columns, axis=1),
-        form,
-        extent,
-        outcomes,
-        groups,
-        states,
-        watched,
-        _table(weight),
+    order = np.argsort(columns, axis=1)
+    nodes, cuts = _kernels.grow(
+        columns, order, form, extent, outcomes, groups, states, watched, _table(weight)
     )
-    return Tree(
-        _nodes(nodes, cuts, branches, order[0], outcomes, groups, kinds, current, midpoints or watched)
-    )
+    ballots = outcomes, groups, order[0]
+    return Tree(_nodes(nodes, cuts, ballots, kinds, current, midpoints=midpoints or watched))
+
+
+def prepare() -> None:
+    """Have the kernel compiled or loaded, so that no later call waits for it (seconds, once per installation)."""
+    two = np.arange(2)
+    grow(two.reshape(2, 1).astype(np.float64), two, two, [Continuous()], states=2)
 
 
 def _extent(kind: Kind, column: NDArray[np.float64]) -> float:
@@ -94,38 +93,41 @@ def _table_of_bits(bits: int) -> NDArray[np.int64]:
 def _nodes(
     nodes: NDArray[np.int64],
     cuts: NDArray[np.float64],
-    branches: NDArray[np.int64],
-    order: NDArray[np.int64],
-    outcomes: NDArray[np.int64],
-    groups: NDArray[np.int64],
+    ballots: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
     kinds: Sequence[Kind],
     current: int,
+    *,
     midpoints: bool,
 ) -> tuple[Node, ...]:
     """The kernel's rows as nodes: cuts put where they belong in their gaps, and the leaves' votes counted."""
-    nan = float("nan")
-    children = branches.tolist()
+    rows = nodes.tolist()
+    outcomes, groups, order = ballots
+    children = {(row[_kernels.PARENT], row[_kernels.WHICH]): index for index, row in enumerate(rows)}
     built: list[Node] = []
-    for row, (lower, upper, lower2, upper2) in zip(nodes.tolist(), cuts.tolist(), strict=True):
-        test, feature, yes, no, absent, first, start, stop, sort, sort2 = row
+    for index, ((test, feature, outcome, away, _, _, start, stop, sort, sort2), gaps) in enumerate(
+        zip(rows, cuts.tolist(), strict=True)
+    ):
         if test == Test.LEAF:
-            if yes == STAY:
+            if outcome == STAY:
                 here = order[start:stop]
-                yes = vote(zip(outcomes[here].tolist(), groups[here].tolist(), strict=True), current=current)
-            built.append(Node(0, yes=yes))
-        elif test == Test.BELOW:
-            cut = threshold(Gap(lower, upper, sort), midpoints=midpoints)
-            built.append(Node(1, feature, nan, cut, yes, no, absent))
-        elif test == Test.ARC:
-            kind = kinds[feature]
-            period = kind.period if isinstance(kind, Toroidal) else nan
-            gaps = Gap(lower, upper, sort), Gap(lower2, upper2, sort2)
-            low, high = arc(*gaps, period, midpoints=midpoints)
-            built.append(Node(2, feature, low, high, yes, no, absent))
-        elif test == Test.LABEL:
-            kind = kinds[feature]
-            labels = len(kind.labels) if isinstance(kind, Categorical) else 0
-            built.append(Node(4, feature, absent=absent, branches=tuple(children[first : first + labels])))
+                ballot = zip(outcomes[here].tolist(), groups[here].tolist(), strict=True)
+                outcome = vote(ballot, current=current)
+            built.append(leaf(outcome))
+            continue
+        kind = kinds[feature]
+        absent = children.get((index, away), STAY) if away >= 0 else STAY
+        if isinstance(kind, Categorical) and test == Test.LABEL:
+            branches = tuple(children.get((index, label), STAY) for label in range(len(kind.labels)))
+            built.append(Node(Test.LABEL, feature, absent=absent, branches=branches))
+            continue
+        low = high = nan
+        first = Gap(gaps[0], gaps[1], sort)
+        if test == Test.BELOW:
+            high = threshold(first, midpoints=midpoints)
+        elif isinstance(kind, Toroidal) and test == Test.ARC:
+            low, high = arc(first, Gap(gaps[2], gaps[3], sort2), kind.period, midpoints=midpoints)
         else:
-            built.append(Node(3, feature, yes=yes, no=no))
+            absent = STAY  # "is it absent?" sends them to yes
+        yes, no = children.get((index, 0), STAY), children.get((index, 1), STAY)
+        built.append(Node(test, feature, low, high, yes, no, absent))
     return tuple(built)

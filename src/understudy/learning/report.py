@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from understudy.learning.arrays import teaching, vectors
+from understudy.learning.grow import prepare
 from understudy.learning.transitions import learn_state
 from understudy.model.automaton import Transition
 from understudy.model.conditions import sentences
@@ -36,7 +37,11 @@ class Report:
 
 
 def report(lesson: Lesson) -> Report:
-    """Learn a lesson and say what came of it. In stateless mode all states share one function and one fit."""
+    """Learn a lesson and say what came of it. In stateless mode all states share one function and one fit.
+
+    `fit_ms` is from Example objects to a finished function, without the kernel's compilation.
+    """
+    prepare()
     transitions: dict[str, Transition] = {}
     states: dict[str, StateReport] = {}
     shared: tuple[Transition, float] | None = None

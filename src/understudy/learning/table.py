@@ -130,9 +130,9 @@ def _text(path: Path) -> str:
             path=path, place="", problem=problem, remedy="name a CSV file that can be read"
         ) from None
     except UnicodeDecodeError as error:
-        place = f"line {error.object[: error.start].count(b'\n') + 1}"
+        line = error.object[: error.start].count(b"\n") + 1
         raise FileError(
-            path=path, place=place, problem="it is not UTF-8 text", remedy="save it as UTF-8"
+            path=path, place=f"line {line}", problem="it is not UTF-8 text", remedy="save it as UTF-8"
         ) from None
 
 

@@ -113,22 +113,25 @@ class Tree:
 
     def leaves(self) -> Iterator[tuple[tuple[Step, ...], int]]:
         """Every leaf with the steps that lead to it, from the first side to the last."""
-        yield from self._below(0, ())
-
-    def _below(self, index: int, steps: tuple[Step, ...]) -> Iterator[tuple[tuple[Step, ...], int]]:
-        node = self.nodes[index]
-        if node.test == Test.LEAF:
-            yield steps, index
-            return
-        for step in _sides(index, node):
-            following = child(node, step)
-            if following != STAY:
-                yield from self._below(following, (*steps, step))
+        waiting: list[tuple[int, tuple[Step, ...]]] = [(0, ())]  # no recursion: noise grows trees deep
+        while waiting:
+            index, steps = waiting.pop()
+            node = self.nodes[index]
+            if node.test == Test.LEAF:
+                yield steps, index
+                continue
+            below = [(child(node, step), (*steps, step)) for step in _sides(index, node)]
+            waiting.extend(reversed([each for each in below if each[0] != STAY]))
 
     @property
     def depth(self) -> int:
         """Tests on the longest path; 0 for a single leaf."""
-        return max(len(steps) for steps, _ in self.leaves())
+        deepest = [0] * len(self.nodes)
+        for index, node in enumerate(self.nodes):  # children come after their parents
+            for following in (node.yes, node.no, node.absent, *node.branches) if node.test != Test.LEAF else ():
+                if following != STAY:
+                    deepest[following] = deepest[index] + 1
+        return max(deepest)
 
 
 def child(node: Node, step: Step) -> int:

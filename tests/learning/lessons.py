@@ -1,0 +1,113 @@
+"""Lessons written as tables, and lessons drawn at random."""
+
+from __future__ import annotations
+
+import json
+import os
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from tests.learning.reference import Row
+from understudy.learning.grow import grow
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.example import Example, ExampleKind
+from understudy.model.feature import BoundFeature, Feature
+from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.model.lesson import Lesson
+from understudy.model.tree import STAY, Tree
+
+ABSENT = nan
+KINDS = {"directive": 1, "confirmation": 1, "default": 0, "watched": 2}
+
+
+def tree_of(rows: list[Row], kinds: list[Kind], *, current: int = STAY, midpoints: bool = False) -> Tree:
+    return grow(
+        np.array([row.values for row in rows], np.float64).reshape(len(rows), len(kinds)),
+        np.array([row.outcome for row in rows], np.int64),
+        np.array([row.group for row in rows], np.int64),
+        kinds,
+        states=4,
+        current=current,
+        midpoints=midpoints,
+    )
+
+
+def lesson(
+    shown: list[tuple[Any, ...]], kinds: list[Kind] | None = None, *, stateless: bool = False, unit: str = ""
+) -> Lesson:
+    """Examples (state, values, next, kind); states are start and what is named, in order of appearance."""
+    kinds = kinds or [Continuous()]
+    names = dict.fromkeys(name for state, _, following, _ in shown for name in (state, following))
+    states = (START, *(State(name, name) for name in names if name != "start"))
+    features = tuple(
+        BoundFeature(Feature(f"f{index}", kind, reading="f", unit=unit)) for index, kind in enumerate(kinds)
+    )
+    return Lesson(
+        Automaton("lesson", states, features, stateless=stateless),
+        tuple(
+            Example(number, state, tuple(map(float, values)), following, ExampleKind(kind))
+            for number, (state, values, following, kind) in enumerate(shown)
+        ),
+    )
+
+
+@st.composite
+def tables(draw: st.DrawFn, watched: bool = False) -> tuple[list[Row], list[Kind]]:
+    """Examples on a coarse grid, so that ties, duplicates and absent readings abound; at least one press-made."""
+    kinds: list[Kind] = draw(
+        st.lists(
+            st.sampled_from([Continuous(), Toroidal(8.0), Toroidal(), Categorical(("a", "b", "c"))]),
+            min_size=1,
+            max_size=3,
+        )
+    )
+    values = [_values(kind) for kind in kinds]
+    row = st.builds(
+        Row, st.tuples(*values), st.integers(0, 2), st.sampled_from([0, 1, 2] if watched else [0, 1])
+    )
+    rows = draw(st.lists(row, min_size=1, max_size=12))
+    if all(row.group == 2 for row in rows):
+        rows[0] = rows[0]._replace(group=1)
+    return rows, kinds
+
+
+def _values(kind: Kind) -> st.SearchStrategy[float]:
+    if isinstance(kind, Categorical):
+        return st.sampled_from([0.0, 1.0, 2.0, ABSENT])
+    top = kind.period if isinstance(kind, Toroidal) else 10.0
+    edges = [0.0, -0.0, float(np.nextafter(top, 0)), 1.0, float(np.nextafter(1.0, 2)), ABSENT]
+    return st.one_of(
+        st.integers(0, int(top)).map(float).filter(lambda value: value < top),
+        st.sampled_from(edges),
+        st.floats(0.0, top, exclude_max=True, allow_subnormal=False),
+    )
+
+
+def robocup_folder() -> Path:
+    """Lessons of the RoboCup team, which stay outside the repository; see the variable for another place."""
+    named = os.environ.get("UNDERSTUDY_ROBOCUP_LESSONS")
+    root = Path(__file__).parents[2]
+    return Path(named) if named else root.parent / "shared" / "data" / "robocup-lessons"
+
+
+def robocup(path: Path) -> list[tuple[str, list[Kind], list[Row], int]]:
+    """The states of one of its automata: name, kinds, examples, and the state's own index."""
+    document = json.loads(path.read_text(encoding="utf-8"))
+    found = []
+    for state in document["states"]:
+        names = [each["state"] for each in document["states"]]
+        names += sorted({example["y"] for example in state["examples"]} - set(names))
+        kinds: list[Kind] = [
+            Continuous() if attribute["kind"] == "continuous" else Categorical(tuple(attribute["values"]))
+            for attribute in state["attributes"]
+        ]
+        rows = [
+            Row(tuple(example["x"]), names.index(example["y"]), 0 if example["default"] else 1)
+            for example in state["examples"]
+        ]
+        found.append((state["state"], kinds, rows, names.index(state["state"])))
+    return found

@@ -1,0 +1,223 @@
+"""The learner again, as plainly as it can be said: every candidate is built and counted from scratch."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from math import inf, isnan, log2, nextafter
+from typing import Any, NamedTuple
+
+from understudy.model.kinds import Categorical, Kind, Toroidal
+from understudy.model.tree import STAY, Test, Tree
+
+DEFAULT, SHOWN, WATCHED = 0, 1, 2
+
+
+class Row(NamedTuple):
+    values: tuple[float, ...]
+    outcome: int
+    group: int
+
+
+class Split(NamedTuple):
+    key: tuple[float, ...]
+    test: tuple[Any, ...]
+    children: dict[int, list[Row]]
+    absent: int
+
+
+def entropy(rows: Sequence[Row], weights: tuple[int, int]) -> float:
+    counts: Counter[int] = Counter()
+    for row in rows:
+        counts[row.outcome] += weights[row.group == WATCHED]
+    total = sum(counts.values())
+    return -sum(count / total * log2(count / total) for count in counts.values() if count)
+
+
+def weigh(rows: Sequence[Row], weights: tuple[int, int]) -> int:
+    return sum(weights[row.group == WATCHED] for row in rows)
+
+
+def scores(parts: Sequence[Sequence[Row]], weights: tuple[int, int]) -> tuple[float, float]:
+    """Gain ratio and gain, rounded."""
+    everything = [row for part in parts for row in part]
+    total = weigh(everything, weights)
+    shares = [weigh(part, weights) / total for part in parts]
+    gain = entropy(everything, weights) - sum(
+        share * entropy(part, weights) for share, part in zip(shares, parts, strict=True) if share
+    )
+    info = -sum(share * log2(share) for share in shares if share)
+    return round(gain / info, 9) + 0.0 if info else 0.0, round(gain, 9) + 0.0
+
+
+class Learner:
+    def __init__(
+        self, rows: Sequence[Row], kinds: Sequence[Kind], current: int = STAY, midpoints: bool = False
+    ) -> None:
+        self.kinds, self.current = kinds, current
+        self.watched = any(row.group == WATCHED for row in rows)
+        self.midpoints = midpoints or self.watched
+        self.weights = (10, 1) if self.watched else (1, 1)
+        self.ranges = []
+        for feature in range(len(kinds)):
+            present = [row.values[feature] for row in rows if not isnan(row.values[feature])]
+            self.ranges.append(max(present) - min(present) if present else 0.0)
+        self.tree = self.grow(list(rows))
+
+    def grow(self, rows: list[Row]) -> Any:
+        pressed = [row for row in rows if row.group != WATCHED]
+        if not pressed:
+            return None
+        if len({row.outcome for row in pressed}) > 1:
+            splits = list(self.splits(rows))
+            if self.watched:
+                apart = [
+                    split
+                    for split in splits
+                    if sum(any(row.group != WATCHED for row in part) for part in split.children.values()) > 1
+                ]
+                gaining = []
+                for split in apart:
+                    parts = [
+                        [row for row in part if row.group != WATCHED] for part in split.children.values()
+                    ]
+                    if scores(parts, (1, 1))[1] > 0:
+                        gaining.append(split)
+                splits = gaining or apart
+            if splits:
+                best = max(splits, key=lambda split: split.key)
+                grown = {side: self.grow(part) for side, part in best.children.items()}
+                children = {side: child for side, child in grown.items() if child is not None}
+                return (*best.test, best.absent if best.absent in children else None, children)
+        return self.vote(pressed)
+
+    def vote(self, pressed: list[Row]) -> int:
+        heard = [row for row in pressed if row.group == SHOWN] or pressed
+        counts = Counter(row.outcome for row in heard)
+        most = max(counts.values())
+        tied = sorted(outcome for outcome, count in counts.items() if count == most)
+        return self.current if self.current in tied else tied[0]
+
+    def splits(self, rows: list[Row]) -> Iterator[Split]:
+        for feature, kind in enumerate(self.kinds):
+            absent = [row for row in rows if isnan(row.values[feature])]
+            present = [row for row in rows if not isnan(row.values[feature])]
+            if absent and present:
+                score = scores([absent, present], self.weights)
+                yield Split(
+                    (*score, 1.0, -feature, 1, 0, 0, 0), (Test.ABSENT, feature), {0: absent, 1: present}, -1
+                )
+            values = sorted({row.values[feature] for row in present})
+            if len(values) < 2:
+                continue
+            if isinstance(kind, Categorical):
+                parts = {
+                    int(value): [row for row in present if row.values[feature] == value] for value in values
+                }
+                yield from self.with_absent(parts, absent, feature, (Test.LABEL, feature), 1.0, (0, 0), None)
+            elif isinstance(kind, Toroidal):
+                yield from self.arcs(feature, kind.period, values, present, absent)
+            else:
+                for index in range(len(values) - 1):
+                    low, high = values[index], values[index + 1]
+                    parts = {
+                        0: [row for row in present if row.values[feature] <= low],
+                        1: [row for row in present if row.values[feature] >= high],
+                    }
+                    test = (Test.BELOW, feature, self.cut(feature, low, high, present))
+                    gap = (high - low) / self.ranges[feature]
+                    yield from self.with_absent(parts, absent, feature, test, gap, (0, -index), 0)
+
+    def arcs(
+        self, feature: int, period: float, values: list[float], present: list[Row], absent: list[Row]
+    ) -> Iterator[Split]:
+        count = len(values)
+        gaps = [(values[index], values[(index + 1) % count]) for index in range(count)]
+
+        def wide(gap: tuple[float, float]) -> float:
+            return (gap[1] - gap[0]) if gap[0] < gap[1] else period - gap[0] + gap[1]
+
+        for first in range(count):
+            for second in range(first + 1, count):
+                within = values[first + 1 : second + 1]
+                middle, middle2 = (values[at] + wide(gaps[at]) / 2 for at in (first, second))
+                inner = round((middle2 - middle) / period, 9) <= 0.5
+                ends = (gaps[first], gaps[second]) if inner else (gaps[second], gaps[first])
+                inside = [row for row in present if (row.values[feature] in within) == inner]
+                parts = {0: inside, 1: [row for row in present if row not in inside]}
+                mixed = [gap for gap in ends if self.sort(feature, gap, present)]
+                follows = None
+                if mixed and not self.midpoints:
+                    follows = min(mixed, key=lambda gap: round(wide(gap) / period, 9))
+                cuts = []
+                for gap in ends:
+                    low, high = gap
+                    if gap is follows:
+                        cut = high if self.sort(feature, gap, present) < 0 else nextafter(low, inf)
+                    else:
+                        cut = low + wide(gap) / 2
+                        if cut <= low:
+                            cut = high
+                    cuts.append(cut if cut < period else 0.0 if gap is follows else min(cut - period, high))
+                gap_share = min(wide(gaps[first]), wide(gaps[second])) / period
+                test = (Test.ARC, feature, *cuts)
+                yield from self.with_absent(parts, absent, feature, test, gap_share, (-first, -second), 0)
+
+    def with_absent(
+        self,
+        parts: dict[int, list[Row]],
+        absent: list[Row],
+        feature: int,
+        test: tuple[Any, ...],
+        gap: float,
+        order: tuple[int, int],
+        favored: int | None,
+    ) -> Iterator[Split]:
+        for rank, side in enumerate(parts):
+            joined = {key: part + (absent if key == side else []) for key, part in parts.items()}
+            heavy = weigh(parts[side], self.weights)
+            key = (
+                *scores(list(joined.values()), self.weights),
+                round(gap, 9),
+                -feature,
+                0,
+                *order,
+                heavy,
+                -rank,
+            )
+            yield Split(key, test, joined, side if absent else STAY)
+            if not absent:
+                return
+
+    def sort(self, feature: int, gap: tuple[float, float], rows: list[Row]) -> int:
+        low, high = (
+            all(row.group == DEFAULT for row in rows if row.values[feature] == value) for value in gap
+        )
+        return int(high) - int(low)
+
+    def cut(self, feature: int, low: float, high: float, rows: list[Row]) -> float:
+        sort = 0 if self.midpoints else self.sort(feature, (low, high), rows)
+        middle = (low + high) / 2
+        return nextafter(low, inf) if sort > 0 else high if sort < 0 or middle <= low else middle
+
+
+def nested(tree: Tree, index: int = 0) -> Any:
+    """A tree in the reference's terms: an outcome, None where nothing was shown, or a test and its children."""
+    if index == STAY:
+        return None
+    node = tree.nodes[index]
+    if node.test == Test.LEAF:
+        return node.yes
+    if node.test == Test.LABEL:
+        children = {label: at for label, at in enumerate(node.branches) if at != STAY}
+    else:
+        children = {0: node.yes, 1: node.no}
+    away = next((side for side, at in children.items() if at == node.absent != STAY), None)
+    cuts = {Test.BELOW: (node.high,), Test.ARC: (node.low, node.high)}.get(Test(node.test), ())
+    return (
+        Test(node.test),
+        node.feature,
+        *cuts,
+        away,
+        {side: nested(tree, at) for side, at in children.items()},
+    )

@@ -1,0 +1,85 @@
+"""The allow-listed classifiers of scikit-learn: they learn, repeat, and refuse what is not allowed."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from math import nan, tau
+from typing import Any
+
+import pytest
+
+from tests.learning.lessons import lesson
+from understudy.errors import DefinitionError, UnderstudyError
+from understudy.learning.explain import explain
+from understudy.learning.report import report
+from understudy.learning.scikit import ALLOWED, encoded
+from understudy.learning.transitions import learn
+from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.model.lesson import Lesson, Options, Scikit
+from understudy.model.tree import STAY
+
+KINDS: list[Kind] = [Continuous(), Toroidal(), Categorical(("a", "b"))]
+SHOWN: list[tuple[Any, ...]] = [
+    *(("start", [near, angle, 0], "go", "directive") for near in (0, 1, 2) for angle in (0.1, 6.2)),
+    *(("start", [far, angle, 1], "start", "confirmation") for far in (7, 8, nan) for angle in (3.0, 3.3)),
+    ("go", [1, 1, 0], "go", "default"),
+]
+
+
+def taught(classifier: str, **parameters: float | int | str | bool | None) -> Lesson:
+    return replace(lesson(SHOWN, KINDS), options=Options(learner=Scikit(classifier, parameters)))
+
+
+def test_encoding() -> None:
+    assert encoded((2.0, 0.0, 1.0), KINDS) == [0, 2, 0, 0, 1, 0, 0, 1]
+    assert encoded((nan, nan, nan), KINDS) == [1, 0, 1, 0, 0, 1, 0, 0]
+    assert encoded((0.0, tau / 4, 0.0), KINDS)[3:5] == pytest.approx([1, 0])
+
+
+@pytest.mark.parametrize("classifier", sorted(ALLOWED))
+def test_every_allowed_classifier_learns_and_repeats(classifier: str) -> None:
+    parameters: dict[str, int] = {"n_neighbors": 3} if classifier == "KNeighborsClassifier" else {}
+    parameters |= {"n_estimators": 5} if classifier == "RandomForestClassifier" else {}
+    shown = taught(classifier, **parameters)
+    turned = replace(shown, examples=tuple(reversed(shown.examples)))
+    functions, again = learn(shown), learn(turned)
+    vectors = [example.values for example in shown.examples if example.state == "start"]
+    decided = [functions["start"].decide(values) for values in vectors]
+    assert decided == [again["start"].decide(values) for values in vectors]
+    assert decided == [1] * 6 + [0] * 6
+    assert functions["go"].decide((0.0, 0.0, 0.0)) == 1  # all agree: a leaf
+    assert functions["start"].path(vectors[0]) == ((), STAY)
+
+
+def test_report_and_explanation() -> None:
+    shown = taught("GaussianNB")
+    start = report(shown).states["start"]
+    assert (start.nodes, start.depth, start.disagreements) == (0, 0, 0)
+    assert start.conditions == ("decided by GaussianNB of scikit-learn",)
+    assert str(explain(shown, "start", (1.0, 0.1, 0.0), learn(shown)["start"])) == "goes to go"
+
+
+def test_what_is_not_allowed_is_refused() -> None:
+    with pytest.raises(
+        DefinitionError, match=r"'os\.system' is not allowed; choose one of DecisionTreeClassifier"
+    ):
+        learn(taught("os.system"))
+    with pytest.raises(DefinitionError, match="parameter 'random_state' is not allowed"):
+        learn(taught("SVC", random_state=3))
+    with pytest.raises(DefinitionError, match="scikit-learn cannot fit it"):
+        learn(taught("SVC", C=-1.0))
+
+
+def test_without_scikit_learn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "sklearn.svm", None)
+    with pytest.raises(UnderstudyError, match=r"understudy\[sklearn\]"):
+        learn(taught("SVC"))
+
+
+def test_stateless_and_without_features() -> None:
+    bare = replace(lesson([("start", [], "a", "directive"), ("a", [], "b", "directive")], stateless=True))
+    bare = replace(
+        bare, automaton=replace(bare.automaton, features=()), options=Options(learner=Scikit("GaussianNB"))
+    )
+    assert learn(bare)["start"].decide(()) == 1

@@ -1,0 +1,192 @@
+"""Trees in words: the words read well, and what they say is what the tree decides."""
+
+from __future__ import annotations
+
+from math import inf, nan, nextafter, radians
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.learning.lessons import tables, tree_of
+from tests.learning.reference import Row
+from understudy.model.binding import Binding
+from understudy.model.conditions import conditions, path_conditions, sentences, simplified
+from understudy.model.feature import BoundFeature, Feature, Flag
+from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.model.regions import ABSENT_ONLY, Region, boxes
+from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.model.words import Words
+
+DISTANCE = BoundFeature(
+    Feature("distance_to", Continuous(), reading="range", of="A", unit="m"), Binding(A="A")
+)
+ANGLE = BoundFeature(Feature("angle_to", Toroidal(), reading="bearing", of="A", unit="rad"), Binding(A="A"))
+DONE = BoundFeature(Flag("done"))
+STATUS = BoundFeature(Feature("status", Categorical(("idle", "busy", "lost", "home")), reading="status"))
+FEATURES = (DISTANCE, ANGLE, DONE, STATUS)
+
+
+def below(feature: int, cut: float, yes: int, no: int, absent: int = STAY) -> Node:
+    return Node(Test.BELOW, feature, high=cut, yes=yes, no=no, absent=absent)
+
+
+def said(*nodes: Node) -> dict[int, tuple[str, ...]]:
+    return dict(conditions(Tree(nodes), FEATURES))
+
+
+def test_a_single_leaf() -> None:
+    assert said(leaf(1)) == {1: ("always",)}
+
+
+def test_thresholds() -> None:
+    assert said(below(0, 0.3784, 1, 2), leaf(1), leaf(0)) == {
+        0: ("distance_to(A) is at least 0.378 m",),
+        1: ("distance_to(A) is below 0.378 m",),
+    }
+    assert said(below(0, nextafter(3.0, inf), 1, 2), leaf(1), leaf(0)) == {
+        0: ("distance_to(A) is above 3 m",),
+        1: ("distance_to(A) is at most 3 m",),
+    }
+
+
+def test_tests_of_one_feature_become_one_statement() -> None:
+    nodes = (below(0, 5.0, 1, 4), below(0, 2.0, 2, 3), leaf(0), leaf(1), leaf(2))
+    assert said(*nodes)[1] == ("distance_to(A) is between 2 m and 5 m",)
+    nodes = (below(0, 5.0, 1, 4), below(0, 2.0, 2, 3), leaf(0), leaf(1), leaf(0))
+    assert said(*nodes)[0] == ("distance_to(A) is below 2 m or at least 5 m",)
+
+
+def test_arcs_in_degrees() -> None:
+    node = Node(Test.ARC, 1, low=radians(350), high=radians(10), yes=1, no=2)
+    assert said(node, leaf(1), leaf(0)) == {
+        0: ("angle_to(A) is between 10° and 350°",),
+        1: ("angle_to(A) is between 350° and 10°",),
+    }
+
+
+def test_absence_is_said_only_where_it_matters() -> None:
+    assert said(Node(Test.ABSENT, 0, yes=1, no=2), leaf(1), leaf(0)) == {
+        0: ("distance_to(A) is not absent",),
+        1: ("distance_to(A) is absent",),
+    }
+    assert said(below(0, 2.0, 1, 2, absent=2), leaf(1), leaf(0)) == {
+        0: ("distance_to(A) is at least 2 m or absent",),
+        1: ("distance_to(A) is below 2 m",),
+    }
+
+
+def test_labels() -> None:
+    flag = Node(Test.LABEL, 2, branches=(1, 2))
+    assert said(flag, leaf(0), leaf(1)) == {0: ("done is no",), 1: ("done is yes",)}
+    status = Node(Test.LABEL, 3, branches=(1, 2, 3, STAY))
+    assert said(status, leaf(0), leaf(1), leaf(1)) == {0: ("status is idle",), 1: ("status is busy or lost",)}
+    every = Node(Test.LABEL, 3, branches=(1, 2, 3, 4))
+    assert said(every, leaf(0), leaf(1), leaf(1), leaf(1))[1] == ("status is not idle",)
+
+
+def test_what_makes_no_difference_is_left_out() -> None:
+    """done is asked on both sides of a cut, but only one side needs the cut."""
+    nodes = (below(0, 2.0, 1, 2), leaf(1), Node(Test.LABEL, 2, branches=(3, 4)), leaf(0), leaf(1))
+    assert said(*nodes) == {
+        0: ("distance_to(A) is at least 2 m and done is no",),
+        1: ("distance_to(A) is below 2 m", "done is yes"),
+    }
+
+
+def test_numbers_are_rounded_only_as_far_as_they_can_be_told_apart() -> None:
+    def numbers(*cuts: float) -> list[str]:
+        words = Words(DISTANCE, cuts, known_absent=False)
+        return [words.number(cut) for cut in cuts]
+
+    assert numbers(0.123456) == ["0.123 m"]
+    assert numbers(1.2341, 1.2344) == ["1.2341 m", "1.2344 m"]
+    assert numbers(12345.5) == ["12346 m"]
+    assert numbers(0.000012345) == ["0.0000123 m"]
+    angles = Words(ANGLE, (radians(0.4), radians(90)), known_absent=False)
+    assert angles.number(radians(0.4)) == "0.4°"
+
+
+def test_sentences() -> None:
+    tree = Tree((below(0, 2.0, 1, 2), leaf(1), leaf(0)))
+    names = ("start", "load")
+    assert sentences(tree, FEATURES, names, "start") == (
+        "load when distance_to(A) is below 2 m",
+        "stays otherwise",
+    )
+    assert sentences(Tree((leaf(1),)), FEATURES, names, "start") == ("load always",)
+    assert sentences(Tree((leaf(0),)), FEATURES, names, "start") == ("stays always",)
+
+
+def test_the_path_of_one_decision() -> None:
+    tree = Tree((below(0, 5.0, 1, 4, absent=4), below(0, 2.0, 2, 3), leaf(0), leaf(1), leaf(2)))
+    steps, _ = tree.path((3.0, 0, 0, 0))
+    assert path_conditions(tree, steps, FEATURES) == ("distance_to(A) is between 2 m and 5 m",)
+    steps, _ = tree.path((nan, 0, 0, 0))
+    assert path_conditions(tree, steps, FEATURES) == ("distance_to(A) is absent",)
+
+
+@settings(max_examples=300, deadline=None)
+@given(tables(), st.data())
+def test_what_is_said_is_what_is_decided(table: tuple[list[Row], list[Kind]], data: st.DataObject) -> None:
+    """Each vector is in a box of exactly the outcome decided for it, or in none where nothing was shown."""
+    rows, kinds = table
+    tree = tree_of(rows, kinds)
+    features = [BoundFeature(Feature(f"f{index}", kind, reading="f")) for index, kind in enumerate(kinds)]
+    found = simplified(tree, features)
+    cuts = [cut for node in tree.nodes for cut in (node.low, node.high) if cut == cut]
+    interesting = sorted({0.0, 1.0, 2.0, *cuts, *(nextafter(cut, 0) for cut in cuts)})
+    for _ in range(10):
+        vector = []
+        for kind in kinds:
+            values = [value for value in interesting if within(value, kind)]
+            vector.append(data.draw(st.sampled_from([*values, nan])))
+        outcome = tree.decide(vector)
+        mine = {
+            index
+            for index, places in found.items()
+            if any(all(x in region for x, region in zip(vector, box, strict=True)) for box in places)
+        }
+        if nan_is_unknown(tree, vector):
+            continue  # the words do not mention absence where it was never shown
+        assert mine == ({outcome} if outcome != STAY else set())
+
+
+def within(value: float, kind: Kind) -> bool:
+    if isinstance(kind, Categorical):
+        return value == int(value) < len(kind.labels)
+    return not isinstance(kind, Toroidal) or 0 <= value < kind.period
+
+
+def nan_is_unknown(tree: Tree, vector: list[float]) -> bool:
+    known = {
+        node.feature
+        for node in tree.nodes
+        if node.test == Test.ABSENT or (node.test != Test.LEAF and node.absent != STAY)
+    }
+    return any(x != x and feature not in known for feature, x in enumerate(vector))
+
+
+def test_regions() -> None:
+    line = Region(((-inf, 2.0), (5.0, inf)), False)
+    assert (line & Region(((1.0, 6.0),), True)) == Region(((1.0, 2.0), (5.0, 6.0)), False)
+    assert (line | Region(((2.0, 5.0),), True)) == Region(((-inf, inf),), True)
+    assert nan in ABSENT_ONLY
+    assert 5.0 in line
+    assert 2.0 not in line
+
+
+def test_boxes_cover_deep_trees() -> None:
+    """A tree deeper than Python's stack, as noise grows them."""
+    depth = 3000
+    nodes = [below(0, float(level), 2 * level + 1, 2 * level + 2) for level in range(depth)]
+    flat = [each for level, node in enumerate(nodes) for each in (node, leaf(level % 2))]
+    tree = Tree((*flat, leaf(0)))
+    assert len(boxes(tree, [Continuous()])) == depth + 1
+
+
+@pytest.mark.parametrize("texts", [conditions, lambda tree, features: boxes(tree, [Continuous()])])
+def test_same_tree_same_words(texts: object) -> None:
+    tree = Tree((below(0, 2.0, 1, 2), leaf(1), leaf(0)))
+    assert callable(texts)
+    assert texts(tree, (DISTANCE,)) == texts(tree, (DISTANCE,))
