@@ -6,7 +6,7 @@ percept to commands, so that `measure` treats all alike.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import dist, pi, tau
 from typing import Protocol, TypeAlias
@@ -15,9 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
+from understudy.model.binding import NOTHING_BOUND
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
+from understudy.model.library import Library
 from understudy.runtime.body import Body, Commands
+from understudy.runtime.program import link
+from understudy.runtime.run import Run
+from understudy.worlds.catalog import CatalogWorld
 from understudy.worlds.forage import Forage, ForageSettings, ForageView
 
 Point: TypeAlias = tuple[float, float]
@@ -182,3 +187,83 @@ class _Route:
             (x, y), (to_x, to_y) = self.spot, place
             self.spot = (to_x + (x - to_x) * left, to_y + (y - to_y) * left)
         self._place, self._slack = place, self.reach
+
+
+LENIENCE = 3.0
+"""How many times the yardstick's time a taught robot is given."""
+
+Progress: TypeAlias = Callable[[int, int], None]
+"""Called now and then with how many worlds are finished, and how many there are."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A taught behavior judged on N worlds beside the yardstick on the same ones: columns [N]."""
+
+    behavior: str
+    world: str
+    seeds: tuple[int, ...]
+    taught: Outcomes
+    expert: Outcomes
+
+    @property
+    def success(self) -> float:
+        """The share of worlds that the taught robot finished within three times the yardstick's time."""
+        return self.taught.success
+
+    @property
+    def relative(self) -> Column:
+        """Taught food per second as a share of the yardstick's [N]; absent where there is no food."""
+        expert = self.expert.food_per_s
+        ratio: Column = np.divide(self.taught.food_per_s, expert, out=np.full(len(expert), np.nan), where=expert > 0)
+        return ratio
+
+    @property
+    def relative_to_expert(self) -> float:
+        """The median of `relative` over the worlds that have food; absent where none has."""
+        known = self.relative[~np.isnan(self.relative)]
+        return float(np.median(known)) if len(known) else float("nan")
+
+
+def evaluate(
+    library: Library,
+    behavior: str,
+    world: CatalogWorld,
+    seeds: Sequence[int],
+    *,
+    binding: Mapping[str, str] = NOTHING_BOUND,
+    progress: Progress | None = None,
+) -> Evaluation:
+    """Judge a behavior of a library on one world per seed, all side by side."""
+    if not seeds:
+        raise SettingError(where="evaluation", setting="seeds", problem="are none", remedy="give at least one")
+    program = link(library, behavior, binding)
+    expert = judge_expert(world, seeds)
+    limits = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
+    body = world.make(list(seeds))
+    run = Run.of(body, program)
+    decide = run.decide if progress is None else _reporting(body, run.decide, progress)
+    taught = measure(body, decide, run.keys, limit_s=limits)
+    if progress is not None:
+        progress(len(seeds), len(seeds))
+    return Evaluation(behavior, world.name, tuple(seeds), taught, expert)
+
+
+def judge_expert(world: CatalogWorld, seeds: Sequence[int]) -> Outcomes:
+    """The yardstick on one world per seed, given ample time."""
+    body = world.make(list(seeds))
+    hand = HandForager(body.agents, body.settings)
+    return measure(body, hand.decide, hand.keys, limit_s=10.0 * lower_bound(body) + 60.0)
+
+
+def _reporting(body: Task, decide: Decide, progress: Progress) -> Decide:
+    calls = 0
+
+    def reporting(percept: Percept) -> Commands:
+        nonlocal calls
+        if calls % 50 == 0:
+            progress(int(body.success().sum()), body.agents)
+        calls += 1
+        return decide(percept)
+
+    return reporting

@@ -21,7 +21,7 @@ UNFINISHED = ".unfinished"
 
 
 def write(path: Path, data: bytes) -> None:
-    """Put `data` at `path`: a temporary file beside it, synced, then renamed over it, and the folder synced."""
+    """Put `data` at `path`: a temporary file beside it, synced, then renamed over it."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     try:
         with temporary.open("wb") as file:

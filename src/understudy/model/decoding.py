@@ -46,8 +46,8 @@ OWN: dict[str, type[OwnFeature]] = {
 }
 
 
-def automaton_of(doc: AutomatonDoc, kit: Kit, source: Source) -> Automaton:
-    """The automaton, without transition functions."""
+def automaton_of(doc: AutomatonDoc, kit: Kit | None, source: Source) -> Automaton:
+    """The automaton, without transition functions; without a kit, features are as the document says."""
     here: Steps = ("automaton",)
     source.once(doc.parameters, (*here, "parameters"), "parameter")
     source.once([state.name for state in doc.states], (*here, "states"), "state")
@@ -63,15 +63,21 @@ def automaton_of(doc: AutomatonDoc, kit: Kit, source: Source) -> Automaton:
         return Automaton(doc.name, tuple(states), tuple(features), tuple(doc.parameters), doc.stateless)
 
 
-def _feature(doc: FeatureDoc, kit: Kit, source: Source, here: Steps) -> BoundFeature:
+def _feature(doc: FeatureDoc, kit: Kit | None, source: Source, here: Steps) -> BoundFeature:
     with source.at((*here, "kind"), remedy="restore an earlier version if you did not mean to edit it"):
         kind = parse_kind(doc.kind, where=f"feature {doc.name!r}")
-    feature = _known(doc, kind, kit, source, here)
+    feature = _declared(doc, kind) if kit is None else _known(doc, kind, kit, source, here)
     if set(doc.binding) != set(feature.parameters):
         bound = f"it binds {listed(doc.binding)}" if doc.binding else "it binds nothing"
         what = f"exactly its parameters ({listed(feature.parameters)})" if feature.parameters else "nothing"
         raise source.wrong((*here, "binding"), f"{bound}, for feature {doc.name!r}", f"bind {what}")
     return BoundFeature(feature, Binding(doc.binding))
+
+
+def _declared(doc: FeatureDoc, kind: Kind) -> AnyFeature:
+    if doc.sort == "body":
+        return Feature(doc.name, kind, reading=doc.name, unit=doc.unit, parameters=tuple(doc.binding))
+    return OWN[doc.sort](doc.name, kind, doc.unit)
 
 
 def _known(doc: FeatureDoc, kind: Kind, kit: Kit, source: Source, here: Steps) -> AnyFeature:

@@ -27,7 +27,7 @@ def trees_of(doc: BuiltDoc, automaton: Automaton, source: Source) -> Mapping[str
     """The tree of each state."""
     here: Steps = ("built", "trees")
     movable = [state.name for state in automaton.states if state.flag is None]
-    if automaton.stateless and EVERY_STATE in doc.trees:
+    if automaton.stateless and EVERY_STATE in doc.trees and EVERY_STATE not in automaton.state_names:
         if list(doc.trees) != [EVERY_STATE]:
             problem = f"there are trees beside {EVERY_STATE!r}, which stands for every state"
             raise source.wrong(here, problem, "keep one or the other")

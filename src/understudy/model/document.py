@@ -7,6 +7,7 @@ built again from the examples and reported.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from json import JSONDecodeError
@@ -92,8 +93,9 @@ def _document(taught: Taught) -> Document:
     )
 
 
-def decode(data: bytes, kit: Kit, *, path: Path | str, learn: Learn | None = None) -> Opened:
-    """The automaton and lesson of a document, its features looked up in `kit`.
+def decode(data: bytes, kit: Kit | None, *, path: Path | str, learn: Learn | None = None) -> Opened:
+    """The automaton and lesson of a document, its features looked up in `kit`
+    (None: taken as the document says, good for looking at but not for running).
 
     FileError, naming the place, for whatever cannot be right. Where the stored trees are not what the lesson
     gives, or it keeps none, `learn` builds them; without it that is an error too.
@@ -165,8 +167,11 @@ def parse(data: bytes, *, path: Path | str) -> tuple[Document, Source]:
         problem, _, place = str(error).partition(" - at `")
         steps = steps_of(place.rstrip("`"))
         raise source.wrong(steps, _lower(problem), "see docs/formats.md for what belongs there") from error
-    except msgspec.DecodeError as error:
-        raise _unreadable(path, "", _lower(str(error))) from error
+    except msgspec.DecodeError as error:  # what Python's reader takes and JSON does not: NaN, Infinity
+        at = re.search(r"\(byte (\d+)\)", str(error))
+        line = data.count(b"\n", 0, int(at[1])) + 1 if at else 1
+        problem = "it is no JSON: there is something that is no number, text, true, false or null"
+        raise _unreadable(path, f"line {line}", problem) from error
 
 
 def _current(data: bytes, source: Source) -> Document:

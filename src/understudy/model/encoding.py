@@ -205,8 +205,11 @@ def built_doc(taught: Taught) -> BuiltDoc | None:
 
 def _shared(transitions: Mapping[str, object], automaton: Automaton) -> bool:
     states = [state.name for state in automaton.states if state.flag is None]
-    return list(transitions) == states and all(
-        each == transitions[states[0]] for each in transitions.values()
+    told_apart = EVERY_STATE not in automaton.state_names
+    return (
+        told_apart
+        and list(transitions) == states
+        and all(each == transitions[states[0]] for each in transitions.values())
     )
 
 

@@ -20,7 +20,7 @@ def stem(name: str) -> str:
     """
     written, length = "", 0
     try:
-        written = "".join(map(_safe, unicodedata.normalize("NFC", name)))
+        written = "".join(map(_safe, name))
         if written != written.strip():
             written = written.replace(" ", "%20")
         if written.lower() in _DEVICES:

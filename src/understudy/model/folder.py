@@ -3,8 +3,8 @@
     library/forage.json
     library/versions/forage/0001 2026-11-21 10.15.00.json
 
-Nothing is lost or half written whenever a program is killed: documents are replaced whole, and former versions
-kept before that.
+Nothing is lost or half written whenever a program is killed: documents are replaced whole, and former
+versions kept before that.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
 from unicodedata import normalize
+from urllib.parse import unquote
 
 from understudy.errors import DefinitionError, FileError, UnknownName
 from understudy.model.atomic import failing, locked, sync_folder, write
@@ -62,12 +63,12 @@ def documents(folder: Path) -> list[Path]:
         return sorted(path for path in folder.iterdir() if path.suffix == ".json" and path.name[0] != ".")
 
 
-def open_document(path: Path, kit: Kit, learn: Learn | None = None) -> Opened:
+def open_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Opened:
     """The automaton in a file of a library; FileError where the file is not named after it."""
     opened = read_document(path, kit, learn)
     name = opened.taught.automaton.name
     expected = f"{stem(name)}.json"
-    if normalize("NFC", path.name) != expected:
+    if normalize("NFC", path.name) != normalize("NFC", expected):
         also = f", as {expected} beside it does" if path.with_name(expected).exists() else ""
         problem = f"it holds automaton {name!r}{also}"
         remedy = f"remove it, rename the file to {expected}, or rename the automaton in it"
@@ -75,7 +76,7 @@ def open_document(path: Path, kit: Kit, learn: Learn | None = None) -> Opened:
     return opened
 
 
-def read_document(path: Path, kit: Kit, learn: Learn | None = None) -> Opened:
+def read_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Opened:
     """The automaton in any file."""
     with failing(path, "reading", remedy="see that the file exists and that you may read it"):
         data = path.read_bytes()
@@ -105,8 +106,8 @@ def save(folder: Path, taught: Taught) -> Path:
 
     When it returns, the document will outlast a power cut; when it raises, the folder is as it was.
     """
-    data = encode(taught)
     path = folder / f"{stem(taught.automaton.name)}.json"
+    data = encode(taught)
     with failing(path, "saving", remedy="see that the disk has room and that you may write there"):
         folder.mkdir(parents=True, exist_ok=True)
         with locked(folder):
@@ -122,7 +123,7 @@ def save(folder: Path, taught: Taught) -> Path:
 
 def _refuse_alike(name: str, path: Path) -> None:
     for other in path.parent.glob("*.json"):
-        if other.name != path.name and alike(other.stem) == alike(path.stem):
+        if other.name != path.name and alike(unquote(other.stem)) == alike(name):
             raise DefinitionError(
                 what=f"automaton {name!r}",
                 problem=f"{other.name} has that name already, but for case or the form of letters",
@@ -165,7 +166,7 @@ def _date(text: str | None) -> datetime | None:
         return None
 
 
-def load_version(folder: Path, name: str, number: int, kit: Kit, learn: Learn | None = None) -> Opened:
+def load_version(folder: Path, name: str, number: int, kit: Kit | None, learn: Learn | None = None) -> Opened:
     """A former version of an automaton."""
     kept = {version.number: version.path for version in versions(folder, name)}
     if number not in kept:

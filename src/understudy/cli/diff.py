@@ -1,0 +1,87 @@
+"""`understudy diff`: what changed between two versions of an automaton, in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.cli.parts import LIBRARY, Json, KitName, Library, SomeWorld
+
+if TYPE_CHECKING:
+    from understudy.model.kit import Kit
+    from understudy.model.library import Taught
+
+
+def diff(
+    name: Annotated[str, typer.Argument(help="The automaton.")],
+    before: Annotated[
+        str | None, typer.Option("--from", metavar="VERSION|FILE", help="By default the last former version.")
+    ] = None,
+    after: Annotated[
+        str | None, typer.Option("--to", metavar="VERSION|FILE", help="By default the current version.")
+    ] = None,
+    library: Library = LIBRARY,
+    world: SomeWorld = None,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Say what changed between two versions of an automaton.
+
+    [dim]understudy diff goto --from 1 --to 3 --library demo/library[/]
+    """
+    from understudy.cli.changes import changes
+    from understudy.cli.output import print_json
+    from understudy.cli.parts import some_kit
+    from understudy.errors import SettingError
+    from understudy.model.folder import versions
+
+    parts = some_kit(kit, world)
+    kept = versions(library, name)
+    if before is None:
+        if not kept:
+            where, problem = f"automaton {name!r} in {library}", "has no former version"
+            raise SettingError(
+                where=where, setting="--from", problem=problem, remedy="name a document to compare with"
+            )
+        before = str(kept[-1].number)
+    told: dict[str, Any] = {"name": name, "from": before, "to": after or "current"}
+    told["changes"] = changes(_taught(library, name, before, parts), _taught(library, name, after, parts))
+    if as_json:
+        print_json(told)
+    else:
+        _show(told)
+
+
+def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> Taught:
+    from understudy.cli.parts import learner
+    from understudy.model.filenames import stem
+    from understudy.model.folder import load_version, read_document
+
+    if which is None:
+        return read_document(library / f"{stem(name)}.json", kit, learner()).taught
+    if which.isdecimal():
+        return load_version(library, name, int(which), kit, learner()).taught
+    return read_document(Path(which), kit, learner()).taught
+
+
+def _show(told: dict[str, Any]) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from understudy.cli.output import console
+
+    out = console()
+    out.print(f"[bold]{escape(told['name'])}[/] from {_called(told['from'])} to {_called(told['to'])}")
+    if not told["changes"]:
+        out.print("nothing changed")
+    for group, lines in told["changes"].items():
+        out.print(f"\n[bold]{group}[/]")
+        for line in lines:
+            color = {"+": "green", "-": "red"}.get(line[0], "default")
+            out.print(Padding(f"[{color}]{escape(line)}[/]", (0, 0, 0, 2)))
+
+
+def _called(which: str) -> str:
+    return f"version {which}" if which.isdecimal() else which

@@ -1,0 +1,89 @@
+"""`understudy learn`: one automaton's transition functions from a table."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from understudy.cli.parts import Json
+
+if TYPE_CHECKING:
+    from understudy.learning.report import Report
+    from understudy.learning.table import Row
+
+
+def learn(
+    lesson: Annotated[Path, typer.Argument(metavar="LESSON.csv", help="The examples.")],
+    predict: Annotated[
+        Path | None,
+        typer.Option("--predict", metavar="ROWS.csv", help="Say the next state of each of these rows."),
+    ] = None,
+    library: Annotated[
+        Path | None, typer.Option("--library", "-l", help="Save the automaton to this folder, with --name.")
+    ] = None,
+    name: Annotated[str | None, typer.Option("--name", "-n", help="What to call the automaton.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Learn an automaton's transition functions from a table of examples.
+
+    Columns are state, next, kind (directive, default, confirmation or watched), and one for each feature,
+    whose header carries its kind: distance:continuous, bearing:toroidal(6.283185307179586),
+    ready:categorical(no|yes). An empty cell is an absent reading.
+
+    [dim]understudy learn lesson.csv --predict rows.csv --json[/]
+    """
+    from understudy.cli.output import print_json
+    from understudy.errors import SettingError
+    from understudy.learning.predict import predict as predicted
+    from understudy.learning.report import report
+    from understudy.learning.table import read_lesson_table, read_rows
+    from understudy.model.folder import save
+    from understudy.model.library import Taught
+
+    if (library is None) != (name is None):
+        missing, remedy = (
+            ("--name", "give --name X too") if name is None else ("--library", "give --library DIR too")
+        )
+        raise SettingError(where="learn", setting=missing, problem="is missing", remedy=remedy)
+    shown = read_lesson_table(lesson, name=name)
+    rows = None if predict is None else read_rows(predict, shown)
+    result = report(shown)
+    automaton = replace(shown.automaton, transitions=result.transitions)
+    saved = None if library is None else save(library, Taught(automaton, shown))
+    following = None if rows is None else predicted(result.transitions, automaton.state_names, rows)
+    if not as_json:
+        _show(result, rows, following, saved)
+        return
+    told = {"states": result.states, "predictions": following or []}
+    print_json(told if saved is None else {**told, "saved": str(saved)})
+
+
+def _show(
+    result: Report, rows: tuple[Row, ...] | None, following: list[str] | None, saved: Path | None
+) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from understudy.cli.output import console, count, table
+
+    out = console()
+    for name, state in result.states.items():
+        size = f"{count(state.nodes, 'node')}, depth {state.depth}, {state.fit_ms:.2g} ms"
+        out.print(f"[cyan]{escape(name)}[/] [dim]{size}[/]")
+        for line in state.conditions:
+            out.print(Padding(escape(line), (0, 0, 0, 2)))
+        for number, what in ((state.contradictions, "contradiction"), (state.disagreements, "disagreement")):
+            if number:
+                out.print(Padding(f"[yellow]{count(number, what)}[/]", (0, 0, 0, 2)))
+    if rows is not None and following is not None:
+        made = table("#row", "state", "next")
+        for index, (row, next_state) in enumerate(zip(rows, following, strict=True), 1):
+            made.add_row(
+                str(index), escape(row.state), "[dim]stay[/]" if next_state == row.state else next_state
+            )
+        out.print(made)
+    if saved is not None:
+        out.print(f"Saved to [bold]{escape(str(saved))}[/]")

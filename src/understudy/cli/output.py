@@ -1,0 +1,49 @@
+"""What commands print: one JSON object with --json, tables and text for people otherwise."""
+
+from __future__ import annotations
+
+import sys
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+
+def print_json(result: Any) -> None:
+    """One result for programs, on stdout; what is absent is null."""
+    sys.stdout.write(msgspec.json.format(msgspec.json.encode(result), indent=2).decode("utf-8") + "\n")
+    sys.stdout.flush()
+
+
+def console(*, err: bool = False) -> Console:
+    """Where text for people goes."""
+    from rich.console import Console
+
+    return Console(stderr=err, highlight=False, emoji=False)
+
+
+def table(*columns: str, title: str | None = None) -> Table:
+    """A light table; a column whose name begins with # holds numbers."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold", pad_edge=False)
+    for name in columns:
+        made.add_column(
+            name.removeprefix("#"), justify="right" if name.startswith("#") else "left", no_wrap=True
+        )
+    return made
+
+
+def count(number: int, one: str, many: str | None = None) -> str:
+    """'1 example', '3 examples'."""
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def when(saved: datetime | None) -> str:
+    """A moment in the reader's own time."""
+    return "" if saved is None else f"{saved.astimezone():%Y-%m-%d %H:%M}"

@@ -1,0 +1,123 @@
+"""What several commands are told: which library, which kit, which world; and how those are found."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+from understudy.errors import SettingError, UnknownName
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from understudy.model.automaton import Transition
+    from understudy.model.document import Learn
+    from understudy.model.folder import OpenedLibrary
+    from understudy.model.kit import Kit
+    from understudy.model.lesson import Lesson
+    from understudy.worlds.catalog import CatalogWorld
+
+Library: TypeAlias = Annotated[Path, typer.Option("--library", "-l", help="The folder the automata are in.")]
+World: TypeAlias = Annotated[
+    str, typer.Option("--world", "-w", help="The world, and the kit that goes with it.")
+]
+SomeWorld: TypeAlias = Annotated[
+    str | None,
+    typer.Option("--world", "-w", help="Look features up in this world's kit, not in the documents."),
+]
+KitName: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--kit", metavar="MODULE:NAME", help="Features, behaviors and targets of your own, from Python."
+    ),
+]
+Json: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")]
+Bind: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--bind", "-b", metavar="PARAMETER=TARGET", help="What a parameter of the behavior stands for."
+    ),
+]
+
+LIBRARY = Path("library")
+WORLD = "forage"
+
+
+def find_world(name: str) -> CatalogWorld:
+    """The world of this name."""
+    from understudy.worlds.catalog import CATALOG
+
+    if name not in CATALOG:
+        raise UnknownName(what="world", name=name, where="Understudy", known=list(CATALOG))
+    return CATALOG[name]
+
+
+def find_kit(named: str | None, world: str) -> Kit:
+    """The kit named as MODULE:NAME, otherwise the world's."""
+    from understudy.model.kit import Kit
+
+    if named is None:
+        return find_world(world).kit
+    module, _, name = named.partition(":")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise _no_kit(named, f"cannot be had: {error}") from error
+    if not isinstance(found, Kit):
+        raise _no_kit(named, f"is a {type(found).__name__}")
+    return found
+
+
+def some_kit(named: str | None, world: str | None) -> Kit | None:
+    """The kit where one is named or a world is, otherwise None: features are as the documents say."""
+    return None if named is None and world is None else find_kit(named, world or WORLD)
+
+
+def _no_kit(named: str, problem: str) -> SettingError:
+    remedy = "name a Kit as MODULE:NAME, such as mylab.robots:kit, that Python finds from this folder"
+    return SettingError(where="--kit", setting=repr(named), problem=problem, remedy=remedy)
+
+
+def opened(library: Path, kit: Kit) -> OpenedLibrary:
+    """A library; transition functions that were built anew are reported on stderr."""
+    from understudy.model.folder import open_library
+
+    found = open_library(library, kit, learner())
+    for name, reason in found.rebuilt.items():
+        if "classifier" not in reason:
+            typer.echo(f"Note: {name} was learned again from its examples: {reason}.", err=True)
+    return found
+
+
+def learner() -> Learn:
+    """What builds transition functions from a lesson; imported only when it is needed."""
+
+    def learn(lesson: Lesson) -> Mapping[str, Transition]:
+        from understudy.learning.transitions import learn
+
+        return learn(lesson)
+
+    return learn
+
+
+def bindings(bound: list[str] | None) -> dict[str, str]:
+    """What --bind options say."""
+    pairs = {}
+    for text in bound or []:
+        parameter, equals, target = text.partition("=")
+        if not (parameter and equals and target):
+            raise SettingError(
+                where="--bind",
+                setting=repr(text),
+                problem="is no binding",
+                remedy="write PARAMETER=TARGET: A=station",
+            )
+        pairs[parameter] = target
+    return pairs

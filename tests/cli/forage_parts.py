@@ -1,0 +1,95 @@
+"""A foraging library written by hand, so that commands can be tested without a learner or a teacher."""
+
+from __future__ import annotations
+
+from math import pi, tau
+
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.feature import BoundFeature
+from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.worlds.forage_kit import angle_to, distance_to, done, food_below_me, food_left, food_stored
+
+A = Binding(A="A")
+ALWAYS = Tree((leaf(1),))
+DONE = BoundFeature(done)
+
+
+def steer(width: float) -> Tree:
+    return Tree(
+        (
+            Node(Test.BELOW, 0, high=0.3, yes=1, no=2),
+            leaf(4),
+            Node(Test.ARC, 1, low=tau - width, high=width, yes=3, no=4),
+            leaf(1),
+            Node(Test.BELOW, 1, high=pi, yes=5, no=6),
+            leaf(2),
+            leaf(3),
+        )
+    )
+
+
+def when_done(no: int, yes: int) -> Tree:
+    return Tree((Node(Test.LABEL, 0, branches=(1, 2)), leaf(no), leaf(yes)))
+
+
+goto = Automaton(
+    "goto",
+    (
+        START,
+        State("forward", "forward"),
+        State("left", "rotate_left"),
+        State("right", "rotate_right"),
+        State("done", flag="done"),
+    ),
+    (BoundFeature(distance_to, A), BoundFeature(angle_to, A)),
+    ("A",),
+    transitions={"start": steer(0.1), "forward": steer(0.3), "left": steer(0.1), "right": steer(0.1)},
+)
+harvest = Automaton(
+    "harvest",
+    (
+        START,
+        State("goto", "goto", Binding(A="nearest_food")),
+        State("load", "load_food"),
+        State("done", flag="done"),
+    ),
+    (DONE, BoundFeature(food_below_me), BoundFeature(food_stored), BoundFeature(food_left)),
+    transitions={
+        "start": ALWAYS,
+        "goto": when_done(1, 2),
+        "load": Tree(
+            (
+                Node(Test.BELOW, 2, high=9.5, yes=1, no=2),
+                Node(Test.BELOW, 1, high=0.5, yes=3, no=4),
+                leaf(3),
+                Node(Test.LABEL, 3, branches=(5, 6)),
+                leaf(STAY),
+                leaf(3),
+                leaf(1),
+            )
+        ),
+    },
+)
+deposit = Automaton(
+    "deposit",
+    (
+        START,
+        State("goto", "goto", Binding(A="station")),
+        State("unload", "unload_food"),
+        State("done", flag="done"),
+    ),
+    (DONE, BoundFeature(food_stored)),
+    transitions={
+        "start": ALWAYS,
+        "goto": when_done(1, 2),
+        "unload": Tree((Node(Test.BELOW, 1, high=0.5, yes=1, no=2), leaf(3), leaf(2))),
+    },
+)
+forage = Automaton(
+    "forage",
+    (START, State("harvest", "harvest"), State("deposit", "deposit")),
+    (DONE,),
+    transitions={"start": ALWAYS, "harvest": when_done(1, 2), "deposit": when_done(2, 1)},
+)
+AUTOMATA = (goto, harvest, deposit, forage)

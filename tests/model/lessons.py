@@ -1,0 +1,203 @@
+"""Random lessons, as odd as the model allows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.example import Example, ExampleKind
+from understudy.model.feature import AnyFeature, BoundFeature, Counter, Feature, Flag, TimeInState, Timer
+from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
+from understudy.model.kit import Kit
+from understudy.model.lesson import LONGEST_REACTION_S, Lesson, Options, Record, Trees
+from understudy.model.library import Taught
+from understudy.model.tree import STAY, Node, Test, Tree, leaf
+
+names = st.one_of(
+    st.sampled_from(["stay", "go to", "größe", "状態", "a.b[0]", '"quoted"', "\\", "null", "*", "e\u0301", "\u2028"]),
+    st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=12),
+)
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+labels = st.lists(
+    st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=6).filter(
+        lambda label: "|" not in label and label == label.strip()
+    ),
+    min_size=1,
+    max_size=4,
+    unique=True,
+).map(tuple)
+kinds: st.SearchStrategy[Kind] = st.one_of(
+    st.just(Continuous()),
+    st.builds(Toroidal, st.floats(1e-3, 1e6)),
+    st.builds(Categorical, labels),
+)
+
+
+def values(kind: Kind) -> st.SearchStrategy[float]:
+    """Values of a kind, absent ones among them."""
+    if isinstance(kind, Categorical):
+        inside: st.SearchStrategy[float] = st.integers(0, len(kind.labels) - 1).map(float)
+    elif isinstance(kind, Toroidal):
+        inside = st.floats(0, kind.period, exclude_max=True)
+    else:
+        inside = numbers
+    return inside | st.just(nan)
+
+
+@st.composite
+def bound_features(draw: Any) -> tuple[BoundFeature, ...]:
+    chosen: list[BoundFeature] = []
+    for name in draw(st.lists(names, max_size=4, unique=True)):
+        kind = draw(kinds)
+        feature: AnyFeature = draw(
+            st.sampled_from(
+                [
+                    Feature(name, kind, reading="x", unit="m"),
+                    Feature(name, kind, reading="x", of="A"),
+                    Flag(name),
+                    Counter(name),
+                    Timer(name),
+                    TimeInState(name),
+                ]
+            )
+        )
+        binding = Binding({parameter: draw(names) for parameter in feature.parameters})
+        chosen.append(BoundFeature(feature, binding))
+    distinct = {str(bound): bound for bound in chosen}
+    return tuple(distinct.values())
+
+
+@st.composite
+def trees(draw: Any, features: tuple[BoundFeature, ...], states: int) -> Tree:
+    """A tree whose children come after their parents, some of them shared."""
+    leaves = draw(st.integers(1, 4))
+    tests = draw(st.integers(0, 4)) if features else 0
+    size = tests + leaves
+    nodes: list[Node] = []
+    for index in range(tests):
+        child = st.integers(index + 1, size - 1) | st.just(STAY)
+        feature = draw(st.integers(0, len(features) - 1))
+        kind = features[feature].kind
+        yes, no, absent = draw(child), draw(child), draw(child)
+        if isinstance(kind, Categorical):
+            branches = tuple(draw(child) for _ in kind.labels)
+            nodes.append(Node(Test.LABEL, feature, absent=absent, branches=branches))
+        elif isinstance(kind, Toroidal) and draw(st.booleans()):
+            nodes.append(Node(Test.ARC, feature, draw(numbers), draw(numbers), yes, no, absent))
+        elif draw(st.booleans()):
+            nodes.append(Node(Test.ABSENT, feature, yes=yes, no=no))
+        else:
+            nodes.append(Node(Test.BELOW, feature, high=draw(numbers), yes=yes, no=no, absent=absent))
+    nodes += [leaf(draw(st.integers(STAY, states - 1))) for _ in range(leaves)]
+    return Tree(tuple(nodes))
+
+
+@st.composite
+def records(draw: Any) -> Record:
+    keys = tuple(draw(st.lists(st.tuples(names, names | st.none()), max_size=3, unique=True)))
+    moments = draw(st.integers(0, 5))
+    any_number = st.floats(width=64)  # NaN and infinities too: a record is what was read
+    rows = [[draw(any_number) for _ in keys] for _ in range(moments)]
+    seconds = np.array([draw(numbers) for _ in range(moments)], dtype=np.float64)
+    return Record(keys, np.array(rows, dtype=np.float64).reshape(moments, len(keys)), seconds)
+
+
+@st.composite
+def taught(draw: Any) -> Taught:
+    """An automaton with its lesson, learned (from trees drawn at random)."""
+    features = draw(bound_features())
+    others = draw(st.lists(names.filter(lambda name: name != "start"), min_size=1, max_size=4, unique=True))
+    states = [START]
+    for name in others:
+        flag = draw(st.none() | names)
+        states.append(
+            State(name, flag=flag)
+            if flag is not None
+            else State(name, draw(st.none() | names), Binding(draw(st.dictionaries(names, names, max_size=2))))
+        )
+    parameters = tuple(draw(st.lists(names, max_size=2, unique=True)))
+    bare = Automaton(draw(names), tuple(states), features, parameters, draw(st.booleans()))
+    record = draw(records())
+    lesson = Lesson(bare, draw(examples(bare, len(record))), draw(options()), record)
+    movable = [state.name for state in states if state.flag is None]
+    return Taught(replace(bare, transitions={name: draw(trees(features, len(states))) for name in movable}), lesson)
+
+
+@st.composite
+def examples(draw: Any, automaton: Automaton, moments: int) -> tuple[Example, ...]:
+    made = []
+    states = st.sampled_from(automaton.state_names)
+    for number in sorted(draw(st.sets(st.integers(0, 2**40), max_size=6))):
+        moment = draw(st.none() | st.integers(0, moments - 1)) if moments else None
+        made.append(
+            Example(
+                number,
+                draw(states),
+                tuple(draw(values(bound.kind)) for bound in automaton.features),
+                draw(states),
+                draw(st.sampled_from(list(ExampleKind))),
+                draw(st.booleans()),
+                draw(st.booleans()),
+                moment,
+                0 if moment is None else draw(st.integers(0, moment)),
+                draw(st.dictionaries(names, numbers | st.just(nan), max_size=2)),
+                Binding(draw(st.dictionaries(names, names, max_size=2))),
+            )
+        )
+    return tuple(made)
+
+
+def options() -> st.SearchStrategy[Options]:
+    return st.builds(
+        Options,
+        st.floats(0, LONGEST_REACTION_S),
+        st.booleans(),
+        st.builds(Trees, st.sampled_from(["default keeps the gap", "midpoint"])),
+    )
+
+
+def kit_of(automaton: Automaton) -> Kit:
+    """A kit with the features that an automaton uses."""
+    return Kit({bound.feature.name: bound.feature for bound in automaton.features}, {}, {})
+
+
+DISTANCE = Feature("distance_to", Continuous(), reading="range", of="A", unit="m")
+ANGLE = Feature("angle_to", Toroidal(), reading="bearing", of="A", unit="rad")
+READY = Feature("ready", BOOLEAN, reading="ready")
+TO_A = Binding(A="A")
+
+
+def goto(name: str = "goto") -> Taught:
+    """A small automaton with a lesson, whose every part a test can spoil."""
+    bare = Automaton(
+        name,
+        (START, State("forward", "forward"), State("done", flag="done")),
+        (BoundFeature(DISTANCE, TO_A), BoundFeature(ANGLE, TO_A), BoundFeature(READY), BoundFeature(Flag("bump"))),
+        ("A",),
+    )
+    tree = Tree(
+        (
+            Node(Test.BELOW, 0, high=0.4, yes=1, no=2),
+            leaf(2),
+            Node(Test.ARC, 1, low=6.0, high=0.3, yes=3, no=4),
+            leaf(1),
+            Node(Test.LABEL, 2, branches=(5, STAY)),
+            leaf(STAY),
+        )
+    )
+    directive, watched = ExampleKind.DIRECTIVE, ExampleKind.WATCHED
+    shown = (
+        Example(1, "start", (5.5, 0.25, 1.0, 0.0), "forward", directive, moment=2, window=2, own={"bump": 0.0}),
+        Example(2, "forward", (5.5, nan, 1.0, 0.0), "forward", ExampleKind.DEFAULT, moment=2, binding=Binding(A="home")),
+        Example(3, "forward", (4.0, 0.5, 1.0, 0.0), "forward", watched, moment=3),
+        Example(4, "forward", (3.0, 0.5, nan, 0.0), "forward", watched, moment=4),
+    )
+    record = Record((("range", "home"), ("ready", None)), np.arange(10.0).reshape(5, 2) / 3, np.arange(5.0))
+    lesson = Lesson(bare, shown, Options(0.2, True), record)
+    return Taught(replace(bare, transitions={"start": tree, "forward": tree}), lesson)

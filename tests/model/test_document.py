@@ -1,0 +1,162 @@
+"""Documents hold lessons exactly, and look as people can read them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from tests.model.lessons import goto, kit_of, taught
+
+from understudy.errors import DefinitionError, FileError
+from understudy.model import schema
+from understudy.model.automaton import START, Automaton, State, Transition
+from understudy.model.document import decode, encode
+from understudy.model.lesson import Lesson, Options, Scikit
+from understudy.model.library import Taught
+from understudy.model.tree import Tree, leaf
+
+
+def exact(value: Any) -> str:
+    """All of a value, bit for bit: repr tells -0.0 from 0.0 and writes NaN as itself."""
+    return repr(value)
+
+
+@given(taught())
+@settings(max_examples=150, deadline=None)
+def test_round_trip(original: Taught) -> None:
+    data = encode(original)
+    opened = decode(data, kit_of(original.automaton), path="x.json")
+    lesson, back = original.lesson, opened.taught.lesson
+    assert lesson is not None
+    assert back is not None
+    assert opened.rebuilt is None or (lesson.examples and not original.automaton.transitions)
+    assert exact(opened.taught.automaton) == exact(original.automaton)
+    assert exact(back.examples) == exact(lesson.examples)
+    assert (back.options, back.record.keys) == (lesson.options, lesson.record.keys)
+    assert back.record.values.tobytes() == np.ascontiguousarray(lesson.record.values).tobytes()
+    assert back.record.seconds.tobytes() == lesson.record.seconds.tobytes()
+    assert encode(opened.taught) == data
+
+
+@given(taught())
+@settings(max_examples=50, deadline=None)
+def test_a_document_can_be_looked_at_without_a_kit(original: Taught) -> None:
+    opened = decode(encode(original), None, path="x.json").taught.automaton
+    assert [str(bound) for bound in opened.features] == [str(bound) for bound in original.automaton.features]
+    assert [bound.kind for bound in opened.features] == [bound.kind for bound in original.automaton.features]
+
+
+def test_one_thing_per_line() -> None:
+    lines = encode(goto()).decode().splitlines()
+    assert sum('"kind": "directive"' in line for line in lines) == 1
+    assert sum(line.strip().startswith('{"node": "below"') for line in lines) == 2
+    assert [line for line in lines if '"reading": "range"' in line] != []
+    assert lines[1] == '  "format": 1,'
+
+
+def test_the_same_lesson_gives_the_same_document_whatever_the_order_of_examples() -> None:
+    original = goto()
+    assert original.lesson is not None
+    turned = replace(original.lesson, examples=original.lesson.examples[::-1])
+    assert encode(Taught(original.automaton, turned)) == encode(original)
+
+
+def rebuilding(lesson: Lesson) -> dict[str, Transition]:
+    return {"start": Tree((leaf(1),))}
+
+
+EDITS = [
+    ('"values": [5.5, 0.25', '"values": [5.6, 0.25'),  # an example
+    ('"cut": 0.4', '"cut": 0.5'),  # a tree
+    ('"reaction_s": 0.2', '"reaction_s": 0.3'),  # an option
+    ('"hash": "sha256:', '"hash": "sha256:0'),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), EDITS)
+def test_edited_lessons_are_learned_again(old: str, new: str) -> None:
+    original = goto()
+    data = encode(original).decode()
+    assert old in data
+    edited = data.replace(old, new, 1).encode()
+    opened = decode(edited, kit_of(original.automaton), path="x.json", learn=rebuilding)
+    assert opened.rebuilt is not None
+    assert opened.taught.automaton.transitions == {"start": Tree((leaf(1),))}
+    with pytest.raises(FileError, match="understudy rebuild"):
+        decode(edited, kit_of(original.automaton), path="x.json")
+
+
+def test_an_unlearned_lesson_is_learned_on_opening() -> None:
+    original = goto()
+    assert original.lesson is not None
+    data = encode(Taught(original.lesson.automaton, original.lesson))
+    assert decode(data, kit_of(original.automaton), path="x", learn=rebuilding).rebuilt == "it has none yet"
+
+
+def test_classifiers_are_fitted_on_opening() -> None:
+    original = goto()
+    assert original.lesson is not None
+    options = Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1, "weights": "distance"}))
+    lesson = replace(original.lesson, options=options)
+
+    class Fitted:
+        def decide(self, values: Any, /) -> int:
+            return 0
+
+        def path(self, values: Any, /) -> tuple[tuple[Any, ...], int]:
+            return (), 0
+
+    data = encode(Taught(replace(original.automaton, transitions={"start": Fitted()}), lesson))
+    opened = decode(data, kit_of(original.automaton), path="x", learn=rebuilding)
+    assert opened.rebuilt is not None
+    assert opened.taught.lesson is not None
+    assert opened.taught.lesson.options == options
+
+
+def test_automata_written_by_hand_keep_their_trees() -> None:
+    automaton = Automaton("hand", (START, State("on")), transitions={"start": Tree((leaf(1),))})
+    assert decode(encode(Taught(automaton)), None, path="x").taught == Taught(automaton)
+
+
+def test_stateless_automata_store_their_one_tree_once() -> None:
+    tree = Tree((leaf(1),))
+    automaton = Automaton("p", (START, State("on")), stateless=True, transitions={"start": tree, "on": tree})
+    data = encode(Taught(automaton))
+    assert data.count(b'"node"') == 1
+    back = decode(data, None, path="x").taught.automaton
+    assert back == automaton
+    assert back.transitions["start"] is back.transitions["on"]
+
+
+def test_migration(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each older format is brought to the next by a function."""
+    monkeypatch.setattr(schema, "MIGRATIONS", {})
+    data = (
+        encode(goto()).replace(b'"format": 1', b'"format": 0').replace(b'"name": "goto"', b'"called": "goto"')
+    )
+
+    def to_1(raw: dict[str, Any]) -> dict[str, Any]:
+        raw["automaton"]["name"] = raw["automaton"].pop("called")
+        return raw
+
+    monkeypatch.setattr("understudy.model.document.MIGRATIONS", {0: to_1})
+    assert decode(data, kit_of(goto().automaton), path="x").taught == goto()
+
+
+def test_what_could_not_be_opened_again_is_not_stored() -> None:
+    original = goto()
+    assert original.lesson is not None
+    with pytest.raises(DefinitionError, match="other states"):
+        encode(Taught(replace(original.automaton, parameters=("B",)), original.lesson))
+    bad = replace(original.lesson.examples[0], state="nowhere")
+    with pytest.raises(DefinitionError, match="nowhere"):
+        encode(Taught(original.automaton, replace(original.lesson, examples=(bad,))))
+
+
+def test_no_pickle() -> None:
+    for module in Path("src/understudy/model").glob("*.py"):
+        assert "pickle" not in module.read_text()
