@@ -1,73 +1,35 @@
-"""A scripted teacher of foraging: GoTo, Harvest, Deposit and Forage in turn (paper section 4.1).
-
-It shows a case or two, lets the robot try, and presses only where a person would: a good deal later than a program,
-and only for what looks wrong. A lesson is finished when so many tries in a row needed no correction; one that will
-not come right is thrown away and taught again.
-"""
+"""How a person teaches foraging: GoTo(A), Harvest, Deposit, Forage (paper section 4.1)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
 from math import isnan, pi, tau
-from pathlib import Path
-from typing import TypeAlias
+from types import MappingProxyType
 
-import numpy as np
-
-from understudy.model.lesson import Lesson, Options
-from understudy.model.library import Library
-from understudy.runtime.body import Body
-from understudy.training.demonstrators.person import Person, Reaction, Seen, Wish
+from understudy.model.kinds import NO, YES
+from understudy.model.lesson import Options
+from understudy.training.demonstrators.person import Seen
+from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
-from understudy.training.session import Session
-from understudy.training.trainee import Mode
 
-MakesBody: TypeAlias = Callable[[str, int], Body]
-"""Makes a world, resettable, to practice an automaton in, from its name and a seed."""
+WATCHED: Mapping[str, Options] = MappingProxyType(
+    {
+        "goto": Options(watched=True, reaction_s=0.2),  # a lesson about motion: presses come late
+        "harvest": Options(watched=True),
+        "deposit": Options(watched=True),
+        "forage": Options(watched=True),
+    }
+)
+"""The options the demo teaches with."""
 
-NEAR_M = 0.38  # what a person would call being there
-TOO_FAR_M = 0.47  # where a person would say it is not there yet
+PLAIN: Mapping[str, Options] = MappingProxyType({name: Options() for name in WATCHED})
+"""The paper's plain method: neither watched examples nor a reaction time."""
+
+THERE_M = 0.38  # what a person calls being there
+NOT_THERE_M = 0.47  # what they call not being there yet
 ASTRAY = 0.6  # rad: driving past it, plainly
 FACING = 0.12  # rad: as good as facing it, while turning
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """One automaton to teach: what to choose for it, how to show it, when to complain, when it is finished."""
-
-    name: str
-    choose: Callable[[Library], Lesson]
-    show: Wish
-    complain: Wish
-    finished: Seen
-    targets: tuple[Mapping[str, str], ...] = ({},)
-    practices: tuple[str, ...] = ()  # where, case by case
-    suits: Callable[[Screen, int], bool] = lambda screen, case: True  # the situation wanted for a case
-    enough: Callable[[Screen, int], bool] = lambda screen, case: False  # a case need not be shown to its end
-    shown: int = 2
-    tries: int = 4
-    limit_s: float = 60.0
-    again: bool = True
-
-
-@dataclass(slots=True)
-class Account:
-    """What teaching one automaton took, lessons thrown away included."""
-
-    examples: int = 0
-    presses: int = 0
-    seconds: float = 0.0
-    lessons: int = 0
-
-
-@dataclass(slots=True)
-class Teaching:
-    """A taught library, and what it took by automaton."""
-
-    library: Library
-    accounts: dict[str, Account] = field(default_factory=dict)
 
 
 def _bearing(screen: Screen) -> float:
@@ -75,62 +37,66 @@ def _bearing(screen: Screen) -> float:
     return (screen.features["angle_to(A)"] + pi) % tau - pi
 
 
+def _toward(bearing: float) -> str:
+    return "rotate_left" if bearing > 0 else "rotate_right"
+
+
+def _ahead(screen: Screen) -> float:
+    """How far it still has to turn, rad; negative when it has turned too far."""
+    return -_bearing(screen) if screen.state == "rotate_right" else _bearing(screen)
+
+
 def show_goto(screen: Screen) -> str | None:
     """Turn to A, drive to it, say done."""
     distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
     if screen.state == "done" or isnan(distance):
         return None
-    if distance < NEAR_M:
+    if distance < THERE_M:
         return "done"
-    toward = "rotate_left" if bearing > 0 else "rotate_right"
-    if screen.state == "start":
-        return "forward" if abs(bearing) < ASTRAY else toward
-    if screen.state == "forward":
-        return toward if abs(bearing) > ASTRAY else None
-    turned = -bearing if screen.state == "rotate_right" else bearing
-    return "forward" if turned < FACING else None
+    if screen.state in ("start", "forward") and abs(bearing) > ASTRAY:
+        return _toward(bearing)
+    if screen.state == "start" or (screen.state != "forward" and _ahead(screen) < FACING):
+        return "forward"
+    return None
 
 
 def complain_goto(screen: Screen) -> str | None:
-    """Only what looks wrong: driving past A, turning away from it, not stopping, stopping too far away."""
+    """Only what looks wrong: idling, driving past A, turning on past it, not stopping, stopping too far away."""
     distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
     if isnan(distance):
         return None
-    toward = "rotate_left" if bearing > 0 else "rotate_right"
-    if screen.state == "done":
-        return "forward" if distance > TOO_FAR_M else None
     if screen.state == "start":
         return show_goto(screen)
+    if screen.state == "done":
+        return "forward" if distance > NOT_THERE_M else None
     if screen.state == "forward":
-        if distance < NEAR_M - 0.1:
+        if distance < THERE_M - 0.18:
             return "done"
-        return toward if abs(bearing) > 1.5 * ASTRAY else None
-    turned = -bearing if screen.state == "rotate_right" else bearing
-    return "forward" if -pi / 2 < turned < -ASTRAY else None
+        return _toward(bearing) if abs(bearing) > 1.5 * ASTRAY else None
+    return "forward" if -pi / 2 < _ahead(screen) < -ASTRAY else None
 
 
-LOOK_S = 1.0  # to look at a fresh world and pass it over
+def _beside(side: int, nearest: float, farthest: float) -> Seen:
+    """A well to the left (1) or right (-1), this near or far, m."""
+
+    def suits(screen: Screen) -> bool:
+        distance = screen.features["distance_to(A)"]
+        return 0.8 < side * _bearing(screen) < 2.6 and nearest < distance < farthest
+
+    return suits
 
 
-SITUATIONS = ((1, 1.2, 2.6), (-1, 1.2, 2.6), (-1, 3.2, 5.5), (1, 3.2, 5.5))
-"""Which side A is on (1 left), and how far, m: each side near and far, so that only the side can tell."""
-
-
-def goto_situation(screen: Screen, case: int) -> bool:
-    """A well to the left of the robot or to its right, near or far."""
-    if case >= len(SITUATIONS):
-        return True
-    side, nearest, farthest = SITUATIONS[case]
-    distance = screen.features["distance_to(A)"]
-    return 0.8 < side * _bearing(screen) < 2.6 and nearest < distance < farthest
+def _driven(screen: Screen) -> bool:
+    return screen.features["distance_to(A)"] < 2.6
 
 
 def raised(screen: Screen) -> bool:
-    """The automaton says it is done."""
+    """The automaton says that it is finished."""
     return screen.flag is not None
 
 
-GOTO = Part(
+# Each side once near and once far, so that only the side can tell which way to turn.
+GOTO = Topic(
     "goto",
     lambda library: new_lesson(
         library,
@@ -143,48 +109,48 @@ GOTO = Part(
     show_goto,
     complain_goto,
     raised,
-    targets=({"A": "station"}, {"A": "nearest_food"}),
-    practices=("an arena",),
-    suits=goto_situation,
-    enough=lambda screen, case: SITUATIONS[case][1] > 3 and screen.features["distance_to(A)"] < 2.6,
-    shown=4,
-    again=False,
+    cases=(
+        Case("an arena", {"A": "station"}, _beside(1, 1.2, 2.6)),
+        Case("an arena", {"A": "nearest_food"}, _beside(-1, 1.2, 2.6)),
+        Case("an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), enough=_driven),
+        Case("an arena", {"A": "nearest_food"}, _beside(1, 3.2, 5.5), enough=_driven),
+    ),
     tries=8,
     limit_s=60.0,
 )
 
 
+def _full(screen: Screen) -> bool:
+    return screen.features["food_stored"] >= CAPACITY
+
+
+CAPACITY = 12
+"""How much the robot can carry, as its teacher knows."""
+
+
 def show_harvest(screen: Screen) -> str | None:
-    """Go to food, load until full or the source is empty, then on to the next; done when full or none is left."""
-    full = screen.features["food_stored"] >= CAPACITY
-    none_left = screen.features["food_left"] == 0.0
+    """Go to food, load, go on to other food where it ends; done when full or when no food is left."""
     if screen.state == "done":
         return None
-    if full or none_left:
+    if _full(screen) or screen.features["food_left"] == NO:
         return "done"
     if screen.state == "start":
         return "goto"
     if screen.state == "goto":
-        return "load_food" if screen.features["done"] == 1.0 else None
+        return "load_food" if screen.features["done"] == YES else None
     return "goto" if screen.features["food_below_me"] == 0 else None
 
 
-CAPACITY = 12
-
-
-def harvested(screen: Screen) -> bool:
-    return screen.flag is not None
-
-
 def complain_harvest(screen: Screen) -> str | None:
-    full = screen.features["food_stored"] >= CAPACITY
-    none_left = screen.features["food_left"] == 0.0
-    if screen.state == "done":
-        return None if full or none_left else "goto" if screen.features["food_below_me"] == 0 else "load_food"
-    return show_harvest(screen)
+    """As shown; and saying done too early is wrong."""
+    if screen.state != "done":
+        return show_harvest(screen)
+    if _full(screen) or screen.features["food_left"] == NO:
+        return None
+    return "goto" if screen.features["food_below_me"] == 0 else "load_food"
 
 
-HARVEST = Part(
+HARVEST = Topic(
     "harvest",
     lambda library: new_lesson(
         library,
@@ -196,15 +162,14 @@ HARVEST = Part(
     show_harvest,
     complain_harvest,
     raised,
-    practices=("little food in many places", "the last food"),
-    shown=2,
+    cases=(Case("little food in many places", again=True), Case("the last food", again=True)),
     tries=4,
     limit_s=120.0,
 )
 
 
 def show_deposit(screen: Screen) -> str | None:
-    """Go to the station, unload everything; done when nothing is left to unload."""
+    """Go to the station, unload; done when nothing is left to unload."""
     if screen.state == "done":
         return None
     if screen.features["food_stored"] == 0:
@@ -212,11 +177,11 @@ def show_deposit(screen: Screen) -> str | None:
     if screen.state == "start":
         return "goto"
     if screen.state == "goto":
-        return "unload_food" if screen.features["done"] == 1.0 else None
-    return "goto" if screen.features["at_station"] == 0.0 else None
+        return "unload_food" if screen.features["done"] == YES else None
+    return "goto" if screen.features["at_station"] == NO else None
 
 
-DEPOSIT = Part(
+DEPOSIT = Topic(
     "deposit",
     lambda library: new_lesson(
         library,
@@ -228,156 +193,39 @@ DEPOSIT = Part(
     show_deposit,
     show_deposit,
     raised,
-    practices=("one unit to deposit", "food to deposit"),
-    shown=1,
+    cases=(Case("one unit to deposit", again=True),),
     tries=3,
     limit_s=120.0,
 )
 
 
 def show_forage(screen: Screen) -> str | None:
-    """Harvest and deposit in turn."""
+    """Harvest and deposit in turn while there is food."""
     if screen.state == "start":
         return "harvest"
+    if screen.features["done"] == NO:
+        return None
     if screen.state == "harvest":
-        return "deposit" if screen.features["done"] == 1.0 else None
-    return "harvest" if screen.features["done"] == 1.0 and screen.features["food_left"] == 1.0 else None
+        return "deposit"
+    return "harvest" if screen.features["food_left"] == YES else None
 
 
-def foraged(screen: Screen) -> bool:
-    return screen.features["food_left"] == 0.0 and screen.features["food_stored"] == 0.0
+def all_home(screen: Screen) -> bool:
+    """No food is left anywhere but at the station."""
+    return screen.features["food_left"] == NO and screen.features["food_stored"] == 0
 
 
-FORAGE = Part(
+FORAGE = Topic(
     "forage",
     lambda library: new_lesson(
-        library,
-        "forage",
-        states=["harvest", "deposit"],
-        features=["done", "food_stored", "food_left"],
+        library, "forage", states=["harvest", "deposit"], features=["done", "food_stored", "food_left"]
     ),
     show_forage,
     show_forage,
-    foraged,
-    practices=("food for two ways",),
-    shown=1,
+    all_home,
+    cases=(Case("food for two ways"),),
     tries=1,
-    again=False,
     limit_s=400.0,
 )
-PARTS = (GOTO, HARVEST, DEPOSIT, FORAGE)
 
-
-def teach(
-    library: Library,
-    make: MakesBody,
-    seed: int,
-    *,
-    options: Mapping[str, Options],
-    reaction: Reaction = Reaction(),
-    parts: tuple[Part, ...] = PARTS,
-) -> Teaching:
-    """Teach the parts in turn, each as a state of the next; same seed, same lessons."""
-    draws = np.random.default_rng([seed, 1])
-    teaching = Teaching(library)
-    for part in parts:
-        account = teaching.accounts[part.name] = Account()
-        lesson = part.choose(teaching.library)
-        session = teach_part(part, teaching.library, make, lesson, draws, options[part.name], reaction, account)
-        teaching.library = teaching.library.with_taught(session.taught())
-    return teaching
-
-
-def teach_part(
-    part: Part,
-    library: Library,
-    make: MakesBody,
-    lesson: Lesson,
-    draws: np.random.Generator,
-    options: Options,
-    reaction: Reaction,
-    account: Account,
-    *,
-    most_lessons: int = 3,
-    most_corrections: int = 12,
-) -> Session:
-    lesson = replace(lesson, options=options)
-    for _ in range(most_lessons):
-        pupil = _Pupil(part, library, make, lesson, draws, reaction)
-        good = pupil.teach(most_corrections)
-        account.lessons += 1
-        account.presses += pupil.presses
-        account.seconds += pupil.seconds
-        account.examples = pupil.session.screen().examples
-        if good:
-            break
-    return pupil.session
-
-
-class _Pupil:
-    """One lesson: cases shown, then tries until enough in a row need no correction."""
-
-    def __init__(
-        self,
-        part: Part,
-        library: Library,
-        make: MakesBody,
-        lesson: Lesson,
-        draws: np.random.Generator,
-        reaction: Reaction,
-    ) -> None:
-        self.part, self.library, self.make = part, library, make
-        self.draws, self.reaction = draws, reaction
-        self.seconds, self.presses = 0.0, 0
-        self.lesson = lesson
-        self._case = -1
-
-    def next_case(self) -> None:
-        self._case += 1
-        case, part = self._case, self.part
-        practice = part.practices[case % len(part.practices)]
-        if case:
-            self._account()
-            self.lesson = self.session.lesson
-        world = self.make(practice, int(self.draws.integers(2**40)))
-        targets = part.targets[case % len(part.targets)]
-        self.session = Session(world, self.library, self.lesson, targets=targets)
-        while not part.suits(self.session.screen(), case):
-            self.session.reset(int(self.draws.integers(2**40)))
-            self.seconds += LOOK_S
-        self.person = Person(self.session, self.draws, self.reaction)
-
-    def _account(self) -> None:
-        self.seconds += self.person.seconds
-        self.presses += self.person.presses
-        self.person.seconds = self.person.presses = 0
-
-    def teach(self, most_corrections: int) -> bool:
-        part = self.part
-        for _ in range(part.shown):
-            self.next_case()
-            self.show()
-            if part.again:
-                self.session.restart()
-                self.show()
-        passed = corrections = 0
-        self.next_case()
-        while passed < part.tries and corrections <= most_corrections:
-            if self.person.test(part.complain, until=part.finished, limit_s=part.limit_s):
-                passed += 1
-                self.next_case()
-                continue
-            passed = 0
-            corrections += 1
-            if self.session.mode is Mode.TESTING:  # took too long without anything to complain of: try elsewhere
-                self.next_case()
-        self._account()
-        return passed >= part.tries
-
-    def show(self) -> None:
-        part, case = self.part, self._case
-        self.person.watch(
-            part.show,
-            until=lambda screen: part.finished(screen) or part.enough(screen, case),
-            limit_s=part.limit_s,
-        )
+TOPICS = (GOTO, HARVEST, DEPOSIT, FORAGE)

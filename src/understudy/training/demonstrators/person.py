@@ -1,12 +1,13 @@
 """A person at the buttons: sees the screen, makes up their mind, and presses a moment later.
 
-What they know of the robot is `session.screen()`; what they can do is direct, switch modes, restart and reset.
+What they know of the robot is `session.screen()`; what they do is direct, and switch to testing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum, auto
 from typing import TypeAlias
 
 import numpy as np
@@ -21,6 +22,14 @@ Wish: TypeAlias = Callable[[Screen], str | None]
 Seen: TypeAlias = Callable[[Screen], bool]
 
 
+class Verdict(Enum):
+    """How watching ended."""
+
+    ENOUGH = auto()  # what they waited for, with nothing to complain of
+    CORRECTED = auto()  # they had to press while testing
+    LOST = auto()  # nothing changed any more, or it took too long
+
+
 @dataclass(frozen=True, slots=True)
 class Reaction:
     """How long a person takes from making up their mind to the press, s: normal, but never under `least_s`."""
@@ -31,56 +40,67 @@ class Reaction:
 
 
 class Person:
-    """Someone who watches one session and presses now and then."""
+    """Someone who watches one session at a time and presses now and then; counts the seconds and the presses."""
 
-    def __init__(self, session: Session, draws: np.random.Generator, reaction: Reaction = Reaction()) -> None:
-        self.session = session
+    def __init__(self, draws: np.random.Generator, reaction: Reaction = Reaction()) -> None:
         self.reaction = reaction
         self.seconds = 0.0
         self.presses = 0
         self._draws = draws
         self._due: tuple[str, float] | None = None
 
-    def watch(self, wish: Wish, *, until: Seen, limit_s: float) -> bool:
-        """Watch, and direct where the robot is not doing what they wish, `until` they see enough.
+    def show(self, session: Session, wish: Wish, *, until: Seen, limit_s: float) -> Verdict:
+        """Direct the robot to whatever they wish, `until` they have shown enough."""
+        return self._watch(session, wish, until=until, limit_s=limit_s, patience_s=limit_s)
 
-        False where that took longer than `limit_s`.
+    def test(
+        self, session: Session, complaint: Wish, *, until: Seen, limit_s: float, patience_s: float
+    ) -> Verdict:
+        """Let the robot show what it learned, and correct the first thing that looks wrong.
+
+        They lose patience when all levels stay in their states for `patience_s`.
         """
-        session, tick_s = self.session, self.session.body.tick_s
+        session.test()
+        verdict = self._watch(
+            session,
+            complaint,
+            until=lambda screen: screen.mode is Mode.TRAINING or until(screen),
+            limit_s=limit_s,
+            patience_s=patience_s,
+        )
+        return Verdict.CORRECTED if session.mode is Mode.TRAINING else verdict
+
+    def _watch(
+        self, session: Session, wish: Wish, *, until: Seen, limit_s: float, patience_s: float
+    ) -> Verdict:
         self._due = None
-        passed = 0.0
+        tick_s = session.body.tick_s
+        path: tuple[str, ...] = ()
+        passed = changed = 0.0
         while passed < limit_s - tick_s / 2:
             screen = session.screen()
             wished = wish(screen)
-            if wished == screen.state:
-                wished = None
-            if wished is None and screen.waiting is None and until(screen):
-                return True
-            self._consider(wished, passed)
+            content = wished is None or wished == screen.state
+            if content and screen.waiting is None and until(screen):
+                return Verdict.ENOUGH
+            if screen.path != path:
+                path, changed = screen.path, passed
+            if passed - changed > patience_s:
+                return Verdict.LOST
+            self._consider(session, None if content else wished, passed)
             session.tick()
             passed += tick_s
             self.seconds += tick_s
-        return False
+        return Verdict.LOST
 
-    def _consider(self, wished: str | None, now: float) -> None:
+    def _consider(self, session: Session, wished: str | None, now: float) -> None:
         if wished is None:
             self._due = None  # no longer wanted: the hand is drawn back
             return
         if self._due is None or self._due[0] != wished:
-            delay = max(self.reaction.least_s, self._draws.normal(self.reaction.mean_s, self.reaction.spread_s))
-            self._due = (wished, now + delay)
+            delay = self._draws.normal(self.reaction.mean_s, self.reaction.spread_s)
+            self._due = (wished, now + max(self.reaction.least_s, delay))
         if now >= self._due[1] - 1e-9:
-            self.session.direct(wished)
+            session.direct(wished)
             self.presses += 1
             self._due = None
-
-    def test(self, complaint: Wish, *, until: Seen, limit_s: float) -> bool:
-        """Let the robot show what it learned; True if nothing had to be corrected and they saw enough in time.
-
-        Stops at the first correction, once it has acted.
-        """
-        self.session.test()
-        finished = self.watch(
-            complaint, until=lambda screen: screen.mode is Mode.TRAINING or until(screen), limit_s=limit_s
-        )
-        return finished and self.session.mode is Mode.TESTING

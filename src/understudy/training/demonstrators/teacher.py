@@ -1,0 +1,225 @@
+"""A scripted teacher: one automaton after the other, each shown a little, then tried and only corrected.
+
+A lesson is finished when so many tries in a row needed no correction; one that will not come right is thrown away
+and taught again. Where the robot loses its way in an automaton taught before, the teacher opens that one again and
+corrects it on the spot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from understudy.model.binding import NOTHING_BOUND, Binding
+from understudy.model.lesson import Lesson, Options
+from understudy.model.library import Library
+from understudy.runtime.body import Body
+from understudy.training.demonstrators.person import Person, Reaction, Seen, Verdict, Wish
+from understudy.training.screen import Screen
+from understudy.training.session import Session
+
+MakesBody: TypeAlias = Callable[[str, int], Body]
+"""Makes a world for one robot to practice in, by the name of the practice and a seed; it can be reset."""
+
+LOOK_S = 1.0
+"""How long it takes to look at a fresh world and pass it over, s."""
+
+MOST_LESSONS, MOST_CORRECTIONS = 3, 12
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A situation to show: in which practice, looking how, up to where, and with which targets."""
+
+    practice: str
+    targets: Mapping[str, str] = field(default_factory=dict)
+    suits: Seen = lambda screen: True
+    enough: Seen = lambda screen: False
+    again: bool = False  # from where it ended, once more
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One automaton to teach: what to choose for it, what to show, when to complain, when a try is finished."""
+
+    name: str
+    choose: Callable[[Library], Lesson]
+    show: Wish
+    complain: Wish
+    finished: Seen
+    cases: tuple[Case, ...]
+    tries: int
+    limit_s: float
+
+
+@dataclass(slots=True)
+class Account:
+    """What teaching one automaton took so far, thrown-away lessons included; `examples` are those kept."""
+
+    examples: int = 0
+    presses: int = 0
+    seconds: float = 0.0
+    lessons: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Teaching:
+    """A taught library, and what it took by automaton."""
+
+    library: Library
+    accounts: Mapping[str, Account]
+
+    @property
+    def examples(self) -> int:
+        """Press-made examples in all lessons together."""
+        return sum(account.examples for account in self.accounts.values())
+
+    @property
+    def seconds(self) -> float:
+        """Simulated teaching time, s."""
+        return sum(account.seconds for account in self.accounts.values())
+
+
+Progress: TypeAlias = Callable[[str, str, Account], None]
+"""Called as teaching goes on: automaton, what happens, account so far."""
+
+
+class Teacher:
+    """Teaches topics in turn, each as a state of the next. Same seed, same lessons."""
+
+    def __init__(
+        self,
+        library: Library,
+        make: MakesBody,
+        seed: int,
+        *,
+        options: Mapping[str, Options],
+        reaction: Reaction = Reaction(),
+        progress: Progress = lambda name, what, account: None,
+    ) -> None:
+        self.library = library
+        self.accounts: dict[str, Account] = {}
+        self._make, self._options, self._progress = make, options, progress
+        self._draws = np.random.default_rng([seed, 1])
+        self._person = Person(self._draws, reaction)
+        self._topics: dict[str, Topic] = {}
+
+    def teach(self, *topics: Topic) -> Teaching:
+        """Teach the topics; the library with them, and what it took."""
+        for topic in topics:
+            self._topics[topic.name] = topic
+            self.accounts[topic.name] = Account()
+            lesson = topic.choose(self.library)
+            lesson = replace(lesson, options=self._options.get(topic.name, lesson.options))
+            while not self._teach(topic, lesson) and self.accounts[topic.name].lessons < MOST_LESSONS:
+                self._progress(topic.name, "thrown away, taught again", self.accounts[topic.name])
+            self._progress(topic.name, "learned", self.accounts[topic.name])
+        return Teaching(self.library, self.accounts)
+
+    def _teach(self, topic: Topic, lesson: Lesson) -> bool:
+        """One lesson from its beginning; whether it came right."""
+        self.accounts[topic.name].lessons += 1
+        for case in topic.cases:
+            session = self._session(topic, lesson, case)
+            self._show(topic, case, session)
+            if case.again:
+                session.restart()
+                self._show(topic, case, session)
+            lesson = session.lesson
+        return self._try(topic, lesson)
+
+    def _show(self, topic: Topic, case: Case, session: Session) -> None:
+        self._person.show(
+            session,
+            topic.show,
+            until=lambda screen: topic.finished(screen) or case.enough(screen),
+            limit_s=topic.limit_s,
+        )
+        self._settle(topic.name, session, "shown")
+
+    def _try(self, topic: Topic, lesson: Lesson) -> bool:
+        passed = corrections = tried = 0
+        session = self._session(topic, lesson, self._anywhere(topic, tried))
+        while passed < topic.tries:
+            verdict = self._test(topic, session)
+            if verdict is Verdict.CORRECTED:
+                passed, corrections = 0, corrections + 1
+                if corrections > MOST_CORRECTIONS:
+                    return False
+                continue  # from where it is
+            passed = passed + 1 if verdict is Verdict.ENOUGH else 0
+            tried += 1
+            if verdict is Verdict.LOST:
+                corrections += 1
+                self._correct_below(session)
+                if corrections > MOST_CORRECTIONS:
+                    return False
+            session = self._session(topic, session.lesson, self._anywhere(topic, tried))
+        return True
+
+    def _test(self, topic: Topic, session: Session) -> Verdict:
+        verdict = self._person.test(
+            session, topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=PATIENCE_S
+        )
+        self._settle(topic.name, session, verdict.name.lower())
+        return verdict
+
+    def _correct_below(self, session: Session) -> None:
+        """Correct the innermost automaton, where it lost its way, in a lesson of its own."""
+        name, targets = innermost(self.library, session)
+        if name == session.automaton.name or name not in self._topics:
+            return
+        topic, lesson = self._topics[name], self.library.taught[name].lesson
+        if lesson is None:
+            return
+        below = Session(session.body, self.library, lesson, targets=targets)
+        for _ in range(MOST_CORRECTIONS):
+            if self._test(topic, below) is not Verdict.CORRECTED:
+                break
+
+    def _session(self, topic: Topic, lesson: Lesson, case: Case) -> Session:
+        """A session that goes on with a lesson in a fresh world that suits the case."""
+        body = self._make(case.practice, self._seed())
+        session = Session(body, self.library, lesson, targets=case.targets)
+        while not case.suits(session.screen()):
+            session.reset(self._seed())
+            self._person.seconds += LOOK_S
+        return session
+
+    @staticmethod
+    def _anywhere(topic: Topic, tried: int) -> Case:
+        case = topic.cases[tried % len(topic.cases)]
+        return Case(case.practice, case.targets)
+
+    def _seed(self) -> int:
+        return int(self._draws.integers(2**40))
+
+    def _settle(self, name: str, session: Session, what: str) -> None:
+        """Book what the person spent, and put the automaton as it is now into the library."""
+        account, person = self.accounts[name], self._person
+        account.seconds, account.presses = account.seconds + person.seconds, account.presses + person.presses
+        person.seconds, person.presses = 0.0, 0
+        taught = session.taught()
+        account.examples = sum(example.pressed for example in session.examples)
+        self.library = self.library.with_taught(taught)
+        self._progress(name, what, account)
+
+
+PATIENCE_S = 30.0
+"""How long a person watches a robot go on in one and the same way before they step in, s."""
+
+
+def innermost(library: Library, session: Session) -> tuple[str, Binding]:
+    """The innermost automaton that is running, and what its parameters stand for."""
+    automaton, binding = session.automaton, Binding(session.screen().targets)
+    for state_name in session.screen().path:
+        state = automaton.state(state_name)
+        if state.behavior is None or state.behavior not in library.taught:
+            break
+        automaton, binding = library.automaton(state.behavior), state.binding.within(binding)
+    return automaton.name, binding if automaton.parameters else NOTHING_BOUND
+
+
