@@ -68,7 +68,7 @@ def run(
     if as_json:
         print_json(facts)
     else:
-        ended = "[green]all food is home[/]" if facts["success"] else f"[yellow]ended {facts['path'][-1]}[/]"
+        ended = "[green]all food is home[/]" if facts["success"] else f"[yellow]in {facts['path'][-1]}[/]"
         brought = f"brought {facts['delivered']} of {facts['total']} units home"
         console().print(f"{behavior} in world {seed}: {ended} after {facts['seconds']:.1f} s; {brought}")
         if record is not None:
