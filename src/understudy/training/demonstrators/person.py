@@ -51,16 +51,19 @@ class Person:
         passed = 0.0
         while passed < limit_s - tick_s / 2:
             screen = session.screen()
-            if screen.waiting is None and until(screen):
+            wished = wish(screen)
+            if wished == screen.state:
+                wished = None
+            if wished is None and screen.waiting is None and until(screen):
                 return True
-            self._consider(wish(screen), screen, passed)
+            self._consider(wished, passed)
             session.tick()
             passed += tick_s
             self.seconds += tick_s
         return False
 
-    def _consider(self, wished: str | None, screen: Screen, now: float) -> None:
-        if wished is None or wished == screen.state:
+    def _consider(self, wished: str | None, now: float) -> None:
+        if wished is None:
             self._due = None  # no longer wanted: the hand is drawn back
             return
         if self._due is None or self._due[0] != wished:
