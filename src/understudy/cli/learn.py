@@ -86,4 +86,4 @@ def _show(
             )
         out.print(made)
     if saved is not None:
-        out.print(f"Saved to [bold]{escape(str(saved))}[/]")
+        out.print(f"Saved to [bold]{escape(str(saved))}[/]", soft_wrap=True)

@@ -72,7 +72,7 @@ def run(
         brought = f"brought {facts['delivered']} of {facts['total']} units home"
         console().print(f"{behavior} in world {seed}: {ended} after {facts['seconds']:.1f} s; {brought}")
         if record is not None:
-            console().print(f"Drawn in [bold]{record}[/]")
+            console().print(f"Drawn in {record}", markup=False, soft_wrap=True)
 
 
 def _facts(body: Forage, running: Run, *, behavior: str, seed: int, record: Path | None) -> dict[str, Any]:
