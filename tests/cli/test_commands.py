@@ -132,7 +132,7 @@ def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path) -> None:
     for arguments, expected in (
         ("validate", "built anew"),
         ("rebuild", "1 automaton rebuilt"),
-        ("validate", "✓ walk"),
+        ("validate", "all valid"),
     ):
         done = subprocess.run(
             [*command, arguments, "-l", str(folder), "--kit", "walking_kit:kit"],
@@ -208,7 +208,7 @@ def test_watching_in_a_terminal(library: Path) -> None:
             "--seconds",
             "30",
             "--speed",
-            "200",
+            "30",
         ],
         stdout=slave,
         stderr=slave,
@@ -226,7 +226,7 @@ def test_watching_in_a_terminal(library: Path) -> None:
         text += part
     os.close(master)
     assert watching.wait() == 0
-    assert b"harvest > goto" in text
+    assert b"harvest > " in text
     assert "⌂".encode() in text
 
 

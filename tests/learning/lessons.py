@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
-
 from tests.learning.reference import Row
+
 from understudy.learning.grow import grow
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.example import Example, ExampleKind
@@ -57,7 +57,7 @@ def lesson(
 
 @st.composite
 def tables(draw: st.DrawFn, watched: bool = False) -> tuple[list[Row], list[Kind]]:
-    """Examples on a coarse grid, so that ties, duplicates and absent readings abound; at least one press-made."""
+    """Examples on a coarse grid, so that ties, duplicates and absences abound; at least one press-made."""
     kinds: list[Kind] = draw(
         st.lists(
             st.sampled_from([Continuous(), Toroidal(8.0), Toroidal(), Categorical(("a", "b", "c"))]),

@@ -202,7 +202,7 @@ class Learner:
 
 
 def nested(tree: Tree, index: int = 0) -> Any:
-    """A tree in the reference's terms: an outcome, None where nothing was shown, or a test and its children."""
+    """A tree in the reference's terms: an outcome, None (nothing was shown), or a test and its children."""
     if index == STAY:
         return None
     node = tree.nodes[index]

@@ -1,4 +1,4 @@
-"""The learner equals the plain reference on every random case, and keeps the laws of ARCHITECTURE section 3."""
+"""The learner equals the plain reference on every random case, and keeps its laws."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from tests.learning.lessons import ABSENT, robocup, robocup_folder, tables, tree_of
 from tests.learning.reference import Learner, Row, nested
+
 from understudy.errors import DefinitionError
 from understudy.learning.grow import MOST_WEIGHT, grow
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal

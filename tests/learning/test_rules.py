@@ -6,9 +6,9 @@ from math import inf, nextafter
 from typing import Any
 
 import pytest
-
 from tests.learning.lessons import ABSENT, KINDS, tree_of
 from tests.learning.reference import Row
+
 from understudy.learning.splits import Gap, arc, threshold, vote
 from understudy.learning.transitions import learn
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
@@ -40,7 +40,7 @@ THRESHOLDS = [  # (kind, outcome, value)…, where the cut goes
      [("default", 0, 53), ("confirmation", 0, 53), ("directive", 1, 3)], 28),
     ("watched examples: the middle", [("default", 0, 53), ("directive", 1, 3), ("watched", 0, 90)], 28),
     ("watched examples place the cut", [("default", 0, 53), ("directive", 1, 3), ("watched", 0, 5)], 4),
-    ("the middle of neighboring floats is the upper", [("directive", 0, above(1)), ("directive", 1, 1)], above(1)),
+    ("halfway between neighboring floats", [("directive", 0, above(1)), ("directive", 1, 1)], above(1)),
     ("a default just above a directive", [("default", 0, above(1)), ("directive", 1, 1)], above(1)),
     ("zero has no sign", [("default", 0, 1), ("directive", 1, -0.0), ("directive", 1, 0.0)], above(0)),
 ]  # fmt: skip
@@ -183,7 +183,7 @@ def test_a_branch_that_was_only_watched_stays() -> None:
 
 
 def test_watched_examples_weigh_a_tenth() -> None:
-    """Two useful questions for the press-made ones; enough watched ones against the first choose the second."""
+    """Two useful questions for the press-made ones; watched ones against the first choose the second."""
     pressed = [("directive", 1, 0, 0), ("directive", 1, 0, 0), ("default", 0, 1, 1), ("default", 0, 1, 1)]
     kinds: list[Kind] = [BOOLEAN, BOOLEAN]
     few, many = [("watched", 0, 0, 1)], [("watched", 0, 0, 1)] * 30

@@ -8,8 +8,8 @@ from math import nan, tau
 from typing import Any
 
 import pytest
-
 from tests.learning.lessons import lesson
+
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.learning.explain import explain
 from understudy.learning.report import report

@@ -6,8 +6,8 @@ from dataclasses import replace
 from math import nan
 
 import pytest
-
 from tests.learning.lessons import lesson
+
 from understudy.errors import DefinitionError, UnknownName
 from understudy.learning.explain import explain
 from understudy.learning.report import contradictions, disagreements, report

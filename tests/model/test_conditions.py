@@ -7,9 +7,9 @@ from math import inf, nan, nextafter, radians
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
+
 from understudy.model.binding import Binding
 from understudy.model.conditions import conditions, path_conditions, sentences, simplified
 from understudy.model.feature import BoundFeature, Feature, Flag

@@ -220,7 +220,7 @@ def test_killed_at_any_moment(tmp_path: Path) -> None:
 
 
 def test_many_savers_lose_nothing(tmp_path: Path) -> None:
-    """Processes that save at the same time take turns: every state saved is the current or a former version."""
+    """Processes that save at the same time take turns: each save is the current or a former version."""
     code = (
         "import sys; from pathlib import Path; from tests.model.test_folder import variant;"
         "from understudy.model.folder import save;"

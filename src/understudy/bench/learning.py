@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib import import_module
 from statistics import median
 from time import perf_counter
@@ -26,14 +27,16 @@ SIZES = {20: 300, 100: 300, 1000: 60, 10_000: 9}
 """How many examples, and how often each is measured."""
 
 STATES = 4
+NUMBER = Continuous()
 
 
 def run() -> dict[str, Any]:
     """Medians, ms: ours from a lesson, ours from arrays to a finished Tree, scikit-learn's `fit` from arrays.
 
-    All are warm, grow until every leaf is pure, and take turns. `from_lesson` includes checking every value and
-    making arrays of the Example objects; scikit-learn's fit includes its own checking of the arrays, and is given
-    the faster of its criteria. `as_fast` compares arrays with arrays, `as_fast_from_lesson` a lesson with arrays.
+    All are warm, grow until every leaf is pure, and take turns. `from_lesson` includes checking every value
+    and making arrays of the Example objects; scikit-learn's fit includes its own checking of the arrays, and
+    is given the faster of its criteria. `as_fast` compares arrays with arrays, `as_fast_from_lesson` a lesson
+    with arrays.
     """
     try:
         peer = import_module("sklearn.tree").DecisionTreeClassifier
@@ -51,13 +54,13 @@ def run() -> dict[str, Any]:
         lesson = lesson_of(data)
         measured = medians(
             repeats,
-            ours=lambda data=data: _ours(data, [Continuous()] * 3),
-            from_lesson=lambda lesson=lesson: learn(lesson),
-            sklearn_gini=lambda data=data: peer(criterion="gini", random_state=0).fit(*data),
-            sklearn_entropy=lambda data=data: peer(criterion="entropy", random_state=0).fit(*data),
+            ours=partial(_ours, data, [NUMBER] * 3),
+            from_lesson=partial(learn, lesson),
+            sklearn_gini=partial(_theirs, peer, "gini", data),
+            sklearn_entropy=partial(_theirs, peer, "entropy", data),
         )
         sklearn_ms = min(measured["sklearn_gini_ms"], measured["sklearn_entropy_ms"])
-        tree = _ours(data, [Continuous()] * 3)
+        tree = _ours(data, [NUMBER] * 3)
         sizes.append(
             {
                 "examples": count,
@@ -67,13 +70,13 @@ def run() -> dict[str, Any]:
                 "as_fast_from_lesson": measured["from_lesson_ms"] <= sklearn_ms,
                 "nodes": len(tree.nodes),
                 "depth": tree.depth,
-                "sklearn_nodes": int(peer(criterion="entropy", random_state=0).fit(*data).tree_.node_count),
+                "sklearn_nodes": int(_theirs(peer, "entropy", data).tree_.node_count),
             }
         )
     toroidal, noisy = circular(400, noise=0.05), continuous(5000, noise=0.05)
     goals = [
         _goal("one toroidal feature, 400 examples, 5 % noise", 10.0, 40, toroidal, [Toroidal()]),
-        _goal("three continuous features, 5000 examples, 5 % noise", 25.0, 11, noisy, [Continuous()] * 3),
+        _goal("three continuous features, 5000 examples, 5 % noise", 25.0, 11, noisy, [NUMBER] * 3),
     ]
     return {
         "first_call_ms": first_call_ms,
@@ -95,7 +98,7 @@ def medians(repeats: int, **measured: Callable[[], object]) -> dict[str, float]:
 
 
 def continuous(count: int, *, noise: float, seed: int = 0) -> Data:
-    """Three continuous features [n, 3], of which two decide between four outcomes [n], some of them at random."""
+    """Three continuous features [n, 3], two of which decide between four outcomes [n], some at random."""
     random = np.random.default_rng(seed)
     values = random.random((count, 3)) * 10
     outcomes = (values[:, 0] > 5).astype(np.int64) + 2 * (values[:, 1] > 3)
@@ -110,7 +113,7 @@ def circular(count: int, *, noise: float, seed: int = 0) -> Data:
     return values, np.where(random.random(count) < noise, 1 - outcomes, outcomes)
 
 
-def lesson_of(data: Data, kind: Kind = Continuous()) -> Lesson:
+def lesson_of(data: Data, kind: Kind = NUMBER) -> Lesson:
     """A lesson of one state with these examples, all directives."""
     values, outcomes = data
     names = [START.name, *(f"state_{index}" for index in range(1, STATES))]
@@ -130,6 +133,10 @@ def lesson_of(data: Data, kind: Kind = Continuous()) -> Lesson:
 def _ours(data: Data, kinds: Sequence[Kind]) -> Any:
     values, outcomes = data
     return grow(values, outcomes, np.ones(len(outcomes), np.int64), kinds, states=STATES, current=0)
+
+
+def _theirs(peer: Any, criterion: str, data: Data) -> Any:
+    return peer(criterion=criterion, random_state=0).fit(*data)
 
 
 def _goal(what: str, goal_ms: float, repeats: int, data: Data, kinds: Sequence[Kind]) -> dict[str, Any]:

@@ -80,7 +80,7 @@ def _show(told: dict[str, Any]) -> None:
         out.print(f"\n[bold]{group}[/]")
         for line in lines:
             color = {"+": "green", "-": "red"}.get(line[0], "default")
-            out.print(Padding(f"[{color}]{escape(line)}[/]", (0, 0, 0, 2)))
+            out.print(Padding(f"[{color}]{escape(line)}[/]", (0, 0, 0, 2), expand=False))
 
 
 def _called(which: str) -> str:

@@ -33,7 +33,7 @@ class Group(TyperGroup):
         except BrokenPipeError as error:  # as in `understudy list | head -1`
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(0) from error
-        except (typer.Exit, typer.Abort, RecursionError, MemoryError):
+        except (typer.Exit, typer.Abort):
             raise
         except Exception as error:
             if ctx.params.get("debug") or _of_typer(error):

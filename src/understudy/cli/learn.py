@@ -74,10 +74,10 @@ def _show(
         size = f"{count(state.nodes, 'node')}, depth {state.depth}, {state.fit_ms:.2g} ms"
         out.print(f"[cyan]{escape(name)}[/] [dim]{size}[/]")
         for line in state.conditions:
-            out.print(Padding(escape(line), (0, 0, 0, 2)))
+            out.print(Padding(escape(line), (0, 0, 0, 2), expand=False))
         for number, what in ((state.contradictions, "contradiction"), (state.disagreements, "disagreement")):
             if number:
-                out.print(Padding(f"[yellow]{count(number, what)}[/]", (0, 0, 0, 2)))
+                out.print(Padding(f"[yellow]{count(number, what)}[/]", (0, 0, 0, 2), expand=False))
     if rows is not None and following is not None:
         made = table("#row", "state", "next")
         for index, (row, next_state) in enumerate(zip(rows, following, strict=True), 1):
@@ -86,4 +86,4 @@ def _show(
             )
         out.print(made)
     if saved is not None:
-        out.print(f"Saved to [bold]{escape(str(saved))}[/]")
+        out.print(f"Saved to [bold]{escape(str(saved))}[/]", soft_wrap=True)

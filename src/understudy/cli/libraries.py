@@ -16,6 +16,8 @@ def list_(
 
     [dim]understudy list --library demo/library[/]
     """
+    from rich.markup import escape
+
     from understudy.cli.output import console, count, print_json, table, when
     from understudy.cli.parts import some_kit
     from understudy.cli.shelf import look, summary
@@ -32,13 +34,17 @@ def list_(
             name = f"{row['name']}({', '.join(row['parameters'])})" if row["parameters"] else row["name"]
             numbers = [str(row[key] or "") for key in ("states", "examples", "watched")]
             saved = when(row["saved"])
-            made.add_row(name, *numbers, ", ".join(row["uses"]), str(row["versions"] or ""), saved)
+            made.add_row(
+                escape(name), *numbers, escape(", ".join(row["uses"])), str(row["versions"] or ""), saved
+            )
         out = console()
-        out.print(f"[bold]{library}[/]: {count(len(rows), 'automaton', 'automata')}")
+        out.print(
+            f"[bold]{escape(str(library))}[/]: {count(len(rows), 'automaton', 'automata')}", soft_wrap=True
+        )
         if rows:
             out.print(made)
         for problem in problems.values():
-            console(err=True).print(f"[red]Cannot be opened:[/] {problem}", markup=True)
+            console(err=True).print(f"[red]Cannot be opened:[/] {escape(problem)}", soft_wrap=True)
     raise typer.Exit(2 if problems else 0)
 
 
@@ -71,5 +77,5 @@ def rebuild(
         print_json({"library": str(library), "rebuilt": rebuilt})
         return
     for name, reason in rebuilt.items():
-        console().print(f"[bold]{name}[/] learned again and saved: {reason}")
+        console().print(name, "learned again and saved:", reason, markup=False)
     console().print(f"{count(len(rebuilt), 'automaton', 'automata')} rebuilt")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from understudy.errors import SettingError, UnknownName
+from understudy.errors import SettingError, UnderstudyError, UnknownName
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -68,8 +68,10 @@ def find_kit(named: str | None, world: str) -> Kit:
         sys.path.insert(0, here)
     try:
         found = getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise _no_kit(named, f"cannot be had: {error}") from error
+    except UnderstudyError:
+        raise
+    except Exception as error:  # whatever a module of the user's own does when it is imported
+        raise _no_kit(named, f"cannot be had: {type(error).__name__}: {error}") from error
     if not isinstance(found, Kit):
         raise _no_kit(named, f"is a {type(found).__name__}")
     return found

@@ -68,11 +68,11 @@ def run(
     if as_json:
         print_json(facts)
     else:
-        ended = "[green]all food is home[/]" if facts["success"] else f"[yellow]ended {facts['path'][-1]}[/]"
+        ended = "[green]all food is home[/]" if facts["success"] else f"[yellow]in {facts['path'][-1]}[/]"
         brought = f"brought {facts['delivered']} of {facts['total']} units home"
         console().print(f"{behavior} in world {seed}: {ended} after {facts['seconds']:.1f} s; {brought}")
         if record is not None:
-            console().print(f"Drawn in [bold]{record}[/]")
+            console().print(f"Drawn in {record}", markup=False, soft_wrap=True)
 
 
 def _facts(body: Forage, running: Run, *, behavior: str, seed: int, record: Path | None) -> dict[str, Any]:

@@ -98,7 +98,9 @@ def _conditions(automaton: Automaton, conditions: dict[str, list[str]], out: Con
         if state.flag is None:
             out.print(f"  [cyan]{escape(state.name)}[/]")
             for line in conditions.get(state.name) or ["[dim]stays: nothing was shown here[/]"]:
-                out.print(Padding(line if line.startswith("[dim]") else escape(line), (0, 0, 0, 4)))
+                out.print(
+                    Padding(line if line.startswith("[dim]") else escape(line), (0, 0, 0, 4), expand=False)
+                )
 
 
 def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:

@@ -65,9 +65,9 @@ def _show(
         mark = "[red]✗[/]" if name in problems else "[yellow]•[/]" if name in noted else "[green]✓[/]"
         out.print(f"{mark} [bold]{escape(name)}[/]")
         for text in (*problems.get(name, []), *noted.get(name, [])):
-            out.print(Padding(escape(text), (0, 0, 0, 4)))
+            out.print(Padding(escape(text), (0, 0, 0, 4), expand=False))
     bad = f"[red]{count(len(problems), 'is', 'are')} invalid[/]" if problems else "[green]all valid[/]"
-    out.print(f"{escape(str(folder))}: {count(len(checked), 'automaton', 'automata')}, {bad}")
+    out.print(f"{escape(str(folder))}: {count(len(checked), 'automaton', 'automata')}, {bad}", soft_wrap=True)
 
 
 def unresolved(library: LibraryOf, name: str) -> list[str]:

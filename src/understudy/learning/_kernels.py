@@ -1,10 +1,11 @@
 """Growing a decision tree from arrays: the searching and the splitting, nothing of names or errors.
 
-Scores are integers so that they are exact and never depend on the order of examples: c log2 c comes from a table
-in fixed point (`UNIT` a bit), sums of it are updated while a cut slides, and ratios are compared in steps of 1e-9.
+Scores are integers so that they are exact and never depend on the order of examples: c log2 c comes from a
+table in fixed point (`UNIT` a bit), sums of it are updated while a cut slides, and ratios are compared in
+steps of 1e-9.
 
-`order` [F, n] lists the examples by rising value of each feature, absent ones last; every node of the tree is the
-same range start:stop of each row, and splitting reorders the rows within it, keeping them sorted.
+`order` [F, n] lists the examples by rising value of each feature, absent ones last; every node of the tree is
+the same range start:stop of each row, and splitting reorders the rows within it, keeping them sorted.
 """
 
 from math import floor, isnan
@@ -23,13 +24,14 @@ LEAF, BELOW, ARC, ABSENT, LABEL = 0, 1, 2, 3, 4
 DEFAULT, SHOWN, WATCHED = 0, 1, 2
 NOTHING = -1
 MIXED = -1
-# Columns of a node. AWAY: the child that absent values join. SORT and the next: of either end of a cut, whether the
-# default is above it (1), below it (-1), or neither.
+# Columns of a node. AWAY: the child that absent values join. SORT and the next: of either end of a cut,
+# whether the default is above it (1), below it (-1), or neither.
 KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
 # The best split so far: what splits are compared by, highest first, and then the rest of it.
 RATIO, GAIN, GAP, FEATURE, ABSENCE, FIRST, SECOND, HEAVY, TEST, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
-# What a search is about: outcome, weight and group of each example; of the node, by outcome, the weight of its
-# examples and how many press-made ones; the table; are there watched ones; must press-made ones gain; the best.
+# What a search is about: outcome, weight and group of each example; of the node, by outcome, the weight of
+# its examples and how many press-made ones; the table; are there watched ones; must press-made ones gain; the
+# best.
 Search = tuple[Ints, Ints, Ints, Ints, Ints, Ints, bool, bool, Ints]
 
 
@@ -38,14 +40,14 @@ def consider(
     best: Ints, gain: int, split: int, total: int, gap: int, feature: int, test: int, first: int, second: int,
     side: int, heavy: int,
 ) -> None:  # fmt: skip
-    """Keep a candidate if it beats the best so far: ratio, gain, gap, declared order, lowest cut, heavier side.
+    """Keep a candidate if it beats the best so far: ratio, gain, gap, declared order, lowest cut, heavier.
 
     Of one feature, "is it absent?" comes before its other questions.
     """
-    ratio = int(floor(gain / split * STEPS + 0.5))
+    ratio = int(floor(gain / split * STEPS + 0.5))  # noqa: RUF046
     if ratio < best[RATIO]:
         return
-    bits = int(floor(gain / UNIT / total * STEPS + 0.5))
+    bits = int(floor(gain / UNIT / total * STEPS + 0.5))  # noqa: RUF046
     new = (ratio, bits, gap, -feature, int(test == ABSENT), -first, -second, heavy)
     if new > (best[0], best[1], best[2], best[3], best[4], best[5], best[6], best[7]):
         for index in range(8):
@@ -144,8 +146,8 @@ def search_labels(
 def gaps_of(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints:
     """The last position before each gap worth cutting between values; the gap across the seam comes last.
 
-    Where all is press-made, a cut between two values that lead to one and the same outcome is always beaten by
-    one beside it (gain is convex there and split information concave), so it is not worth scoring.
+    Where all is press-made, a cut between two values that lead to one and the same outcome is always beaten
+    by one beside it (gain is convex there and split information concave), so it is not worth scoring.
     """
     gaps, kept, start, stop = np.empty(len(segment), np.int64), 0, 0, 0
     before = opening = MIXED
@@ -175,17 +177,17 @@ def gaps_of(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints:
 @njit(cache=True)
 def gap_width(column: Floats, segment: Ints, position: int, period: float) -> float:
     """How far it is from the value at a position to the next one round the circle."""
-    value = column[segment[position]]
+    value = float(column[segment[position]])
     if position + 1 < len(segment):
-        return column[segment[position + 1]] - value
-    return period - value + column[segment[0]]
+        return float(column[segment[position + 1]]) - value
+    return period - value + float(column[segment[0]])
 
 
 @njit(cache=True)
 def is_inner(column: Floats, segment: Ints, first: int, second: int, period: float) -> bool:
-    """Whether the arc from the gap after `first` to the gap after `second`, middle to middle, is the narrower."""
-    start = column[segment[first]] + gap_width(column, segment, first, period) * 0.5
-    stop = column[segment[second]] + gap_width(column, segment, second, period) * 0.5
+    """Whether the arc from the gap after `first` to the gap after `second`, middle to middle, is narrower."""
+    start = float(column[segment[first]]) + gap_width(column, segment, first, period) * 0.5
+    stop = float(column[segment[second]]) + gap_width(column, segment, second, period) * 0.5
     return floor((stop - start) / period * STEPS + 0.5) <= floor(STEPS * 0.5)
 
 
@@ -206,7 +208,7 @@ def search_cuts(
             wide = gap_width(column, values, gaps[g], extent)
         else:
             wide = column[values[(gaps[g] + 1) % present]] * 0.5 - column[values[gaps[g]]] * 0.5
-        width[g] = int(floor(wide / extent * STEPS + 0.5))
+        width[g] = int(floor(wide / extent * STEPS + 0.5))  # noqa: RUF046
     within, shown = np.zeros_like(total), np.zeros_like(total)
     n, presses, apart = added(total), added(pressed), 0
     for example in away:
@@ -258,10 +260,10 @@ def search_cuts(
 @njit(cache=True)
 def is_default(column: Floats, segment: Ints, value: float, group: Ints) -> bool:
     """Whether all examples in the node that have this value are defaults."""
+    shown = 0
     for example in segment:
-        if column[example] == value and group[example] != DEFAULT:
-            return False
-    return True
+        shown += column[example] == value and group[example] != DEFAULT
+    return shown == 0
 
 
 @njit(cache=True)
@@ -275,7 +277,7 @@ def how_many_present(column: Floats, segment: Ints) -> int:
 
 @njit(cache=True)
 def search(columns: Floats, order: Ints, form: Ints, extent: Floats, about: Search) -> None:
-    """The best split of a node into the last of `about`; its RATIO stays negative where nothing can be told apart."""
+    """Put the best split of a node into the last of `about`; its RATIO stays negative where there is none."""
     for feature in range(len(columns)):
         column, segment, wide = columns[feature], order[feature], extent[feature]
         present = how_many_present(column, segment)
@@ -328,8 +330,8 @@ def send(
 
 @njit(cache=True)
 def grow(
-    columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int, watched: bool,
-    table: Ints,
+    columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int,
+    watched: bool, table: Ints,
 ) -> tuple[Ints, Floats]:  # fmt: skip
     """A tree: its nodes, and the values on either side of both ends of their cuts.
 
@@ -371,7 +373,7 @@ def grow(
         column, segment, children = columns[feature], here[feature], 2
         values = segment[: how_many_present(column, segment)]
         flip = test == ARC and not is_inner(column, values, first, second, extent[feature])
-        if test == BELOW or test == ARC:
+        if test in (BELOW, ARC):
             for end in range(2):
                 position = second if (end == 1) != (flip or test == BELOW) else first
                 lower, upper = column[values[position]], column[values[(position + 1) % len(values)]]

@@ -40,8 +40,8 @@ class Shown:
 def teaching(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
     """The examples behind each state's transition function; only states that have one, in declared order.
 
-    A state that was never pressed in has none, nor has a flag state. In stateless mode all share one: directives
-    and confirmations of all states pooled (paper section 3.2).
+    A state that was never pressed in has none, nor has a flag state. In stateless mode all share one:
+    directives and confirmations of all states pooled (paper section 3.2).
     """
     lasting = [state.name for state in lesson.automaton.states if state.flag is None]
     if lesson.automaton.stateless:
@@ -58,7 +58,7 @@ def teaching(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
 
 
 def arrays(lesson: Lesson, examples: tuple[Example, ...], state: str) -> Shown:
-    """These examples as arrays; an error names the first that is outside its feature's kind or of no known state."""
+    """These examples as arrays; an error names the first outside its feature's kind or of no known state."""
     automaton = lesson.automaton
     indices = {name: index for index, name in enumerate(automaton.state_names)}
     for example in examples:

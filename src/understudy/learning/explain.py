@@ -36,7 +36,7 @@ class Explanation:
 def explain(
     lesson: Lesson, state: str, values: Sequence[float], transition: Transition | None
 ) -> Explanation:
-    """Why `transition`, learned from this lesson (None where the state has none), decides so for a feature vector.
+    """Why `transition`, learned from this lesson (None where there is none), decides so for a feature vector.
 
     A classifier of scikit-learn has no path: only the decision is said.
     """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache
 from math import nan
 
 import numpy as np
@@ -16,7 +16,7 @@ from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 
 MOST_WEIGHT = 1_500_000
-"""The heaviest lesson of one state that the score's integers can hold: examples, or 10 for each press-made one
+"""The heaviest lesson of one state that the integers of scores hold: examples, or 10 for each press-made one
 where there are watched ones."""
 
 FORMS = {Categorical: _kernels.LABELS, Toroidal: _kernels.CIRCLE}
@@ -34,9 +34,9 @@ def grow(
 ) -> Tree:
     """The tree of examples: feature vectors [n, F], next states' indices [n] and groups [n].
 
-    A group is 0 for an automatic default, 1 for a directive or confirmation, 2 for watched; at least one example
-    is press-made. `current` is the state's own index, which wins ties (STAY: none does). Where any example is
-    watched, every cut is a midpoint.
+    A group is 0 for an automatic default, 1 for a directive or confirmation, 2 for watched; at least one
+    example is press-made. `current` is the state's own index, which wins ties (STAY: none does). Where any
+    example is watched, every cut is a midpoint.
     """
     count, width = values.shape
     watched = bool((groups == _kernels.WATCHED).any())
@@ -62,7 +62,7 @@ def grow(
 
 
 def prepare() -> None:
-    """Have the kernel compiled or loaded, so that no later call waits for it (seconds, once per installation)."""
+    """Have the kernel compiled or loaded, so that no later call waits (seconds, once per installation)."""
     two = np.arange(2)
     grow(two.reshape(2, 1).astype(np.float64), two, two, [Continuous()], states=2)
 
@@ -81,7 +81,7 @@ def _table(weight: int) -> NDArray[np.int64]:
     return _table_of_bits(max(10, weight.bit_length()))
 
 
-@lru_cache(maxsize=None)
+@cache
 def _table_of_bits(bits: int) -> NDArray[np.int64]:
     """The table of c log2 c for c below 2**bits, in the kernel's fixed point."""
     c = np.arange(1, min(1 << bits, MOST_WEIGHT + 1), dtype=np.float64)

@@ -12,13 +12,13 @@ from understudy.learning.transitions import learn_state
 from understudy.model.automaton import Transition
 from understudy.model.conditions import sentences
 from understudy.model.example import Example
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Lesson, Trees
 from understudy.model.tree import STAY, Tree
 
 
 @dataclass(frozen=True, slots=True)
 class StateReport:
-    """What one state learned. `contradictions` and `disagreements` are how many there are (see the functions)."""
+    """What one state learned. `contradictions` and `disagreements` are how many there are (see below)."""
 
     conditions: tuple[str, ...]
     nodes: int
@@ -41,7 +41,8 @@ def report(lesson: Lesson) -> Report:
 
     `fit_ms` is from Example objects to a finished function, without the kernel's compilation.
     """
-    prepare()
+    if isinstance(lesson.options.learner, Trees):
+        prepare()
     transitions: dict[str, Transition] = {}
     states: dict[str, StateReport] = {}
     shared: tuple[Transition, float] | None = None
@@ -71,7 +72,7 @@ def _sentences(lesson: Lesson, state: str, function: Transition) -> tuple[str, .
 
 
 def contradictions(lesson: Lesson, state: str) -> tuple[tuple[Example, ...], ...]:
-    """The state's directives and confirmations that contradict each other: a group for each feature vector."""
+    """The state's directives and confirmations that contradict each other, grouped by feature vector."""
     shown = [example for example in teaching(lesson).get(state, ()) if example.shown]
     return tuple(
         tuple(group) for group in vectors(shown).values() if len({example.next for example in group}) > 1

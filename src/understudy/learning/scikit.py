@@ -1,4 +1,4 @@
-"""Classifiers of scikit-learn in place of trees: from an allowed list, fitted again on loading, never pickled."""
+"""Classifiers of scikit-learn in place of trees: an allowed list, fitted again on loading, never pickled."""
 
 from __future__ import annotations
 

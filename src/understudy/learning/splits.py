@@ -1,4 +1,4 @@
-"""Where a boundary goes between two neighboring values, and what a leaf answers: the plain rules (ARCHITECTURE 3)."""
+"""Where a boundary goes between two neighboring values, and what a leaf answers, in plain rules."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from understudy.learning._kernels import DEFAULT, SHOWN
 
 
 class Gap(NamedTuple):
-    """Two neighboring values, and where the default is: above (1), below (-1); 0 if both or neither are defaults."""
+    """Two neighboring values, and where the default is: above (1), below (-1), or both or neither (0)."""
 
     lower: float
     upper: float
@@ -34,8 +34,8 @@ def width(gap: Gap, period: float) -> float:
 def arc(first: Gap, second: Gap, period: float, *, midpoints: bool) -> tuple[float, float]:
     """The ends of an arc that starts in one gap and stops in another.
 
-    Of the ends between a directive and a default the narrower is cut beside the directive (a tie: the first), so
-    that one directive between two defaults keeps an arc of some width; other ends go to the middle.
+    Of the ends between a directive and a default the narrower is cut beside the directive (a tie: the first),
+    so that one directive between two defaults keeps an arc of some width; other ends go to the middle.
     """
     follows = None
     if not midpoints:
@@ -60,8 +60,8 @@ def _arc_end(gap: Gap, period: float, follows: bool) -> float:
 def vote(votes: Iterable[tuple[int, int]], *, current: int) -> int:
     """The outcome of examples (outcome, group) with one feature vector.
 
-    Directives and confirmations decide; defaults where there are neither; watched ones never. A tie stays in the
-    current state if that is among the tied, else it is the state declared first.
+    Directives and confirmations decide; defaults where there are neither; watched ones never. A tie stays in
+    the current state if that is among the tied, else it is the state declared first.
     """
     heard: dict[int, int] = {}
     fallback: dict[int, int] = {}

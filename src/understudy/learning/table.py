@@ -47,7 +47,7 @@ class _Table:
             ) from None
         rows = [(line, row) for line, row in rows if any(row)]
         if not rows:
-            raise self.wrong("", "it is empty", "begin with a line that names the columns: state,next,kind,…")
+            raise self.wrong("", "it is empty", "begin with a line of columns: state,next,kind,…")
         (self.line, self.header), *self.rows = rows
         for column, title in enumerate(self.header):
             if not title:
@@ -176,7 +176,8 @@ def _examples(table: _Table, columns: Sequence[tuple[int, Kind]]) -> Iterator[Ex
 
 
 def read_rows(path: Path | str, lesson: Lesson) -> tuple[Row, ...]:
-    """The rows to predict in a CSV file: a column `state` and one for each of the lesson's features, in any order.
+    """The rows to predict in a CSV file: a column `state` and one for each feature of the lesson, in any
+    order.
 
     Columns `next` and `kind` may be there and are not read; other columns are refused.
     """

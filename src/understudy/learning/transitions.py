@@ -15,7 +15,7 @@ from understudy.model.lesson import Lesson, Scikit
 
 
 def learn(lesson: Lesson) -> Mapping[str, Transition]:
-    """The transition function of every state that was pressed in, by state; the same whatever the examples' order.
+    """The transition function of every state that was pressed in; the same whatever the examples' order.
 
     In stateless mode one function, the very same object, for every state that raises no flag.
     """

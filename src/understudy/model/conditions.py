@@ -1,7 +1,7 @@
 """What a tree decides, in words: when an automaton goes from one state to another.
 
-Tests of one feature on the way to a leaf become one statement, leaves that lead to one state are put together, and
-a statement that makes no difference is left out.
+Tests of one feature on the way to a leaf become one statement, leaves that lead to one state are put
+together, and a statement that makes no difference is left out.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from understudy.model.tree import STAY, Step, Tree
 from understudy.model.words import Words
 
 MOST_LEAVES = 48
-"""A tree with more leaves is put in words leaf by leaf: nobody would read it, and putting it together takes long."""
+"""A tree with more leaves is put in words leaf by leaf: nobody would read it, and joining them takes long."""
 
 
 def conditions(tree: Tree, features: Sequence[BoundFeature]) -> Mapping[int, tuple[str, ...]]:
@@ -33,7 +33,7 @@ def conditions(tree: Tree, features: Sequence[BoundFeature]) -> Mapping[int, tup
 def sentences(
     tree: Tree, features: Sequence[BoundFeature], state_names: Sequence[str], state: str
 ) -> tuple[str, ...]:
-    """When a state is left, a sentence for each way: "load when food_below_me is yes"; the last says when it stays."""
+    """When a state is left, a sentence for each way: "load when food_below_me is yes"; the last: when not."""
     found = conditions(tree, features)
     here = list(state_names).index(state) if state in state_names else STAY
     leaves = tuple(
@@ -57,7 +57,7 @@ def path_conditions(tree: Tree, steps: Iterable[Step], features: Sequence[BoundF
 
 
 def simplified(tree: Tree, features: Sequence[BoundFeature]) -> dict[int, list[Box]]:
-    """The feature vectors of each outcome as few, wide boxes; they may overlap, those of two outcomes never do."""
+    """The feature vectors of each outcome as few, wide boxes; only those of one outcome may overlap."""
     leaves = boxes(tree, [bound.kind for bound in features])
     found: dict[int, list[Box]] = {}
     for outcome in sorted({outcome for outcome, _ in leaves if outcome != STAY}):

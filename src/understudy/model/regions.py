@@ -1,4 +1,4 @@
-"""Regions: the parts of a feature's values, and of all its features' values together, that a tree tells apart."""
+"""Regions: the parts of one feature's values, and of all features' together, that a tree tells apart."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Part: TypeAlias = tuple[float, float]
 
 
 class Region(NamedTuple):
-    """Some of a feature's values: parts in rising order, none touching the next; and whether absence belongs."""
+    """Some of a feature's values: rising parts, none touching the next; and whether absence belongs."""
 
     parts: tuple[Part, ...]
     absent: bool
@@ -64,7 +64,7 @@ def everything(kind: Kind) -> Region:
 
 
 def boxes(tree: Tree, kinds: Sequence[Kind]) -> list[tuple[int, Box]]:
-    """The tree's leaves, first to last: the outcome of each (STAY: nothing was shown there) and what leads to it.
+    """The tree's leaves, first to last: the outcome of each (STAY: nothing was shown) and what leads to it.
 
     A feature that was never shown absent has no absence in any of them.
     """

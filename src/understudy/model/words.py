@@ -1,4 +1,4 @@
-"""A region of one feature in words: "distance_to(A) is below 0.38 m", "angle_to(A) is between 350° and 10°"."""
+"""One feature's region in words: "distance_to(A) is below 0.38 m", "angle_to(A) is between 350° and 10°"."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Words:
             self._digits += 1
 
     def is_whole(self, region: Region) -> bool:
-        """Whether the region says nothing: every present value belongs, and absence too or it was never shown."""
+        """Whether the region says nothing: all present values belong, and absence if it was ever shown."""
         return region.parts == everything(self.kind).parts and region.absent == self._known_absent
 
     def statement(self, region: Region) -> str:
