@@ -194,3 +194,14 @@ def test_watched_examples_weigh_a_tenth() -> None:
 
 def test_learn_is_imported_without_scikit_learn() -> None:
     assert learn.__module__ == "understudy.learning.transitions"
+
+
+def test_absent_values_that_fit_either_side_as_well_join_the_heavier_then_the_lower_or_inner() -> None:
+    unsure = [("directive", 0, ABSENT), ("directive", 1, ABSENT)]
+    low, high = [("directive", 0, 1)], [("directive", 1, 9)]
+    for shown, side in ((low + high, "yes"), (low * 2 + high * 2, "yes")):
+        root = tree(*shown, *unsure).nodes[0]
+        assert (root.test, root.absent) == (Test.BELOW, getattr(root, side))
+    across = [("directive", 0, 5), ("directive", 0, 5), ("directive", 1, 100), ("directive", 1, 300)]
+    root = tree(*across, *unsure, kinds=[CIRCLE]).nodes[0]
+    assert (root.test, root.low, root.high, root.absent) == (Test.ARC, 332.5, 52.5, root.yes)

@@ -83,3 +83,15 @@ def test_stateless_and_without_features() -> None:
         bare, automaton=replace(bare.automaton, features=()), options=Options(learner=Scikit("GaussianNB"))
     )
     assert learn(bare)["start"].decide(()) == 1
+
+
+def test_a_classifier_that_draws_lots_does_not_depend_on_the_order_of_examples() -> None:
+    noisy: list[tuple[Any, ...]] = [
+        ("start", [index], "go" if index * 7 % 5 < 2 else "start", "directive") for index in range(30)
+    ]
+    options = Options(learner=Scikit("RandomForestClassifier", {"n_estimators": 3}))
+    shown = replace(lesson(noisy), options=options)
+    turned = replace(shown, examples=tuple(reversed(shown.examples)))
+    function, again = learn(shown)["start"], learn(turned)["start"]
+    grid = [(index / 2,) for index in range(60)]
+    assert [function.decide(values) for values in grid] == [again.decide(values) for values in grid]
