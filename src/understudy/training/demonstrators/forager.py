@@ -9,7 +9,7 @@ from types import MappingProxyType
 from understudy.model.kinds import NO, YES
 from understudy.model.lesson import Options
 from understudy.training.demonstrators.person import Seen
-from understudy.training.demonstrators.teacher import Case, Topic
+from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
 
@@ -90,12 +90,17 @@ def _driven(screen: Screen) -> bool:
     return screen.features["distance_to(A)"] < 2.6
 
 
+def _push(behavior: str) -> Push:
+    return Push("forward", behavior, 0.8)
+
+
 def raised(screen: Screen) -> bool:
     """The automaton says that it is finished."""
     return screen.flag is not None
 
 
-# Each side once near and once far, so that only the side can tell which way to turn.
+# Each side once near and once far, so that only the side can tell which way to turn; and once pushed off its way to
+# either side while driving, which seldom happens by itself.
 GOTO = Topic(
     "goto",
     lambda library: new_lesson(
@@ -112,8 +117,8 @@ GOTO = Topic(
     cases=(
         Case("an arena", {"A": "station"}, _beside(1, 1.2, 2.6)),
         Case("an arena", {"A": "nearest_food"}, _beside(-1, 1.2, 2.6)),
-        Case("an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), enough=_driven),
-        Case("an arena", {"A": "nearest_food"}, _beside(1, 3.2, 5.5), enough=_driven),
+        Case("an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), _driven, push=_push("rotate_right")),
+        Case("an arena", {"A": "nearest_food"}, _beside(1, 3.2, 5.5), _driven, push=_push("rotate_left")),
     ),
     tries=8,
     limit_s=60.0,
@@ -162,7 +167,7 @@ HARVEST = Topic(
     show_harvest,
     complain_harvest,
     raised,
-    cases=(Case("little food in many places", again=True), Case("the last food", again=True)),
+    cases=(Case("little food in many places", again=True), Case("the last food")),
     tries=4,
     limit_s=120.0,
 )
@@ -181,6 +186,10 @@ def show_deposit(screen: Screen) -> str | None:
     return "goto" if screen.features["at_station"] == NO else None
 
 
+def _on_its_way(screen: Screen) -> bool:
+    return screen.state == "goto"
+
+
 DEPOSIT = Topic(
     "deposit",
     lambda library: new_lesson(
@@ -193,7 +202,10 @@ DEPOSIT = Topic(
     show_deposit,
     show_deposit,
     raised,
-    cases=(Case("one unit to deposit", again=True),),
+    cases=(
+        Case("one unit to deposit"),
+        Case("some food to deposit", push=Push("unload_food", "forward", 3.0), enough=_on_its_way),
+    ),
     tries=3,
     limit_s=120.0,
 )

@@ -53,6 +53,13 @@ class Person:
         """Direct the robot to whatever they wish, `until` they have shown enough."""
         return self._watch(session, wish, until=until, limit_s=limit_s, patience_s=limit_s)
 
+    def drive(self, session: Session, behavior: str, seconds: float) -> None:
+        """Drive the robot elsewhere for so long; the automaton stays in its state, and nothing is recorded."""
+        session.drive(behavior)
+        session.run_for(seconds)
+        session.drive(None)
+        self.seconds += seconds
+
     def test(
         self, session: Session, complaint: Wish, *, until: Seen, limit_s: float, patience_s: float
     ) -> Verdict:

@@ -27,7 +27,20 @@ MakesBody: TypeAlias = Callable[[str, int], Body]
 LOOK_S = 1.0
 """How long it takes to look at a fresh world and pass it over, s."""
 
+FIRST_SEED = 2**40
+"""Worlds to practice in have seeds from here on, worlds to be judged in lower ones: no robot is judged where it was
+taught."""
+
 MOST_LESSONS, MOST_CORRECTIONS = 3, 12
+
+
+@dataclass(frozen=True, slots=True)
+class Push:
+    """Drive the robot away while it is in a state: a basic behavior, for so long."""
+
+    during: str
+    behavior: str
+    seconds: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +52,7 @@ class Case:
     suits: Seen = lambda screen: True
     enough: Seen = lambda screen: False
     again: bool = False  # from where it ended, once more
+    push: Push | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +146,12 @@ class Teacher:
         return self._try(topic, lesson)
 
     def _show(self, topic: Topic, case: Case, session: Session) -> None:
+        push = case.push
+        if push is not None:
+            self._person.show(
+                session, topic.show, until=lambda screen: screen.state == push.during, limit_s=topic.limit_s
+            )
+            self._person.drive(session, push.behavior, push.seconds)
         self._person.show(
             session,
             topic.show,
@@ -195,7 +215,7 @@ class Teacher:
         return Case(case.practice, case.targets)
 
     def _seed(self) -> int:
-        return int(self._draws.integers(2**40))
+        return FIRST_SEED + int(self._draws.integers(2**40))
 
     def _settle(self, name: str, session: Session, what: str) -> None:
         """Book what the person spent, and put the automaton as it is now into the library."""
