@@ -187,7 +187,9 @@ def _tell_result(result: dict[str, Any], talk: Console, out: Path) -> None:
     for what, value in rows:
         talk.print(f"  {what:<16} [bold]{value}[/]")
     library, pictures = out / "library", out / "pictures"
-    talk.print(f"\n[dim]library[/]  {escape(str(library))}\n[dim]pictures[/] {escape(str(pictures))}", soft_wrap=True)
+    talk.print(
+        f"\n[dim]library[/]  {escape(str(library))}\n[dim]pictures[/] {escape(str(pictures))}", soft_wrap=True
+    )
     talk.print("\n[bold]What to try next[/]")
     for command, what in (
         (f"understudy run --library {library} --seed 3", "watch it forage, here in the terminal"),

@@ -35,7 +35,8 @@ def list_(as_json: Json = False) -> None:
 @app.command()
 def forage(
     seeds: Annotated[
-        str | None, typer.Option("--seeds", metavar="A:B", help="The teachings; the published ones unless given.")
+        str | None,
+        typer.Option("--seeds", metavar="A:B", help="The teachings; the published ones unless given."),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help=f"Only the first {QUICK} teachings.")] = False,
     out: Annotated[
@@ -75,30 +76,28 @@ def _tell(result: dict[str, Any], out: Console) -> None:
     from understudy.cli.output import table
 
     first, last = result["seeds"]
-    made = table("method", "#reach 95 %", "#worst", "#food per second", "#examples", "#presses", "#teaching s")
-    for method, found in result["methods"].items():
-        made.add_row(
-            method,
-            f"{found['teachings_reaching_95']} of {found['of']}",
-            f"{found['success']['min']:.0%}",
-            _spread(found["relative_to_expert"], 3),
-            _spread(found["examples"], 0),
-            _spread(found["presses"], 0),
-            _spread(found["teaching_seconds"], 0),
-        )
-    out.print(f"[bold]Foraging[/], teachings {first}:{last}, each judged on its own 100 unseen worlds")
+    methods = result["methods"]
+    made = table("", *(f"#{method}" for method in methods))
+    for what, told in (
+        ("teachings that reach 95 %", lambda found: f"{found['teachings_reaching_95']} of {found['of']}"),
+        ("success, worst teaching", lambda found: f"{found['success']['min']:.0%}"),
+        ("food per second / yardstick's", lambda found: _spread(found["relative_to_expert"], 3)),
+        ("press-made examples", lambda found: _spread(found["examples"], 0)),
+        ("presses", lambda found: _spread(found["presses"], 0)),
+        ("teaching time, s", lambda found: _spread(found["teaching_seconds"], 0)),
+    ):
+        made.add_row(what, *map(told, methods.values()))
+    out.print(f"[bold]Foraging[/]: teachings {first}:{last}, each judged on its own 100 unseen worlds")
+    out.print("[dim]medians over teachings, with the smallest and the largest[/]")
     out.print(made)
-    corners = table("corner case", *(f"#{method}" for method in result["methods"]))
-    for name in result["methods"]["watched"]["corner_cases"]:
-        corners.add_row(
-            name, *(f"{found['corner_cases'][name]['min']:.0%}" for found in result["methods"].values())
-        )
+    corners = table("corner case", *(f"#{method}" for method in methods))
+    for name in methods["watched"]["corner_cases"]:
+        corners.add_row(name, *(f"{found['corner_cases'][name]['min']:.0%}" for found in methods.values()))
     out.print("Success in the paper's corner cases, worst teaching")
     out.print(corners)
     out.print(f"The hand-coded yardstick takes {_spread(result['yardstick'], 3)} of its lower bound's time.")
     for miss in result["misses"]:
         out.print(f"[red]Short:[/] {miss}")
-    out.print("[dim]Medians over teachings, with the smallest and the largest.[/]")
 
 
 def _spread(values: dict[str, float], digits: int) -> str:

@@ -84,11 +84,12 @@ def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[Fr
     """One run of a library's Forage in one world, moment by moment, until all food is home."""
     body = Forage([seed])
     run = Run.of(body, link(library, "forage"))
-    frames = [Frame(body.view(), "start")]
+    frames: list[Frame] = []
     while not body.success()[0] and body.time_s < limit_s:
+        view = body.view()
         run.tick()
-        frames.append(Frame(body.view(), run.interpreters[0].path[0]))
-    return frames
+        frames.append(Frame(view, run.interpreters[0].path[0]))
+    return [*frames, Frame(body.view(), frames[-1].doing if frames else "")]
 
 
 def warm_up() -> None:
