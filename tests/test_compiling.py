@@ -23,7 +23,7 @@ def test_place(
 ) -> None:
     source = Path(compiling.__file__).parent
     monkeypatch.setenv("TMPDIR", str(tmp_path))
-    monkeypatch.setattr(compiling.tempfile, "tempdir", None)
+    monkeypatch.setattr("tempfile.tempdir", None)
     monkeypatch.delenv(compiling.SETTING, raising=False)
     monkeypatch.setattr(compiling, "_writable", lambda folder: beside if folder == source else home)
     compiling.find_cache()
@@ -35,7 +35,7 @@ def test_place(
 
 
 def test_a_folder_of_somebody_else_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiling.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     trap = tmp_path / f"understudy-kernels-{os.getuid()}"
     trap.mkdir()
     trap.chmod(0o777)
