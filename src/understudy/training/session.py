@@ -132,7 +132,7 @@ class Session:
     @property
     def run_state(self) -> tuple[Level, ...]:
         """The run state of the automaton under training and of those below."""
-        return self._trainee.snapshot()
+        return self._trainee.snapshot(self.body.time_s)
 
     @property
     def percept(self) -> Percept:
@@ -205,7 +205,7 @@ class Session:
         readings = tuple(float(percept[key][self.agent]) for key in self._keys)
         moment = Moment(self._clock(), readings)
         notebook.remember(moment, trainee.taught.state_name)
-        before = trainee.snapshot() if trainee.press else ()
+        before = self.run_state if trainee.press else ()
         commands = self._run.decide(percept)
         if self._driving is None:
             self._write_down(trainee.outcome, moment, before)
@@ -215,8 +215,7 @@ class Session:
     def _write_down(self, outcome: Outcome, moment: Moment, before: tuple[Level, ...]) -> None:
         binding = Binding(self._targets)
         if outcome.press is not None:
-            after = self._trainee.snapshot()
-            self._notebook.record(outcome, outcome.press, binding, before=before, after=after)
+            self._notebook.record(outcome, outcome.press, binding, before=before, after=self.run_state)
             return
         if outcome.raised:
             self._trainee.entry = self._notebook.raised(outcome)
@@ -362,7 +361,7 @@ class Session:
     def _relink(self, *, learned_too: bool) -> None:
         old = self._trainee
         self._trainee = self._new_trainee(learned_too=learned_too)
-        self._trainee.restore(old.snapshot(), now=self.body.time_s)
+        self._trainee.restore(old.snapshot(self.body.time_s), now=self.body.time_s)
         self._trainee.mode, self._trainee.press, self._trainee.entry = old.mode, old.press, old.entry
         self._run = self._new_run()
 

@@ -16,15 +16,15 @@ from understudy.model.example import Example
 from understudy.model.feature import AnyFeature, BoundFeature, Counter, Feature, Flag, Percept, Timer
 from understudy.model.kinds import NO
 from understudy.model.lesson import Lesson, Record
-from understudy.runtime.interpreter import Machine
+from understudy.runtime.interpreter import Machine, elapsed
 from understudy.runtime.sensing import feature_column
 
 
 def own_readings(machine: Machine, now: float) -> dict[str, float]:
     """What an automaton's own features could read now: flag of what it runs, counters, timers, time in state."""
     own = {f"counter {name}": value for name, value in machine.counters.items()}
-    own |= {f"timer {name}": now - since for name, since in machine.timers.items()}
-    own["time_in_state"] = now - machine.entered
+    own |= {f"timer {name}": elapsed(now, since) for name, since in machine.timers.items()}
+    own["time_in_state"] = elapsed(now, machine.entered)
     if machine.active.flag is not None:
         own[f"flag {machine.active.flag}"] = 1.0
     return own
