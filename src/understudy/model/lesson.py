@@ -38,7 +38,9 @@ class Scikit:
     """Learn with a classifier of scikit-learn, from an allowed list, instead of trees: unreadable and slower."""
 
     classifier: str
-    parameters: Mapping[str, float | int | str | bool | None] = field(default_factory=lambda: MappingProxyType({}))
+    parameters: Mapping[str, float | int | str | bool | None] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
 
 
 Learner: TypeAlias = Trees | Scikit

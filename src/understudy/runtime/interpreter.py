@@ -66,10 +66,13 @@ class Machine:
         self._children = [running(child, machines) for child in instance.children]
         transitions = instance.automaton.transitions
         self._decides = [
-            transitions[state.name].decide if state.name in transitions else None for state in self.automaton.states
+            transitions[state.name].decide if state.name in transitions else None
+            for state in self.automaton.states
         ]
         self._pick = _picker(instance.sources)
-        self._own = [(index, source) for index, source in enumerate(instance.sources) if not isinstance(source, int)]
+        self._own = [
+            (index, source) for index, source in enumerate(instance.sources) if not isinstance(source, int)
+        ]
         self.watcher: Watcher | None = None
         self.counters: dict[str, float] = {}
         self.timers: dict[str, float] = {}

@@ -82,7 +82,7 @@ class _Linker:
     def __init__(self, library: Library) -> None:
         self.library = library
         self.features: dict[BoundFeature, int] = {}
-        self.basics: dict[GroundBehavior, int] = {ground: IDLING for ground in IDLE_PROGRAM.basics}
+        self.basics: dict[GroundBehavior, int] = dict.fromkeys(IDLE_PROGRAM.basics, IDLING)
         self.instances: dict[tuple[str, Binding], Instance] = {}
 
     def child(self, name: str, binding: Binding) -> Child:
@@ -126,9 +126,13 @@ class _Linker:
                 raise UnboundParameter(behavior=name, parameter=parameter, targets=list(targets))
         for parameter, target in binding.items():
             if parameters and parameter not in parameters:
-                raise UnknownName(what="parameter", name=parameter, where=f"behavior {name!r}", known=parameters)
+                raise UnknownName(
+                    what="parameter", name=parameter, where=f"behavior {name!r}", known=parameters
+                )
             if target not in targets:
-                raise UnknownName(what="target", name=target, where=f"the kit, for {name!r},", known=list(targets))
+                raise UnknownName(
+                    what="target", name=target, where=f"the kit, for {name!r},", known=list(targets)
+                )
         for parameter in parameters:
             if parameter in targets:
                 raise DefinitionError(

@@ -31,7 +31,10 @@ class Acting:
             for channel, value in ground.behavior.command.items():
                 if channel not in self.channels:
                     raise UnknownName(
-                        what="channel", name=channel, where=f"the body, for behavior {ground},", known=self.channels
+                        what="channel",
+                        name=channel,
+                        where=f"the body, for behavior {ground},",
+                        known=self.channels,
                     )
                 self.table[index, self.channels.index(channel)] = value
 
@@ -42,7 +45,9 @@ class Acting:
             chosen = running == index
             if chosen.any():
                 for channel, column in self._compute(index, percept).items():
-                    commands[self.channels.index(channel), chosen] = np.broadcast_to(column, chosen.shape)[chosen]
+                    commands[self.channels.index(channel), chosen] = np.broadcast_to(column, chosen.shape)[
+                        chosen
+                    ]
         return commands
 
     def _compute(self, index: int, percept: Percept) -> dict[str, Column]:
@@ -55,7 +60,10 @@ class Acting:
         for channel, column in computed.items():
             if channel not in self.channels:
                 raise UnknownName(
-                    what="channel", name=channel, where=f"the body, for behavior {ground},", known=self.channels
+                    what="channel",
+                    name=channel,
+                    where=f"the body, for behavior {ground},",
+                    known=self.channels,
                 )
             if not np.all(np.isfinite(column)):
                 raise DefinitionError(
@@ -104,7 +112,8 @@ class Run:
             rows = group.sensing.columns(percept).T[group.agents].tolist()
             running = np.zeros(self.body.agents, dtype=np.intp)
             running[group.agents] = [
-                self.interpreters[agent].pulse(row, now) for agent, row in zip(group.agents, rows, strict=True)
+                self.interpreters[agent].pulse(row, now)
+                for agent, row in zip(group.agents, rows, strict=True)
             ]
             commands[:, group.agents] = group.acting.commands(running, percept)[:, group.agents]
         return dict(zip(channels, commands, strict=True))

@@ -27,10 +27,14 @@ class Sensing:
                 if target not in body.targets:
                     raise UnknownName(what="target", name=target, where="the body", known=list(body.targets))
             if feature.reading is None:  # which readings a function looks at, only running it can tell
-                keys.update((key, None) for key in every_key(body) if key[1] in (None, *bound.binding.values()))
+                keys.update(
+                    (key, None) for key in every_key(body) if key[1] in (None, *bound.binding.values())
+                )
                 continue
             if feature.reading not in readings:
-                raise UnknownName(what="reading", name=feature.reading, where="the body", known=list(readings))
+                raise UnknownName(
+                    what="reading", name=feature.reading, where="the body", known=list(readings)
+                )
             if readings[feature.reading].kind != feature.kind:
                 raise DefinitionError(
                     what=f"feature {feature.name!r}",

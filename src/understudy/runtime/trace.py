@@ -33,7 +33,9 @@ class Trace:
         """Stop recording."""
         self.interpreter.watch(None)
 
-    def _switched(self, machine: Machine, before: int, after: int, values: Sequence[float], now: float) -> None:
+    def _switched(
+        self, machine: Machine, before: int, after: int, values: Sequence[float], now: float
+    ) -> None:
         automaton = machine.automaton
         states = automaton.state_names
         steps, _ = automaton.transitions[states[before]].path(values)

@@ -30,7 +30,9 @@ def deleted(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
     """The lesson without these examples; SessionError where one does not exist."""
     for number in numbers:
         numbered(lesson, number)
-    return replace(lesson, examples=tuple(example for example in lesson.examples if example.number not in numbers))
+    return replace(
+        lesson, examples=tuple(example for example in lesson.examples if example.number not in numbers)
+    )
 
 
 def edited(

@@ -56,7 +56,9 @@ class Past:
     @classmethod
     def none(cls, lesson: Lesson, keys: Sequence[ReadingKey], targets: Mapping[str, str], agent: int) -> Self:
         """The past of a session that begins with a lesson."""
-        return cls(History(replace(lesson, record=Record())), Recorder(keys, lesson.record), dict(targets), agent)
+        return cls(
+            History(replace(lesson, record=Record())), Recorder(keys, lesson.record), dict(targets), agent
+        )
 
     @classmethod
     def replayed(cls, path: Path, library: Library) -> Self:
@@ -65,7 +67,10 @@ class Past:
         began = next(entries, None)
         if not isinstance(began, Began):
             raise FileError(
-                path=path, place="its first entry", problem="no session begins there", remedy="begin a new session"
+                path=path,
+                place="its first entry",
+                problem="no session begins there",
+                remedy="begin a new session",
             )
         lesson = lesson_from(began.lesson, library, path)
         past = cls.none(lesson, began.keys, began.targets, began.agent)
@@ -104,7 +109,10 @@ class Past:
                 self.mode, self.run, self.targets = entry.mode, tuple(entry.run), dict(entry.targets)
             case Began():
                 raise FileError(
-                    path=path, place="", problem="two sessions are in one journal", remedy="keep one per session"
+                    path=path,
+                    place="",
+                    problem="two sessions are in one journal",
+                    remedy="keep one per session",
                 )
 
     def _keep(self, rows: Rows) -> None:

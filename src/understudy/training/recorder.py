@@ -34,7 +34,10 @@ class Recorder:
         old = np.array([[np.nan if c < 0 else row[c] for c in columns] for row in record.values])
         self._values = np.zeros((max(64, 2 * len(record)), len(self.keys)))
         self._seconds = np.zeros(len(self._values))
-        self._values[: len(record)], self._seconds[: len(record)] = old.reshape(-1, len(self.keys)), record.seconds
+        self._values[: len(record)], self._seconds[: len(record)] = (
+            old.reshape(-1, len(self.keys)),
+            record.seconds,
+        )
         self._kept = len(record)
         self._episode: deque[Moment] = deque()
 

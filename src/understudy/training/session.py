@@ -1,11 +1,11 @@
 """The session: one training of one automaton, by whoever presses (paper section 3.2).
 
-    session = Session(body, library, lesson, targets={"A": "station"})
-    session.direct("rotate_left")
-    session.run_for(1.2)
-    session.direct("forward")
-    ...
-    session.test()
+session = Session(body, library, lesson, targets={"A": "station"})
+session.direct("rotate_left")
+session.run_for(1.2)
+session.direct("forward")
+...
+session.test()
 """
 
 from __future__ import annotations
@@ -252,7 +252,9 @@ class Session:
     def reset(self, seed: int) -> None:
         """Begin anew in the world of another seed, with the automaton restarted; records nothing."""
         if not isinstance(self.body, Resettable):
-            raise SessionError("this body cannot be reset: it is no simulation; drive the robot into position instead")
+            raise SessionError(
+                "this body cannot be reset: it is no simulation; drive the robot into position instead"
+            )
         self.body.reset([seed])
         self._percept = None
         self.restart()
@@ -378,5 +380,7 @@ class Session:
         interpreters = [
             Interpreter(self._others.get(agent, IDLE_PROGRAM), now=now) for agent in range(self.body.agents)
         ]
-        interpreters[self.agent] = self._trainee if self._driving is None else Interpreter(self._driving, now=now)
+        interpreters[self.agent] = (
+            self._trainee if self._driving is None else Interpreter(self._driving, now=now)
+        )
         return Run(self.body, interpreters)

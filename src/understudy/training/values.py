@@ -41,7 +41,9 @@ def own_value(feature: AnyFeature, own: Mapping[str, float]) -> float:
     return own.get("time_in_state", nan)
 
 
-def values_of(example: Example, lesson: Lesson, record: Record, *, steady: frozenset[str]) -> tuple[float, ...]:
+def values_of(
+    example: Example, lesson: Lesson, record: Record, *, steady: frozenset[str]
+) -> tuple[float, ...]:
     """The values of the lesson's features at an example's moment; `steady` readings (categories) are never shifted.
 
     SessionError where the moment was not recorded.
@@ -79,7 +81,9 @@ def _value(bound: BoundFeature, example: Example, percept: Percept) -> float:
 def valued(lesson: Lesson, record: Record, *, steady: frozenset[str]) -> Lesson:
     """The lesson with every example's values computed again from the record, but for edited ones."""
     examples = tuple(
-        example if example.edited else replace(example, values=values_of(example, lesson, record, steady=steady))
+        example
+        if example.edited
+        else replace(example, values=values_of(example, lesson, record, steady=steady))
         for example in lesson.examples
     )
     return replace(lesson, examples=examples)

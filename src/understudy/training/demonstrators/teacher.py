@@ -18,7 +18,6 @@ from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.training.demonstrators.person import Person, Reaction, Seen, Verdict, Wish
-from understudy.training.screen import Screen
 from understudy.training.session import Session
 
 MakesBody: TypeAlias = Callable[[str, int], Body]
@@ -241,5 +240,3 @@ def innermost(library: Library, session: Session) -> tuple[str, Binding]:
             break
         automaton, binding = library.automaton(state.behavior), state.binding.within(binding)
     return automaton.name, binding if automaton.parameters else NOTHING_BOUND
-
-
