@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import inf
 
 from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
@@ -68,7 +69,8 @@ class Notebook:
 
     def raised(self, outcome: Outcome) -> Entry:
         """What was learned raised a flag at this tick: where a correction of it belongs."""
-        entry = Entry(outcome.state, outcome.own, *self._recorder.keep_press(paused=False))
+        row = self._recorder.keep_press(paused=False)
+        entry = Entry(outcome.state, outcome.own, *row, self._recorder.now)
         self.journal.write(Raised(entry, self.journal.new_rows(self._recorder.record)))
         return entry
 
@@ -85,8 +87,9 @@ class Notebook:
 
     def record(self, outcome: Outcome, press: Press, binding: Binding, *, before: Run, after: Run) -> None:
         """A press acted at this tick: write down what it showed, from run state `before` to `after`."""
-        seconds = self._recorder.now
-        self._watched.doubt(seconds, reaction_s=self.lesson.options.reaction_s)
+        flagged = min((shown.entry.seconds for shown in outcome.shown if shown.entry), default=inf)
+        reaction_s = self.lesson.options.reaction_s
+        self._watched.doubt(self._recorder.now, reaction_s=reaction_s, flagged=flagged)
         self.accept_watched()
         if not outcome.shown:
             self.journal.write(Acted(press.number, list(after)))

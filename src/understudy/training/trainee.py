@@ -36,12 +36,13 @@ class Press:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """Where what was learned raised a flag: the state it left, its own readings, and the rows of that tick."""
+    """Where what was learned raised a flag: the state it left, its own readings, and where that tick is."""
 
     state: str
     own: Mapping[str, float]
     moment: int
     window: int
+    seconds: float  # the demonstrator's time of that tick
 
 
 @dataclass(frozen=True, slots=True)

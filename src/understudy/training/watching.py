@@ -6,6 +6,7 @@ Rules (1) to (3) of ARCHITECTURE section 3, 'Watched examples'; rule (4) is the 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
@@ -38,9 +39,9 @@ class Watching:
         """A tick passed in silence."""
         self._seen.append(seen)
 
-    def doubt(self, now: float, *, reaction_s: float) -> None:
-        """A press came: what happened just before it was not agreed to."""
-        limit = now - max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S)
+    def doubt(self, now: float, *, reaction_s: float, flagged: float = inf) -> None:
+        """A press came: what happened just before it was not agreed to, nor a flag it corrects, raised at `flagged`."""
+        limit = min(now - max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S), flagged - 1e-6)
         self._seen = [seen for seen in self._seen if seen.moment.seconds <= limit + 1e-9]
 
     def begin_episode(self) -> None:
