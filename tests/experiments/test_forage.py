@@ -68,7 +68,7 @@ MISSES = [
 ]
 
 
-@pytest.mark.parametrize("what, value, said", MISSES)
+@pytest.mark.parametrize(("what", "value", "said"), MISSES)
 def test_a_miss_is_said(what: str, value: Any, said: str) -> None:
     short = {**EXPECTED["methods"]["watched"], what: value}
     assert [said in miss for miss in run.misses(short)] == [True]

@@ -99,7 +99,7 @@ def read_log(path: Path, magic: bytes) -> Iterator[bytes]:
     while at + _FRAME.size <= len(content):
         length, checksum = _FRAME.unpack_from(content, at)
         payload = content[at + _FRAME.size : at + _FRAME.size + length]
-        if len(payload) < length or zlib.crc32(payload) != checksum:
-            return
+        if not payload or len(payload) < length or zlib.crc32(payload) != checksum:
+            return  # cut off here, or, after a power cut, zeros up to the end
         yield payload
         at += _FRAME.size + length
