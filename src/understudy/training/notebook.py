@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import inf
 from typing import TypeAlias
 
 from understudy.model.binding import Binding
@@ -101,7 +102,10 @@ class Notebook:
         self, outcome: Outcome, press: Press, binding: Binding, *, before: RunState, after: RunState
     ) -> None:
         """A press acted at this tick: write down what it showed, from run state `before` to `after`."""
-        flagged = min((shown.entry.seconds for shown in outcome.shown if shown.entry), default=inf)
+        seconds = self._recorder.record.seconds
+        flagged = min(
+            (float(seconds[shown.entry.moment]) for shown in outcome.shown if shown.entry), default=inf
+        )
         reaction_s = self.lesson.options.reaction_s
         self._watched.doubt(self._recorder.now, reaction_s=reaction_s, flagged=flagged)
         self.accept_watched()
