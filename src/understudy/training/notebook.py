@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf
 from typing import TypeAlias
 
 from understudy.model.binding import Binding
@@ -102,12 +101,7 @@ class Notebook:
         self, outcome: Outcome, press: Press, binding: Binding, *, before: RunState, after: RunState
     ) -> None:
         """A press acted at this tick: write down what it showed, from run state `before` to `after`."""
-        seconds = self._recorder.record.seconds
-        flagged = min(
-            (float(seconds[shown.entry.moment]) for shown in outcome.shown if shown.entry), default=inf
-        )
-        reaction_s = self.lesson.options.reaction_s
-        self._watched.doubt(self._recorder.now, reaction_s=reaction_s, flagged=flagged)
+        self._watched.doubt(self._recorder.now, reaction_s=self.lesson.options.reaction_s)
         self.accept_watched()
         if not outcome.shown:
             self.journal.write(Acted(press.number, list(after)))
