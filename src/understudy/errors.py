@@ -51,10 +51,10 @@ class UnknownName(UnderstudyError):
 class RecursionRefused(UnderstudyError):
     """An automaton that contains itself."""
 
-    def __init__(self, *, cycle: Sequence[str]) -> None:
-        self.cycle = tuple(cycle)
+    def __init__(self, *, cycle: Sequence[str], path: Path | str | None = None) -> None:
+        self.cycle, self.path = tuple(cycle), None if path is None else str(path)
         super().__init__(
-            f"automaton {cycle[0]!r} contains itself ({' -> '.join(cycle)}); "
+            f"{'' if path is None else f'{path}: '}automaton {cycle[0]!r} contains itself ({' -> '.join(cycle)}); "
             "an automaton may use only behaviors that do not lead back to it"
         )
 

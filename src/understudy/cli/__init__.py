@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import io
+import sys
+
+INTERRUPTED = 130
+
 
 def main() -> None:
     """Run the command that the arguments name, and end the process with its exit code."""
-    from understudy.cli.app import app
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that has no ✓ shows ?
+    try:
+        from understudy.cli.app import app
 
-    app(prog_name="understudy")
+        app(prog_name="understudy")
+    except KeyboardInterrupt:  # before a command began, or after it ended
+        sys.exit(INTERRUPTED)
 
 
 __all__ = ["main"]

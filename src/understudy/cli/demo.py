@@ -44,6 +44,7 @@ def demo(
     if task not in TASKS:
         raise UnknownName(what="task", name=task, where="the demo", known=TASKS)
     began = perf_counter()
+    _make_room(out)
     talk = console(err=as_json)
     talk.quiet = as_json
     talk.print("\n[bold]A robot learns to forage by being shown.[/]")
@@ -70,6 +71,18 @@ def demo(
         print_json(result)
     else:
         _tell_result(result, talk, out)
+
+
+def _make_room(out: Path) -> None:
+    """The folders for what the demo keeps: a place that cannot be written to is told before the teaching."""
+    from tempfile import TemporaryFile
+
+    from understudy.model.atomic import failing
+
+    for folder in (out / "library", out / "pictures"):
+        with failing(folder, "making the folder", remedy="name a folder that you may write to with --out"):
+            folder.mkdir(parents=True, exist_ok=True)
+            TemporaryFile(dir=folder).close()
 
 
 def _compile(talk: Console) -> None:
@@ -146,24 +159,20 @@ def _save(library: Library, out: Path, seed: int) -> list[Path]:
     """Save the library, and draw each automaton and one run."""
     from understudy.cli.shelf import graph_conditions
     from understudy.experiments.forage.teaching import frames_of, worlds_of
-    from understudy.model.atomic import failing
+    from understudy.model.atomic import failing, write
     from understudy.model.folder import save
     from understudy.pictures import automaton_svg, path_png
 
-    folder = out / "pictures"
-    with failing(folder, "making the folder", remedy="name a folder that you may write to with --out"):
-        folder.mkdir(parents=True, exist_ok=True)
-    drawn = []
-    for name, taught in library.taught.items():
+    for taught in library.taught.values():
         save(out / "library", taught)
-        drawn.append(folder / f"{name}.svg")
-        drawn[-1].write_text(
-            automaton_svg(taught.automaton, graph_conditions(taught.automaton)), encoding="utf-8"
-        )
-    world = worlds_of(seed)[0]
-    drawn.append(folder / "path.png")
-    path_png(frames_of(library, world), drawn[-1], title=f"Taught to forage: world {world}")
-    return drawn
+    world, folder = worlds_of(seed)[0], out / "pictures"
+    graphs = {folder / f"{name}.svg": taught.automaton for name, taught in library.taught.items()}
+    path = folder / "path.png"
+    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+        for picture, automaton in graphs.items():
+            write(picture, automaton_svg(automaton, graph_conditions(automaton)).encode())
+        path_png(frames_of(library, world), path, title=f"Taught to forage: world {world}")
+    return [*graphs, path]
 
 
 def _judge(library: Library, seed: int, *, quiet: bool) -> tuple[Evaluation, dict[str, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from typing import Any
@@ -9,9 +10,9 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from understudy.errors import UnderstudyError
+from understudy.cli import INTERRUPTED
+from understudy.errors import FileError, UnderstudyError
 
-INTERRUPTED = 130
 FAULT = 70
 """Exit code of a fault in Understudy itself; 2 is for what the user gave, 1 for a result that is bad news."""
 
@@ -31,10 +32,14 @@ class Group(TyperGroup):
             typer.echo("\nInterrupted.", err=True)
             raise typer.Exit(INTERRUPTED) from error
         except BrokenPipeError as error:  # as in `understudy list | head -1`
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _print_no_more()
             raise typer.Exit(0) from error
         except (typer.Exit, typer.Abort):
             raise
+        except OSError as error:
+            if ctx.params.get("debug"):
+                raise
+            raise typer.Exit(report(_refused(error))) from error
         except Exception as error:
             if ctx.params.get("debug") or _of_typer(error):
                 raise
@@ -45,6 +50,24 @@ class Group(TyperGroup):
                 err=True,
             )
             raise typer.Exit(FAULT) from error
+
+
+def _print_no_more() -> None:
+    """Let nothing more reach a standard output that takes nothing more, not even when the process ends."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _refused(error: OSError) -> FileError:
+    """What the operating system refused to do with a file, or with standard output where it names none."""
+    if error.filename is None:
+        _print_no_more()
+    return FileError(
+        path=error.filename or "standard output",
+        place="",
+        problem=error.strerror or str(error),
+        remedy="see that it exists, that you may use it, and that the disk has room",
+    )
 
 
 def _named(error: Exception) -> str:

@@ -13,6 +13,7 @@ from understudy.cli.parts import Json
 if TYPE_CHECKING:
     from understudy.learning.report import Report
     from understudy.learning.table import Row
+    from understudy.model.library import Taught
 
 
 def learn(
@@ -40,7 +41,6 @@ def learn(
     from understudy.learning.predict import predict as predicted
     from understudy.learning.report import report
     from understudy.learning.table import read_lesson_table, read_rows
-    from understudy.model.folder import save
     from understudy.model.library import Taught
 
     if (library is None) != (name is None):
@@ -52,13 +52,25 @@ def learn(
     rows = None if predict is None else read_rows(predict, shown)
     result = report(shown)
     automaton = replace(shown.automaton, transitions=result.transitions)
-    saved = None if library is None else save(library, Taught(automaton, shown))
+    saved = None if library is None else _saved(library, Taught(automaton, shown))
     following = None if rows is None else predicted(result.transitions, automaton.state_names, rows)
     if not as_json:
         _show(result, rows, following, saved)
         return
     told = {"states": result.states, "predictions": following or []}
     print_json(told if saved is None else {**told, "saved": str(saved)})
+
+
+def _saved(folder: Path, taught: Taught) -> Path:
+    """Where it was saved; refused where the automata of the folder would then contain themselves."""
+    from understudy.cli.shelf import look
+    from understudy.model.folder import save
+    from understudy.model.kit import Kit
+    from understudy.model.library import Library
+
+    beside = look(folder, None, lambda _: {}).library if folder.is_dir() else Library(Kit.of())
+    beside.with_taught(taught)
+    return save(folder, taught)
 
 
 def _show(

@@ -15,15 +15,22 @@ if TYPE_CHECKING:
 
 def print_json(result: Any) -> None:
     """One result for programs, on stdout; what is absent is null."""
-    sys.stdout.write(msgspec.json.format(msgspec.json.encode(result), indent=2).decode("utf-8") + "\n")
-    sys.stdout.flush()
+    text = msgspec.json.format(msgspec.json.encode(result), indent=2) + b"\n"
+    if sys.stdout is not None:  # it is none where a program was started without
+        sys.stdout.flush()
+        sys.stdout.buffer.write(text)  # UTF-8, whatever letters the terminal has
+        sys.stdout.buffer.flush()
 
 
 def console(*, err: bool = False) -> Console:
     """Where text for people goes."""
     from rich.console import Console
 
-    return Console(stderr=err, highlight=False, emoji=False)
+    class Piped(Console):
+        def on_broken_pipe(self) -> None:
+            raise  # to where all commands end; rich would end them with an exit code of its own
+
+    return Piped(stderr=err, highlight=False, emoji=False)
 
 
 def table(*columns: str, title: str | None = None) -> Table:

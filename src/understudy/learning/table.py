@@ -19,7 +19,7 @@ from understudy.errors import DefinitionError, FileError, KindError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.example import Example, ExampleKind
 from understudy.model.feature import BoundFeature, Feature
-from understudy.model.kinds import Kind, parse_kind, parse_value
+from understudy.model.kinds import KIND_SPELLED, Kind, parse_kind, parse_value
 from understudy.model.lesson import Lesson
 
 KINDS = tuple(kind.value for kind in ExampleKind)
@@ -71,7 +71,7 @@ class _Table:
             raise self.wrong(
                 f"line {self.line}",
                 f"there is no column {title!r}, only {listed(self.header)}",
-                f"add the column {title!r}",
+                f"add the column {title!r}" if len(self.header) > 1 else "put commas between the columns",
             )
         return self.header.index(title)
 
@@ -84,9 +84,8 @@ class _Table:
                 raise self.wrong(place, "there are two of this name", "rename or remove one of the two")
             if title in NAMED:
                 continue
-            name, colon, spelled = title.partition(":")
-            name = name.strip()
-            if not colon or not name:
+            name, spelled = _name_and_kind(title)
+            if not spelled or not name:
                 raise self.wrong(
                     place,
                     "a feature's column names its kind",
@@ -121,6 +120,16 @@ class _Table:
         return cell
 
 
+def _name_and_kind(title: str) -> tuple[str, str]:
+    """A feature's name and its kind as a header spells it; either may hold colons of its own."""
+    names = [title[:end].strip() for end, letter in enumerate(title) if letter == ":"]
+    kinds = [title[end + 1 :].strip() for end, letter in enumerate(title) if letter == ":"]
+    for name, spelled in zip(names, kinds, strict=True):
+        if KIND_SPELLED.fullmatch(spelled):
+            return name, spelled
+    return (names[-1], kinds[-1]) if names else (title, "")
+
+
 def _text(path: Path) -> str:
     try:
         return path.read_bytes().decode("utf-8-sig")
@@ -148,7 +157,7 @@ def read_lesson_table(path: Path | str, *, name: str | None = None) -> Lesson:
     named = sorted({name for example in examples for name in (example.state, example.next)} - {START.name})
     try:
         automaton = Automaton(
-            name or table.path.stem,
+            table.path.stem if name is None else name,
             (START, *(State(state, state) for state in named)),
             tuple(BoundFeature(Feature(title, kind, reading=title)) for _, title, kind in features),
         )

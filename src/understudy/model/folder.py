@@ -18,7 +18,7 @@ from types import MappingProxyType
 from unicodedata import normalize
 from urllib.parse import unquote
 
-from understudy.errors import DefinitionError, FileError, UnknownName
+from understudy.errors import DefinitionError, FileError, RecursionRefused, UnknownName
 from understudy.model.atomic import failing, locked, sync_folder, write
 from understudy.model.document import Learn, Opened, decode, encode
 from understudy.model.filenames import alike, stem
@@ -99,6 +99,8 @@ def joined(library: Library, taught: Taught, path: Path) -> Library:
     except DefinitionError as error:
         place = "$.automaton.name"
         raise FileError(path=path, place=place, problem=error.problem, remedy=error.remedy) from error
+    except RecursionRefused as error:
+        raise RecursionRefused(cycle=error.cycle, path=path) from error
 
 
 def save(folder: Path, taught: Taught) -> Path:
@@ -108,6 +110,9 @@ def save(folder: Path, taught: Taught) -> Path:
     """
     path = folder / f"{stem(taught.automaton.name)}.json"
     data = encode(taught)
+    if folder.exists() and not folder.is_dir():
+        remedy = "name a folder to keep the library in"
+        raise FileError(path=folder, place="", problem="it is a file, not a folder", remedy=remedy)
     with failing(path, "saving", remedy="see that the disk has room and that you may write there"):
         folder.mkdir(parents=True, exist_ok=True)
         with locked(folder):

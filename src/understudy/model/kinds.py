@@ -110,12 +110,13 @@ Kind: TypeAlias = Continuous | Toroidal | Categorical
 BOOLEAN = Categorical(("no", "yes"))
 NO, YES = 0.0, 1.0
 
-_SPELLED = re.compile(r"(continuous|boolean|toroidal|categorical)(?:\((.*)\))?", re.DOTALL)
+KIND_SPELLED = re.compile(r"(continuous|boolean|toroidal|categorical)(?:\((.*)\))?", re.DOTALL)
+"""How files spell a kind."""
 
 
 def parse_kind(text: str, *, where: str) -> Kind:
     """A kind as files spell it: continuous, boolean, toroidal(6.28), categorical(no|yes)."""
-    match = _SPELLED.fullmatch(text.strip())
+    match = KIND_SPELLED.fullmatch(text.strip())
     name, inside = match.groups() if match else (None, None)
     if name == "continuous" and inside is None:
         return Continuous()
@@ -149,9 +150,9 @@ def parse_value(text: str, kind: Kind, *, where: str) -> float:
             )
         return float(kind.labels.index(text))
     try:
-        value = float(text)
+        value = float("nan" if "_" in text else text)  # Python's own 1_000 is most likely a slip here
     except ValueError:
-        value = float("inf")
+        value = nan
     if not isfinite(value):
         raise KindError(
             where=where, problem=f"{text!r} is not a number", remedy="give a number, or leave it empty"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import BytesIO
 from itertools import pairwise
 from math import cos, sin
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from understudy.errors import SettingError
+from understudy.model.atomic import write
 from understudy.pictures.style import FAINT, FOOD, FOOD_GONE, GROUND, INK, PAPER, STATION, colors_for
 from understudy.worlds.forage_view import ForageView, Frame
 
@@ -38,7 +40,9 @@ def run_gif(frames: Sequence[Frame], path: Path | str, *, speed: float = 8.0, pe
     palette = _palette(pictures, shown)
     flat = [picture.quantize(palette=palette, dither=Dither.NONE) for picture in pictures]
     times = [round(1000 / per_s / 10) * 10] * (len(flat) - 1) + [2500]  # the end stays a while
-    flat[0].save(path, save_all=True, append_images=flat[1:], duration=times, loop=0)
+    drawn = BytesIO()
+    flat[0].save(drawn, "GIF", save_all=True, append_images=flat[1:], duration=times, loop=0)
+    write(Path(path), drawn.getvalue())
 
 
 def _chosen(frames: Sequence[Frame], every_s: float) -> list[Frame]:

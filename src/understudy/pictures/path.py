@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import BytesIO
 from itertools import groupby, pairwise
 from math import cos, dist, sin
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from understudy.errors import SettingError
+from understudy.model.atomic import write
 from understudy.pictures.style import FAINT, FOOD, FOOD_GONE, GROUND, INK, PAPER, STATION, colors_for
 from understudy.worlds.forage_view import ForageView, Frame
 
@@ -51,7 +53,9 @@ def path_png(frames: Sequence[Frame], path: Path | str, *, title: str = "A forag
     figure.text(left, 1 - 0.32 / size[1], title, fontsize=14, fontweight="bold", color=INK, va="center")
     figure.text(left, 1 - 0.58 / size[1], brought, fontsize=10, color=FAINT, va="center")
     _legend(figure, axes, colors, last)
-    figure.savefig(path)
+    drawn = BytesIO()
+    figure.savefig(drawn, format="png")
+    write(Path(path), drawn.getvalue())
 
 
 def _total(view: ForageView) -> int:
