@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from understudy.cli import bench, diff, evaluate, learn, libraries, run, show, validate
+from understudy.cli import bench, diff, evaluate, learn, libraries, run, show, teach, validate
 from understudy.cli.failing import Group
 
 TEACHING, RUNNING, LIBRARY, LAB = "Teach", "Run", "Look into a library", "Measure"
@@ -45,6 +45,7 @@ def understudy(
     """Train robots, and teams of robots, by being shown."""
 
 
+app.command("teach", rich_help_panel=TEACHING)(teach.teach)
 app.command("learn", rich_help_panel=TEACHING)(learn.learn)
 app.command("run", rich_help_panel=RUNNING)(run.run)
 app.command("eval", rich_help_panel=RUNNING)(evaluate.evaluate)
