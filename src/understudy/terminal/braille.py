@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import groupby
 from math import cos, hypot, sin, tau
+from operator import itemgetter
 
 from rich.text import Text
 
@@ -66,12 +68,15 @@ class Canvas:
         """Everything drawn so far."""
         drawn = Text(no_wrap=True, end="")
         for line in range(self.lines):
-            for column in range(self.columns):
-                if (line, column) in self._text:
-                    drawn.append(*self._text[line, column])
-                else:
-                    bits, style = self._dots.get((line, column), (0, ""))
-                    drawn.append(chr(BRAILLE + bits) if bits else " ", style)
+            cells = (self._cell(line, column) for column in range(self.columns))
+            for style, alike in groupby(cells, key=itemgetter(1)):
+                drawn.append("".join(character for character, _ in alike), style)
             if line < self.lines - 1:
                 drawn.append("\n")
         return drawn
+
+    def _cell(self, line: int, column: int) -> tuple[str, str]:
+        if (line, column) in self._text:
+            return self._text[line, column]
+        bits, style = self._dots.get((line, column), (0, ""))
+        return (chr(BRAILLE + bits), style) if bits else (" ", "")

@@ -11,14 +11,14 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
-from textual.widgets import Checkbox, Input, Label, SelectionList, Static
-from textual.widgets.selection_list import Selection
+from textual.widgets import Input, Label, Static
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.model.automaton import START, State
 from understudy.model.binding import called
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
+from understudy.terminal.picks import Picks
 from understudy.terminal.plan import Choices, Plan, new, targets
 from understudy.training.edits import Choice, rechosen
 
@@ -29,6 +29,7 @@ NEW = (
 )
 AGAIN = "Choose anew: space chooses, tab goes on, ctrl+g takes it, esc leaves all as it is."
 REACTION_S = "0"
+CONSENT = "silence is consent: what I watch and let pass counts a little"
 
 
 class Choose(Screen[Choices | None]):
@@ -38,7 +39,8 @@ class Choose(Screen[Choices | None]):
     Choose { layout: vertical; padding: 0 1; }
     Choose #lists { height: 1fr; min-height: 6; }
     Choose .list { width: 1fr; }
-    Choose SelectionList { height: 1fr; }
+    Choose .list Picks { height: 1fr; }
+    Choose .row Picks { height: 1; width: 1fr; }
     Choose .row { height: 1; }
     Choose .row Label { width: 15; }
     Choose .row Input { width: 1fr; }
@@ -99,7 +101,7 @@ class Choose(Screen[Choices | None]):
             for title, name in (("States", "states"), ("Features", "features")):
                 with Vertical(classes="list"):
                     yield Label(Text(title, "bold underline"))
-                    yield SelectionList[str](id=name, compact=True)
+                    yield Picks(id=name)
         if not self._again:
             yield from _row("Parameters", "parameters", ", ".join(now.parameters or ()), "A")
             stand = ", ".join(f"{parameter}={target}" for parameter, target in now.targets.items())
@@ -110,19 +112,16 @@ class Choose(Screen[Choices | None]):
             "Reaction, s", "reaction", f"{now.reaction_s or 0:g}", "how late you press: 0.2, or 0"
         )
         with Horizontal(classes="row"):
-            yield Checkbox(
-                "silence is consent: what you watch and let pass counts a little",
-                bool(now.watched),
-                id="watched",
-                compact=True,
-            )
+            yield Label("Watched")
+            yield Picks(id="watched")
         yield Static(id="told")
 
     def on_mount(self) -> None:
         """Fill the lists."""
         states = [_call(state) for state in self._now.states or ()]
         self._fill(states, [str(feature) for feature in self._now.features or ()])
-        self.query_one("#states", SelectionList).focus()
+        self.query_one("#watched", Picks).offer([CONSENT], chosen=[CONSENT] if self._now.watched else [])
+        self.query_one("#states", Picks).focus()
 
     def _parameters(self) -> list[str]:
         if self._again:
@@ -143,17 +142,13 @@ class Choose(Screen[Choices | None]):
         self._offer("#features", found, features)
 
     def _offer(self, which: str, offered: Iterable[str], chosen: Sequence[str]) -> None:
-        shown = self.query_one(which, SelectionList)
-        shown.clear_options()
         every = dict.fromkeys([*chosen, *offered])
-        shown.add_options([Selection(text, text, text in chosen) for text in every])
+        self.query_one(which, Picks).offer(every, chosen=chosen)
 
     def on_input_changed(self, event: Input.Changed) -> None:
         """Other parameters: other ways to bind what is offered."""
         if event.input.id == "parameters":
-            states, features = (
-                self.query_one(f"#{name}", SelectionList).selected for name in ("states", "features")
-            )
+            states, features = (self.query_one(f"#{name}", Picks).chosen for name in ("states", "features"))
             self._fill(states, features)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
@@ -162,15 +157,15 @@ class Choose(Screen[Choices | None]):
 
     def _choices(self) -> Choices:
         text = {each.id: each.value for each in self.query(Input)}
-        states = [*self.query_one("#states", SelectionList).selected, *_listed(text["more"])]
+        states = [*self.query_one("#states", Picks).chosen, *_listed(text["more"])]
         stand = [pair.partition("=") for pair in _listed(text.get("targets", ""))]
         return Choices(
             states=_named(states, self._kept),
-            features=list(self.query_one("#features", SelectionList).selected),
+            features=self.query_one("#features", Picks).chosen,
             flags=_listed(text["flags"]),
             parameters=self._parameters(),
             targets={parameter.strip(): target.strip() for parameter, _, target in stand},
-            watched=self.query_one("#watched", Checkbox).value,
+            watched=bool(self.query_one("#watched", Picks).chosen),
             reaction_s=_seconds(text["reaction"]),
         )
 

@@ -104,6 +104,11 @@ class Desk:
             self._compared = key, unsaved
         return self._compared[1]
 
+    @property
+    def watches(self) -> bool:
+        """Whether the lesson takes silence for consent."""
+        return self.session.options.watched
+
     # Time
 
     def beat(self) -> bool:
@@ -134,7 +139,9 @@ class Desk:
                 before.time_s, before.state, after.state, tuple(before.features.values())
             )
             if after.flag is not None:
-                text = f"{self.name} raised {after.flag}. Right? n tries another world. Wrong? Press what was right"
+                text = (
+                    f"{self.name} raised {after.flag}. Right? n: another world. Wrong? Press what was right"
+                )
                 self.said = Said(text)
 
     def pause(self) -> None:
@@ -248,7 +255,7 @@ class Desk:
 
     def watch(self) -> None:
         """I am not watching, or I am again."""
-        if not self.session.lesson.options.watched:
+        if not self.watches:
             raise SessionError("this lesson records presses only: choose watched examples with c first")
         self.session.watching = not self.session.watching
         self.said = Said("You watch: silence is consent" if self.session.watching else "You are not watching")
@@ -320,7 +327,7 @@ class Desk:
             states=choices.states or (),
             features=choices.features or (),
             flags=choices.flags or (),
-            options=choices.options(session.lesson.options),
+            options=choices.options(session.options),
         )
         self.memory.forget()
         self.said = Said("Chosen anew; the examples stay, and u takes it back")

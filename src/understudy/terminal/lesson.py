@@ -52,36 +52,35 @@ class LessonScreen(Screen[None]):
         self._fill("")
 
     def _fill(self, told: str) -> None:
-        desk, table = self.desk, self.query_one(DataTable)
-        rules = Text.assemble((f"{desk.name} learned", TITLE))
-        for state, rule in desk.why.rules():
+        self.query_one("#rules Static", Static).update(self._rules())
+        self._fill_table()
+        keys = Text()
+        for key, what in (("x", "delete"), ("u", "undo"), ("U", "redo"), ("esc", "back to the robot")):
+            keys.append(f"{key} ", "bold").append(f"{what}  ", DIM)
+        keys.append("◆ correction  ! contradicts another", DIM)
+        self.query_one("#told", Static).update(Text.assemble((told, "bold"), "\n" if told else "", keys))
+
+    def _rules(self) -> Text:
+        rules = Text.assemble((f"What {self.desk.name} learned", TITLE))
+        for state, rule in self.desk.why.rules():
             rules.append("\n").append(f"{state}: ", "bold").append(rule)
-        if not desk.session.examples:
+        if not self.desk.session.examples:
             rules.append("\nnothing yet: go back and direct the robot with the keys of the states", DIM)
-        self.query_one("#rules Static", Static).update(rules)
+        return rules
+
+    def _fill_table(self) -> None:
+        features, table = self.desk.features, self.query_one(DataTable)
         at = table.cursor_row
         table.clear(columns=True)
-        table.add_columns("#", "state", "next", *map(str, desk.features), "kind")
+        table.add_columns("#", "state", "next", *map(str, features), "kind")
         torn = self._contradicting()
-        for example in reversed(desk.session.examples):
-            kind = f"correction, {example.kind}" if example.correction else example.kind.value
-            mark = " (contradicts another)" if example.number in torn else ""
-            shown = [
-                words.value(bound, number)
-                for bound, number in zip(desk.features, example.values, strict=True)
-            ]
-            what = Text(kind + mark, TONES["correction"] if example.correction or mark else "")
-            table.add_row(
-                str(example.number), example.state, example.next, *shown, what, key=str(example.number)
-            )
+        for example in reversed(self.desk.session.examples):
+            mark = "! " if example.number in torn else "◆ " if example.correction else ""
+            number = str(example.number)
+            shown = [words.value(*pair) for pair in zip(features, example.values, strict=True)]
+            what = Text(f"{mark}{example.kind}", TONES["correction"] if mark else "")
+            table.add_row(number, example.state, example.next, *shown, what, key=number)
         table.move_cursor(row=max(0, min(at, table.row_count - 1)))
-        keys = Text.assemble(("x", "bold"), (" delete  ", DIM), ("u", "bold"), (" undo  ", DIM))
-        keys.append_text(
-            Text.assemble(("U", "bold"), (" redo  ", DIM), ("esc", "bold"), (" back to the robot", DIM))
-        )
-        if told:
-            keys = Text.assemble((told, "bold"), "\n", keys)
-        self.query_one("#told", Static).update(keys)
 
     def _contradicting(self) -> set[int]:
         lesson = self.desk.session.lesson

@@ -20,10 +20,12 @@ MARKS = {"": "·", "recorded": "●", "correction": "◆", "error": "!"}
 
 COMMANDS = (
     ("t", "test"), ("enter", "keep doing this"), ("u", "undo"), ("U", "redo"), ("space", "pause"),
-    (".", "step"), ("+−", "speed"), ("?", "why"), ("h", "help"),
-    ("n", "new world"), ("r", "restart"), ("d", "drive"), ("p", "stand for"), ("l", "lesson"),
-    ("c", "choose"), ("s", "save"), ("q", "quit"),
+    (".", "step"), ("+−", "speed"), ("n", "world"), ("r", "restart"), ("d", "drive"), ("p", "target"),
+    ("w", "not watching"), ("l", "lesson"), ("c", "choose"), ("?", "why"), ("s", "save"), ("q", "quit"),
+    ("h", "help"),
 )  # fmt: skip
+SPARE = "cwU"
+"""Keys left to the page of help, first to last, where two lines do not hold all of them."""
 
 
 def header(desk: Desk, width: int) -> Text:
@@ -117,23 +119,28 @@ def examples(desk: Desk, width: int, height: int) -> Text:
             "become an example. Then press t and see what it learned.",
             DIM,
         )
-    presses = list(reversed(_presses(shown)))
-    wide = max(len(words.step(press[0])) for press in presses[: height - 1])
-    for press in presses[: max(0, height - 1)]:
-        lines.append(_line(press, desk, wide))
+    presses = list(reversed(_presses(shown)))[: max(0, height - 1)]
+    wide = max(len(words.step(press[0])) for press in presses)
+    digits = len(str(presses[0][0].number))
+    for press in presses:
+        lines.append(_line(press, desk, digits, wide))
         lines[-1].truncate(width, overflow="ellipsis")
     return Text("\n").join(lines)
 
 
-def _line(press: Sequence[Example], desk: Desk, wide: int) -> Text:
+def _line(press: Sequence[Example], desk: Desk, digits: int, wide: int) -> Text:
     first = press[0]
     mark = "◆" if first.correction else "+" if len(press) > 1 else "=" if first.state == first.next else " "
-    numbers = "  ".join(
-        words.value(bound, number) for bound, number in zip(desk.features, first.values, strict=True)
+    numbers = " ".join(
+        f"{words.value(bound, number, unit=False):>5}"
+        for bound, number in zip(desk.features, first.values, strict=True)
     )
     style = TONES["correction"] if first.correction else ""
     return Text.assemble(
-        (f"{first.number:>3}", DIM), (f"{mark} ", style), f"{words.step(first):<{wide}}  ", (numbers, DIM)
+        (f"{first.number:>{digits}}", DIM),
+        (f"{mark} ", style),
+        f"{words.step(first):<{wide}} ",
+        (numbers, DIM),
     )
 
 
@@ -162,22 +169,26 @@ def said(desk: Desk) -> Text:
 
 
 def commands(desk: Desk, width: int) -> Text:
-    """The keys of the commands, in as many lines as they need."""
-    text = Text(" ")
-    column = 1
-    for key, what in COMMANDS:
-        if key == "t" and desk.screen.mode is Mode.TESTING:
-            what = "train"
-        if key == "p" and not desk.session.automaton.parameters:
-            continue
-        room = len(key) + len(what) + 3
-        if column + room - 2 > width:
-            text.append("\n ")
-            column = 1
-        text.append(key, "bold")
-        text.append(f" {what}  ", DIM)
-        column += room
-    return text
+    """The keys of the commands, in two lines where that is possible."""
+    useless = {"p" if not desk.session.automaton.parameters else "", "" if desk.watches else "w"}
+    named = {"t": "train"} if desk.screen.mode is Mode.TESTING else {}
+    shown = [(key, named.get(key, what)) for key, what in COMMANDS if key not in useless]
+    for spare in SPARE:
+        if len(lines := _lines(shown, width)) <= 2:
+            break
+        shown = [command for command in shown if command[0] != spare]
+    else:
+        lines = _lines(shown, width)
+    return Text("\n").join(lines)
+
+
+def _lines(shown: Sequence[tuple[str, str]], width: int) -> list[Text]:
+    lines = [Text("")]
+    for key, what in shown:
+        if lines[-1].cell_len + len(key) + len(what) + 2 > width:
+            lines.append(Text(""))
+        lines[-1].append(f" {key}", "bold").append(f" {what} ", DIM)
+    return lines
 
 
 def _title(title: str, note: str, width: int) -> Text:

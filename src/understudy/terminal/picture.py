@@ -49,10 +49,15 @@ def picture(
     return canvas.rendered()
 
 
-def facts(view: ForageView) -> str:
-    """What the robot carries and has brought home, with a bar: "carries ■■■········· 3   home 4"."""
+def facts(view: ForageView, columns: int) -> str:
+    """What the robot carries and has brought home; with a bar where there is room: carries ■■■········· 3."""
     bar = "■" * view.stored + "·" * (view.capacity - view.stored)
-    return f"carries {bar} {view.stored}   home {view.delivered}"
+    long = f"carries {bar} {view.stored}  home {view.delivered}"
+    return (
+        long
+        if len(long) <= columns - 6
+        else f"carries {view.stored} of {view.capacity}  home {view.delivered}"
+    )
 
 
 def _place(view: ForageView, target: str) -> tuple[float, float] | None:

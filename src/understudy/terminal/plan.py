@@ -65,7 +65,7 @@ class Start:
 
 
 def checked(plan: Plan) -> Start | None:
-    """What the session starts with, or None where something is still to choose; all that is wrong is raised."""
+    """What the session starts with, or None where something is still to choose; what is wrong is raised."""
     stem(plan.name)
     for other in plan.library.taught:
         if other != plan.name and alike(other) == alike(plan.name):

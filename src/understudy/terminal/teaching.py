@@ -26,6 +26,9 @@ BEAT_S = 1 / 30
 LEAST_SIDE = 38
 """Columns beside the world."""
 
+WIDE = 110
+"""Columns from which one line is enough to say what was recorded."""
+
 ACTIONS = {
     "t": "turn", "enter": "confirm", "u": "undo", "ctrl+z": "undo", "U": "redo", "ctrl+y": "redo",
     "space": "pause", "full_stop": "step", "plus": "faster", "equals_sign": "faster", "minus": "slower",
@@ -47,7 +50,8 @@ class Teaching(Screen[str]):
     #readings { margin-top: 1; }
     #lower { height: 1fr; margin-top: 1; }
     .tight #readings, .tight #lower { margin-top: 0; }
-    #said { height: auto; max-height: 4; }
+    #said { height: auto; min-height: 2; max-height: 4; }
+    Teaching.wide #said { min-height: 1; }
     #keys { height: auto; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -179,10 +183,10 @@ class Teaching(Screen[str]):
         if not self.is_mounted or not self.size.width:
             return
         desk, width = self.desk, self.size.width
-        keys = panels.commands(desk, width)
+        self.set_class(width >= WIDE, "wide")
         self._show("header", panels.header(desk, width))
         self._show("said", panels.said(desk))
-        self._show("keys", keys)
+        self._show("keys", panels.commands(desk, width))
         middle = self.query_one("#middle")
         lines = max(5, middle.size.height)
         world = self.query_one("#world", Static)
@@ -191,7 +195,7 @@ class Teaching(Screen[str]):
         world.styles.width, world.styles.height = columns + 2, tall + 2
         aims = desk.screen.targets.values()
         world.border_title = f"forage {desk.seed}" if desk.seed is not None else "forage"
-        world.border_subtitle = facts(view)
+        world.border_subtitle = facts(view, columns)
         self._show("world", picture(view, desk.memory.trail, aims, columns=columns, lines=tall))
         self._draw_side(width - columns - 4, lines)
 
