@@ -141,6 +141,10 @@ async def trainer(
     wall = Wall()
     left = journals.unfinished(made.folder, made.name, made.world.name, made.library) if offer else None
     app = Trainer(made, unfinished=left, wall=wall)
-    async with app.run_test(size=size) as pilot:
-        await pilot.pause()
-        yield Hand(app, pilot, wall)
+    try:
+        async with app.run_test(size=size) as pilot:
+            await pilot.pause()
+            yield Hand(app, pilot, wall)
+    finally:
+        if app.opened is not None:
+            app.opened.close()

@@ -19,11 +19,14 @@ class Opened:
 
     def __init__(self, desk: Desk, journal: Path, lock: Lock) -> None:
         self.desk, self.journal, self._lock = desk, journal, lock
+        self._closed = False
 
     def close(self) -> None:
-        """Put everything on disk and let go of the journal."""
-        self.desk.session.close()
-        self._lock.release()
+        """Put everything on disk and let go of the journal; once is enough."""
+        if not self._closed:
+            self._closed = True
+            self.desk.session.close()
+            self._lock.release()
 
 
 def begun(plan: Plan, start: Start, wall: Wall, *, now: datetime | None = None) -> Opened:

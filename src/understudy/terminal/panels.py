@@ -120,6 +120,8 @@ def examples(desk: Desk, width: int, height: int) -> Text:
             DIM,
         )
     presses = list(reversed(_presses(shown)))[: max(0, height - 1)]
+    if not presses:
+        return lines[0]  # no room for any
     wide = max(len(words.step(press[0])) for press in presses)
     digits = len(str(presses[0][0].number))
     for press in presses:

@@ -13,8 +13,8 @@ from understudy.model.feature import BoundFeature
 from understudy.model.filenames import alike, stem
 from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library, Taught
-from understudy.training.design import new_lesson
-from understudy.training.edits import rechosen
+from understudy.training.design import chosen_feature, new_lesson
+from understudy.training.edits import Choice, rechosen
 from understudy.worlds.catalog import CatalogWorld
 
 
@@ -112,19 +112,21 @@ def _again(plan: Plan) -> Start:
             problem=f"cannot be changed once it was taught: they are {', '.join(parameters) or 'none'}",
             remedy="leave the option out, or teach one of another name",
         )
-    asked = {
-        key: said for key in ("states", "features", "flags") if (said := getattr(chosen, key)) is not None
-    }
-    options = chosen.options(lesson.options)
-    if asked or options != lesson.options:
-        if "features" in asked:
+    if chosen.features is not None:
+        features = tuple(chosen_feature(plan.library, feature) for feature in chosen.features)
+        if features != lesson.automaton.features:
             raise SettingError(
                 where=f"automaton {plan.name!r}",
                 setting="--features",
-                problem="is for an automaton that is not taught yet",
-                remedy="leave it out, and press c in the trainer to choose other features",
+                problem=f"are not those it is taught with, {', '.join(map(str, lesson.automaton.features))}",
+                remedy="leave the option out, and press c in the trainer to choose others",
             )
-        lesson = rechosen(lesson, plan.library, {**asked, "options": options})  # type: ignore[typeddict-item]
+    choice = Choice(options=chosen.options(lesson.options))
+    if chosen.states is not None:
+        choice["states"] = chosen.states
+    if chosen.flags is not None:
+        choice["flags"] = chosen.flags
+    lesson = rechosen(lesson, plan.library, choice)
     return Start(lesson, targets(plan, lesson, chosen))
 
 

@@ -84,7 +84,7 @@ class Teaching(Screen[str]):
         """The world begins to move."""
         self.desk.hold(False)
         self.set_interval(BEAT_S, self.beat)
-        self.draw()
+        self.call_after_refresh(self.draw)
 
     def on_screen_suspend(self) -> None:
         """Another screen lies on top: time stands still."""
@@ -180,7 +180,7 @@ class Teaching(Screen[str]):
 
     def draw(self) -> None:
         """Show everything as it is now; what did not change is left alone."""
-        if not self.is_mounted or not self.size.width:
+        if not self.is_mounted or not self.query_one("#middle").size.height:
             return
         desk, width = self.desk, self.size.width
         self.set_class(width >= WIDE, "wide")

@@ -76,18 +76,35 @@ class Why:
                 f"It {_said(now)}." if now else f"It raised {screen.flag}, which is never left by itself."
             ]
         if self.switch is not None:
-            ago = screen.time_s - self.switch.time_s
             was = self.decision(self.switch.before, self.switch.values)
-            said.append(
-                f"{ago:.1f} s ago: {self.switch.before} → {self.switch.after}. From there it {_said(was)}."
-            )
+            when = f"{screen.time_s - self.switch.time_s:.1f} s ago"
+            if was.next == self.switch.after:
+                said.append(f"{when} it went from {was.state} to {was.next}{_because(was)}.")
+            else:  # the lesson changed since
+                said.append(
+                    f"{when} it went from {was.state} to {self.switch.after}; by now it {_said(was)}."
+                )
         return said
 
 
 def _said(explanation: Explanation) -> str:
-    text = signed(str(explanation))
+    stays = explanation.next == explanation.state
+    what = (
+        f"stays in {explanation.state}" if stays else f"goes from {explanation.state} to {explanation.next}"
+    )
+    return what + _because(explanation)
+
+
+def _because(explanation: Explanation) -> str:
+    if not explanation.shown:
+        return (
+            ": nothing was ever shown there"
+            if not explanation.conditions
+            else (f": nothing was ever shown where {signed(' and '.join(explanation.conditions))}")
+        )
+    because = (
+        f" because {signed(' and '.join(explanation.conditions))}" if explanation.conditions else ", always"
+    )
     numbers = [str(example.number) for example in explanation.examples if example.pressed]
-    if numbers:
-        more = "…" if len(numbers) > MOST_EXAMPLES else ""
-        text += f" (shown by {', '.join(numbers[:MOST_EXAMPLES])}{more})"
-    return text
+    more = "…" if len(numbers) > MOST_EXAMPLES else ""
+    return f"{because} (shown by {', '.join(numbers[:MOST_EXAMPLES])}{more})" if numbers else because
