@@ -82,6 +82,7 @@ def teach(
 
 
 def _teach(plan: Plan, *, as_json: bool) -> None:
+    from understudy.cli.failing import FAULT
     from understudy.cli.output import console, count, print_json
     from understudy.errors import UnderstudyError
     from understudy.terminal import journals
@@ -93,6 +94,9 @@ def _teach(plan: Plan, *, as_json: bool) -> None:
     ended = trainer.run()
     if isinstance(ended, UnderstudyError):
         raise ended
+    if trainer.return_code == 1:
+        typer.echo(f"Nothing shown is lost: `understudy teach {plan.name}` goes on where it was.", err=True)
+        raise typer.Exit(FAULT)
     if trainer.return_code:
         raise typer.Exit(trainer.return_code)
     facts = {

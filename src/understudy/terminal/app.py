@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+from asyncio import get_running_loop
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -20,6 +23,10 @@ from understudy.terminal.opening import Opened, begun, resumed
 from understudy.terminal.pace import Wall
 from understudy.terminal.plan import Choices, Plan, Start, checked
 from understudy.terminal.teaching import Teaching
+
+
+SIGNALED = 128
+"""What exit codes of programs begin at that a signal ended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +55,9 @@ class Trainer(App[Ended | UnderstudyError]):
 
     def on_mount(self) -> None:
         """Offer what was cut off, or begin."""
+        for name in ("SIGTERM", "SIGHUP"):
+            with suppress(AttributeError, NotImplementedError, RuntimeError, ValueError):
+                get_running_loop().add_signal_handler(getattr(signal, name), self._cut_off, name)
         if self.unfinished is None:
             self._begin()
             return
@@ -58,6 +68,12 @@ class Trainer(App[Ended | UnderstudyError]):
         )
         ways = {"enter": "go on with it", "n": "leave it, and begin from the library", "escape": "quit"}
         self.push_screen(Ask(question, ways), self._answered)
+
+    def _cut_off(self, name: str) -> None:
+        """The system ends the program: the journal is complete, and the session is offered next time."""
+        if self.opened is not None:
+            self.opened.close()
+        self.exit(None, return_code=SIGNALED + getattr(signal, name))
 
     def _answered(self, way: str | None) -> None:
         if self.unfinished is None or way == "escape":

@@ -29,7 +29,7 @@ NEW = (
 )
 AGAIN = "Choose anew: space chooses, tab goes on, ctrl+g takes it, esc leaves all as it is."
 REACTION_S = "0"
-CONSENT = "silence is consent: what I watch and let pass counts a little"
+CONSENT = "silence is consent: what I watch and let pass counts"
 
 
 class Choose(Screen[Choices | None]):
@@ -40,7 +40,7 @@ class Choose(Screen[Choices | None]):
     Choose #lists { height: 1fr; min-height: 6; }
     Choose .list { width: 1fr; }
     Choose .list Picks { height: 1fr; }
-    Choose .row Picks { height: 1; width: 1fr; }
+    Choose .row Picks { height: 1; width: 1fr; scrollbar-size: 0 0; }
     Choose .row { height: 1; }
     Choose .row Label { width: 15; }
     Choose .row Input { width: 1fr; }

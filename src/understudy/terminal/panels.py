@@ -122,28 +122,29 @@ def examples(desk: Desk, width: int, height: int) -> Text:
     presses = list(reversed(_presses(shown)))[: max(0, height - 1)]
     if not presses:
         return lines[0]  # no room for any
+    told = [
+        [words.value(*pair, unit=False) for pair in zip(desk.features, press[0].values, strict=True)]
+        for press in presses
+    ]
+    wides = [max(map(len, column)) for column in zip(*told, strict=True)]
     wide = max(len(words.step(press[0])) for press in presses)
     digits = len(str(presses[0][0].number))
-    for press in presses:
-        lines.append(_line(press, desk, digits, wide))
+    for press, numbers in zip(presses, told, strict=True):
+        aligned = "  ".join(f"{text:>{column}}" for text, column in zip(numbers, wides, strict=True))
+        mark, style = _mark(press)
+        number = f"{press[0].number:>{digits}}"
+        step = f"{words.step(press[0]):<{wide}}  "
+        lines.append(Text.assemble((number, DIM), (f"{mark} ", style), step, (aligned, DIM)))
         lines[-1].truncate(width, overflow="ellipsis")
     return Text("\n").join(lines)
 
 
-def _line(press: Sequence[Example], desk: Desk, digits: int, wide: int) -> Text:
+def _mark(press: Sequence[Example]) -> tuple[str, str]:
+    """A correction, a switch with its default, or a confirmation; and how the mark looks."""
     first = press[0]
-    mark = "◆" if first.correction else "+" if len(press) > 1 else "=" if first.state == first.next else " "
-    numbers = " ".join(
-        f"{words.value(bound, number, unit=False):>5}"
-        for bound, number in zip(desk.features, first.values, strict=True)
-    )
-    style = TONES["correction"] if first.correction else ""
-    return Text.assemble(
-        (f"{first.number:>{digits}}", DIM),
-        (f"{mark} ", style),
-        f"{words.step(first):<{wide}} ",
-        (numbers, DIM),
-    )
+    if first.correction:
+        return "◆", TONES["correction"]
+    return "+" if len(press) > 1 else "=" if first.state == first.next else " ", ""
 
 
 def _presses(shown: Sequence[Example]) -> list[list[Example]]:

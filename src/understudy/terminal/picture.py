@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import cos, pi, sin
+from math import cos, hypot, pi, sin
 
 from rich.text import Text
 
@@ -40,11 +40,9 @@ def picture(
     nose = view.x + NOSE_M * cos(view.heading), view.y + NOSE_M * sin(view.heading)
     canvas.line((view.x, view.y), nose, "bold", every=view.width / columns / 2)
     for source in view.sources:
-        if source.amount:
-            canvas.text(source.x, source.y, f"{source.amount}", FOOD)
-        else:
-            canvas.text(source.x, source.y, "×", GONE)
-    canvas.text(*view.station, "⌂", STATION)
+        text, style = (f"{source.amount}", FOOD) if source.amount else ("×", GONE)
+        canvas.text(*_beside_robot(view, source.x, source.y), text, style)
+    canvas.text(*_beside_robot(view, *view.station), "⌂", STATION)
     canvas.text(view.x, view.y, ARROWS[round(view.heading / (pi / 4)) % 8], ROBOT)
     return canvas.rendered()
 
@@ -58,6 +56,14 @@ def facts(view: ForageView, columns: int) -> str:
         if len(long) <= columns - 6
         else f"carries {view.stored} of {view.capacity}  home {view.delivered}"
     )
+
+
+def _beside_robot(view: ForageView, x: float, y: float) -> tuple[float, float]:
+    """Where to write what is at a place, so that a robot there does not cover it."""
+    if hypot(view.x - x, view.y - y) > 2 * view.reach:
+        return x, y
+    above = y + 2 * view.reach
+    return x, above if above < view.height else y - 2 * view.reach
 
 
 def _place(view: ForageView, target: str) -> tuple[float, float] | None:
