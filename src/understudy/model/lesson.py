@@ -5,7 +5,7 @@ Examples are the source; transition functions are a build product (ARCHITECTURE 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, TypeAlias
@@ -28,17 +28,19 @@ LONGEST_REACTION_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Trees:
-    """Learn decision trees (docs/learning.md). `boundary` says where cuts go; watched lessons take midpoints."""
+    """Learn decision trees. `boundary` says where cuts go; lessons with watched examples take midpoints."""
 
     boundary: Literal["default keeps the gap", "midpoint"] = "default keeps the gap"
 
 
 @dataclass(frozen=True, slots=True)
 class Scikit:
-    """Learn with a classifier of scikit-learn, from an allowed list, instead of trees: unreadable and slower."""
+    """Learn with a classifier of scikit-learn, from an allowed list: unreadable and slower than trees."""
 
     classifier: str
-    parameters: Mapping[str, float | int | str | bool | None] = field(default_factory=lambda: MappingProxyType({}))
+    parameters: Mapping[str, float | int | str | bool | None] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
 
 
 Learner: TypeAlias = Trees | Scikit
@@ -66,7 +68,8 @@ class Options:
 
 @dataclass(frozen=True)
 class Record:
-    """All readings of the body at the moments a lesson keeps: each press, the second before it, watched ticks.
+    """All readings of the body at the moments a lesson keeps: each press, the second before it, watched
+    ticks.
 
     `values` [M, K] has a column per key and a row per moment; `seconds` [M] is the demonstrator's time.
     """
@@ -86,10 +89,15 @@ class Record:
     def __len__(self) -> int:
         return len(self.seconds)
 
+    def with_rows(self, values: Sequence[Sequence[float]], seconds: Sequence[float]) -> Record:
+        """This record with rows added."""
+        added = np.array(values, np.float64).reshape(-1, len(self.keys))
+        return Record(self.keys, np.vstack([self.values, added]), np.append(self.seconds, seconds))
+
 
 @dataclass(frozen=True, slots=True)
 class Lesson:
-    """What a demonstrator chose and showed for one automaton. `automaton` holds no transition functions here."""
+    """What a demonstrator chose and showed for one automaton, which holds no transition functions here."""
 
     automaton: Automaton
     examples: tuple[Example, ...] = ()

@@ -76,7 +76,7 @@ class Body(Protocol):
         ...
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """One snapshot: a column [N] for each key; NaN where absent. Sensing twice in a tick gives the same."""
+        """One snapshot: a column [N] for each key; NaN where absent. Twice in a tick it is the same."""
         ...
 
     def act(self, commands: Commands) -> None:

@@ -1,6 +1,7 @@
-"""The interpreter: what a pulse means, for one agent, in plain Python (ARCHITECTURE section 3; paper section 3.1).
+"""The interpreter: what a pulse means, for one agent, in plain Python (ARCHITECTURE section 3, paper 3.1).
 
-This file is the definition that every other engine and export must agree with. A real robot and a session run it.
+This file is the definition that every other engine and export must agree with. Real robots and sessions
+run it.
 """
 
 from __future__ import annotations
@@ -14,13 +15,19 @@ from typing import TypeAlias
 from understudy.model.automaton import Automaton
 from understudy.model.feature import Counter, Flag, OwnFeature, Timer
 from understudy.model.kinds import NO, YES
+from understudy.model.tree import STAY
 from understudy.runtime.program import Child, Instance, Program
 
 Row: TypeAlias = Sequence[float]
 """One agent's values of `Program.features`, in one snapshot."""
 
 Watcher: TypeAlias = "Callable[[Machine, int, int, Sequence[float], float], None]"
-"""Called before a machine switches: machine, state before, state after, feature vector, time."""
+"""Called when a transition function answers another state or STAY: machine, state, answer, values, time."""
+
+
+def elapsed(now: float, since: float) -> float:
+    """Seconds from one time to another, rounded: equally many ticks read the same, whenever they began."""
+    return round(now - since, 9)
 
 
 class Basic:
@@ -33,7 +40,7 @@ class Basic:
         self.index = index
 
     def start(self, now: float) -> None:
-        """Nothing: what a basic behavior changes when started belongs to the automaton that holds the state."""
+        """Nothing: what starting it changes belongs to the automaton that holds the state."""
 
     def stop(self) -> None:
         """Nothing: the next command replaces this one."""
@@ -66,10 +73,13 @@ class Machine:
         self._children = [running(child, machines) for child in instance.children]
         transitions = instance.automaton.transitions
         self._decides = [
-            transitions[state.name].decide if state.name in transitions else None for state in self.automaton.states
+            transitions[state.name].decide if state.name in transitions else None
+            for state in self.automaton.states
         ]
         self._pick = _picker(instance.sources)
-        self._own = [(index, source) for index, source in enumerate(instance.sources) if not isinstance(source, int)]
+        self._own = [
+            (index, source) for index, source in enumerate(instance.sources) if not isinstance(source, int)
+        ]
         self.watcher: Watcher | None = None
         self.counters: dict[str, float] = {}
         self.timers: dict[str, float] = {}
@@ -95,14 +105,17 @@ class Machine:
         if decide is not None:
             values = self._pick(row) if not self._own else self.values(row, now)
             following = decide(values)
-            if following >= 0 and following != self.state:
+            if following != self.state:
                 if self.watcher is not None:
                     self.watcher(self, self.state, following, values, now)
-                self.switch(following, now)
+                if following != STAY:
+                    self.switch(following, now)
         return self.active.pulse(row, now)
 
     def switch(self, following: int, now: float) -> None:
-        """Stop the current state's behavior, then start the next one's. Entering a flag state raises its flag."""
+        """Stop the current state's behavior, then start the next one's. Entering a flag state raises its
+        flag.
+        """
         self.active.stop()
         self.state = following
         self.entered = now
@@ -126,14 +139,14 @@ class Machine:
         return values
 
     def own(self, feature: OwnFeature, now: float) -> float:
-        """A feature of this automaton itself: a flag of what it runs, a counter, a timer, or time in state."""
+        """A feature of this automaton itself: a flag of what it runs, a counter, a timer, time in state."""
         if isinstance(feature, Flag):
             return YES if self.active.flag == feature.name else NO
         if isinstance(feature, Counter):
             return self.counters.get(feature.name, 0.0)
         if isinstance(feature, Timer):
-            return now - self.timers.get(feature.name, nan)
-        return now - self.entered
+            return elapsed(now, self.timers.get(feature.name, nan))
+        return elapsed(now, self.entered)
 
     @property
     def automaton(self) -> Automaton:
@@ -150,7 +163,7 @@ Running: TypeAlias = Machine | Basic
 
 
 def running(child: Child, machines: dict[Child, Running]) -> Running:
-    """What runs an instance or basic behavior: one each, since at most one activation of it can be running."""
+    """What runs an instance or basic behavior: one each, since at most one activation can be running."""
     if child not in machines:
         machines[child] = Basic(child) if isinstance(child, int) else Machine(child, machines)
     return machines[child]
@@ -167,12 +180,14 @@ def _picker(sources: Sequence[int | OwnFeature]) -> Callable[[Row], Sequence[flo
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """One automaton of a run state: where it is and what it remembers. Times are the body's."""
+    """One automaton of a run state: where it is and what it remembers.
+
+    Times are seconds ago, so that a run state can be gone back to when the body's clock reads otherwise.
+    """
 
     automaton: str
     state: str
-    entered: float
-    flag: str | None = None
+    time_in_state: float
     counters: dict[str, float] = field(default_factory=dict)
     timers: dict[str, float] = field(default_factory=dict)
 
@@ -216,16 +231,15 @@ class Interpreter:
         """The current state of every level, from the root down."""
         return tuple(machine.state_name for machine in self.active)
 
-    def snapshot(self) -> tuple[Level, ...]:
+    def snapshot(self, now: float) -> tuple[Level, ...]:
         """The run state of every active level, as plain values."""
         return tuple(
             Level(
                 machine.automaton.name,
                 machine.state_name,
-                machine.entered,
-                machine.flag,
+                elapsed(now, machine.entered),
                 dict(machine.counters),
-                dict(machine.timers),
+                {timer: elapsed(now, since) for timer, since in machine.timers.items()},
             )
             for machine in self.active
         )
@@ -240,6 +254,7 @@ class Interpreter:
             if level.state not in machine.automaton.state_names:
                 return
             machine.switch(machine.automaton.index(level.state), now)
-            machine.entered, machine.flag = level.entered, level.flag
-            machine.counters, machine.timers = dict(level.counters), dict(level.timers)
+            machine.entered = now - level.time_in_state
+            machine.counters = dict(level.counters)
+            machine.timers = {timer: now - seconds for timer, seconds in level.timers.items()}
             machine = machine.active

@@ -1,7 +1,8 @@
 """Programs: a behavior of a library made ready to run - every name resolved, every parameter ground.
 
-`link` expands the hierarchy under a root into instances: an automaton with the targets that its parameters stand
-for. Since automata never contain themselves, an agent has at most one of each instance active at a time.
+`link` expands the hierarchy under a root into instances: an automaton with the targets that its parameters
+stand for. Since automata never contain themselves, an agent has at most one of each instance active at a
+time.
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ class GroundBehavior:
 class Instance:
     """An automaton with the targets its parameters stand for.
 
-    `sources` has, per feature, the position in `Program.features`, or the automaton's own feature. `children` has,
-    per state, the instance it runs, or the position in `Program.basics`. `changes` has, per state, what starting it
-    does to counters and timers.
+    `sources` has, per feature, the position in `Program.features`, or the automaton's own feature. `children`
+    has, per state, the instance it runs, or the position in `Program.basics`. `changes` has, per state, what
+    starting it does to counters and timers.
     """
 
     automaton: Automaton
@@ -56,7 +57,9 @@ Child: TypeAlias = Instance | int
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """What an agent runs: the root instance or basic behavior, and the ground features and behaviors under it."""
+    """What an agent runs: the root instance or basic behavior, and the ground features and behaviors under
+    it.
+    """
 
     root: Child
     features: tuple[BoundFeature, ...]
@@ -82,7 +85,7 @@ class _Linker:
     def __init__(self, library: Library) -> None:
         self.library = library
         self.features: dict[BoundFeature, int] = {}
-        self.basics: dict[GroundBehavior, int] = {ground: IDLING for ground in IDLE_PROGRAM.basics}
+        self.basics: dict[GroundBehavior, int] = dict.fromkeys(IDLE_PROGRAM.basics, IDLING)
         self.instances: dict[tuple[str, Binding], Instance] = {}
 
     def child(self, name: str, binding: Binding) -> Child:
@@ -116,19 +119,11 @@ class _Linker:
         if not isinstance(bound.feature, Feature):
             return bound.feature
         ground = BoundFeature(bound.feature, bound.binding.within(binding))
-        self.check_ground(automaton.name, (), ground.binding)
+        self.check_targets(automaton.name, ground.binding)
         return self.features.setdefault(ground, len(self.features))
 
     def check_ground(self, name: str, parameters: tuple[str, ...], binding: Binding) -> None:
         targets = self.library.kit.targets
-        for parameter in parameters:
-            if parameter not in binding:
-                raise UnboundParameter(behavior=name, parameter=parameter, targets=list(targets))
-        for parameter, target in binding.items():
-            if parameters and parameter not in parameters:
-                raise UnknownName(what="parameter", name=parameter, where=f"behavior {name!r}", known=parameters)
-            if target not in targets:
-                raise UnknownName(what="target", name=target, where=f"the kit, for {name!r},", known=list(targets))
         for parameter in parameters:
             if parameter in targets:
                 raise DefinitionError(
@@ -136,3 +131,17 @@ class _Linker:
                     problem=f"its parameter {parameter!r} has the name of a target",
                     remedy="rename the parameter",
                 )
+            if parameter not in binding:
+                raise UnboundParameter(behavior=name, parameter=parameter, targets=list(targets))
+        for parameter in binding:
+            if parameter not in parameters:
+                raise UnknownName(
+                    what="parameter", name=parameter, where=f"behavior {name!r}", known=parameters
+                )
+        self.check_targets(name, binding)
+
+    def check_targets(self, name: str, binding: Binding) -> None:
+        targets = list(self.library.kit.targets)
+        for target in binding.values():
+            if target not in targets:
+                raise UnknownName(what="target", name=target, where=f"the kit, for {name!r},", known=targets)

@@ -13,8 +13,8 @@ from understudy.model.feature import Percept, ReadingKey, Readings
 from understudy.model.kinds import Column
 from understudy.runtime.body import Body, every_key
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import Program
-from understudy.runtime.sensing import Sensing
+from understudy.runtime.program import GroundBehavior, Program
+from understudy.runtime.sensing import Sensing, check_targets
 
 
 class Acting:
@@ -28,11 +28,10 @@ class Acting:
         self.computed = [index for index, ground in enumerate(program.basics) if ground.behavior.function]
         self.keys: tuple[ReadingKey, ...] = every_key(body) if self.computed else ()
         for index, ground in enumerate(program.basics):
+            check_targets(body, ground.binding)
             for channel, value in ground.behavior.command.items():
                 if channel not in self.channels:
-                    raise UnknownName(
-                        what="channel", name=channel, where=f"the body, for behavior {ground},", known=self.channels
-                    )
+                    raise self._unknown(channel, ground)
                 self.table[index, self.channels.index(channel)] = value
 
     def commands(self, running: NDArray[np.intp], percept: Percept) -> NDArray[np.float64]:
@@ -41,29 +40,33 @@ class Acting:
         for index in self.computed:
             chosen = running == index
             if chosen.any():
-                for channel, column in self._compute(index, percept).items():
-                    commands[self.channels.index(channel), chosen] = np.broadcast_to(column, chosen.shape)[chosen]
+                for channel, column in self._compute(index, percept, chosen).items():
+                    commands[self.channels.index(channel), chosen] = column
         return commands
 
-    def _compute(self, index: int, percept: Percept) -> dict[str, Column]:
+    def _compute(self, index: int, percept: Percept, chosen: NDArray[np.bool_]) -> dict[str, Column]:
+        """What the agents that run a basic behavior which is a function command by channel."""
         ground = self.basics[index]
         function = ground.behavior.function
         if function is None:
             return {}
         targets = [Readings(percept, ground.binding[parameter]) for parameter in ground.behavior.parameters]
-        computed = dict(function(Readings(percept), *targets))
-        for channel, column in computed.items():
+        computed = {}
+        for channel, column in function(Readings(percept), *targets).items():
             if channel not in self.channels:
-                raise UnknownName(
-                    what="channel", name=channel, where=f"the body, for behavior {ground},", known=self.channels
-                )
-            if not np.all(np.isfinite(column)):
+                raise self._unknown(channel, ground)
+            computed[channel] = np.broadcast_to(column, chosen.shape)[chosen]
+            if not np.all(np.isfinite(computed[channel])):
                 raise DefinitionError(
                     what=f"behavior {ground}",
                     problem=f"its command for channel {channel!r} is not finite for some agent",
                     remedy="return a finite number for every agent, or leave the channel out",
                 )
         return computed
+
+    def _unknown(self, channel: str, ground: GroundBehavior) -> UnknownName:
+        where = f"the body, for behavior {ground},"
+        return UnknownName(what="channel", name=channel, where=where, known=self.channels)
 
 
 class Run:
@@ -104,7 +107,8 @@ class Run:
             rows = group.sensing.columns(percept).T[group.agents].tolist()
             running = np.zeros(self.body.agents, dtype=np.intp)
             running[group.agents] = [
-                self.interpreters[agent].pulse(row, now) for agent, row in zip(group.agents, rows, strict=True)
+                self.interpreters[agent].pulse(row, now)
+                for agent, row in zip(group.agents, rows, strict=True)
             ]
             commands[:, group.agents] = group.acting.commands(running, percept)[:, group.agents]
         return dict(zip(channels, commands, strict=True))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,9 @@ from understudy.runtime.body import Body, every_key
 
 
 class Sensing:
-    """The columns of `features` (ground, of the body) for one body; `keys` is what the body must sense for them."""
+    """The columns of `features` (ground, of the body) for one body; `keys` is what the body must sense for
+    them.
+    """
 
     def __init__(self, features: Sequence[BoundFeature], body: Body) -> None:
         self.features = tuple(features)
@@ -23,14 +25,16 @@ class Sensing:
         keys: dict[ReadingKey, None] = {}
         for bound in self.features:
             feature = body_feature(bound)
-            for target in bound.binding.values():
-                if target not in body.targets:
-                    raise UnknownName(what="target", name=target, where="the body", known=list(body.targets))
+            check_targets(body, bound.binding)
             if feature.reading is None:  # which readings a function looks at, only running it can tell
-                keys.update((key, None) for key in every_key(body) if key[1] in (None, *bound.binding.values()))
+                keys.update(
+                    (key, None) for key in every_key(body) if key[1] in (None, *bound.binding.values())
+                )
                 continue
             if feature.reading not in readings:
-                raise UnknownName(what="reading", name=feature.reading, where="the body", known=list(readings))
+                raise UnknownName(
+                    what="reading", name=feature.reading, where="the body", known=list(readings)
+                )
             if readings[feature.reading].kind != feature.kind:
                 raise DefinitionError(
                     what=f"feature {feature.name!r}",
@@ -47,6 +51,13 @@ class Sensing:
         for index, bound in enumerate(self.features):
             values[index] = feature_column(bound, percept, agents=self.agents)
         return values
+
+
+def check_targets(body: Body, binding: Mapping[str, str]) -> None:
+    """UnknownName where a ground binding refers to what the body does not know."""
+    for target in binding.values():
+        if target not in body.targets:
+            raise UnknownName(what="target", name=target, where="the body", known=list(body.targets))
 
 
 def body_feature(bound: BoundFeature) -> Feature:

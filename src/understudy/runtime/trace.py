@@ -1,17 +1,20 @@
-"""Traces: what a run did, level by level, with why each switch was made."""
+"""Traces: what a run decided, level by level, with why each switch was made."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from understudy.model.tree import Step
+from understudy.model.tree import STAY, Step
 from understudy.runtime.interpreter import Interpreter, Machine
 
 
 @dataclass(frozen=True, slots=True)
-class Switch:
-    """One switch of one automaton, with the feature vector and the tests it passed on the way to the decision."""
+class Decision:
+    """What one automaton decided, with the feature vector and the tests it passed on the way.
+
+    `after` is `before` where it stays because nothing was ever shown there.
+    """
 
     time_s: float
     automaton: str
@@ -22,19 +25,33 @@ class Switch:
 
 
 class Trace:
-    """Records every switch of an interpreter's automata while attached."""
+    """Records the decisions of an interpreter's automata while attached.
+
+    `switches` are those that left a state; `unshown` those that kept one only because nothing was ever shown
+    there, once for each place in the tree until the automaton switches.
+    """
 
     def __init__(self, interpreter: Interpreter) -> None:
-        self.switches: list[Switch] = []
+        self.switches: list[Decision] = []
+        self.unshown: list[Decision] = []
         self.interpreter = interpreter
-        interpreter.watch(self._switched)
+        self._noted: set[tuple[Machine, tuple[Step, ...]]] = set()
+        interpreter.watch(self._decided)
 
     def close(self) -> None:
         """Stop recording."""
         self.interpreter.watch(None)
 
-    def _switched(self, machine: Machine, before: int, after: int, values: Sequence[float], now: float) -> None:
+    def _decided(
+        self, machine: Machine, before: int, after: int, values: Sequence[float], now: float
+    ) -> None:
         automaton = machine.automaton
-        states = automaton.state_names
-        steps, _ = automaton.transitions[states[before]].path(values)
-        self.switches.append(Switch(now, automaton.name, states[before], states[after], tuple(values), steps))
+        state = automaton.states[before].name
+        steps, leaf = automaton.transitions[state].path(values)
+        if after != STAY:
+            following = automaton.states[after].name
+            self.switches.append(Decision(now, automaton.name, state, following, tuple(values), steps))
+            self._noted = {(other, place) for other, place in self._noted if other is not machine}
+        elif leaf == STAY and (machine, steps) not in self._noted:
+            self._noted.add((machine, steps))
+            self.unshown.append(Decision(now, automaton.name, state, state, tuple(values), steps))

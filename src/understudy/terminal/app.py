@@ -24,7 +24,6 @@ from understudy.terminal.pace import Wall
 from understudy.terminal.plan import Choices, Plan, Start, checked
 from understudy.terminal.teaching import Teaching
 
-
 SIGNALED = 128
 """What exit codes of programs begin at that a signal ended."""
 

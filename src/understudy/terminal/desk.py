@@ -97,11 +97,8 @@ class Desk:
         if self._compared is None or any(
             new is not old for new, old in zip(key, self._compared[0], strict=True)
         ):
-            if self._saved is None:
-                unsaved = bool(session.examples)
-            else:
-                unsaved = not alike(self._saved, session.lesson)
-            self._compared = key, unsaved
+            saved = self._saved
+            self._compared = key, bool(session.examples) if saved is None else not alike(saved, session.lesson)
         return self._compared[1]
 
     @property

@@ -1,1 +1,3 @@
-"""Training: sessions in which a robot is shown what to do, and the demonstrators who show it (paper section 3.2)."""
+"""Training: sessions in which a robot is shown what to do, and the demonstrators who show it (paper section
+3.2).
+"""

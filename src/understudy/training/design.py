@@ -1,12 +1,13 @@
 """Choosing what a lesson is about: its states, features and parameters, by the names people say.
 
-"goto(nearest_food)" is a state that runs goto with its parameter bound; "distance_to(A)" a feature of parameter A.
+"goto(nearest_food)" is a state that runs goto with its parameter bound; "distance_to(A)" a feature of
+parameter A.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.automaton import START, Automaton, State
@@ -27,7 +28,7 @@ def new_lesson(
     flags: Sequence[str] = (),
     parameters: Sequence[str] = (),
     stateless: bool = False,
-    options: Options = Options(),
+    options: Options | None = None,
 ) -> Lesson:
     """An empty lesson for an automaton `name`: a start state, these states, and a state per flag."""
     automaton = Automaton(
@@ -42,11 +43,11 @@ def new_lesson(
         stateless=stateless,
     )
     check_names(library, automaton)
-    return Lesson(automaton, options=options)
+    return Lesson(automaton, options=options or Options())
 
 
 def chosen_state(library: Library, text: str | State) -> State:
-    """A state by what it runs: "forward", "goto(nearest_food)", or "approach=goto(nearest_food)" to name it."""
+    """A state by what it runs: "forward", "goto(food)"; "approach=goto(food)" names it, too."""
     if isinstance(text, State):
         return text
     name, _, call = text.rpartition("=")
@@ -88,6 +89,16 @@ def check_names(library: Library, automaton: Automaton) -> None:
                     where=f"automaton {automaton.name!r}, for its {user},",
                     known=[*automaton.parameters, *targets],
                 )
+
+
+def check_targets(automaton: Automaton, targets: Mapping[str, str], known: Sequence[str]) -> None:
+    """Refuse what parameters are to stand for where there is no such parameter or target."""
+    for parameter, target in targets.items():
+        if parameter not in automaton.parameters:
+            where, names = f"automaton {automaton.name!r}", automaton.parameters
+            raise UnknownName(what="parameter", name=parameter, where=where, known=names)
+        if target not in known:
+            raise UnknownName(what="target", name=target, where="the body", known=known)
 
 
 def _parse(text: str, *, what: str) -> tuple[str, list[str]]:

@@ -8,6 +8,7 @@ from typing import TypedDict
 
 from understudy.errors import SessionError, UnknownName
 from understudy.model.automaton import State
+from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
 from understudy.model.feature import BoundFeature
 from understudy.model.lesson import Lesson, Options
@@ -30,7 +31,9 @@ def deleted(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
     """The lesson without these examples; SessionError where one does not exist."""
     for number in numbers:
         numbered(lesson, number)
-    return replace(lesson, examples=tuple(example for example in lesson.examples if example.number not in numbers))
+    return replace(
+        lesson, examples=tuple(example for example in lesson.examples if example.number not in numbers)
+    )
 
 
 def edited(
@@ -61,8 +64,12 @@ def edited(
     return replace(lesson, examples=examples)
 
 
-def rechosen(lesson: Lesson, library: Library, choice: Choice) -> Lesson:
-    """The lesson with states, flags, features, parameters or options chosen anew; values are still the old ones."""
+def rechosen(lesson: Lesson, library: Library, choice: Choice, targets: Mapping[str, str]) -> Lesson:
+    """The lesson with states, flags, features, parameters or options chosen anew; values are still the old
+    ones.
+
+    A parameter that is new stood for its target all along.
+    """
     old = lesson.automaton
     states = [state for state in old.states[1:] if state.flag is None]
     flags = [state for state in old.states[1:] if state.flag is not None]
@@ -82,13 +89,12 @@ def rechosen(lesson: Lesson, library: Library, choice: Choice) -> Lesson:
     )
     check_names(library, automaton)
     names = {state.name: state for state in automaton.states}
+    bound = {name: target for name, target in targets.items() if name in automaton.parameters}
     kept = tuple(
-        example
+        replace(example, binding=Binding({**bound, **example.binding}))
         for example in lesson.examples
         if example.state in names and example.next in names and names[example.state].flag is None
     )
-    if features != old.features:  # edited values belonged to the old features
-        kept = tuple(replace(example, edited=False) for example in kept)
     return replace(lesson, automaton=automaton, examples=kept, options=choice.get("options", lesson.options))
 
 

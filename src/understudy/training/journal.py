@@ -1,7 +1,8 @@
 """The journal of a session: everything needed to go on after a kill, replay a lesson, and look back.
 
-Every press is on disk before it is acknowledged, every change of the lesson when it is made, all readings of every
-tick in chunks (a press flushes its chunk), and a snapshot of body and automaton every few seconds and at presses.
+Every press is on disk before it is acknowledged, every change of the lesson when it is made, all readings of
+every tick in chunks (a press flushes its chunk), and a snapshot of body and automaton every few seconds and
+at presses.
 """
 
 from __future__ import annotations
@@ -72,7 +73,9 @@ class Pressed(msgspec.Struct, frozen=True, tag=True):
 
 
 class Stepped(msgspec.Struct, frozen=True, tag=True):
-    """A step that changed the lesson; `press` is the press that made it, `design` the lesson without examples."""
+    """A step that changed the lesson; `press` is the press that made it, `design` the lesson without
+    examples.
+    """
 
     what: str
     press: int | None
@@ -117,9 +120,16 @@ class Turned(msgspec.Struct, frozen=True, tag=True):
     mode: Mode
     run: list[Level]
     targets: dict[str, str]
+    waiting: Press | None
 
 
-AnyEntry: TypeAlias = Began | Ticks | Snapshot | Pressed | Stepped | Acted | Accepted | Raised | Went | Turned
+class Placed(msgspec.Struct, frozen=True, tag=True):
+    """The robot did not get by itself to where it is from here on."""
+
+
+AnyEntry: TypeAlias = (
+    Began | Ticks | Snapshot | Pressed | Stepped | Acted | Accepted | Raised | Went | Turned | Placed
+)
 
 _encode = msgspec.msgpack.Encoder(enc_hook=dict).encode  # a Binding is written as a plain mapping
 _decode = msgspec.msgpack.Decoder(AnyEntry, dec_hook=lambda kind, value: Binding(value)).decode
@@ -134,11 +144,13 @@ class Journal:
         self._ticks: list[tuple[Moment, str]] = []
         self._first = 0
         self._kept_rows = 0
-        self._snapshot_tick = -1
+        self._snapshot_tick: int | None = None  # none since the robot was placed elsewhere
 
     @classmethod
     def begun(cls, path: Path | None, entry: Began, *, rows: int) -> Self:
-        """A new journal for a session whose lesson has a record of so many rows; FileError if the file exists."""
+        """A new journal for a session whose lesson has a record of so many rows; FileError if the file
+        exists.
+        """
         journal = cls(path)
         if path is not None:
             journal._log = Log.create(path, MAGIC)
@@ -182,14 +194,22 @@ class Journal:
         self._ticks.clear()
 
     def wants_snapshot(self, tick_s: float) -> bool:
-        """Whether the last snapshot is a few seconds old."""
-        return self._log is not None and (self.tick - self._snapshot_tick) * tick_s >= SNAPSHOT_S - 1e-9
+        """Whether the last snapshot is a few seconds old, or of another place."""
+        if self._log is None or self._snapshot_tick is None:
+            return self._log is not None
+        return (self.tick - self._snapshot_tick) * tick_s >= SNAPSHOT_S - 1e-9
 
     def snapshot(self, body: bytes, run: Sequence[Level], mode: Mode) -> None:
         """Keep body and automaton as they are before the next tick, once per tick."""
         if self._log is not None and self._snapshot_tick != self.tick:
             self._snapshot_tick = self.tick
             self.write(Snapshot(self.tick, zlib.compress(body, 1), list(run), mode))
+
+    def placed(self) -> None:
+        """The robot was put elsewhere after the last tick."""
+        self.flush()
+        self.write(Placed())
+        self._snapshot_tick = None
 
     def new_rows(self, record: Record) -> Rows:
         """The rows of a record that no entry holds yet."""

@@ -33,7 +33,10 @@ class Log:
             path.touch(exist_ok=False)
         except FileExistsError:
             raise FileError(
-                path=path, place="", problem="this journal exists already", remedy="resume it, or name another file"
+                path=path,
+                place="",
+                problem="this journal exists already",
+                remedy="resume it, or name another file",
             ) from None
         log = cls(path, magic)
         log._file.write(magic)
@@ -79,7 +82,10 @@ def read_log(path: Path, magic: bytes) -> Iterator[bytes]:
         content = path.read_bytes()
     except OSError as error:
         raise FileError(
-            path=path, place="", problem=f"cannot be read ({error.strerror})", remedy="name a session's journal"
+            path=path,
+            place="",
+            problem=f"cannot be read ({error.strerror})",
+            remedy="name a session's journal",
         ) from None
     if not content.startswith(magic):
         known = magic.decode("ascii").strip()
@@ -93,7 +99,7 @@ def read_log(path: Path, magic: bytes) -> Iterator[bytes]:
     while at + _FRAME.size <= len(content):
         length, checksum = _FRAME.unpack_from(content, at)
         payload = content[at + _FRAME.size : at + _FRAME.size + length]
-        if len(payload) < length or zlib.crc32(payload) != checksum:
-            return
+        if not payload or len(payload) < length or zlib.crc32(payload) != checksum:
+            return  # cut off here, or, after a power cut, zeros up to the end
         yield payload
         at += _FRAME.size + length

@@ -5,8 +5,9 @@ It turns what happened at a tick into examples, keeps the history for undo, and 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
@@ -17,9 +18,9 @@ from understudy.training.past import Past, difference
 from understudy.training.recorder import Moment, compact
 from understudy.training.trainee import Entry, Mode, Outcome, Press
 from understudy.training.values import valued, values_of
-from understudy.training.watching import Seen, Watching
+from understudy.training.watching import Agreed, Seen, Watching, vector
 
-Run = tuple[Level, ...]
+RunState: TypeAlias = tuple[Level, ...]
 
 
 class Notebook:
@@ -40,8 +41,21 @@ class Notebook:
 
     @property
     def complete(self) -> Lesson:
-        """The lesson as it stands, with the record its examples need."""
-        return compact(replace(self.lesson, record=self._recorder.record))
+        """The lesson as it stands, with what was seen since and the record its examples need."""
+        lesson, record = self.lesson, self._recorder.record
+        seen = self._agreed().seen
+        return compact(
+            replace(
+                lesson,
+                examples=(
+                    *lesson.examples,
+                    *self._numbered(seen, range(len(record), len(record) + len(seen))),
+                ),
+                record=record.with_rows(
+                    [each.moment.values for each in seen], [each.moment.seconds for each in seen]
+                ),
+            )
+        )
 
     @property
     def undoable(self) -> str | None:
@@ -68,7 +82,7 @@ class Notebook:
 
     def raised(self, outcome: Outcome) -> Entry:
         """What was learned raised a flag at this tick: where a correction of it belongs."""
-        entry = Entry(outcome.state, outcome.own, *self._recorder.keep_press(paused=False))
+        entry = Entry(outcome.state, outcome.own, self._recorder.keep_last())
         self.journal.write(Raised(entry, self.journal.new_rows(self._recorder.record)))
         return entry
 
@@ -83,20 +97,25 @@ class Notebook:
             example = Example(0, outcome.state, (), outcome.next, kind, own=outcome.own, binding=binding)
             self._watched.see(Seen(moment, example))
 
-    def record(self, outcome: Outcome, press: Press, binding: Binding, *, before: Run, after: Run) -> None:
+    def record(
+        self, outcome: Outcome, press: Press, binding: Binding, *, before: RunState, after: RunState
+    ) -> None:
         """A press acted at this tick: write down what it showed, from run state `before` to `after`."""
-        seconds = self._recorder.now
-        self._watched.doubt(seconds, reaction_s=self.lesson.options.reaction_s)
+        flagged = min((shown.entry.seconds for shown in outcome.shown if shown.entry), default=inf)
+        reaction_s = self.lesson.options.reaction_s
+        self._watched.doubt(self._recorder.now, reaction_s=reaction_s, flagged=flagged)
         self.accept_watched()
         if not outcome.shown:
             self.journal.write(Acted(press.number, list(after)))
             return
-        row = self._recorder.keep_press(paused=press.paused)
-        number = max((example.number for example in self.lesson.examples), default=0)
+        if outcome.shown[0].entry is not None:
+            moment, window = outcome.shown[0].entry.moment, 0
+        elif press.paused:
+            moment, window = self._recorder.keep_last(), 0
+        else:
+            moment, window = self._recorder.keep_press()
         made = []
-        for shown in outcome.shown:
-            number += 1
-            moment, window = row if shown.entry is None else (shown.entry.moment, shown.entry.window)
+        for number, shown in enumerate(outcome.shown, self._next_number()):
             example = Example(
                 number,
                 shown.state,
@@ -112,7 +131,9 @@ class Notebook:
             values = values_of(example, self.lesson, self._recorder.record, steady=self._steady)
             made.append(replace(example, values=values))
         what = f"{made[0].state} → {made[0].next}"
-        lesson = replace(self.lesson, examples=(*self.lesson.examples, *made))
+        pressed = {vector(example) for example in made}
+        others = [each for each in self.lesson.examples if each.pressed or vector(each) not in pressed]
+        lesson = replace(self.lesson, examples=(*others, *made))
         self.step(what, lesson, before=before, after=after, press=press.number)
 
     # Between ticks
@@ -122,15 +143,34 @@ class Notebook:
         self.accept_watched()
         self._watched.begin_episode()
         self._recorder.begin_episode()
+        self.journal.placed()
 
     def accept_watched(self) -> None:
         """What was seen and not objected to becomes watched examples."""
-        watched = self._watched.accept(self.lesson, self._recorder, steady=self._steady)
-        if watched:
+        agreed = self._agreed()
+        self._watched.accept(agreed)
+        if agreed.seen:
+            watched = self._numbered(agreed.seen, [self._recorder.keep(each.moment) for each in agreed.seen])
             self._history.amend(*watched)
-            self.journal.write(Accepted(list(watched), self.journal.new_rows(self._recorder.record)))
+            self.journal.write(Accepted(watched, self.journal.new_rows(self._recorder.record)))
 
-    def step(self, what: str, lesson: Lesson, *, before: Run, after: Run, press: int | None = None) -> None:
+    def _agreed(self) -> Agreed:
+        return self._watched.agreed(self.lesson, self._recorder.keys, steady=self._steady)
+
+    def _numbered(self, seen: Sequence[Seen], rows: Sequence[int]) -> list[Example]:
+        """Watched examples with their numbers and their rows of the record."""
+        first = self._next_number()
+        return [
+            replace(each.example, number=number, moment=row)
+            for number, (each, row) in enumerate(zip(seen, rows, strict=True), first)
+        ]
+
+    def _next_number(self) -> int:
+        return max((example.number for example in self.lesson.examples), default=0) + 1
+
+    def step(
+        self, what: str, lesson: Lesson, *, before: RunState, after: RunState, press: int | None = None
+    ) -> None:
         """Change the lesson: on disk when this returns, unless a press did it, which is there already."""
         design, different, gone = difference(self.lesson, lesson)
         rows = self.journal.new_rows(self._recorder.record)
@@ -140,15 +180,15 @@ class Notebook:
 
     def valued(self, lesson: Lesson) -> Lesson:
         """A lesson whose features or reaction time changed, with its examples' values computed again."""
-        return valued(lesson, self._recorder.record, steady=self._steady)
+        return valued(self.lesson, lesson, self._recorder.record, steady=self._steady)
 
-    def undo(self) -> tuple[str, Run]:
+    def undo(self) -> tuple[str, RunState]:
         """Take the last step back: what it was, and the run state before it."""
         undone = self._history.undo()
         self._went(back=True)
         return undone
 
-    def redo(self) -> tuple[str, Run]:
+    def redo(self) -> tuple[str, RunState]:
         """Do the last undone step again: what it was, and the run state after it."""
         redone = self._history.redo()
         self._went(back=False)
@@ -158,6 +198,6 @@ class Notebook:
         self._watched.forget()
         self.journal.write(Went(back), sync=True)
 
-    def turned(self, mode: Mode, run: Run, targets: Mapping[str, str]) -> None:
+    def turned(self, mode: Mode, run: RunState, targets: Mapping[str, str], waiting: Press | None) -> None:
         """The mode, the run state or what parameters stand for changed otherwise than by a press."""
-        self.journal.write(Turned(mode, list(run), dict(targets)), sync=True)
+        self.journal.write(Turned(mode, list(run), dict(targets), waiting), sync=True)

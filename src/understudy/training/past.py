@@ -1,4 +1,6 @@
-"""What a session has behind it: its history, its record, and where a killed one stood, replayed from its journal."""
+"""What a session has behind it: its history, its record, and where a killed one stood, replayed from its
+journal.
+"""
 
 from __future__ import annotations
 
@@ -21,6 +23,7 @@ from understudy.training.journal import (
     Acted,
     AnyEntry,
     Began,
+    Placed,
     Pressed,
     Raised,
     Rows,
@@ -51,12 +54,15 @@ class Past:
     run: tuple[Level, ...] = ()
     body: bytes | None = None
     ticks: int = 0
+    body_tick: int | None = None
     about: Mapping[str, str | int | float | bool] = field(default_factory=dict)
 
     @classmethod
     def none(cls, lesson: Lesson, keys: Sequence[ReadingKey], targets: Mapping[str, str], agent: int) -> Self:
         """The past of a session that begins with a lesson."""
-        return cls(History(replace(lesson, record=Record())), Recorder(keys, lesson.record), dict(targets), agent)
+        return cls(
+            History(replace(lesson, record=Record())), Recorder(keys, lesson.record), dict(targets), agent
+        )
 
     @classmethod
     def replayed(cls, path: Path, library: Library) -> Self:
@@ -65,7 +71,10 @@ class Past:
         began = next(entries, None)
         if not isinstance(began, Began):
             raise FileError(
-                path=path, place="its first entry", problem="no session begins there", remedy="begin a new session"
+                path=path,
+                place="its first entry",
+                problem="no session begins there",
+                remedy="begin a new session",
             )
         lesson = lesson_from(began.lesson, library, path)
         past = cls.none(lesson, began.keys, began.targets, began.agent)
@@ -79,8 +88,11 @@ class Past:
         match entry:
             case Ticks():
                 self.ticks = entry.first + entry.rows.count
+                for moment in self._moments(entry.rows):
+                    self.recorder.remember(moment)
             case Snapshot():
-                self.body, self.run, self.mode = zlib.decompress(entry.body), tuple(entry.run), entry.mode
+                self.body, self.body_tick = zlib.decompress(entry.body), entry.tick
+                self.run, self.mode = tuple(entry.run), entry.mode
             case Pressed():
                 self.waiting, self.presses, self.mode = entry.press, entry.press.number, Mode.TRAINING
             case Acted():
@@ -100,16 +112,27 @@ class Past:
                 self.raised = entry
             case Went():
                 _, self.run = self.history.undo() if entry.back else self.history.redo()
+                self.waiting = None
             case Turned():
                 self.mode, self.run, self.targets = entry.mode, tuple(entry.run), dict(entry.targets)
+                self.waiting = entry.waiting
+            case Placed():
+                self.recorder.begin_episode()
             case Began():
                 raise FileError(
-                    path=path, place="", problem="two sessions are in one journal", remedy="keep one per session"
+                    path=path,
+                    place="",
+                    problem="two sessions are in one journal",
+                    remedy="keep one per session",
                 )
 
     def _keep(self, rows: Rows) -> None:
-        for *values, seconds in unpacked_rows(rows, len(self.recorder.keys) + 1).tolist():
-            self.recorder.keep(Moment(seconds, tuple(values)))
+        for moment in self._moments(rows):
+            self.recorder.keep(moment)
+
+    def _moments(self, rows: Rows) -> list[Moment]:
+        width = len(self.recorder.keys) + 1
+        return [Moment(seconds, tuple(values)) for *values, seconds in unpacked_rows(rows, width).tolist()]
 
 
 def lesson_bytes(lesson: Lesson) -> bytes:
@@ -126,7 +149,9 @@ def lesson_from(data: bytes, library: Library, path: Path) -> Lesson:
 
 
 def difference(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Example], list[int]]:
-    """What a step did: the new design if it changed, examples that are new or changed, and those that are gone."""
+    """What a step did: the new design if it changed, examples that are new or changed, and those that are
+    gone.
+    """
     design = None
     if (before.automaton, before.options) != (after.automaton, after.options):
         design = lesson_bytes(replace(after, examples=(), record=Record()))

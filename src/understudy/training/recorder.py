@@ -1,7 +1,8 @@
 """The recorder: the readings of the body at the ticks a lesson may still ask for.
 
-It remembers the last ticks of the running episode, and keeps for good those of presses, of the second before them,
-and of watched ticks. An episode ends at a restart, a rewind or driving, so that no reading is taken from before it.
+It remembers the last ticks of the running episode, and keeps for good those of presses, of the second before
+them, and of watched ticks. An episode ends at a restart, a rewind or driving, so that no reading is taken
+from before it.
 """
 
 from __future__ import annotations
@@ -27,14 +28,18 @@ class Moment:
 class Recorder:
     """Recent moments of one agent, and the rows kept for its lesson."""
 
-    def __init__(self, keys: Sequence[ReadingKey], record: Record = Record()) -> None:
+    def __init__(self, keys: Sequence[ReadingKey], record: Record | None = None) -> None:
         self.keys = tuple(keys)
+        record = record or Record()
         kept = list(record.keys)
         columns = [kept.index(key) if key in kept else -1 for key in self.keys]
         old = np.array([[np.nan if c < 0 else row[c] for c in columns] for row in record.values])
         self._values = np.zeros((max(64, 2 * len(record)), len(self.keys)))
         self._seconds = np.zeros(len(self._values))
-        self._values[: len(record)], self._seconds[: len(record)] = old.reshape(-1, len(self.keys)), record.seconds
+        self._values[: len(record)], self._seconds[: len(record)] = (
+            old.reshape(-1, len(self.keys)),
+            record.seconds,
+        )
         self._kept = len(record)
         self._episode: deque[Moment] = deque()
 
@@ -49,11 +54,14 @@ class Recorder:
         while episode[0].seconds < moment.seconds - LONGEST_REACTION_S - 1e-9:
             episode.popleft()
 
-    def keep_press(self, *, paused: bool) -> tuple[int, int]:
-        """Keep the last moment and, unless paused, those before it: the row of the press and how many precede it."""
-        moments = list(self._episode)[-1:] if paused else list(self._episode)
-        rows = [self.keep(moment) for moment in moments]
+    def keep_press(self) -> tuple[int, int]:
+        """Keep the last moment and those before it: the row of the press and how many precede it."""
+        rows = [self.keep(moment) for moment in self._episode]
         return rows[-1], len(rows) - 1
+
+    def keep_last(self) -> int:
+        """Keep the last moment alone: its row."""
+        return self.keep(self._episode[-1])
 
     def keep(self, moment: Moment) -> int:
         """Keep a moment for good; its row."""

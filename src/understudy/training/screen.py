@@ -13,8 +13,8 @@ class Screen:
     """One moment of a session as a person sees it.
 
     `features` has the current value of each chosen feature by its label ("distance_to(A)"); absent is NaN, a
-    categorical value is its label's index. `path` is the current state of every level; `flag` is what the automaton
-    under training has raised.
+    categorical value is its label's index. `path` is the current state of every level; `flag` is what the
+    automaton under training has raised.
     """
 
     time_s: float

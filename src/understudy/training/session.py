@@ -1,11 +1,11 @@
 """The session: one training of one automaton, by whoever presses (paper section 3.2).
 
-    session = Session(body, library, lesson, targets={"A": "station"})
-    session.direct("rotate_left")
-    session.run_for(1.2)
-    session.direct("forward")
-    ...
-    session.test()
+session = Session(body, library, lesson, targets={"A": "station"})
+session.direct("rotate_left")
+session.run_for(1.2)
+session.direct("forward")
+...
+session.test()
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Self, TypeAlias, Unpack
 
-from understudy.errors import FileError, SessionError, UnknownName
+from understudy.errors import FileError, SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.learning.transitions import learned
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
@@ -25,10 +25,10 @@ from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library, Taught
 from understudy.runtime.body import Body, Resettable, Rewindable, every_key
 from understudy.runtime.interpreter import Interpreter, Level
-from understudy.runtime.program import IDLE_PROGRAM, Program, link
+from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run import Run
 from understudy.runtime.sensing import feature_column
-from understudy.training.design import check_names
+from understudy.training.design import check_names, check_targets
 from understudy.training.edits import Choice, deleted, edited, rechosen
 from understudy.training.journal import Began, Journal
 from understudy.training.notebook import Notebook
@@ -44,9 +44,10 @@ Clock: TypeAlias = Callable[[], float]
 class Session:
     """One agent of a body being taught one automaton; the others idle, or run behaviors of the library.
 
-    `targets` says what the automaton's parameters stand for while it is taught. `clock` is the demonstrator's time,
-    s (the body's where there is none). With a `journal` (a new file), every press is on disk before `direct` or
-    `confirm` returns, and `Session.resume` goes on after any end; `about` is kept there for whoever resumes.
+    `targets` says what the automaton's parameters stand for while it is taught. `clock` is the demonstrator's
+    time, s (the body's where there is none). With a `journal` (a new file), every press is on disk before
+    `direct` or `confirm` returns, and `Session.resume` goes on after any end; `about` is kept there for
+    whoever resumes.
     """
 
     def __init__(
@@ -61,7 +62,11 @@ class Session:
         journal: Path | None = None,
         about: Mapping[str, str | int | float | bool] | None = None,
     ) -> None:
+        if not 0 <= agent < body.agents:
+            problem, remedy = f"is {agent} of {body.agents} agents", "count from 0"
+            raise SettingError(where="session", setting="agent", problem=problem, remedy=remedy)
         keys = every_key(body)
+        check_targets(lesson.automaton, targets or {}, body.targets)
         self._begin(body, library, Past.none(lesson, keys, targets or {}, agent), clock)
         began = Began(lesson_bytes(lesson), agent, list(keys), body.tick_s, self._targets, dict(about or {}))
         self._notebook.journal = Journal.begun(journal, began, rows=len(lesson.record))
@@ -82,10 +87,13 @@ class Session:
             )
         if past.body is not None and isinstance(body, Rewindable):
             body.restore(past.body)
+        goes_on = past.body_tick == past.ticks and isinstance(body, Rewindable)
         session = cls.__new__(cls)
         session._begin(body, library, past, clock)
         rows = len(past.recorder.record)
         session._notebook.journal = Journal.resumed(journal, ticks=past.ticks, rows=rows)
+        if not goes_on:
+            session._notebook.begin_episode()
         return session
 
     def _begin(self, body: Body, library: Library, past: Past, clock: Clock | None) -> None:
@@ -96,15 +104,13 @@ class Session:
         self._keys = every_key(body)
         steady = frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
         self._notebook = Notebook(past, Journal(), steady=steady)
-        self._others: dict[int, Program] = {}
-        self._driving: Program | None = None
+        self._others = [Interpreter(IDLE_PROGRAM) for _ in range(body.agents)]
+        self._driving: Interpreter | None = None
         self._percept: Percept | None = None
         check_names(library, self.automaton)
-        self._trainee = self._new_trainee(learned_too=past.mode is Mode.TESTING)
+        self._trainee = self._new_trainee(self._notebook.lesson, past.mode)
         self._trainee.restore(past.run, now=body.time_s)
-        self._trainee.mode, self._trainee.press = past.mode, past.waiting
-        if past.raised is not None and self._trainee.taught.flag is not None:
-            self._trainee.entry = past.raised.entry
+        self._trainee.keep(past.waiting, past.raised.entry if past.raised else None)
         self._run = self._new_run()
 
     # What there is to see
@@ -137,7 +143,7 @@ class Session:
     @property
     def run_state(self) -> tuple[Level, ...]:
         """The run state of the automaton under training and of those below."""
-        return self._trainee.snapshot()
+        return self._trainee.snapshot(self.body.time_s)
 
     @property
     def percept(self) -> Percept:
@@ -153,7 +159,6 @@ class Session:
 
     @watching.setter
     def watching(self, watching: bool) -> None:
-        self._notebook.accept_watched()
         self._notebook.watching = watching
 
     def screen(self) -> Screen:
@@ -185,7 +190,11 @@ class Session:
     # Pressing
 
     def direct(self, state: str) -> int:
-        """Direct the robot to a state: acts at the next tick. In testing mode, a correction. The press's number."""
+        """Direct the robot to a state: acts at the next tick, and ends driving. In testing mode, a
+        correction.
+
+        The press's number.
+        """
         self.automaton.index(state)
         return self._press(state)
 
@@ -194,6 +203,8 @@ class Session:
         return self._press(None)
 
     def _press(self, state: str | None) -> int:
+        if self._driving is not None:
+            self.drive(None)
         waiting = self._trainee.press
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
         press = Press(self._notebook.presses + 1, state, correction, self.paused)
@@ -210,7 +221,7 @@ class Session:
         readings = tuple(float(percept[key][self.agent]) for key in self._keys)
         moment = Moment(self._clock(), readings)
         notebook.remember(moment, trainee.taught.state_name)
-        before = trainee.snapshot() if trainee.press else ()
+        before = self.run_state if trainee.press else ()
         commands = self._run.decide(percept)
         if self._driving is None:
             self._write_down(trainee.outcome, moment, before)
@@ -220,8 +231,7 @@ class Session:
     def _write_down(self, outcome: Outcome, moment: Moment, before: tuple[Level, ...]) -> None:
         binding = Binding(self._targets)
         if outcome.press is not None:
-            after = self._trainee.snapshot()
-            self._notebook.record(outcome, outcome.press, binding, before=before, after=after)
+            self._notebook.record(outcome, outcome.press, binding, before=before, after=self.run_state)
             return
         if outcome.raised:
             self._trainee.entry = self._notebook.raised(outcome)
@@ -238,8 +248,7 @@ class Session:
     def test(self) -> None:
         """Switch to testing: learn from the lesson and restart the automaton."""
         self._notebook.accept_watched()
-        self._relink(learned_too=True)
-        self._trainee.mode = Mode.TESTING
+        self._relink(self._new_trainee(self._notebook.lesson, Mode.TESTING))
         self.restart()
 
     def train(self) -> None:
@@ -257,21 +266,24 @@ class Session:
     def reset(self, seed: int) -> None:
         """Begin anew in the world of another seed, with the automaton restarted; records nothing."""
         if not isinstance(self.body, Resettable):
-            raise SessionError("this body cannot be reset: it is no simulation; drive the robot into position instead")
+            raise SessionError(
+                "this body cannot be reset: it is no simulation; drive the robot into position instead"
+            )
         self.body.reset([seed])
         self._percept = None
+        for other in self._others:
+            other.start(self.body.time_s)
         self.restart()
 
     def drive(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
         """Drive the robot into position with a basic behavior, recording nothing; None ends it."""
-        kit = self.library.kit
-        if behavior is not None and behavior not in kit.behaviors:
-            raise UnknownName(
-                what="basic behavior", name=behavior, where="the kit", known=list(kit.behaviors)
-            )
-        self._driving = None if behavior is None else link(self.library, behavior, binding or {})
+        known = self.library.kit.behaviors
+        if behavior is not None and behavior not in known:
+            raise UnknownName(what="basic behavior", name=behavior, where="the kit", known=list(known))
+        self._driving = None if behavior is None else self._interpreter(behavior, binding)
         self._notebook.begin_episode()
         self._trainee.press = None
+        self._turned()
         self._run = self._new_run()
 
     def moved(self) -> None:
@@ -281,22 +293,15 @@ class Session:
 
     def stand_for(self, **targets: str) -> None:
         """Let parameters stand for other targets from now on."""
-        known: tuple[str, ...]
-        for parameter, target in targets.items():
-            if parameter not in (known := self.automaton.parameters):
-                where = f"automaton {self.automaton.name!r}"
-                raise UnknownName(what="parameter", name=parameter, where=where, known=known)
-            if target not in (known := tuple(self.body.targets)):
-                raise UnknownName(what="target", name=target, where="the body", known=known)
+        check_targets(self.automaton, targets, self.body.targets)
         self._notebook.begin_episode()
         self._targets |= targets
-        self._relink(learned_too=self.mode is Mode.TESTING)
+        self._relink(self._new_trainee(self._notebook.lesson, self.mode))
         self._turned()
 
     def others(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
         """What the other agents do meanwhile: idle (None), or a behavior of the library."""
-        program = IDLE_PROGRAM if behavior is None else link(self.library, behavior, binding or {})
-        self._others = {agent: program for agent in range(self.body.agents) if agent != self.agent}
+        self._others = [self._interpreter(behavior, binding) for _ in range(self.body.agents)]
         self._run = self._new_run()
 
     # Changing the lesson
@@ -311,7 +316,7 @@ class Session:
 
     def _went(self, what: str, run: tuple[Level, ...]) -> str:
         self._trainee.press = None
-        self._relink(learned_too=self.mode is Mode.TESTING)
+        self._relink(self._new_trainee(self._notebook.lesson, self.mode))
         self._trainee.restore(run, now=self.body.time_s)
         return what
 
@@ -332,22 +337,32 @@ class Session:
         lesson = edited(self._notebook.lesson, number, state=state, next=next, values=values or {})
         self._change(f"edit example {number}", lesson)
 
-    def choose(self, **choice: Unpack[Choice]) -> None:
+    def choose(self, *, targets: Mapping[str, str] | None = None, **choice: Unpack[Choice]) -> None:
         """Choose states, flags, features, parameters, statelessness or options anew; what is not given stays.
 
         Examples stay, with values computed again from the record; those of states that are gone are dropped.
+        `targets` says what new parameters stand for.
         """
-        lesson = rechosen(self._notebook.lesson, self.library, choice)
-        self._change(f"choose {' and '.join(choice)}", self._notebook.valued(lesson))
+        stand_for = {**self._targets, **(targets or {})}
+        lesson = rechosen(self._notebook.lesson, self.library, choice, stand_for)
+        check_targets(lesson.automaton, targets or {}, self.body.targets)
+        self._change(f"choose {' and '.join(choice)}", self._notebook.valued(lesson), targets)
 
-    def _change(self, what: str, lesson: Lesson) -> None:
+    def _change(self, what: str, lesson: Lesson, targets: Mapping[str, str] | None = None) -> None:
+        former, self._targets = self._targets, {**self._targets, **(targets or {})}
+        try:
+            trainee = self._new_trainee(lesson, self.mode)
+        except UnderstudyError:
+            self._targets = former
+            raise
         run = self.run_state
+        if targets:
+            self._turned()
         self._notebook.step(what, lesson, before=run, after=run)
-        self._relink(learned_too=self.mode is Mode.TESTING)
+        self._relink(trainee)
 
     def taught(self) -> Taught:
         """The automaton as learned from the lesson now, with the lesson: what a library keeps."""
-        self._notebook.accept_watched()
         lesson = self._notebook.complete
         return Taught(learned(lesson), lesson)
 
@@ -358,30 +373,30 @@ class Session:
     # Running
 
     def _turned(self) -> None:
-        self._notebook.turned(self.mode, self.run_state, self._targets)
+        self._notebook.turned(self.mode, self.run_state, self._targets, self._trainee.press)
 
     def _keep_snapshot(self) -> None:
         if self._notebook.journal.path is not None and isinstance(self.body, Rewindable):
             self._notebook.journal.snapshot(self.body.snapshot(), self.run_state, self.mode)
 
-    def _relink(self, *, learned_too: bool) -> None:
-        old = self._trainee
-        self._trainee = self._new_trainee(learned_too=learned_too)
-        self._trainee.restore(old.snapshot(), now=self.body.time_s)
-        self._trainee.mode, self._trainee.press, self._trainee.entry = old.mode, old.press, old.entry
+    def _relink(self, trainee: Trainee) -> None:
+        """Another trainee goes on where the one before is."""
+        old, self._trainee = self._trainee, trainee
+        trainee.restore(old.snapshot(self.body.time_s), now=self.body.time_s)
+        trainee.keep(old.press, old.entry)
         self._run = self._new_run()
 
-    def _new_trainee(self, *, learned_too: bool) -> Trainee:
-        lesson = self._notebook.lesson
-        automaton = learned(lesson) if learned_too else lesson.automaton
+    def _new_trainee(self, lesson: Lesson, mode: Mode) -> Trainee:
+        automaton = learned(lesson) if mode is Mode.TESTING else lesson.automaton
         library = self.library.with_taught(Taught(automaton))
         bound = {name: target for name, target in self._targets.items() if name in automaton.parameters}
-        return Trainee(link(library, automaton.name, bound), now=self.body.time_s)
+        return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)
+
+    def _interpreter(self, behavior: str | None, binding: Mapping[str, str] | None) -> Interpreter:
+        program = IDLE_PROGRAM if behavior is None else link(self.library, behavior, binding or {})
+        return Interpreter(program, now=self.body.time_s)
 
     def _new_run(self) -> Run:
-        now = self.body.time_s
-        interpreters = [
-            Interpreter(self._others.get(agent, IDLE_PROGRAM), now=now) for agent in range(self.body.agents)
-        ]
-        interpreters[self.agent] = self._trainee if self._driving is None else Interpreter(self._driving, now=now)
+        interpreters = list(self._others)
+        interpreters[self.agent] = self._driving or self._trainee
         return Run(self.body, interpreters)

@@ -1,7 +1,7 @@
 """The trainee: the agent under training, pulsed as the semantics of pressing say (ARCHITECTURE section 3).
 
-A press replaces step 1 of the automaton under training; without one, in training mode, step 1 answers the current
-state. What a press records is decided here and handed to the session.
+A press replaces step 1 of the automaton under training; without one, in training mode, step 1 answers the
+current state. What a press records is decided here and handed to the session.
 """
 
 from __future__ import annotations
@@ -36,12 +36,11 @@ class Press:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """Where what was learned raised a flag: the state it left, its own readings, and the rows of that tick."""
+    """Where what was learned raised a flag: the state it left, its own readings, and the row of that tick."""
 
     state: str
     own: Mapping[str, float]
     moment: int
-    window: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +69,12 @@ class Outcome:
 class Trainee(Interpreter):
     """An interpreter whose root automaton is being taught."""
 
-    def __init__(self, program: Program, *, now: float) -> None:
+    def __init__(self, program: Program, mode: Mode, *, now: float) -> None:
         super().__init__(program, now=now)
         if not isinstance(self.root, Machine):
             raise SessionError("only an automaton can be taught, not a basic behavior")
         self.taught: Machine = self.root
-        self.mode = Mode.TRAINING
+        self.mode = mode
         self.press: Press | None = None
         self.entry: Entry | None = None
         self.outcome = Outcome("", "", {})
@@ -85,8 +84,17 @@ class Trainee(Interpreter):
         super().start(now)
         self.entry = None
 
+    def keep(self, press: Press | None, entry: Entry | None) -> None:
+        """Take over a press that waits and where a flag was raised, if their states are still there."""
+        automaton = self.taught.automaton
+        if press is not None and press.state in (None, *automaton.state_names):
+            self.press = press
+        lasting = [state.name for state in automaton.states if state.flag is None]
+        if entry is not None and entry.state in lasting and self.taught.flag is not None:
+            self.entry = entry
+
     def pulse(self, row: Row, now: float) -> int:
-        """One tick, decided by a press, by the demonstrator's silence, or by what was learned; see `outcome`."""
+        """One tick, decided by a press, by the demonstrator's silence or by what was learned (`outcome`)."""
         machine, states = self.taught, self.taught.automaton.state_names
         before, own = machine.state_name, own_readings(machine, now)
         press, self.press = self.press, None
@@ -119,7 +127,7 @@ class Trainee(Interpreter):
                 outcome.shown.append(Shown(after, after, ExampleKind.DEFAULT, own_readings(machine, now)))
 
     def _obey_at_flag(self, press: Press, after: str, outcome: Outcome, now: float) -> None:
-        """A flag raised by what was learned is corrected where it was raised; a directed one leaves no trace."""
+        """A flag that what was learned raised is corrected there; a directed one leaves no trace."""
         flagged = self.taught.state_name
         if press.correction and self.entry is not None:
             state = self.entry.state

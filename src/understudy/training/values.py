@@ -16,15 +16,15 @@ from understudy.model.example import Example
 from understudy.model.feature import AnyFeature, BoundFeature, Counter, Feature, Flag, Percept, Timer
 from understudy.model.kinds import NO
 from understudy.model.lesson import Lesson, Record
-from understudy.runtime.interpreter import Machine
+from understudy.runtime.interpreter import Machine, elapsed
 from understudy.runtime.sensing import feature_column
 
 
 def own_readings(machine: Machine, now: float) -> dict[str, float]:
-    """What an automaton's own features could read now: flag of what it runs, counters, timers, time in state."""
+    """What own features could read now: flag of what the automaton runs, counters, timers, time in state."""
     own = {f"counter {name}": value for name, value in machine.counters.items()}
-    own |= {f"timer {name}": now - since for name, since in machine.timers.items()}
-    own["time_in_state"] = now - machine.entered
+    own |= {f"timer {name}": elapsed(now, since) for name, since in machine.timers.items()}
+    own["time_in_state"] = elapsed(now, machine.entered)
     if machine.active.flag is not None:
         own[f"flag {machine.active.flag}"] = 1.0
     return own
@@ -41,8 +41,11 @@ def own_value(feature: AnyFeature, own: Mapping[str, float]) -> float:
     return own.get("time_in_state", nan)
 
 
-def values_of(example: Example, lesson: Lesson, record: Record, *, steady: frozenset[str]) -> tuple[float, ...]:
-    """The values of the lesson's features at an example's moment; `steady` readings (categories) are never shifted.
+def values_of(
+    example: Example, lesson: Lesson, record: Record, *, steady: frozenset[str]
+) -> tuple[float, ...]:
+    """The values of the lesson's features at an example's moment; `steady` readings (categories) are never
+    shifted.
 
     SessionError where the moment was not recorded.
     """
@@ -56,7 +59,9 @@ def values_of(example: Example, lesson: Lesson, record: Record, *, steady: froze
 
 
 def percept_at(example: Example, record: Record, *, reaction_s: float, steady: frozenset[str]) -> Percept:
-    """The snapshot of an example's moment, its shiftable readings taken `reaction_s` earlier if a press made it."""
+    """The snapshot of an example's moment, its shiftable readings taken `reaction_s` earlier if a press made
+    it.
+    """
     row = example.moment or 0
     shifted = row
     if example.pressed and reaction_s > 0 and example.window > 0:
@@ -76,10 +81,29 @@ def _value(bound: BoundFeature, example: Example, percept: Percept) -> float:
     return float(feature_column(ground, percept, agents=1)[0])
 
 
-def valued(lesson: Lesson, record: Record, *, steady: frozenset[str]) -> Lesson:
-    """The lesson with every example's values computed again from the record, but for edited ones."""
-    examples = tuple(
-        example if example.edited else replace(example, values=values_of(example, lesson, record, steady=steady))
-        for example in lesson.examples
-    )
-    return replace(lesson, examples=examples)
+def valued(old: Lesson, new: Lesson, record: Record, *, steady: frozenset[str]) -> Lesson:
+    """The new lesson with its examples' values, which are still the old one's, computed again from the
+    record.
+
+    What was written or edited by hand stays as it is, for the features that stay.
+    """
+    places = [_place(bound, old) for bound in new.automaton.features]
+    examples = []
+    for example in new.examples:
+        by_hand = example.edited or example.moment is None
+        if by_hand and None not in places:
+            values = tuple(example.values[place] for place in places if place is not None)
+        else:
+            values = values_of(example, new, record, steady=steady)
+            if by_hand:
+                values = tuple(
+                    value if place is None else example.values[place]
+                    for place, value in zip(places, values, strict=True)
+                )
+        examples.append(replace(example, values=values))
+    return replace(new, examples=tuple(examples))
+
+
+def _place(bound: BoundFeature, lesson: Lesson) -> int | None:
+    features = lesson.automaton.features
+    return features.index(bound) if bound in features else None

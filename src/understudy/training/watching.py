@@ -5,13 +5,16 @@ Rules (1) to (3) of ARCHITECTURE section 3, 'Watched examples'; rule (4) is the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
 from understudy.model.example import Example
+from understudy.model.feature import ReadingKey
 from understudy.model.lesson import Lesson, Record
-from understudy.training.recorder import Moment, Recorder
+from understudy.training.recorder import Moment
 from understudy.training.values import values_of
 
 STAY_APART_S = 0.3
@@ -24,7 +27,15 @@ class Seen:
     """One tick that nobody objected to so far."""
 
     moment: Moment
-    example: Example  # without values, row or number yet
+    example: Example  # without row or number yet
+
+
+@dataclass(frozen=True, slots=True)
+class Agreed:
+    """Ticks that become examples, and when each state was last seen to stay."""
+
+    seen: tuple[Seen, ...]
+    last_stay: dict[str, float]
 
 
 class Watching:
@@ -38,9 +49,9 @@ class Watching:
         """A tick passed in silence."""
         self._seen.append(seen)
 
-    def doubt(self, now: float, *, reaction_s: float) -> None:
-        """A press came: what happened just before it was not agreed to."""
-        limit = now - max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S)
+    def doubt(self, now: float, *, reaction_s: float, flagged: float = inf) -> None:
+        """A press came: what happened just before it was not agreed to, nor a flag it corrects, raised at `flagged`."""
+        limit = min(now - max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S), flagged - 1e-6)
         self._seen = [seen for seen in self._seen if seen.moment.seconds <= limit + 1e-9]
 
     def begin_episode(self) -> None:
@@ -51,28 +62,30 @@ class Watching:
         """Drop what was seen."""
         self._seen.clear()
 
-    def accept(self, lesson: Lesson, recorder: Recorder, *, steady: frozenset[str]) -> tuple[Example, ...]:
-        """What was seen becomes examples of the lesson, thinned: transitions, and stays apart in time."""
-        accepted: list[Example] = []
-        number = max((example.number for example in lesson.examples), default=0)
-        known = {_key(example.state, example.values) for example in lesson.examples}
+    def agreed(self, lesson: Lesson, keys: Sequence[ReadingKey], *, steady: frozenset[str]) -> Agreed:
+        """What was seen as examples of the lesson, thinned: transitions, and stays apart in time."""
+        agreed, last_stay = [], dict(self._last_stay)
+        known = {vector(example) for example in lesson.examples}
         for seen in self._seen:
             example = seen.example
             if example.next == example.state:
-                last = self._last_stay.get(example.state, -1e9)
-                if seen.moment.seconds - last < STAY_APART_S - 1e-9:
+                if seen.moment.seconds - last_stay.get(example.state, -inf) < STAY_APART_S - 1e-9:
                     continue
-                self._last_stay[example.state] = seen.moment.seconds
-            alone = Record(recorder.keys, np.array([seen.moment.values]), np.array([seen.moment.seconds]))
+                last_stay[example.state] = seen.moment.seconds
+            alone = Record(tuple(keys), np.array([seen.moment.values]), np.array([seen.moment.seconds]))
             values = values_of(replace(example, moment=0), lesson, alone, steady=steady)
-            if _key(example.state, values) in known:
-                continue
-            known.add(_key(example.state, values))
-            number += 1
-            accepted.append(replace(example, number=number, values=values, moment=recorder.keep(seen.moment)))
+            example = replace(example, values=values)
+            if vector(example) not in known:
+                known.add(vector(example))
+                agreed.append(Seen(seen.moment, example))
+        return Agreed(tuple(agreed), last_stay)
+
+    def accept(self, agreed: Agreed) -> None:
+        """These have become examples."""
         self._seen.clear()
-        return tuple(accepted)
+        self._last_stay = agreed.last_stay
 
 
-def _key(state: str, values: tuple[float, ...]) -> tuple[str | float | None, ...]:
-    return (state, *(None if value != value else value for value in values))
+def vector(example: Example) -> tuple[str | float | None, ...]:
+    """An example's state and values; absent readings are alike."""
+    return (example.state, *(None if value != value else value for value in example.values))

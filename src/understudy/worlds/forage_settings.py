@@ -140,3 +140,21 @@ def corner_cases(usual: ForageSettings | None = None) -> Mapping[str, ForageSett
             "no food at all": replace(usual, sources=(0, 0)),
         }
     )
+
+
+def practices(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:
+    """Smaller worlds by name, to teach one thing at a time in, otherwise as usual."""
+    usual = ForageSettings() if usual is None else usual
+    small = replace(usual, width=8.0, height=8.0)
+    nearly_full = usual.capacity - 3
+    return MappingProxyType(
+        {
+            "an arena": small,
+            "a small room": replace(usual, width=4.0, height=4.0, sources=(1, 1)),
+            "little food in many places": replace(small, stored=nearly_full, sources=(3, 3), amounts=(2, 2)),
+            "the last food": replace(small, stored=usual.capacity - 5, sources=(1, 1), amounts=(2, 3)),
+            "one unit to deposit": replace(small, stored=1),
+            "some food to deposit": replace(small, stored=4),
+            "food for two ways": replace(small, stored=nearly_full, sources=(2, 2), amounts=(3, 5)),
+        }
+    )

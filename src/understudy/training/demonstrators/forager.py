@@ -9,7 +9,7 @@ from types import MappingProxyType
 from understudy.model.kinds import NO, YES
 from understudy.model.lesson import Options
 from understudy.training.demonstrators.person import Seen
-from understudy.training.demonstrators.teacher import Case, Topic
+from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
 
@@ -28,7 +28,9 @@ PLAIN: Mapping[str, Options] = MappingProxyType({name: Options() for name in WAT
 
 THERE_M = 0.38  # what a person calls being there
 NOT_THERE_M = 0.47  # what they call not being there yet
+PAST_M = 0.2  # where it should long have said so
 ASTRAY = 0.6  # rad: driving past it, plainly
+FACED_AWAY = 0.45  # rad: not facing it
 FACING = 0.12  # rad: as good as facing it, while turning
 
 
@@ -68,10 +70,12 @@ def complain_goto(screen: Screen) -> str | None:
     if screen.state == "start":
         return show_goto(screen)
     if screen.state == "done":
-        return "forward" if distance > NOT_THERE_M else None
+        if distance < NOT_THERE_M:
+            return None
+        return _toward(bearing) if abs(bearing) > FACED_AWAY else "forward"
+    if distance < PAST_M:
+        return "done"
     if screen.state == "forward":
-        if distance < THERE_M - 0.18:
-            return "done"
         return _toward(bearing) if abs(bearing) > 1.5 * ASTRAY else None
     return "forward" if -pi / 2 < _ahead(screen) < -ASTRAY else None
 
@@ -90,12 +94,17 @@ def _driven(screen: Screen) -> bool:
     return screen.features["distance_to(A)"] < 2.6
 
 
+def _push(behavior: str) -> Push:
+    return Push("forward", behavior, 0.8)
+
+
 def raised(screen: Screen) -> bool:
     """The automaton says that it is finished."""
     return screen.flag is not None
 
 
-# Each side once near and once far, so that only the side can tell which way to turn.
+# Each side once near and once far, so that only the side can tell which way to turn; and once pushed off its way to
+# either side while driving, which seldom happens by itself.
 GOTO = Topic(
     "goto",
     lambda library: new_lesson(
@@ -110,10 +119,10 @@ GOTO = Topic(
     complain_goto,
     raised,
     cases=(
-        Case("an arena", {"A": "station"}, _beside(1, 1.2, 2.6)),
-        Case("an arena", {"A": "nearest_food"}, _beside(-1, 1.2, 2.6)),
-        Case("an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), enough=_driven),
-        Case("an arena", {"A": "nearest_food"}, _beside(1, 3.2, 5.5), enough=_driven),
+        Case("a small room", {"A": "station"}, _beside(1, 0.9, 1.8)),
+        Case("a small room", {"A": "nearest_food"}, _beside(-1, 0.9, 1.8)),
+        Case("an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), _driven, push=_push("rotate_right")),
+        Case("an arena", {"A": "nearest_food"}, _beside(1, 3.2, 5.5), _driven, push=_push("rotate_left")),
     ),
     tries=8,
     limit_s=60.0,
@@ -162,7 +171,7 @@ HARVEST = Topic(
     show_harvest,
     complain_harvest,
     raised,
-    cases=(Case("little food in many places", again=True), Case("the last food", again=True)),
+    cases=(Case("little food in many places", again=True), Case("the last food")),
     tries=4,
     limit_s=120.0,
 )
@@ -181,6 +190,10 @@ def show_deposit(screen: Screen) -> str | None:
     return "goto" if screen.features["at_station"] == NO else None
 
 
+def _on_its_way(screen: Screen) -> bool:
+    return screen.state == "goto"
+
+
 DEPOSIT = Topic(
     "deposit",
     lambda library: new_lesson(
@@ -193,7 +206,10 @@ DEPOSIT = Topic(
     show_deposit,
     show_deposit,
     raised,
-    cases=(Case("one unit to deposit", again=True),),
+    cases=(
+        Case("one unit to deposit"),
+        Case("some food to deposit", push=Push("unload_food", "forward", 3.0), enough=_on_its_way),
+    ),
     tries=3,
     limit_s=120.0,
 )

@@ -5,6 +5,7 @@ What they know of the robot is `session.screen()`; what they do is direct, and s
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
@@ -30,6 +31,10 @@ class Verdict(Enum):
     LOST = auto()  # nothing changed any more, or it took too long
 
 
+FIDGETS, FIDGETING = 30, 0.2
+"""So many switches within this share of their patience look like fidgeting."""
+
+
 @dataclass(frozen=True, slots=True)
 class Reaction:
     """How long a person takes from making up their mind to the press, s: normal, but never under `least_s`."""
@@ -53,12 +58,19 @@ class Person:
         """Direct the robot to whatever they wish, `until` they have shown enough."""
         return self._watch(session, wish, until=until, limit_s=limit_s, patience_s=limit_s)
 
+    def drive(self, session: Session, behavior: str, seconds: float) -> None:
+        """Drive the robot elsewhere for so long; the automaton stays in its state, and nothing is recorded."""
+        session.drive(behavior)
+        session.run_for(seconds)
+        session.drive(None)
+        self.seconds += seconds
+
     def test(
         self, session: Session, complaint: Wish, *, until: Seen, limit_s: float, patience_s: float
     ) -> Verdict:
         """Let the robot show what it learned, and correct the first thing that looks wrong.
 
-        They lose patience when all levels stay in their states for `patience_s`.
+        They lose patience when all levels stay in their states for `patience_s`, or when it only fidgets.
         """
         session.test()
         verdict = self._watch(
@@ -76,7 +88,8 @@ class Person:
         self._due = None
         tick_s = session.body.tick_s
         path: tuple[str, ...] = ()
-        passed = changed = 0.0
+        changes = deque([0.0], maxlen=FIDGETS)
+        passed = 0.0
         while passed < limit_s - tick_s / 2:
             screen = session.screen()
             wished = wish(screen)
@@ -84,8 +97,11 @@ class Person:
             if content and screen.waiting is None and until(screen):
                 return Verdict.ENOUGH
             if screen.path != path:
-                path, changed = screen.path, passed
-            if passed - changed > patience_s:
+                path = screen.path
+                changes.append(passed)
+            if passed - changes[-1] > patience_s or (
+                len(changes) == FIDGETS and passed - changes[0] < patience_s * FIDGETING
+            ):
                 return Verdict.LOST
             self._consider(session, None if content else wished, passed)
             session.tick()

@@ -1,0 +1,117 @@
+"""One robot taught to forage, and judged: what `understudy demo` runs once and the experiment many times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from understudy.evaluation import Evaluation, Progress, evaluate
+from understudy.learning.grow import prepare
+from understudy.model.lesson import Options
+from understudy.model.library import Library
+from understudy.runtime.body import every_key
+from understudy.runtime.program import link
+from understudy.runtime.run import Run
+from understudy.training.demonstrators.forager import PLAIN, TOPICS, WATCHED
+from understudy.training.demonstrators.teacher import Progress as TeachingProgress
+from understudy.training.demonstrators.teacher import Teacher, Teaching
+from understudy.worlds.catalog import CATALOG
+from understudy.worlds.forage import Forage, corner_cases, kit
+from understudy.worlds.forage_settings import practices
+from understudy.worlds.forage_view import Frame
+
+WORLDS = 100
+CORNER_WORLDS = 20
+
+METHODS: Mapping[str, Mapping[str, Options]] = {"watched": WATCHED, "plain": PLAIN}
+"""With watched examples and a reaction time for GoTo, as the demo teaches; and the paper's plain method."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One teaching with how well the robot then foraged."""
+
+    seed: int
+    teaching: Teaching
+    evaluation: Evaluation
+    corners: Mapping[str, float]  # success by corner case
+
+
+def worlds_of(seed: int) -> range:
+    """The unseen worlds that the teaching of this seed is judged on; no two teachings share one."""
+    return range(WORLDS * seed, WORLDS * (seed + 1))
+
+
+def make_practice(name: str, seed: int) -> Forage:
+    """A world to practice in, by name."""
+    return Forage([seed], practices()[name])
+
+
+def teach(seed: int, *, method: str = "watched", progress: TeachingProgress | None = None) -> Teaching:
+    """Teach GoTo, Harvest, Deposit and Forage. Same seed, same library."""
+    options = METHODS[method]
+    if progress is None:
+        return Teacher(Library(kit), make_practice, seed, options=options).teach(*TOPICS)
+    return Teacher(Library(kit), make_practice, seed, options=options, progress=progress).teach(*TOPICS)
+
+
+def judge(library: Library, seed: int, *, progress: Progress | None = None) -> Evaluation:
+    """How well a library forages on the unseen worlds of a teaching seed."""
+    return evaluate(library, "forage", CATALOG["forage"], worlds_of(seed), progress=progress)
+
+
+def judge_corners(library: Library, seed: int) -> dict[str, float]:
+    """Success in each of the paper's corner cases."""
+    seeds = worlds_of(seed)[:CORNER_WORLDS]
+    success = {}
+    for name, settings in corner_cases().items():
+        world = replace(CATALOG["forage"], name=name, make=partial(Forage, settings=settings))
+        success[name] = evaluate(library, "forage", world, seeds).success
+    return success
+
+
+def teach_and_judge(seed: int, *, method: str = "watched") -> Judged:
+    """One teaching, judged."""
+    teaching = teach(seed, method=method)
+    return Judged(seed, teaching, judge(teaching.library, seed), judge_corners(teaching.library, seed))
+
+
+def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[Frame]:
+    """One run of a library's Forage in one world, moment by moment, until all food is home."""
+    body = Forage([seed])
+    run = Run.of(body, link(library, "forage"))
+    frames: list[Frame] = []
+    while not body.success()[0] and body.time_s < limit_s:
+        view = body.view()
+        run.tick()
+        frames.append(Frame(view, run.interpreters[0].path[0]))
+    return [*frames, Frame(body.view(), frames[-1].doing if frames else "")]
+
+
+def warm_up() -> None:
+    """Have everything compiled that is compiled once, so that teaching does not wait for it."""
+    prepare()
+    world = make_practice("an arena", 0)
+    world.sense(every_key(world))
+    world.act({"load": np.ones(1)})
+
+
+def summary(judged: Judged) -> dict[str, Any]:
+    """One teaching as plain data."""
+    accounts, evaluation = judged.teaching.accounts, judged.evaluation
+    return {
+        "seed": judged.seed,
+        "examples": {name: account.examples for name, account in accounts.items()}
+        | {"total": judged.teaching.examples},
+        "presses": sum(account.presses for account in accounts.values()),
+        "lessons": sum(account.lessons for account in accounts.values()),
+        "teaching_seconds": round(judged.teaching.seconds, 1),
+        "worlds": len(evaluation.seeds),
+        "success": evaluation.success,
+        "relative_to_expert": round(evaluation.relative_to_expert, 4),
+        "corner_cases": dict(judged.corners),
+    }
