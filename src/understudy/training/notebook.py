@@ -101,9 +101,7 @@ class Notebook:
         self, outcome: Outcome, press: Press, binding: Binding, *, before: RunState, after: RunState
     ) -> None:
         """A press acted at this tick: write down what it showed, from run state `before` to `after`."""
-        flagged = min((shown.entry.seconds for shown in outcome.shown if shown.entry), default=inf)
-        reaction_s = self.lesson.options.reaction_s
-        self._watched.doubt(self._recorder.now, reaction_s=reaction_s, flagged=flagged)
+        self._watched.doubt(self._recorder.now, reaction_s=self.lesson.options.reaction_s)
         self.accept_watched()
         if not outcome.shown:
             self.journal.write(Acted(press.number, list(after)))

@@ -49,9 +49,9 @@ class Watching:
         """A tick passed in silence."""
         self._seen.append(seen)
 
-    def doubt(self, now: float, *, reaction_s: float, flagged: float = inf) -> None:
-        """A press came: what happened just before it was not agreed to, nor a flag it corrects, raised at `flagged`."""
-        limit = min(now - max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S), flagged - 1e-6)
+    def doubt(self, now: float, *, reaction_s: float) -> None:
+        """A press came: what happened just before it was not agreed to."""
+        limit = now - max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S)
         self._seen = [seen for seen in self._seen if seen.moment.seconds <= limit + 1e-9]
 
     def begin_episode(self) -> None:
