@@ -87,7 +87,7 @@ class Choose(Screen[Choices | None]):
                 flags=choices.flags or (),
                 options=choices.options(lesson.options),
             )
-            rechosen(lesson, library, choice)
+            rechosen(lesson, library, choice, {})  # no parameter is new
 
         return cls(library, automaton.name, now, check, again=True)
 

@@ -62,6 +62,7 @@ class Desk:
         self._saved = saved
         self._compared: tuple[tuple[object, ...], bool] | None = None
         self.screen = session.screen()
+        self._options = session.lesson.options
         self._redraw_keys()
 
     def _redraw_keys(self) -> None:
@@ -98,13 +99,16 @@ class Desk:
             new is not old for new, old in zip(key, self._compared[0], strict=True)
         ):
             saved = self._saved
-            self._compared = key, bool(session.examples) if saved is None else not alike(saved, session.lesson)
+            self._compared = (
+                key,
+                bool(session.examples) if saved is None else not alike(saved, session.lesson),
+            )
         return self._compared[1]
 
     @property
     def watches(self) -> bool:
         """Whether the lesson takes silence for consent."""
-        return self.session.options.watched
+        return self._options.watched
 
     # Time
 
@@ -324,7 +328,7 @@ class Desk:
             states=choices.states or (),
             features=choices.features or (),
             flags=choices.flags or (),
-            options=choices.options(session.options),
+            options=choices.options(self._options),
         )
         self.memory.forget()
         self.said = Said("Chosen anew; the examples stay, and u takes it back")
@@ -340,6 +344,7 @@ class Desk:
     def _changed(self) -> None:
         self._look()
         self._redraw_keys()
+        self._options = self.session.lesson.options
         self.corrected = False
 
     def _look(self) -> None:

@@ -126,8 +126,8 @@ def _again(plan: Plan) -> Start:
         choice["states"] = chosen.states
     if chosen.flags is not None:
         choice["flags"] = chosen.flags
-    lesson = rechosen(lesson, plan.library, choice)
-    return Start(lesson, targets(plan, lesson, chosen))
+    stand_for = targets(plan, lesson, chosen)
+    return Start(rechosen(lesson, plan.library, choice, stand_for), stand_for)
 
 
 def targets(plan: Plan, lesson: Lesson, choices: Choices) -> dict[str, str]:

@@ -21,7 +21,7 @@ from understudy.model.binding import Binding
 from understudy.model.example import Example
 from understudy.model.feature import BoundFeature, Percept
 from understudy.model.kinds import Categorical
-from understudy.model.lesson import Lesson, Options
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library, Taught
 from understudy.runtime.body import Body, Resettable, Rewindable, every_key
 from understudy.runtime.interpreter import Interpreter, Level
@@ -124,11 +124,6 @@ class Session:
     def automaton(self) -> Automaton:
         """What was chosen for the automaton under training, without transition functions."""
         return self._notebook.lesson.automaton
-
-    @property
-    def options(self) -> Options:
-        """What the lesson chose of how it is learned."""
-        return self._notebook.lesson.options
 
     @property
     def examples(self) -> tuple[Example, ...]:
