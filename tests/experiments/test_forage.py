@@ -12,6 +12,7 @@ from understudy.experiments.forage import run
 from understudy.experiments.forage.teaching import Judged, summary, teach, teach_and_judge, worlds_of
 from understudy.model.document import encode
 from understudy.training.demonstrators.teacher import FIRST_SEED
+from understudy.worlds.forage import corner_cases
 
 EXPECTED = json.loads((Path(run.__file__).parent / "expected.json").read_text(encoding="utf-8"))
 
@@ -35,6 +36,11 @@ def test_it_was_taught_well(judged: Judged) -> None:
     assert judged.evaluation.relative_to_expert >= 0.9
     assert judged.teaching.examples <= 90
     assert judged.teaching.seconds <= 600
+
+
+@pytest.mark.parametrize("case", corner_cases())
+def test_corner_case(judged: Judged, case: str) -> None:
+    assert judged.corners[case] == 1.0
 
 
 def test_the_same_seed_gives_the_same_library(judged: Judged) -> None:

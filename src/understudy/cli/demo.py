@@ -51,7 +51,7 @@ def demo(
     teaching = _teach(seed, talk)
     _tell_lessons(teaching, talk)
     pictures = _save(teaching.library, out, seed)
-    evaluation = _judge(teaching.library, seed, quiet=as_json)
+    evaluation, corners = _judge(teaching.library, seed, quiet=as_json)
     result = {
         "examples": {name: account.examples for name, account in teaching.accounts.items()}
         | {"total": teaching.examples},
@@ -60,6 +60,7 @@ def demo(
         "worlds": len(evaluation.seeds),
         "success": evaluation.success,
         "relative_to_expert": round(evaluation.relative_to_expert, 4),
+        "corner_cases": corners,
         "seed": seed,
         "library": str(out / "library"),
         "pictures": [str(picture) for picture in pictures],
@@ -165,12 +166,12 @@ def _save(library: Library, out: Path, seed: int) -> list[Path]:
     return drawn
 
 
-def _judge(library: Library, seed: int, *, quiet: bool) -> Evaluation:
+def _judge(library: Library, seed: int, *, quiet: bool) -> tuple[Evaluation, dict[str, float]]:
     from understudy.cli.progress import progress
-    from understudy.experiments.forage.teaching import judge
+    from understudy.experiments.forage.teaching import judge, judge_corners
 
     with progress("Foraging in unseen worlds", quiet=quiet) as report:
-        return judge(library, seed, progress=report)
+        return judge(library, seed, progress=report), judge_corners(library, seed)
 
 
 def _tell_result(result: dict[str, Any], talk: Console, out: Path) -> None:
@@ -186,6 +187,9 @@ def _tell_result(result: dict[str, Any], talk: Console, out: Path) -> None:
     talk.print("\n[bold]How well it forages[/]")
     for what, value in rows:
         talk.print(f"  {what:<16} [bold]{value}[/]")
+    talk.print("  [dim]and in the paper's corner cases[/]")
+    for name, success in result["corner_cases"].items():
+        talk.print(f"    {name:<42} [bold]{success:.0%}[/]")
     library, pictures = out / "library", out / "pictures"
     talk.print(
         f"\n[dim]library[/]  {escape(str(library))}\n[dim]pictures[/] {escape(str(pictures))}", soft_wrap=True
