@@ -324,7 +324,7 @@ def test_what_the_others_do_meanwhile() -> None:
 
 
 def test_the_others_go_on_whatever_happens_to_the_lesson() -> None:
-    """A counter as clock: three ticks of forward, then left for good; undo, test and driving restart nobody."""
+    """Three ticks of forward, then left for good; undo, testing and driving restart nobody."""
     three = automaton(
         "three",
         ["forward", "left"],

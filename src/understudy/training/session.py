@@ -338,6 +338,7 @@ class Session:
         Examples stay, with values computed again from the record; those of states that are gone are dropped.
         `targets` says what new parameters stand for.
         """
+        self._notebook.accept_watched()
         stand_for = {**self._targets, **(targets or {})}
         lesson = rechosen(self._notebook.lesson, self.library, choice, stand_for)
         check_targets(lesson.automaton, targets or {}, self.body.targets)
@@ -380,6 +381,8 @@ class Session:
         trainee.restore(old.snapshot(self.body.time_s), now=self.body.time_s)
         trainee.keep(old.press, old.entry)
         self._run = self._new_run()
+        if trainee.press is not old.press:
+            self._turned()  # its state is gone
 
     def _new_trainee(self, lesson: Lesson, mode: Mode) -> Trainee:
         automaton = learned(lesson) if mode is Mode.TESTING else lesson.automaton
