@@ -1,7 +1,7 @@
 """A session to be killed: random presses on the foraging world, one acknowledged step per line.
 
 Run as a program it is a nursery: it imports everything once, then forks a session for every line it reads
-("FOLDER SEED"), says its process id, and says when it has ended.
+("FOLDER SEED"), says its process id, and after another line waits for its end.
 """
 
 from __future__ import annotations
@@ -72,13 +72,14 @@ def main() -> None:
     play(with_everything_warm, 0, lambda *_: None)
     open_library(with_everything_warm / "library", kit, learn)
     os.write(1, b"ready\n")
-    for line in sys.stdin:
+    while line := sys.stdin.readline():
         folder, seed = line.rsplit(maxsplit=1)
         child = os.fork()
         if child == 0:
             killed(Path(folder), int(seed))
             os._exit(0)
         os.write(1, f"{child}\n".encode())
+        sys.stdin.readline()  # killed by now, or at its end: still there until it is waited for
         os.waitpid(child, 0)
         os.write(1, b"ended\n")
 

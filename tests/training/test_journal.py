@@ -16,7 +16,7 @@ from understudy.model.kinds import Continuous
 from understudy.model.kit import Kit
 from understudy.model.lesson import Options
 from understudy.model.library import Library
-from understudy.runtime.body import Reading
+from understudy.runtime.body import Reading, every_key
 from understudy.training.journal import MAGIC, Ticks, read_journal, unpacked_rows
 from understudy.training.log import Log
 from understudy.training.past import Past
@@ -257,7 +257,10 @@ def test_body_and_automaton_go_back_to_the_last_snapshot(tmp_path: Path) -> None
 def test_about_is_kept(tmp_path: Path) -> None:
     body, first = Scripted(), session()
     Session(body, first.library, first.lesson, journal=tmp_path / "j", about={"world": "forage", "seed": 7})
-    assert Past.replayed(tmp_path / "j", first.library).about == {"world": "forage", "seed": 7}
+    assert Past.replayed(tmp_path / "j", first.library, every_key(body)).about == {
+        "world": "forage",
+        "seed": 7,
+    }
 
 
 def test_every_tick_is_in_the_journal(tmp_path: Path) -> None:
