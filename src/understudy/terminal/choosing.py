@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import ClassVar, Self
 
@@ -65,7 +66,7 @@ class Choose(Screen[Choices | None]):
         def check(choices: Choices) -> None:
             targets(plan, new(plan, choices), choices)
 
-        return cls(plan.library, plan.name, plan.choices, check, again=False)
+        return cls(plan.library, plan.name, _suggested(plan), check, again=False)
 
     @classmethod
     def again(cls, library: Library, lesson: Lesson) -> Self:
@@ -158,13 +159,22 @@ class Choose(Screen[Choices | None]):
     def _choices(self) -> Choices:
         text = {each.id: each.value for each in self.query(Input)}
         states = [*self.query_one("#states", Picks).chosen, *_listed(text["more"])]
+        features = self.query_one("#features", Picks).chosen
+        parameters = self._parameters()
+        if not self._again:  # one that was suggested and never used would only have to be bound
+            used = {argument for call in (*states, *features) for argument in _arguments(call)}
+            parameters = [parameter for parameter in parameters if parameter in used]
         stand = [pair.partition("=") for pair in _listed(text.get("targets", ""))]
         return Choices(
             states=_named(states, self._kept),
-            features=self.query_one("#features", Picks).chosen,
+            features=features,
             flags=_listed(text["flags"]),
-            parameters=self._parameters(),
-            targets={parameter.strip(): target.strip() for parameter, _, target in stand},
+            parameters=parameters,
+            targets={
+                of.strip(): target.strip()
+                for of, _, target in stand
+                if self._again or of.strip() in parameters
+            },
             watched=bool(self.query_one("#watched", Picks).chosen),
             reaction_s=_seconds(text["reaction"]),
         )
@@ -225,6 +235,24 @@ def _named(calls: Sequence[str], kept: dict[str, State]) -> list[str | State]:
         else:
             named.append(call)
     return named
+
+
+def _suggested(plan: Plan) -> Choices:
+    """What was said, and where nothing was: a parameter, what it stands for, and a flag, as most lessons have."""
+    said, kit_targets = plan.choices, plan.library.kit.targets
+    parameters = ["A"] if said.parameters is None else said.parameters
+    stand = {parameter: next(iter(kit_targets)) for parameter in parameters if kit_targets}
+    return replace(
+        said,
+        parameters=parameters,
+        targets={**stand, **said.targets},
+        flags=["done"] if said.flags is None else said.flags,
+    )
+
+
+def _arguments(call: str) -> list[str]:
+    """What a call binds its parameters to: station of goto(station)."""
+    return _listed(call.partition("(")[2].rstrip(") "))
 
 
 def _listed(text: str) -> list[str]:

@@ -31,6 +31,7 @@ class Picks(OptionList):
         self._texts, self._chosen = list(texts), set(chosen)
         self.clear_options()
         self.add_options([Option(self._prompt(text)) for text in self._texts])
+        self.highlighted = 0 if self._texts else None  # so that space chooses at once
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Choose it, or not any more."""
