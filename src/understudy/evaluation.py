@@ -215,7 +215,9 @@ class Evaluation:
     def relative(self) -> Column:
         """Taught food per second as a share of the yardstick's [N]; absent where there is no food."""
         expert = self.expert.food_per_s
-        ratio: Column = np.divide(self.taught.food_per_s, expert, out=np.full(len(expert), np.nan), where=expert > 0)
+        ratio: Column = np.divide(
+            self.taught.food_per_s, expert, out=np.full(len(expert), np.nan), where=expert > 0
+        )
         return ratio
 
     @property
@@ -236,7 +238,9 @@ def evaluate(
 ) -> Evaluation:
     """Judge a behavior of a library on one world per seed, all side by side."""
     if not seeds:
-        raise SettingError(where="evaluation", setting="seeds", problem="are none", remedy="give at least one")
+        raise SettingError(
+            where="evaluation", setting="seeds", problem="are none", remedy="give at least one"
+        )
     program = link(library, behavior, binding)
     expert = judge_expert(world, seeds)
     limits = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)

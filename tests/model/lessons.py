@@ -20,7 +20,9 @@ from understudy.model.library import Taught
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 
 names = st.one_of(
-    st.sampled_from(["stay", "go to", "größe", "状態", "a.b[0]", '"quoted"', "\\", "null", "*", "e\u0301", "\u2028"]),
+    st.sampled_from(
+        ["stay", "go to", "größe", "状態", "a.b[0]", '"quoted"', "\\", "null", "*", "e\u0301", "\u2028"]
+    ),
     st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=12),
 )
 numbers = st.floats(allow_nan=False, allow_infinity=False)
@@ -119,14 +121,18 @@ def taught(draw: Any) -> Taught:
         states.append(
             State(name, flag=flag)
             if flag is not None
-            else State(name, draw(st.none() | names), Binding(draw(st.dictionaries(names, names, max_size=2))))
+            else State(
+                name, draw(st.none() | names), Binding(draw(st.dictionaries(names, names, max_size=2)))
+            )
         )
     parameters = tuple(draw(st.lists(names, max_size=2, unique=True)))
     bare = Automaton(draw(names), tuple(states), features, parameters, draw(st.booleans()))
     record = draw(records())
     lesson = Lesson(bare, draw(examples(bare, len(record))), draw(options()), record)
     movable = [state.name for state in states if state.flag is None]
-    return Taught(replace(bare, transitions={name: draw(trees(features, len(states))) for name in movable}), lesson)
+    return Taught(
+        replace(bare, transitions={name: draw(trees(features, len(states))) for name in movable}), lesson
+    )
 
 
 @st.composite
@@ -178,7 +184,12 @@ def goto(name: str = "goto") -> Taught:
     bare = Automaton(
         name,
         (START, State("forward", "forward"), State("done", flag="done")),
-        (BoundFeature(DISTANCE, TO_A), BoundFeature(ANGLE, TO_A), BoundFeature(READY), BoundFeature(Flag("bump"))),
+        (
+            BoundFeature(DISTANCE, TO_A),
+            BoundFeature(ANGLE, TO_A),
+            BoundFeature(READY),
+            BoundFeature(Flag("bump")),
+        ),
         ("A",),
     )
     tree = Tree(
@@ -193,8 +204,18 @@ def goto(name: str = "goto") -> Taught:
     )
     directive, watched = ExampleKind.DIRECTIVE, ExampleKind.WATCHED
     shown = (
-        Example(1, "start", (5.5, 0.25, 1.0, 0.0), "forward", directive, moment=2, window=2, own={"bump": 0.0}),
-        Example(2, "forward", (5.5, nan, 1.0, 0.0), "forward", ExampleKind.DEFAULT, moment=2, binding=Binding(A="home")),
+        Example(
+            1, "start", (5.5, 0.25, 1.0, 0.0), "forward", directive, moment=2, window=2, own={"bump": 0.0}
+        ),
+        Example(
+            2,
+            "forward",
+            (5.5, nan, 1.0, 0.0),
+            "forward",
+            ExampleKind.DEFAULT,
+            moment=2,
+            binding=Binding(A="home"),
+        ),
         Example(3, "forward", (4.0, 0.5, 1.0, 0.0), "forward", watched, moment=3),
         Example(4, "forward", (3.0, 0.5, nan, 0.0), "forward", watched, moment=4),
     )

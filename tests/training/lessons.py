@@ -39,7 +39,7 @@ def session(
     flags: Sequence[str] = (),
     parameters: Sequence[str] = (),
     library: Library = ROBOT,
-    options: Options = Options(),  # noqa: B008 - a frozen value
+    options: Options = Options(),
     stateless: bool = False,
     body: Scripted | None = None,
     targets: dict[str, str] | None = None,

@@ -75,8 +75,8 @@ def run() -> dict[str, Any]:
         )
     toroidal, noisy = circular(400, noise=0.05), continuous(5000, noise=0.05)
     goals = [
-        _goal("one toroidal feature, 400 examples, 5 % noise", 10.0, 40, toroidal, [Toroidal()]),
-        _goal("three continuous features, 5000 examples, 5 % noise", 25.0, 11, noisy, [NUMBER] * 3),
+        _goal("1 toroidal feature, n = 400", 10.0, 40, toroidal, [Toroidal()]),
+        _goal("3 continuous features, n = 5000", 25.0, 11, noisy, [NUMBER] * 3),
     ]
     return {
         "first_call_ms": first_call_ms,

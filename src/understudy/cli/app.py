@@ -6,7 +6,19 @@ from typing import Annotated
 
 import typer
 
-from understudy.cli import bench, diff, evaluate, learn, libraries, run, show, validate
+from understudy.cli import (
+    bench,
+    demo,
+    diff,
+    evaluate,
+    experiment,
+    learn,
+    libraries,
+    run,
+    show,
+    teach,
+    validate,
+)
 from understudy.cli.failing import Group
 
 TEACHING, RUNNING, LIBRARY, LAB = "Teach", "Run", "Look into a library", "Measure"
@@ -45,6 +57,8 @@ def understudy(
     """Train robots, and teams of robots, by being shown."""
 
 
+app.command("demo", rich_help_panel=TEACHING)(demo.demo)
+app.command("teach", rich_help_panel=TEACHING)(teach.teach)
 app.command("learn", rich_help_panel=TEACHING)(learn.learn)
 app.command("run", rich_help_panel=RUNNING)(run.run)
 app.command("eval", rich_help_panel=RUNNING)(evaluate.evaluate)
@@ -53,4 +67,5 @@ app.command("show", rich_help_panel=LIBRARY)(show.show)
 app.command("diff", rich_help_panel=LIBRARY)(diff.diff)
 app.command("validate", rich_help_panel=LIBRARY)(validate.validate)
 app.command("rebuild", rich_help_panel=LIBRARY)(libraries.rebuild)
+app.add_typer(experiment.app, name="experiment", rich_help_panel=LAB)
 app.add_typer(bench.app, name="bench", rich_help_panel=LAB)

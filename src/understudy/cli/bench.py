@@ -62,7 +62,7 @@ def _learning(result: dict[str, Any]) -> None:
         times = [f"{row[key]:.3g}" for key in ("ours_ms", "from_lesson_ms", "sklearn_ms")]
         made.add_row(str(row["examples"]), *times, _mark(row["as_fast"]))
     console().print(made)
-    goals = table("goal", "#at most ms", "#ours ms", "#from a lesson ms", "reached")
+    goals = table("5 % noise, ms", "#goal", "#ours", "#from a lesson", "reached")
     for row in result["goals"]:
         times = [f"{row[key]:.3g}" for key in ("goal_ms", "ours_ms", "from_lesson_ms")]
         goals.add_row(row["what"], *times, _mark(row["passed"]))

@@ -10,6 +10,7 @@ from typing import Any
 
 from understudy.errors import UnderstudyError
 from understudy.model.automaton import Automaton
+from understudy.model.conditions import conditions as tree_conditions
 from understudy.model.conditions import sentences
 from understudy.model.document import Learn, Opened
 from understudy.model.example import Example
@@ -20,7 +21,7 @@ from understudy.model.kinds import Categorical
 from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.model.tree import Tree
+from understudy.model.tree import STAY, Tree
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,18 @@ def look(folder: Path, kit: Kit | None, learn: Learn | None) -> Shelf:
         except UnderstudyError as error:
             problems[path.name] = error
     return Shelf(folder, library, opened, problems)
+
+
+def graph_conditions(automaton: Automaton) -> dict[tuple[str, str], list[str]]:
+    """By state and next state, in words, when: for a picture."""
+    names = automaton.state_names
+    return {
+        (state, names[outcome]): list(texts)
+        for state, function in automaton.transitions.items()
+        if isinstance(function, Tree)
+        for outcome, texts in tree_conditions(function, automaton.features).items()
+        if outcome != STAY and names[outcome] != state
+    }
 
 
 def conditions(automaton: Automaton) -> dict[str, list[str]]:

@@ -85,7 +85,9 @@ class Automaton:
                 raise self._wrong(f"it has {group} {twice[0]!r} twice", "rename or remove one of the two")
         for name in self.transitions:
             if self.state(name).flag is not None:
-                raise self._wrong(f"flag state {name!r} has a transition function", "a flag state is never left")
+                raise self._wrong(
+                    f"flag state {name!r} has a transition function", "a flag state is never left"
+                )
 
     def _wrong(self, problem: str, remedy: str) -> DefinitionError:
         return DefinitionError(what=f"automaton {self.name!r}", problem=problem, remedy=remedy)

@@ -65,7 +65,9 @@ class Change:
     def __post_init__(self) -> None:
         if self.of == "timer" and self.action == "increment":
             raise DefinitionError(
-                what=f"timer {self.name!r}", problem="a timer cannot be incremented", remedy="set it or reset it"
+                what=f"timer {self.name!r}",
+                problem="a timer cannot be incremented",
+                remedy="set it or reset it",
             )
 
 

@@ -30,7 +30,9 @@ class Continuous:
     def check(self, value: float, *, where: str) -> float:
         """The value itself; KindError where it is infinite."""
         if not (isfinite(value) or isnan(value)):
-            raise KindError(where=where, problem=f"{value} is not finite", remedy="give a number, or leave it absent")
+            raise KindError(
+                where=where, problem=f"{value} is not finite", remedy="give a number, or leave it absent"
+            )
         return value
 
 
@@ -61,7 +63,9 @@ class Toroidal:
         if isnan(value):
             return value
         if not isfinite(value):
-            raise KindError(where=where, problem=f"{value} is not finite", remedy="give a number, or leave it absent")
+            raise KindError(
+                where=where, problem=f"{value} is not finite", remedy="give a number, or leave it absent"
+            )
         wrapped = value % self.period
         return 0.0 if wrapped >= self.period else wrapped
 
@@ -149,5 +153,7 @@ def parse_value(text: str, kind: Kind, *, where: str) -> float:
     except ValueError:
         value = float("inf")
     if not isfinite(value):
-        raise KindError(where=where, problem=f"{text!r} is not a number", remedy="give a number, or leave it empty")
+        raise KindError(
+            where=where, problem=f"{text!r} is not a number", remedy="give a number, or leave it empty"
+        )
     return kind.check(value, where=where)

@@ -128,7 +128,9 @@ class Tree:
         """Tests on the longest path; 0 for a single leaf."""
         deepest = [0] * len(self.nodes)
         for index, node in enumerate(self.nodes):  # children come after their parents
-            for following in (node.yes, node.no, node.absent, *node.branches) if node.test != Test.LEAF else ():
+            for following in (
+                (node.yes, node.no, node.absent, *node.branches) if node.test != Test.LEAF else ()
+            ):
                 if following != STAY:
                     deepest[following] = deepest[index] + 1
         return max(deepest)

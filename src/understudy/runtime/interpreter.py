@@ -78,7 +78,9 @@ class Machine:
         ]
         self._pick = _picker(instance.sources)
         self._own = [
-            (index, source) for index, source in enumerate(instance.sources) if not isinstance(source, int)
+            (index, source.name if isinstance(source, Flag) else None, source)
+            for index, source in enumerate(instance.sources)
+            if not isinstance(source, int)
         ]
         self.watcher: Watcher | None = None
         self.counters: dict[str, float] = {}
@@ -134,8 +136,11 @@ class Machine:
     def values(self, row: Row, now: float) -> Sequence[float]:
         """The feature vector: body readings from the snapshot, the automaton's own read live."""
         values = list(self._pick(row))
-        for index, feature in self._own:
-            values[index] = self.own(feature, now)
+        for index, flag, feature in self._own:  # flags first: most are, and a pulse must be quick
+            if flag is None:
+                values[index] = self.own(feature, now)
+            else:
+                values[index] = YES if self.active.flag == flag else NO
         return values
 
     def own(self, feature: OwnFeature, now: float) -> float:

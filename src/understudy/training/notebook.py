@@ -101,8 +101,7 @@ class Notebook:
         self, outcome: Outcome, press: Press, binding: Binding, *, before: RunState, after: RunState
     ) -> None:
         """A press acted at this tick: write down what it showed, from run state `before` to `after`."""
-        seconds = self._recorder.now
-        self._watched.doubt(seconds, reaction_s=self.lesson.options.reaction_s)
+        self._watched.doubt(self._recorder.now, reaction_s=self.lesson.options.reaction_s)
         self.accept_watched()
         if not outcome.shown:
             self.journal.write(Acted(press.number, list(after)))

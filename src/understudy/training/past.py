@@ -65,8 +65,8 @@ class Past:
         )
 
     @classmethod
-    def replayed(cls, path: Path, library: Library, keys: Sequence[ReadingKey]) -> Self:
-        """The past that a journal holds; FileError where it holds no session with a body of such readings."""
+    def replayed(cls, path: Path, library: Library, keys: Sequence[ReadingKey] | None = None) -> Self:
+        """The past that a journal holds; FileError where it holds no session, or one with other readings."""
         entries = read_journal(path)
         began = next(entries, None)
         if not isinstance(began, Began):
@@ -76,7 +76,7 @@ class Past:
                 problem="no session begins there",
                 remedy="begin a new session",
             )
-        if tuple(began.keys) != tuple(keys):
+        if keys is not None and tuple(began.keys) != tuple(keys):
             raise FileError(
                 path=path,
                 place="its first entry",

@@ -150,6 +150,7 @@ def practices(usual: ForageSettings | None = None) -> Mapping[str, ForageSetting
     return MappingProxyType(
         {
             "an arena": small,
+            "a small room": replace(usual, width=4.0, height=4.0, sources=(1, 1)),
             "little food in many places": replace(small, stored=nearly_full, sources=(3, 3), amounts=(2, 2)),
             "the last food": replace(small, stored=usual.capacity - 5, sources=(1, 1), amounts=(2, 3)),
             "one unit to deposit": replace(small, stored=1),

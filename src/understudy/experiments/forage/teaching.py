@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -10,15 +10,19 @@ from typing import Any
 import numpy as np
 
 from understudy.evaluation import Evaluation, Progress, evaluate
-from understudy.learning.transitions import learned
+from understudy.learning.grow import prepare
 from understudy.model.lesson import Options
 from understudy.model.library import Library
+from understudy.runtime.body import every_key
+from understudy.runtime.program import link
+from understudy.runtime.run import Run
 from understudy.training.demonstrators.forager import PLAIN, TOPICS, WATCHED
 from understudy.training.demonstrators.teacher import Progress as TeachingProgress
 from understudy.training.demonstrators.teacher import Teacher, Teaching
 from understudy.worlds.catalog import CATALOG
 from understudy.worlds.forage import Forage, corner_cases, kit
 from understudy.worlds.forage_settings import practices
+from understudy.worlds.forage_view import Frame
 
 WORLDS = 100
 CORNER_WORLDS = 20
@@ -76,13 +80,23 @@ def teach_and_judge(seed: int, *, method: str = "watched") -> Judged:
     return Judged(seed, teaching, judge(teaching.library, seed), judge_corners(teaching.library, seed))
 
 
-def warm_up(tell: Callable[[], None] = lambda: None) -> None:
-    """Compile what is compiled once, so that it is not counted as teaching; `tell` is called before."""
-    tell()
-    lesson = TOPICS[0].choose(Library(kit))
-    learned(lesson)
+def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[Frame]:
+    """One run of a library's Forage in one world, moment by moment, until all food is home."""
+    body = Forage([seed])
+    run = Run.of(body, link(library, "forage"))
+    frames: list[Frame] = []
+    while not body.success()[0] and body.time_s < limit_s:
+        view = body.view()
+        run.tick()
+        frames.append(Frame(view, run.interpreters[0].path[0]))
+    return [*frames, Frame(body.view(), frames[-1].doing if frames else "")]
+
+
+def warm_up() -> None:
+    """Have everything compiled that is compiled once, so that teaching does not wait for it."""
+    prepare()
     world = make_practice("an arena", 0)
-    world.sense([("range", "nearest_food")])
+    world.sense(every_key(world))
     world.act({"load": np.ones(1)})
 
 

@@ -28,7 +28,9 @@ PLAIN: Mapping[str, Options] = MappingProxyType({name: Options() for name in WAT
 
 THERE_M = 0.38  # what a person calls being there
 NOT_THERE_M = 0.47  # what they call not being there yet
+PAST_M = 0.2  # where it should long have said so
 ASTRAY = 0.6  # rad: driving past it, plainly
+FACED_AWAY = 0.45  # rad: not facing it
 FACING = 0.12  # rad: as good as facing it, while turning
 
 
@@ -68,10 +70,12 @@ def complain_goto(screen: Screen) -> str | None:
     if screen.state == "start":
         return show_goto(screen)
     if screen.state == "done":
-        return "forward" if distance > NOT_THERE_M else None
+        if distance < NOT_THERE_M:
+            return None
+        return _toward(bearing) if abs(bearing) > FACED_AWAY else "forward"
+    if distance < PAST_M:
+        return "done"
     if screen.state == "forward":
-        if distance < THERE_M - 0.18:
-            return "done"
         return _toward(bearing) if abs(bearing) > 1.5 * ASTRAY else None
     return "forward" if -pi / 2 < _ahead(screen) < -ASTRAY else None
 
@@ -86,8 +90,8 @@ def _beside(side: int, nearest: float, farthest: float) -> Seen:
     return suits
 
 
-def _driven(screen: Screen) -> bool:
-    return screen.features["distance_to(A)"] < 2.6
+def _back_on_its_way(screen: Screen) -> bool:
+    return screen.state == "forward" and abs(_bearing(screen)) < ASTRAY
 
 
 def _push(behavior: str) -> Push:
@@ -115,10 +119,18 @@ GOTO = Topic(
     complain_goto,
     raised,
     cases=(
-        Case("an arena", {"A": "station"}, _beside(1, 1.2, 2.6)),
-        Case("an arena", {"A": "nearest_food"}, _beside(-1, 1.2, 2.6)),
-        Case("an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), _driven, push=_push("rotate_right")),
-        Case("an arena", {"A": "nearest_food"}, _beside(1, 3.2, 5.5), _driven, push=_push("rotate_left")),
+        Case("a small room", {"A": "station"}, _beside(1, 0.9, 1.8)),
+        Case("a small room", {"A": "nearest_food"}, _beside(-1, 0.9, 1.8)),
+        Case(
+            "an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), _back_on_its_way, push=_push("rotate_right")
+        ),
+        Case(
+            "an arena",
+            {"A": "nearest_food"},
+            _beside(1, 3.2, 5.5),
+            _back_on_its_way,
+            push=_push("rotate_left"),
+        ),
     ),
     tries=8,
     limit_s=60.0,

@@ -5,6 +5,7 @@ What they know of the robot is `session.screen()`; what they do is direct, and s
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
@@ -28,6 +29,10 @@ class Verdict(Enum):
     ENOUGH = auto()  # what they waited for, with nothing to complain of
     CORRECTED = auto()  # they had to press while testing
     LOST = auto()  # nothing changed any more, or it took too long
+
+
+FIDGETS, FIDGETING = 30, 0.2
+"""So many switches within this share of their patience look like fidgeting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +70,7 @@ class Person:
     ) -> Verdict:
         """Let the robot show what it learned, and correct the first thing that looks wrong.
 
-        They lose patience when all levels stay in their states for `patience_s`.
+        They lose patience when all levels stay in their states for `patience_s`, or when it only fidgets.
         """
         session.test()
         verdict = self._watch(
@@ -83,7 +88,8 @@ class Person:
         self._due = None
         tick_s = session.body.tick_s
         path: tuple[str, ...] = ()
-        passed = changed = 0.0
+        changes = deque([0.0], maxlen=FIDGETS)
+        passed = 0.0
         while passed < limit_s - tick_s / 2:
             screen = session.screen()
             wished = wish(screen)
@@ -91,8 +97,11 @@ class Person:
             if content and screen.waiting is None and until(screen):
                 return Verdict.ENOUGH
             if screen.path != path:
-                path, changed = screen.path, passed
-            if passed - changed > patience_s:
+                path = screen.path
+                changes.append(passed)
+            if passed - changes[-1] > patience_s or (
+                len(changes) == FIDGETS and passed - changes[0] < patience_s * FIDGETING
+            ):
                 return Verdict.LOST
             self._consider(session, None if content else wished, passed)
             session.tick()

@@ -18,7 +18,6 @@ from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.training.demonstrators.person import Person, Reaction, Seen, Verdict, Wish
-from understudy.training.screen import Screen
 from understudy.training.session import Session
 
 MakesBody: TypeAlias = Callable[[str, int], Body]
@@ -137,13 +136,16 @@ class Teacher:
         """One lesson from its beginning; whether it came right."""
         self.accounts[topic.name].lessons += 1
         for case in topic.cases:
-            session = self._session(topic, lesson, case)
-            self._show(topic, case, session)
-            if case.again:
-                session.restart()
-                self._show(topic, case, session)
-            lesson = session.lesson
+            lesson = self._show_case(topic, case, lesson)
         return self._try(topic, lesson)
+
+    def _show_case(self, topic: Topic, case: Case, lesson: Lesson) -> Lesson:
+        session = self._session(topic, lesson, case)
+        self._show(topic, case, session)
+        if case.again:
+            session.restart()
+            self._show(topic, case, session)
+        return session.lesson
 
     def _show(self, topic: Topic, case: Case, session: Session) -> None:
         push = case.push
@@ -172,12 +174,14 @@ class Teacher:
                 continue  # from where it is
             passed = passed + 1 if verdict is Verdict.ENOUGH else 0
             tried += 1
+            lesson = session.lesson
             if verdict is Verdict.LOST:
                 corrections += 1
-                self._correct_below(session)
                 if corrections > MOST_CORRECTIONS:
                     return False
-            session = self._session(topic, session.lesson, self._anywhere(topic, tried))
+                if not self._correct_below(session):
+                    lesson = self._show_case(topic, topic.cases[tried % len(topic.cases)], lesson)
+            session = self._session(topic, lesson, self._anywhere(topic, tried))
         return True
 
     def _test(self, topic: Topic, session: Session) -> Verdict:
@@ -187,18 +191,19 @@ class Teacher:
         self._settle(topic.name, session, verdict.name.lower())
         return verdict
 
-    def _correct_below(self, session: Session) -> None:
-        """Correct the innermost automaton, where it lost its way, in a lesson of its own."""
+    def _correct_below(self, session: Session) -> bool:
+        """Correct the innermost automaton, where it lost its way, in a lesson of its own; whether it needed that."""
         name, targets = innermost(self.library, session)
         if name == session.automaton.name or name not in self._topics:
-            return
+            return False
         topic, lesson = self._topics[name], self.library.taught[name].lesson
         if lesson is None:
-            return
+            return False
         below = Session(session.body, self.library, lesson, targets=targets)
-        for _ in range(MOST_CORRECTIONS):
+        for corrections in range(MOST_CORRECTIONS):
             if self._test(topic, below) is not Verdict.CORRECTED:
-                break
+                return corrections > 0
+        return True
 
     def _session(self, topic: Topic, lesson: Lesson, case: Case) -> Session:
         """A session that goes on with a lesson in a fresh world that suits the case."""
@@ -241,5 +246,3 @@ def innermost(library: Library, session: Session) -> tuple[str, Binding]:
             break
         automaton, binding = library.automaton(state.behavior), state.binding.within(binding)
     return automaton.name, binding if automaton.parameters else NOTHING_BOUND
-
-

@@ -1,0 +1,64 @@
+"""The pages of the documentation, taken apart: blocks of code, links, commands."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[2]
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+
+_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+_LINK = re.compile(r"\]\(([^)]+)\)|(?:src|href)=\"([^\"]+)\"")
+_SPAN = re.compile(r"(?<!`)`([^`]+)`(?!`)")
+
+
+class Block(NamedTuple):
+    """A fenced block: its language, its text, the line it begins on."""
+
+    language: str
+    text: str
+    line: int
+
+
+def blocks(page: Path) -> list[Block]:
+    """The fenced blocks of a page, in order."""
+    text = page.read_text(encoding="utf-8")
+    return [
+        Block(match[1], match[2], text.count("\n", 0, match.start()) + 2) for match in _BLOCK.finditer(text)
+    ]
+
+
+def outside_blocks(page: Path) -> str:
+    """A page without its fenced blocks."""
+    return _BLOCK.sub("", page.read_text(encoding="utf-8"))
+
+
+def links(page: Path) -> list[str]:
+    """Where a page leads to."""
+    return [markdown or html for markdown, html in _LINK.findall(outside_blocks(page))]
+
+
+def anchors(page: Path) -> set[str]:
+    """The headings of a page as links name them."""
+    titles = re.findall(r"^#+ (.+)$", outside_blocks(page), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def commands(page: Path) -> Iterator[str]:
+    """Every `understudy …` that a page tells its reader to run."""
+    for span in _SPAN.findall(outside_blocks(page)):
+        if span.startswith("understudy "):
+            yield " ".join(span.split())
+    for block in blocks(page):
+        if block.language == "sh":
+            for line in block.text.splitlines():
+                if line.startswith("understudy "):
+                    yield line.partition("#")[0].strip()
+
+
+def said(lines: Sequence[str]) -> list[str]:
+    """Printed lines as documents show them: no empty ones, no rules, no blanks at the end."""
+    return [line.rstrip() for line in lines if line.strip() and "─" not in line]

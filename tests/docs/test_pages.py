@@ -1,0 +1,159 @@
+"""What the documents say is true: links lead somewhere, commands exist, code runs, and prints what is shown."""
+
+from __future__ import annotations
+
+import io
+import re
+import subprocess
+import sys
+from contextlib import redirect_stdout
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from tests.docs import renew
+from tests.docs.pages import PAGES, ROOT, Block, anchors, blocks, commands, links, said
+
+from understudy import Forage, Library, Session, new_lesson
+from understudy.cli.app import app
+from understudy.worlds.forage import kit
+
+HEADER = "state,next,kind"
+"""How a table of examples begins; other tables are rows to predict."""
+
+UNWELCOME = re.compile(r"https?://|pypi|/home/|/tmp/|/work/|/root/|\blocalhost\b", re.IGNORECASE)
+"""No addresses, and no places on anybody's machine."""
+
+OTHER_WORDS = re.compile(r"\b(skills?|primitives?|actions?|observations?|trainers?)\b", re.IGNORECASE)
+"""Words of other people's vocabularies for what has a word here."""
+
+
+def name(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links_lead_somewhere(page: Path) -> None:
+    for link in links(page):
+        where, _, anchor = link.partition("#")
+        target = (page.parent / where) if where else page
+        assert target.exists(), f"{link} leads nowhere"
+        assert not anchor or anchor in anchors(target), f"{link} names no heading"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_no_unwelcome_words(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert UNWELCOME.findall(text) == []
+    assert OTHER_WORDS.findall(text) == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_lines_are_short(page: Path) -> None:
+    """Pages are read in terminals, too; tables and pictures are as wide as they are."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    assert [line for line in lines if len(line) > 122 and not line.startswith(("|", "<img"))] == []
+
+
+def test_the_index_names_every_page() -> None:
+    index = ROOT / "docs" / "README.md"
+    assert {page.name for page in PAGES if page.parent == index.parent} - {"README.md"} <= set(links(index))
+
+
+COMMANDS = sorted({command for page in PAGES for command in commands(page)})
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_parse(command: str) -> None:
+    """Every command that is named is there, and takes the options it is shown with."""
+    _, *words = command.split()
+    if words[0] == "teach" and find_spec("understudy.terminal") is None:
+        pytest.skip("the terminal trainer is still to come")
+    found: Any = typer.main.get_command(app)
+    while words and hasattr(found, "commands"):
+        if words[0].startswith("-"):
+            break
+        assert words[0] in found.commands, f"understudy has no command {words[0]}"
+        found = found.commands[words.pop(0)]
+    takes_more = any(parameter.required for parameter in found.params)
+    if words or not takes_more:  # `understudy show` alone just names the command
+        found.make_context(found.name, [word.replace("…", "x") for word in words])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_python_runs_and_prints_what_is_shown(page: Path) -> None:
+    found, names = blocks(page), {"__name__": "docs"}
+    for index, block in enumerate(found):
+        if block.language != "python":
+            continue
+        printed = io.StringIO()
+        with redirect_stdout(printed):
+            exec(compile("\n" * (block.line - 1) + block.text, str(page), "exec"), names)
+        following = found[index + 1] if index + 1 < len(found) else None
+        if following is not None and following.language == "text" and printed.getvalue():
+            assert said(printed.getvalue().splitlines()) == said(following.text.splitlines())
+
+
+def lessons() -> list[Any]:
+    """The tables of the page on learning: examples, rows to predict where there are any, what is printed."""
+    found = blocks(ROOT / "docs" / "learning.md")
+    cases = []
+    for index, block in enumerate(found):
+        if block.language == "csv" and block.text.startswith(HEADER):
+            rows = found[index + 1] if found[index + 1].language == "csv" else None
+            shown = found[index + 1 if rows is None else index + 2]
+            cases.append(pytest.param(block, rows, shown, id=f"line {block.line}"))
+    return cases
+
+
+@pytest.mark.parametrize(("lesson", "rows", "shown"), lessons())
+def test_lessons_learn_what_is_shown(lesson: Block, rows: Block | None, shown: Block, tmp_path: Path) -> None:
+    (tmp_path / "lesson.csv").write_text(lesson.text, encoding="utf-8")
+    command = [sys.executable, "-m", "understudy.cli", "learn", "lesson.csv"]
+    if rows is not None:
+        (tmp_path / "rows.csv").write_text(rows.text, encoding="utf-8")
+        command += ["--predict", "rows.csv"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
+    timeless = re.sub(r"(depth \d+), \S+ ms", r"\1", done.stdout)
+    assert said(timeless.splitlines()) == said(shown.text.splitlines())
+
+
+def test_five_presses_teach_what_the_readme_says() -> None:
+    """37 of the 40 worlds from 100 on."""
+    lesson = new_lesson(
+        Library(kit),
+        "goto",
+        parameters=["A"],
+        states=["rotate_left", "forward"],
+        flags=["done"],
+        features=["distance_to(A)", "angle_to(A)"],
+    )
+    session = Session(Forage([9]), Library(kit), lesson, targets={"A": "station"})
+    presses = [("rotate_left", 0.9), ("forward", 4.9), ("rotate_left", 0.5), ("forward", 1.7), ("done", 0.1)]
+    for state, seconds in presses:
+        session.direct(state)
+        session.run_for(seconds)
+    session.test()
+    arrived = 0
+    for world in range(100, 140):
+        session.reset(world)
+        session.run_for(60.0)
+        screen = session.screen()
+        arrived += screen.state == "done" and screen.features["distance_to(A)"] < 0.5
+    assert arrived == 37
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "In 37 of the 40 worlds 100 to 139" in readme
+    assert all(f'("{state}", {seconds})' in readme for state, seconds in presses)
+
+
+RENEW = "the results changed; bring the documents up to date with: python -m tests.docs.renew"
+
+
+def test_published_results_are_those_shown() -> None:
+    assert renew.between(renew.FORAGING, renew.RESULTS) == renew.tables(renew.published()), RENEW
+
+
+def test_the_demo_prints_what_the_readme_shows(tmp_path: Path) -> None:
+    assert renew.between(renew.README, renew.DEMO) == renew.excerpt(renew.demo(tmp_path)), RENEW

@@ -1,0 +1,80 @@
+"""One teaching of the forage experiment, whole, beside what was published; and what its goals would say."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from understudy.experiments.forage import run
+from understudy.experiments.forage.teaching import Judged, summary, teach, teach_and_judge, worlds_of
+from understudy.model.document import encode
+from understudy.training.demonstrators.teacher import FIRST_SEED
+from understudy.worlds.forage import corner_cases
+
+EXPECTED = json.loads((Path(run.__file__).parent / "expected.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def judged() -> Judged:
+    return teach_and_judge(run.TEACHINGS[0])
+
+
+def test_the_first_teaching_is_as_published(judged: Judged) -> None:
+    published = EXPECTED["methods"]["watched"]["teachings"][0]
+    found = summary(judged)
+    for exact in ("seed", "examples", "presses", "lessons", "worlds", "success", "corner_cases"):
+        assert found[exact] == published[exact]
+    for close in ("teaching_seconds", "relative_to_expert"):
+        assert found[close] == pytest.approx(published[close], abs=1e-4)
+
+
+def test_it_was_taught_well(judged: Judged) -> None:
+    assert judged.evaluation.success >= 0.95
+    assert judged.evaluation.relative_to_expert >= 0.9
+    assert judged.teaching.examples <= 90
+    assert judged.teaching.seconds <= 600
+
+
+@pytest.mark.parametrize("case", corner_cases())
+def test_corner_case(judged: Judged, case: str) -> None:
+    assert judged.corners[case] == 1.0
+
+
+def test_the_same_seed_gives_the_same_library(judged: Judged) -> None:
+    again = teach(judged.seed).library
+    for name, taught in judged.teaching.library.taught.items():
+        assert encode(again.taught[name]) == encode(taught)
+
+
+def test_it_presses_like_a_person(judged: Judged) -> None:
+    """Far fewer presses than ticks: a policy copied by pressing every tick would be ten a second."""
+    accounts = judged.teaching.accounts.values()
+    assert sum(account.presses for account in accounts) < 0.2 * judged.teaching.seconds
+
+
+def test_no_robot_is_judged_where_it_was_taught() -> None:
+    assert worlds_of(2**30).stop < FIRST_SEED
+    assert not set(worlds_of(3)) & set(worlds_of(4))
+
+
+def test_the_published_result_holds_what_was_asked() -> None:
+    assert EXPECTED["misses"] == []
+    assert EXPECTED["methods"]["watched"]["of"] == len(run.TEACHINGS) == 20
+
+
+MISSES = [
+    ("teachings_reaching_95", 18, "18 of 20 teachings"),
+    ("success", {"min": 0.8}, "the worst teaching reaches 80%"),
+    ("relative_to_expert", {"median": 0.9}, "0.900 of the yardstick's"),
+    ("examples", {"median": 81.0}, "81 examples"),
+    ("teaching_seconds", {"median": 601.0}, "601 s"),
+]
+
+
+@pytest.mark.parametrize(("what", "value", "said"), MISSES)
+def test_a_miss_is_said(what: str, value: Any, said: str) -> None:
+    short = {**EXPECTED["methods"]["watched"], what: value}
+    assert [said in miss for miss in run.misses(short)] == [True]
