@@ -43,9 +43,9 @@ def test_it_can_be_chosen_afterwards(reaction_s: float, value: float) -> None:
 def test_only_continuous_and_toroidal_readings_of_the_body_are_earlier() -> None:
     """Categorical readings and the automaton's own features are those of the press itself."""
     features = ["range_of(ball)", "bearing_of(ball)", "load", "seen", "done", "time_in_state"]
-    taught = session(["go", "left"], features, library=WITH_GO, options=Options(reaction_s=0.2))
-    play(taught, "go", 5, "left", 1)  # pressed at tick 5; readings of tick 3
-    assert rows(taught)[2] == ("go", 97, 0.016815, 0, 1, 1, 0.5, "left", "directive")
+    taught = session(["go", "left"], features, library=WITH_GO, options=Options(reaction_s=0.3))
+    play(taught, "go", 5, "left", 1)  # pressed at tick 5; readings of tick 2
+    assert rows(taught)[2] == ("go", 98, 6.2, 0, 1, 1, 0.5, "left", "directive")
 
 
 def test_the_demonstrators_own_clock_counts() -> None:

@@ -6,7 +6,19 @@ from typing import Annotated
 
 import typer
 
-from understudy.cli import bench, demo, diff, evaluate, experiment, learn, libraries, run, show, validate
+from understudy.cli import (
+    bench,
+    demo,
+    diff,
+    evaluate,
+    experiment,
+    learn,
+    libraries,
+    run,
+    show,
+    teach,
+    validate,
+)
 from understudy.cli.failing import Group
 
 TEACHING, RUNNING, LIBRARY, LAB = "Teach", "Run", "Look into a library", "Measure"
@@ -46,6 +58,7 @@ def understudy(
 
 
 app.command("demo", rich_help_panel=TEACHING)(demo.demo)
+app.command("teach", rich_help_panel=TEACHING)(teach.teach)
 app.command("learn", rich_help_panel=TEACHING)(learn.learn)
 app.command("run", rich_help_panel=RUNNING)(run.run)
 app.command("eval", rich_help_panel=RUNNING)(evaluate.evaluate)

@@ -48,7 +48,7 @@ def forage(
 
     Exit code 1 if the result falls short of what it must reach.
 
-    [dim]understudy experiment forage --seeds 20000:20020[/]
+    [dim]understudy experiment forage --seeds 30000:30020[/]
     """
     import msgspec
 

@@ -99,7 +99,7 @@ def _frame(running: Run, body: Forage) -> Frame:
     from understudy.worlds.forage_view import Frame
 
     active = running.interpreters[0].active
-    return Frame(body.view(), active[-1].state_name if active else "")
+    return Frame(body.view(), active[0].state_name if active else "")
 
 
 def _record(running: Run, body: Forage, seconds: float) -> list[Frame]:

@@ -44,7 +44,10 @@ def path_png(frames: Sequence[Frame], path: Path | str, *, title: str = "A forag
     axes.set_axis_off()
     colors = colors_for(frame.doing for frame in frames)
     ways = [_beside_way(frame.view) for frame in frames]
-    _things(axes, last, ways)
+    robots = [
+        (view.x + dx, view.y + dy) for view in (first, last) for dx in (-0.2, 0.2) for dy in (-0.2, 0.2)
+    ]
+    _things(axes, last, [*ways, *robots * len(ways)])
     _ways(axes, frames, ways, colors)
     _robot(axes, first, PAPER, INK)
     _robot(axes, last, INK, PAPER)

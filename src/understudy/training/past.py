@@ -65,8 +65,8 @@ class Past:
         )
 
     @classmethod
-    def replayed(cls, path: Path, library: Library) -> Self:
-        """The past that a journal holds; FileError where it holds no session."""
+    def replayed(cls, path: Path, library: Library, keys: Sequence[ReadingKey] | None = None) -> Self:
+        """The past that a journal holds; FileError where it holds no session, or one with other readings."""
         entries = read_journal(path)
         began = next(entries, None)
         if not isinstance(began, Began):
@@ -75,6 +75,13 @@ class Past:
                 place="its first entry",
                 problem="no session begins there",
                 remedy="begin a new session",
+            )
+        if keys is not None and tuple(began.keys) != tuple(keys):
+            raise FileError(
+                path=path,
+                place="its first entry",
+                problem="the session was with a body that has other readings",
+                remedy="resume it with the body it was with",
             )
         lesson = lesson_from(began.lesson, library, path)
         past = cls.none(lesson, began.keys, began.targets, began.agent)

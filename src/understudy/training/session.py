@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Self, TypeAlias, Unpack
 
-from understudy.errors import FileError, SessionError, SettingError, UnderstudyError, UnknownName
+from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.learning.transitions import learned
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
@@ -77,17 +77,11 @@ class Session:
 
         The lesson is as it was; body and automaton are as at the last snapshot, if the body can be rewound.
         """
-        past = Past.replayed(journal, library)
-        if past.recorder.keys != every_key(body):
-            raise FileError(
-                path=journal,
-                place="its first entry",
-                problem="the session was with a body that has other readings",
-                remedy="resume it with the body it was with",
-            )
+        past = Past.replayed(journal, library, every_key(body))
+        goes_on = False
         if past.body is not None and isinstance(body, Rewindable):
             body.restore(past.body)
-        goes_on = past.body_tick == past.ticks and isinstance(body, Rewindable)
+            goes_on = past.body_tick == past.ticks
         session = cls.__new__(cls)
         session._begin(body, library, past, clock)
         rows = len(past.recorder.record)
@@ -185,11 +179,7 @@ class Session:
     # Pressing
 
     def direct(self, state: str) -> int:
-        """Direct the robot to a state: acts at the next tick, and ends driving. In testing mode, a
-        correction.
-
-        The press's number.
-        """
+        """Direct the robot to a state from the next tick on; a correction in testing. The press's number."""
         self.automaton.index(state)
         return self._press(state)
 
@@ -338,6 +328,7 @@ class Session:
         Examples stay, with values computed again from the record; those of states that are gone are dropped.
         `targets` says what new parameters stand for.
         """
+        self._notebook.accept_watched()
         stand_for = {**self._targets, **(targets or {})}
         lesson = rechosen(self._notebook.lesson, self.library, choice, stand_for)
         check_targets(lesson.automaton, targets or {}, self.body.targets)
@@ -380,6 +371,8 @@ class Session:
         trainee.restore(old.snapshot(self.body.time_s), now=self.body.time_s)
         trainee.keep(old.press, old.entry)
         self._run = self._new_run()
+        if trainee.press is not old.press:
+            self._turned()  # its state is gone
 
     def _new_trainee(self, lesson: Lesson, mode: Mode) -> Trainee:
         automaton = learned(lesson) if mode is Mode.TESTING else lesson.automaton

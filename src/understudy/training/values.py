@@ -51,7 +51,7 @@ def values_of(
     """
     if example.moment is None:
         raise SessionError(
-            f"example {example.number} of {lesson.name!r} was written by hand, without the readings around it; "
+            f"example {example.number} of {lesson.name!r} was written by hand, without readings around it; "
             "delete it, or keep the features it was written for"
         )
     percept = percept_at(example, record, reaction_s=lesson.options.reaction_s, steady=steady)

@@ -90,8 +90,8 @@ def _beside(side: int, nearest: float, farthest: float) -> Seen:
     return suits
 
 
-def _driven(screen: Screen) -> bool:
-    return screen.features["distance_to(A)"] < 2.6
+def _back_on_its_way(screen: Screen) -> bool:
+    return screen.state == "forward" and abs(_bearing(screen)) < ASTRAY
 
 
 def _push(behavior: str) -> Push:
@@ -121,8 +121,16 @@ GOTO = Topic(
     cases=(
         Case("a small room", {"A": "station"}, _beside(1, 0.9, 1.8)),
         Case("a small room", {"A": "nearest_food"}, _beside(-1, 0.9, 1.8)),
-        Case("an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), _driven, push=_push("rotate_right")),
-        Case("an arena", {"A": "nearest_food"}, _beside(1, 3.2, 5.5), _driven, push=_push("rotate_left")),
+        Case(
+            "an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), _back_on_its_way, push=_push("rotate_right")
+        ),
+        Case(
+            "an arena",
+            {"A": "nearest_food"},
+            _beside(1, 3.2, 5.5),
+            _back_on_its_way,
+            push=_push("rotate_left"),
+        ),
     ),
     tries=8,
     limit_s=60.0,

@@ -1,0 +1,172 @@
+"""`understudy teach`: teach a robot with the keyboard, in the terminal."""
+
+from __future__ import annotations
+
+import re
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, World
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from understudy.model.library import Library as Opened
+    from understudy.terminal.plan import Plan
+
+
+def teach(
+    name: Annotated[
+        str, typer.Argument(help="The automaton: a new one, or one of the library to go on with.")
+    ],
+    world: World = WORLD,
+    library: Library = LIBRARY,
+    states: Annotated[
+        str | None,
+        typer.Option(
+            "--states", metavar="A,B(C)", help="What it can do: basic behaviors and taught automata."
+        ),
+    ] = None,
+    features: Annotated[
+        str | None, typer.Option("--features", metavar="A,B(C)", help="What it decides on.")
+    ] = None,
+    parameters: Annotated[
+        str | None, typer.Option("--parameters", metavar="A,B", help="What is left open, to be bound later.")
+    ] = None,
+    targets: Annotated[
+        str | None,
+        typer.Option("--targets", metavar="A=TARGET", help="What the parameters stand for while teaching."),
+    ] = None,
+    flags: Annotated[
+        str | None, typer.Option("--flags", metavar="A,B", help="Flags it can raise, such as done.")
+    ] = None,
+    watched: Annotated[
+        bool | None,
+        typer.Option("--watched/--plain", help="Whether silence is consent; as before, or plain."),
+    ] = None,
+    reaction: Annotated[
+        float | None,
+        typer.Option("--reaction", min=0.0, max=1.0, metavar="SECONDS", help="How late your presses come."),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Teach a robot with the keyboard: drive it by pressing behaviors, and it learns when to switch.
+
+    What is not chosen here is asked for. Works over SSH; after a lost connection, the same command goes on.
+
+    [dim]understudy teach goto --parameters A --states forward,rotate_left,rotate_right --flags done
+    --features 'distance_to(A),angle_to(A)' --targets A=station[/]
+    """
+    from understudy.cli.parts import find_kit, find_world
+    from understudy.terminal.plan import Choices, Plan, checked
+
+    choices = Choices(
+        states=_listed(states),
+        features=_listed(features),
+        flags=_listed(flags),
+        parameters=_listed(parameters),
+        targets=_targets(targets),
+        watched=watched,
+        reaction_s=reaction,
+    )
+    opened = _library(library, kit, world)
+    plan = Plan(name, library, find_world(world), opened, choices, seed)
+    find_kit(kit, world)
+    checked(plan)
+    _see_terminal()
+    _teach(plan, as_json=as_json)
+
+
+def _teach(plan: Plan, *, as_json: bool) -> None:
+    from understudy.cli.failing import FAULT
+    from understudy.cli.output import console, count, print_json
+    from understudy.errors import UnderstudyError
+    from understudy.terminal import journals
+    from understudy.terminal.app import Trainer
+
+    _warm_up(plan)
+    left = journals.unfinished(plan.folder, plan.name, plan.world.name, plan.library)
+    trainer = Trainer(plan, unfinished=left)
+    ended = trainer.run()
+    if isinstance(ended, UnderstudyError):
+        raise ended
+    if trainer.return_code == 1:
+        typer.echo(f"Nothing shown is lost: `understudy teach {plan.name}` goes on where it was.", err=True)
+        raise typer.Exit(FAULT)
+    if trainer.return_code:
+        raise typer.Exit(trainer.return_code)
+    facts = {
+        "name": plan.name,
+        "library": str(plan.folder),
+        "examples": 0 if ended is None else ended.examples,
+        "saved": ended is not None and ended.saved,
+        "journal": None if ended is None else str(ended.journal),
+    }
+    if as_json:
+        print_json(facts)
+    elif ended is None:
+        console().print(f"Nothing was begun of {plan.name}.")
+    elif ended.saved:
+        console().print(f"[bold]{plan.name}[/] is in {plan.folder}, with {count(ended.examples, 'example')}.")
+    else:
+        console().print(f"[bold]{plan.name}[/] was not saved.")
+
+
+def _library(folder: Path, kit: str | None, world: str) -> Opened:
+    """The library, or an empty one where the folder is still to be made."""
+    from understudy.cli.parts import find_kit, opened
+    from understudy.model.library import Library
+
+    found = find_kit(kit, world)
+    return opened(folder, found).library if folder.exists() else Library(found)
+
+
+def _see_terminal() -> None:
+    """Refuse to begin where nobody could press a key."""
+    from understudy.errors import SettingError
+
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise SettingError(
+            where="understudy teach",
+            setting="its input or output",
+            problem="is not a terminal",
+            remedy="run it in one (ssh -t HOST for another machine); without a person, teach from "
+            "Python with understudy.training.session.Session, or from a table with understudy learn",
+        )
+
+
+def _warm_up(plan: Plan) -> None:
+    """Compile what is compiled once, before the screen is taken."""
+    from understudy.cli.output import console
+    from understudy.learning.grow import prepare
+    from understudy.runtime.body import every_key
+
+    with console(err=True).status("Getting ready; the first time something is compiled"):
+        body = plan.world.make([plan.seed])
+        body.sense(every_key(body))
+        body.act({})
+        prepare()
+
+
+def _listed(text: str | None) -> list[str] | None:
+    """What commas separate, but for those in parentheses."""
+    if text is None:
+        return None
+    return [part.strip() for part in re.split(r",(?![^(]*\))", text) if part.strip()]
+
+
+def _targets(text: str | None) -> dict[str, str]:
+    from understudy.errors import SettingError
+
+    found = {}
+    for pair in _listed(text) or []:
+        parameter, equals, target = (part.strip() for part in pair.partition("="))
+        if not (parameter and equals and target):
+            remedy = "write PARAMETER=TARGET: A=station"
+            raise SettingError(where="--targets", setting=repr(pair), problem="is no binding", remedy=remedy)
+        found[parameter] = target
+    return found

@@ -1,0 +1,113 @@
+"""Small questions on top of the screen, and the page of help."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from rich.text import Text
+from textual import events
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.screen import ModalScreen
+from textual.widgets import Static
+
+NAMES = {"escape": "esc"}
+
+
+class Ask(ModalScreen[str]):
+    """A question with a key for each answer; it ends with the key."""
+
+    CSS = """
+    Ask { align: center middle; background: transparent; }
+    Ask > Static { width: 62; max-width: 100%; height: auto; border: round ansi_default; padding: 1 2; }
+    """
+
+    def __init__(self, question: str, ways: Mapping[str, str]) -> None:
+        super().__init__()
+        self._question, self._ways = question, ways
+
+    def compose(self) -> ComposeResult:
+        """The question and its answers."""
+        text = Text(f"{self._question}\n")
+        for key, way in self._ways.items():
+            text.append(f"\n{NAMES.get(key, key):>6}", "bold")
+            text.append(f"  {way}")
+        yield Static(text)
+
+    def on_key(self, event: events.Key) -> None:
+        """One of the answers."""
+        if event.key in self._ways:
+            event.stop()
+            self.dismiss(event.key)
+
+
+HOW = """\
+Direct the robot with the keys of the states. Each press records an example: what the robot sensed, the \
+state it was in, and the state you sent it to; and, right after the switch, that it should stay there \
+for now (the default). Press t: it learns from the examples and tries by itself. Where it does wrong, \
+press the state it should have gone to: that is a correction, and it is back in training. Press t again. \
+Try other worlds with n, and save with s.
+"""
+KEYS = {
+    "Directing": (
+        ("1-9, letters", "the states, as listed on the right; 0 is the start state"),
+        ("↑ ← → ↓", "the states that drive or turn that way"),
+        ("enter", "keep doing this: confirms the state it is in"),
+        ("u, ctrl+z", "undo the last step of the lesson"),
+        ("U, ctrl+y", "do it again"),
+    ),
+    "The run": (
+        ("t", "training or testing"),
+        ("space", "pause; a press while paused acts when time goes on"),
+        (".", "one step"),
+        ("+ −", "faster, slower"),
+        ("n, R", "a new world, the same one from its beginning"),
+        ("r", "restart the automaton where the robot is"),
+        ("d", "drive the robot into position with the same keys"),
+        ("p", "let the parameters stand for the next target"),
+        ("w", "I am not watching (where silence is consent)"),
+    ),
+    "The lesson": (
+        ("?", "why it does what it does, instead of the examples"),
+        ("l", "all examples and what was learned; delete some"),
+        ("c", "choose states, features, flags and options anew"),
+        ("s, q", "save into the library, quit"),
+        ("esc, h", "close this page"),
+    ),
+}
+LAST = """
+Angles: 0° is ahead, above 0 is to the left, below 0 to the right. Every press is on disk before it \
+counts: after a crash or a lost connection, the same command goes on where you were.
+"""
+
+
+def _help() -> Text:
+    text = Text.assemble(("How teaching goes", "bold underline"), "\n", HOW)
+    for title, rows in KEYS.items():
+        text.append(f"\n{title}\n", "bold underline")
+        for key, what in rows:
+            text.append(f"{key:>13}  ", "bold").append(f"{what}\n")
+    return text.append(LAST)
+
+
+class Help(ModalScreen[None]):
+    """All keys, and how teaching goes."""
+
+    CSS = """
+    Help > VerticalScroll { border: round ansi_default; padding: 0 2; }
+    Help Static { width: 1fr; height: auto; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,h,f1,q,enter", "close", show=False),
+    ]
+
+    def compose(self) -> ComposeResult:
+        """The page."""
+        with VerticalScroll():
+            yield Static(_help())
+
+    def action_close(self) -> None:
+        """Back to the robot."""
+        self.dismiss(None)

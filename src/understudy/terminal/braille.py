@@ -1,0 +1,82 @@
+"""A canvas of characters: fine dots (2 x 4 in a character, as braille) with text on top."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import groupby
+from math import cos, hypot, sin, tau
+from operator import itemgetter
+
+from rich.text import Text
+
+BRAILLE = 0x2800
+DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
+"""The bit of a dot, by its column and line within a character."""
+
+
+class Canvas:
+    """So many columns and lines of characters that show a rectangle `width` x `height`, in m, y upward."""
+
+    def __init__(self, columns: int, lines: int, *, width: float, height: float) -> None:
+        self.columns, self.lines = columns, lines
+        self._width, self._height = width, height
+        self._dots: dict[tuple[int, int], tuple[int, str]] = {}
+        self._text: dict[tuple[int, int], tuple[str, str]] = {}
+
+    def dot(self, x: float, y: float, style: str = "") -> None:
+        """A dot; nothing where it lies outside."""
+        column = int(x / self._width * self.columns * 2)
+        line = int((self._height - y) / self._height * self.lines * 4)
+        if 0 <= column < self.columns * 2 and 0 <= line < self.lines * 4 and x >= 0 and y <= self._height:
+            place = line // 4, column // 2
+            bits, _ = self._dots.get(place, (0, ""))
+            self._dots[place] = bits | DOTS[column % 2][line % 4], style
+
+    def dots(self, points: Iterable[tuple[float, float]], style: str = "") -> None:
+        """A dot at each point."""
+        for x, y in points:
+            self.dot(x, y, style)
+
+    def line(
+        self, start: tuple[float, float], end: tuple[float, float], style: str = "", *, every: float
+    ) -> None:
+        """A line of dots `every` so many m."""
+        length = hypot(end[0] - start[0], end[1] - start[1])
+        for step in range(int(length / every) + 1):
+            part = step * every / length if length else 0.0
+            self.dot(start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1]), style)
+
+    def circle(self, x: float, y: float, radius: float, style: str = "") -> None:
+        """A circle of dots, as many as can be told apart."""
+        count = max(12, int(tau * radius / self._width * self.columns * 2))
+        self.dots(
+            (
+                (x + radius * cos(tau * step / count), y + radius * sin(tau * step / count))
+                for step in range(count)
+            ),
+            style,
+        )
+
+    def text(self, x: float, y: float, text: str, style: str = "") -> None:
+        """Text whose first character is at a point; it stays inside."""
+        column = max(0, min(int(x / self._width * self.columns), self.columns - len(text)))
+        line = max(0, min(int((self._height - y) / self._height * self.lines), self.lines - 1))
+        for offset, character in enumerate(text):
+            self._text[line, column + offset] = character, style
+
+    def rendered(self) -> Text:
+        """Everything drawn so far."""
+        drawn = Text(no_wrap=True, end="")
+        for line in range(self.lines):
+            cells = (self._cell(line, column) for column in range(self.columns))
+            for style, alike in groupby(cells, key=itemgetter(1)):
+                drawn.append("".join(character for character, _ in alike), style)
+            if line < self.lines - 1:
+                drawn.append("\n")
+        return drawn
+
+    def _cell(self, line: int, column: int) -> tuple[str, str]:
+        if (line, column) in self._text:
+            return self._text[line, column]
+        bits, style = self._dots.get((line, column), (0, ""))
+        return (chr(BRAILLE + bits), style) if bits else (" ", "")

@@ -1,0 +1,355 @@
+"""The trainer's desk: a session, with all that a person does at it and is told about it, without a terminal.
+
+Every action says in one sentence what came of it (`said`); UnderstudyError where it cannot be taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+from understudy.errors import SessionError
+from understudy.model.behavior import Behavior
+from understudy.model.feature import BoundFeature
+from understudy.model.folder import save
+from understudy.model.lesson import Lesson
+from understudy.terminal import words
+from understudy.terminal.journals import alike
+from understudy.terminal.keys import Keys, drive_keys, state_keys
+from understudy.terminal.memory import Memory
+from understudy.terminal.pace import Pace
+from understudy.terminal.plan import Choices
+from understudy.terminal.why import Switch, Why
+from understudy.training.session import Session
+from understudy.training.trainee import Mode
+from understudy.worlds.forage import Forage
+from understudy.worlds.forage_view import ForageView
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """The last thing the trainer said; `tone` is "", "recorded", "correction" or "error"."""
+
+    text: str
+    tone: str = ""
+
+
+class Desk:
+    """A session in a foraging world, in real time. `saved` is the lesson as the library has it."""
+
+    def __init__(
+        self,
+        session: Session,
+        body: Forage,
+        pace: Pace,
+        *,
+        folder: Path,
+        seed: int | None,
+        saved: Lesson | None,
+    ) -> None:
+        self.session, self.body, self.pace = session, body, pace
+        self.folder, self.seed = folder, seed
+        self.memory, self.why = Memory(), Why(session)
+        self.said = Said("")
+        self.corrected = False
+        self.driving = False
+        self.steering: str | None = None
+        self.held = False
+        self.drivers = [each for each in session.library.kit.behaviors.values() if not each.parameters]
+        self.drive_keys = drive_keys(self.drivers)
+        self._saved = saved
+        self._compared: tuple[tuple[object, ...], bool] | None = None
+        self.screen = session.screen()
+        self._options = session.lesson.options
+        self._redraw_keys()
+
+    def _redraw_keys(self) -> None:
+        self.keys: Keys = state_keys(self.session.library, self.session.automaton.states)
+
+    # What there is to see
+
+    @property
+    def name(self) -> str:
+        """The automaton under training."""
+        return self.session.automaton.name
+
+    @property
+    def features(self) -> Sequence[BoundFeature]:
+        """The features chosen for the lesson."""
+        return self.session.automaton.features
+
+    @property
+    def paused(self) -> bool:
+        """Whether the person let time stand still."""
+        return self.session.paused
+
+    @property
+    def view(self) -> ForageView:
+        """The world, for drawing."""
+        return self.body.view(self.session.agent)
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether the lesson is not as the library has it."""
+        session = self.session
+        key = (session.examples, session.automaton, self._saved)
+        if self._compared is None or any(
+            new is not old for new, old in zip(key, self._compared[0], strict=True)
+        ):
+            saved = self._saved
+            self._compared = (
+                key,
+                bool(session.examples) if saved is None else not alike(saved, session.lesson),
+            )
+        return self._compared[1]
+
+    @property
+    def watches(self) -> bool:
+        """Whether the lesson takes silence for consent."""
+        return self._options.watched
+
+    # Time
+
+    def beat(self) -> bool:
+        """Take the ticks that are due; whether there were any."""
+        due = self.pace.due()
+        for _ in range(due):
+            self.tick()
+        return due > 0
+
+    def tick(self) -> None:
+        """One tick, and what it showed."""
+        before, session = self.screen, self.session
+        known = len(session.examples)
+        session.tick()
+        self.screen = after = session.screen()
+        view = self.view
+        self.memory.see(view.x, view.y, after)
+        shown = [example for example in session.examples[known:] if example.pressed]
+        if shown:
+            tone = "correction" if shown[0].correction else "recorded"
+            self.said = Said(words.recorded(shown, self.features), tone)
+        elif before.waiting is not None and before.state != after.state:
+            self.said = Said(
+                f"{before.state} → {after.state}, and nothing recorded: a directed flag has no examples"
+            )
+        elif after.state != before.state and not self.driving:
+            self.why.switch = Switch(
+                before.time_s, before.state, after.state, tuple(before.features.values())
+            )
+            if after.flag is not None:
+                text = (
+                    f"{self.name} raised {after.flag}. Right? n: another world. Wrong? Press what was right"
+                )
+                self.said = Said(text)
+
+    def pause(self) -> None:
+        """Let time stand still, or go on."""
+        self.session.paused = not self.session.paused
+        self._set_pace()
+        self.said = Said("Paused: . takes one step, space goes on" if self.paused else "Going on")
+
+    def step(self) -> None:
+        """One tick, then pause."""
+        if not self.session.paused:
+            self.pause()
+        if self.driving and self.steering is None:
+            raise SessionError("no behavior was chosen to drive with: press its key, or d to end driving")
+        self.pace.step()
+        self.tick()
+
+    def hold(self, held: bool) -> None:
+        """Time stands still while the person reads something else."""
+        self.held = held
+        self._set_pace()
+
+    def _set_pace(self) -> None:
+        stands = self.paused or self.held or (self.driving and self.steering is None)
+        (self.pace.stop if stands else self.pace.go)()
+
+    def faster(self) -> None:
+        """The world goes faster."""
+        self.pace.faster()
+        self.said = Said(f"{self.pace.speed:g} times as fast as in life")
+
+    def slower(self) -> None:
+        """The world goes slower."""
+        self.pace.slower()
+        self.said = Said(f"{self.pace.speed:g} times as fast as in life")
+
+    # Pressing
+
+    def press(self, name: str) -> None:
+        """Direct the robot to a state; while driving, drive with a basic behavior."""
+        if self.driving:
+            self._steer(name)
+            return
+        correction = self.screen.mode is Mode.TESTING
+        self.session.direct(name)
+        self._pressed(correction, f"{self.screen.state} → {name}")
+
+    def confirm(self) -> None:
+        """Keep doing this."""
+        if self.driving:
+            raise SessionError("nothing is recorded while driving: press d to end it first")
+        correction = self.screen.mode is Mode.TESTING
+        self.session.confirm()
+        self._pressed(correction, f"keep {self.screen.state}")
+
+    def _pressed(self, correction: bool, what: str) -> None:
+        self.corrected = correction or (self.corrected and self.screen.waiting is not None)
+        self.screen = self.session.screen()
+        then = " when time goes on" if self.paused else ""
+        self.said = Said(
+            f"{'correction: ' if correction else ''}{what}{then}", "correction" if correction else ""
+        )
+
+    # Modes
+
+    def turn(self) -> None:
+        """From training to testing, or back."""
+        self._end_driving()
+        self.corrected = False
+        if self.session.mode is Mode.TRAINING:
+            if not any(example.pressed for example in self.session.examples):
+                raise SessionError(
+                    "there is nothing to test yet: direct the robot with the keys of the states first"
+                )
+            self.session.test()
+            self.said = Said("Testing: it decides by itself. Press a state's key where it does wrong")
+        else:
+            self.session.train()
+            self.said = Said("Training: you decide")
+        self._look()
+
+    def restart(self) -> None:
+        """Start the automaton afresh where the robot is."""
+        self.session.restart()
+        self.said = Said(f"{self.name} started afresh; nothing recorded")
+        self._look()
+
+    def again(self) -> None:
+        """The same world from its beginning."""
+        if self.seed is None:
+            raise SessionError("the seed of a resumed world is not known any more: n begins a new one")
+        self._world(self.seed, f"World {self.seed} from its beginning")
+
+    def new_world(self) -> None:
+        """The world of the next seed."""
+        self._world(0 if self.seed is None else self.seed + 1, f"World {self.seed_after}")
+
+    @property
+    def seed_after(self) -> int:
+        """The seed of the next world."""
+        return 0 if self.seed is None else self.seed + 1
+
+    def _world(self, seed: int, what: str) -> None:
+        self._end_driving()
+        self.session.reset(seed)
+        self.seed = seed
+        self.memory.forget()
+        self.why.switch = None
+        self.said = Said(f"{what}; nothing recorded")
+        self._look()
+
+    def watch(self) -> None:
+        """I am not watching, or I am again."""
+        if not self.watches:
+            raise SessionError("this lesson records presses only: choose watched examples with c first")
+        self.session.watching = not self.session.watching
+        self.said = Said("You watch: silence is consent" if self.session.watching else "You are not watching")
+
+    def stand_for(self) -> None:
+        """Let the parameters stand for the next targets."""
+        parameters, known = self.session.automaton.parameters, tuple(self.body.targets)
+        if not parameters:
+            raise SessionError(f"{self.name} has no parameters that could stand for something else")
+        ways = list(product(known, repeat=len(parameters)))
+        now = tuple(self.screen.targets[parameter] for parameter in parameters)
+        way = ways[(ways.index(now) + 1) % len(ways)]
+        self.session.stand_for(**dict(zip(parameters, way, strict=True)))
+        self.memory.forget()
+        self._look()
+        self.said = Said(f"Now {words.standing(self.screen)[1:-1]}")
+
+    # Driving into position
+
+    def drive(self) -> None:
+        """Begin to drive the robot into position, or end it; nothing is recorded."""
+        if self.driving:
+            self._end_driving()
+            self.said = Said(f"Driving ended; {self.name} goes on in {self.screen.state}")
+            return
+        self.driving, self.steering = True, None
+        self._set_pace()
+        self.said = Said("Drive it into position with the same keys; d ends it. Nothing is recorded")
+
+    def _steer(self, name: str) -> None:
+        self.steering = None if name == self.steering else name
+        if self.steering is not None:
+            self.session.drive(name)
+            self.why.switch = None
+        self._set_pace()
+        self.said = Said(
+            f"Driving: {name} (the same key stops it)" if self.steering else "Driving: it stands still"
+        )
+
+    def _end_driving(self) -> None:
+        if self.driving:
+            self.driving, self.steering = False, None
+            self.session.drive(None)
+            self._set_pace()
+            self._look()
+
+    # The lesson
+
+    def undo(self) -> None:
+        """Take back the last step that changed the lesson."""
+        self.said = Said(f"Undone: {self.session.undo()}")
+        self._changed()
+
+    def redo(self) -> None:
+        """Do the last undone step again."""
+        self.said = Said(f"Done again: {self.session.redo()}")
+        self._changed()
+
+    def delete(self, number: int) -> None:
+        """Delete an example."""
+        self.session.delete(number)
+        self.said = Said(f"Example {number} deleted; u takes that back")
+        self._changed()
+
+    def choose(self, choices: Choices) -> None:
+        """Choose what the lesson is about anew; examples stay where they can."""
+        session = self.session
+        session.choose(
+            states=choices.states or (),
+            features=choices.features or (),
+            flags=choices.flags or (),
+            options=choices.options(self._options),
+        )
+        self.memory.forget()
+        self.said = Said("Chosen anew; the examples stay, and u takes it back")
+        self._changed()
+
+    def save(self) -> None:
+        """Save the automaton into the library, keeping the former version."""
+        taught = self.session.taught()
+        path = save(self.folder, taught)
+        self._saved = taught.lesson
+        self.said = Said(f"Saved in {path}", "recorded")
+
+    def _changed(self) -> None:
+        self._look()
+        self._redraw_keys()
+        self._options = self.session.lesson.options
+        self.corrected = False
+
+    def _look(self) -> None:
+        self.screen = self.session.screen()
+
+    def driver(self, name: str) -> Behavior:
+        """The basic behavior of this name."""
+        return self.session.library.kit.behaviors[name]

@@ -1,0 +1,78 @@
+"""Opening a session for the trainer: a new one, or one that was cut off, each with its journal."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+from understudy.errors import SessionError
+from understudy.model.lesson import Lesson
+from understudy.terminal.desk import Desk, Said
+from understudy.terminal.journals import Lock, new_path
+from understudy.terminal.pace import Pace, Wall
+from understudy.terminal.plan import Plan, Start
+from understudy.training.session import Session
+
+
+class Opened:
+    """A desk, the journal behind it, and the lock that tells others it is in use."""
+
+    def __init__(self, desk: Desk, journal: Path, lock: Lock) -> None:
+        self.desk, self.journal, self._lock = desk, journal, lock
+        self._closed = False
+
+    def close(self) -> None:
+        """Put everything on disk and let go of the journal; once is enough."""
+        if not self._closed:
+            self._closed = True
+            self.desk.session.close()
+            self._lock.release()
+
+
+def begun(plan: Plan, start: Start, wall: Wall, *, now: datetime | None = None) -> Opened:
+    """A new session, with a journal that begins now."""
+    body = plan.world.make([plan.seed])
+    pace = Pace(wall, tick_s=body.tick_s)
+    journal = new_path(plan.folder, plan.name, now=now or datetime.now())
+    session = Session(
+        body,
+        plan.library,
+        start.lesson,
+        targets=start.targets,
+        clock=lambda: pace.time_s,
+        journal=journal,
+        about={"world": plan.world.name, "seed": plan.seed},
+    )
+    desk = Desk(session, body, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
+    desk.said = Said(_welcome(desk))
+    return Opened(desk, journal, _locked(journal))
+
+
+def resumed(plan: Plan, journal: Path, wall: Wall) -> Opened:
+    """A session that was cut off goes on, paused."""
+    lock = _locked(journal)
+    body = plan.world.make([plan.seed])
+    pace = Pace(wall, tick_s=body.tick_s)
+    session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
+    desk = Desk(session, body, pace, folder=plan.folder, seed=None, saved=_saved(plan))
+    desk.pause()
+    desk.said = Said("Everything shown is back. Space goes on, n begins in a new world")
+    return Opened(desk, journal, lock)
+
+
+def _saved(plan: Plan) -> Lesson | None:
+    taught = plan.library.taught.get(plan.name)
+    return None if taught is None else taught.lesson
+
+
+def _locked(journal: Path) -> Lock:
+    lock = Lock.tried(journal)
+    if lock is None:
+        raise SessionError(f"the session of {journal} runs in another terminal; end it there first")
+    return lock
+
+
+def _welcome(desk: Desk) -> str:
+    if desk.session.examples:
+        return f"{desk.name} is open again: T lets it try, the keys of the states direct it, h is help"
+    return f"Direct the robot with the keys of the states: that is how {desk.name} is taught. h is help"

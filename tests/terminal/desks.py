@@ -1,0 +1,150 @@
+"""What the tests of the trainer share: a clock that moves when told, a plan, and a person's eye for GoTo."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from math import pi, tau
+from pathlib import Path
+
+from textual.pilot import Pilot
+
+from understudy.errors import UnderstudyError
+from understudy.learning.transitions import learn
+from understudy.model.folder import open_library
+from understudy.model.library import Library
+from understudy.terminal import journals
+from understudy.terminal.app import Ended, Trainer
+from understudy.terminal.desk import Desk
+from understudy.terminal.plan import Choices, Plan
+from understudy.terminal.teaching import Teaching
+from understudy.training.screen import Screen
+from understudy.training.trainee import Mode
+from understudy.worlds.catalog import CATALOG
+
+GOTO = Choices(
+    states=["forward", "rotate_left", "rotate_right"],
+    features=["distance_to(A)", "angle_to(A)"],
+    flags=["done"],
+    parameters=["A"],
+    targets={"A": "station"},
+)
+
+
+class Wall:
+    """A clock that moves when told."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def plan(folder: Path, name: str = "goto", choices: Choices = GOTO, seed: int = 0) -> Plan:
+    world = CATALOG["forage"]
+    library = open_library(folder, world.kit, learn).library if folder.exists() else Library(world.kit)
+    return Plan(name, folder, world, library, choices, seed)
+
+
+class Hand:
+    """A trainer that runs, and somebody who does nothing but press keys and wait."""
+
+    def __init__(self, trainer: Trainer, pilot: Pilot[Ended | UnderstudyError], wall: Wall) -> None:
+        self.trainer, self.pilot, self.wall = trainer, pilot, wall
+
+    @property
+    def desk(self) -> Desk:
+        assert self.trainer.opened is not None
+        return self.trainer.opened.desk
+
+    @property
+    def teaching(self) -> Teaching:
+        assert isinstance(self.trainer.screen, Teaching), self.trainer.screen
+        return self.trainer.screen
+
+    @property
+    def said(self) -> str:
+        return self.desk.said.text
+
+    async def press(self, *keys: str) -> None:
+        await self.pilot.press(*keys)
+
+    async def wait(self, seconds: float = 0.1) -> None:
+        """So much time passes."""
+        for _ in range(round(seconds / 0.1)):
+            self.wall.now += 0.1
+            self.teaching.beat()
+
+    def shown(self, part: str) -> str:
+        """The text of a part of the screen."""
+        return self.teaching._drawn[part].plain
+
+    async def show(self, *, worlds: int, limit_s: float = 60.0) -> None:
+        """Show GoTo from here, and in the next worlds."""
+        for world in range(worlds):
+            if world:
+                await self.press("n")
+            await self.guide(limit_s)
+
+    async def guide(self, limit_s: float = 60.0) -> int:
+        """Press what is right wherever it does wrong, until it is done; how many presses that took."""
+        presses = 0
+        for _ in range(round(limit_s / 0.1)):
+            screen = self.desk.screen
+            wanted = right(screen) if screen.mode is Mode.TRAINING else tolerable(screen)
+            if wanted is None:
+                return presses
+            if wanted != screen.state and screen.waiting is None:
+                await self.press(self.desk.keys.plain[wanted])
+                presses += 1
+            await self.wait()
+        raise AssertionError(f"not done after {limit_s} s: {self.desk.screen}")
+
+
+def right(screen: Screen) -> str | None:
+    """What a robot on its way to A should do; None where it has said that it is there, and is."""
+    distance = screen.features["distance_to(A)"]
+    bearing = (screen.features["angle_to(A)"] + pi) % tau - pi
+    if distance < 0.4:
+        return None if screen.flag else "done"
+    if screen.flag:
+        return "forward"
+    if screen.state.startswith("rotate"):
+        turned = bearing if screen.state == "rotate_left" else -bearing
+        return "forward" if turned < 0.12 else screen.state
+    if abs(bearing) > 0.6:
+        return "rotate_left" if bearing > 0 else "rotate_right"
+    return "forward"
+
+
+def tolerable(screen: Screen) -> str | None:
+    """What it should do in testing, where only what is plainly wrong is corrected."""
+    distance = screen.features["distance_to(A)"]
+    bearing = (screen.features["angle_to(A)"] + pi) % tau - pi
+    if screen.flag:
+        return None if distance < 0.5 else "forward"
+    if screen.state == "forward" and (distance < 0.3 or abs(bearing) > 1.2):
+        return right(screen)
+    if screen.state == "rotate_left" and -2.0 < bearing < -0.6:
+        return "forward"
+    if screen.state == "rotate_right" and 0.6 < bearing < 2.0:
+        return "forward"
+    return screen.state
+
+
+@asynccontextmanager
+async def trainer(
+    made: Plan, *, size: tuple[int, int] = (80, 24), offer: bool = False
+) -> AsyncIterator[Hand]:
+    """The trainer on a screen nobody sees."""
+    wall = Wall()
+    left = journals.unfinished(made.folder, made.name, made.world.name, made.library) if offer else None
+    app = Trainer(made, unfinished=left, wall=wall)
+    try:
+        async with app.run_test(size=size) as pilot:
+            await pilot.pause()
+            yield Hand(app, pilot, wall)
+    finally:
+        if app.opened is not None:
+            app.opened.close()

@@ -1,0 +1,179 @@
+"""The parts of the trainer: time, keys, words, the picture, what a plan refuses, journals."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from math import nan, radians
+from pathlib import Path
+
+import pytest
+from tests.terminal.desks import GOTO, Wall, plan
+
+from understudy.errors import UnderstudyError
+from understudy.model.automaton import START, State
+from understudy.model.binding import Binding
+from understudy.model.feature import BoundFeature
+from understudy.model.library import Library
+from understudy.terminal import journals, keys, teaching
+from understudy.terminal.pace import Pace
+from understudy.terminal.picture import picture, size
+from understudy.terminal.plan import Choices, checked
+from understudy.terminal.words import clock, signed, spark, value
+from understudy.worlds import forage_kit
+from understudy.worlds.forage import Forage
+
+ANGLE = BoundFeature(forage_kit.angle_to, Binding(A="A"))
+DISTANCE = BoundFeature(forage_kit.distance_to, Binding(A="A"))
+FOOD = BoundFeature(forage_kit.food_stored)
+LEFT = BoundFeature(forage_kit.food_left)
+
+
+def test_ticks_are_due_in_real_time_and_time_stops_while_it_stands() -> None:
+    wall = Wall()
+    pace = Pace(wall, tick_s=0.1)
+    wall.now = 5.0
+    assert (pace.due(), pace.time_s) == (0, 0.0)
+    pace.go()
+    wall.now = 5.25
+    assert pace.due() == 2
+    wall.now = 5.3
+    assert pace.due() == 1
+    pace.faster()
+    wall.now = 5.4
+    assert pace.due() == 2
+    pace.stop()
+    wall.now = 60.0
+    pace.go()
+    wall.now = 90.0
+    assert pace.due() == 5, "a long stall is not made up for"
+    assert pace.time_s == pytest.approx(30.4)
+
+
+def test_speeds_end_somewhere() -> None:
+    pace = Pace(Wall(), tick_s=0.1)
+    for _ in range(20):
+        pace.faster()
+    assert pace.speed == 16
+    for _ in range(20):
+        pace.slower()
+    assert pace.speed == 0.25
+
+
+def test_no_key_of_a_state_is_a_key_of_a_command() -> None:
+    commands = {key for binding in teaching.Teaching.BINDINGS for key in binding.key.split(",")}  # type: ignore[union-attr]
+    assert not commands & set(keys.LETTERS + keys.DIGITS + "0")
+    assert not commands & set(keys.ARROWS)
+    assert len(set(keys.LETTERS)) == len(keys.LETTERS)
+
+
+def test_keys_of_states() -> None:
+    library = Library(forage_kit.kit)
+    states = (
+        START,
+        State("ahead", "forward"),
+        State("rotate_right", "rotate_right"),
+        State("ahead_too", "forward"),
+        *(State(f"load{number}", "load_food") for number in range(8)),
+    )
+    found = keys.state_keys(library, states)
+    assert found.leads["up"] == found.leads["1"] == "ahead"
+    assert found.leads["right"] == found.leads["2"] == "rotate_right"
+    assert found.leads["0"] == "start"
+    assert found.leads["a"] == "load6"
+    assert (found.label("ahead"), found.label("ahead_too")) == ("↑1", " 3")
+
+
+VALUES = [
+    (DISTANCE, 3.4213, "3.42 m"),
+    (DISTANCE, nan, "–"),
+    (ANGLE, radians(31), "31°"),
+    (ANGLE, radians(329), "−31°"),
+    (ANGLE, radians(180), "180°"),
+    (ANGLE, radians(359.9), "0°"),
+    (FOOD, 12.0, "12 units"),
+    (LEFT, 1.0, "yes"),
+]
+
+
+@pytest.mark.parametrize(("bound", "number", "text"), VALUES)
+def test_values_are_said_with_their_units(bound: BoundFeature, number: float, text: str) -> None:
+    assert value(bound, number) == text
+
+
+def test_conditions_say_angles_like_readings() -> None:
+    assert signed("angle_to(A) is between 350° and 10.5°") == "angle_to(A) is between −10° and 10.5°"
+
+
+def test_bars() -> None:
+    assert spark(DISTANCE, [0.0, 7.0, nan], 4) == " ▁█ "
+    assert spark(ANGLE, [radians(181), 0.0, radians(179)], 3) == "▁▅█"
+    assert spark(LEFT, [0.0, 1.0], 2) == "▁█"
+    assert clock(128.34) == "2:08.3"
+
+
+@pytest.mark.parametrize(("columns", "lines"), [(80, 20), (20, 40), (1, 1)])
+def test_the_picture_keeps_its_size_and_shows_what_there_is(columns: int, lines: int) -> None:
+    view = Forage([5]).view()
+    wide, tall = size(view, columns, lines)
+    drawn = picture(
+        view, [(1.0, 1.0), (99.0, -3.0)], ["station", "nearest_food"], columns=wide, lines=tall
+    ).plain
+    rows = drawn.split("\n")
+    assert len(rows) == tall <= lines
+    assert {len(row) for row in rows} == {wide}
+    if tall > 10:
+        assert "⌂" in drawn
+        assert all(str(source.amount) in drawn for source in view.sources)
+
+
+REFUSED = [
+    ("forward", GOTO, "a basic behavior has this name already"),
+    ("goto", Choices(states=["fly"]), "no behavior 'fly'"),
+    ("goto", Choices(states=["forward"], features=["distance_to(B)"]), "no parameter or target 'B'"),
+    (
+        "goto",
+        Choices(states=["forward"], features=["food_left"], targets={"A": "station"}),
+        "no parameter 'A'",
+    ),
+    ("", GOTO, "no file can be called so"),
+    (
+        "goto",
+        Choices(states=["forward"], features=["food_left"], parameters=["A"], targets={"A": "x"}),
+        "no target 'x'",
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "choices", "problem"), REFUSED)
+def test_a_plan_that_makes_no_sense_is_refused(
+    tmp_path: Path, name: str, choices: Choices, problem: str
+) -> None:
+    with pytest.raises(UnderstudyError, match=problem):
+        checked(plan(tmp_path, name, choices))
+
+
+def test_a_plan_with_something_left_to_choose(tmp_path: Path) -> None:
+    assert checked(plan(tmp_path, choices=Choices(parameters=["A"]))) is None
+
+
+def test_only_the_last_ended_journals_are_kept_and_other_names_are_left_alone(tmp_path: Path) -> None:
+    for name in ("goto", "goto-2"):
+        for second in range(8):
+            path = journals.new_path(tmp_path, name, now=datetime(2026, 1, 1, 12, 0, second))
+            path.touch()
+            journals.end(path, tmp_path, name)
+    left = sorted(path.name for path in (tmp_path / journals.FOLDER).iterdir())
+    assert len(left) == 2 * journals.KEPT
+    assert left[-1] == "goto-2026-01-01-12.00.07.ended"
+
+
+def test_a_journal_in_use_is_locked(tmp_path: Path) -> None:
+    path = tmp_path / "a.journal"
+    path.touch()
+    lock = journals.Lock.tried(path)
+    assert lock is not None
+    assert journals.Lock.tried(path) is None
+    lock.release()
+    again = journals.Lock.tried(path)
+    assert again is not None
+    again.release()

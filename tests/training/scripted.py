@@ -1,0 +1,88 @@
+"""A session to be killed: random presses on the foraging world, one acknowledged step per line.
+
+Run as a program it is a nursery: it imports everything once, then forks a session for every line it reads
+("FOLDER SEED"), says its process id, and after another line waits for its end.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
+
+from tests.training.steps import do, drawn
+
+from understudy.learning.transitions import learn
+from understudy.model.folder import open_library, save
+from understudy.model.lesson import Options
+from understudy.model.library import Library
+from understudy.training.design import new_lesson
+from understudy.training.session import Session
+from understudy.worlds.forage import Forage, kit
+
+LIBRARY = Library(kit)
+STATES = ("forward", "rotate_left", "rotate_right", "load_food", "done", "start")
+FEATURES = (
+    "distance_to(nearest_food)",
+    "angle_to(nearest_food)",
+    "food_below_me",
+    "food_left",
+    "food_stored",
+)
+STEPS = 80
+
+
+def begin(folder: Path, seed: int) -> Session:
+    lesson = new_lesson(
+        LIBRARY,
+        "fetch",
+        states=STATES[:4],
+        flags=["done"],
+        features=FEATURES[:2],
+        options=Options(reaction_s=0.2, watched=True),
+    )
+    return Session(Forage([seed]), LIBRARY, lesson, journal=folder / "journal")
+
+
+def play(folder: Path, seed: int, acknowledge: Callable[[int, Session], None]) -> None:
+    """All steps; every fifth or so saves what was learned to a library."""
+    session, random = begin(folder, seed), Random(seed)
+    acknowledge(-1, session)
+    for index in range(STEPS):
+        do(session, drawn(random, STATES, FEATURES))
+        if random.random() < 0.2:
+            save(folder / "library", session.taught())
+        acknowledge(index, session)
+    session.close()
+
+
+def killed(folder: Path, seed: int) -> None:
+    said = os.open(folder / "said", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+
+    def acknowledge(index: int, _: Session) -> None:
+        os.write(said, f"{index}\n".encode())
+
+    play(folder, seed, acknowledge)
+
+
+def main() -> None:
+    with_everything_warm = Path(sys.argv[1])
+    play(with_everything_warm, 0, lambda *_: None)
+    open_library(with_everything_warm / "library", kit, learn)
+    os.write(1, b"ready\n")
+    while line := sys.stdin.readline():
+        folder, seed = line.rsplit(maxsplit=1)
+        child = os.fork()
+        if child == 0:
+            killed(Path(folder), int(seed))
+            os._exit(0)
+        os.write(1, f"{child}\n".encode())
+        sys.stdin.readline()  # killed by now, or at its end: still there until it is waited for
+        os.waitpid(child, 0)
+        os.write(1, b"ended\n")
+
+
+if __name__ == "__main__":
+    main()

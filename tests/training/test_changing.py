@@ -1,0 +1,440 @@
+"""Changing a lesson: undo and redo, delete, edit, choose anew; nothing shown is lost on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from tests.bodies import Scripted, kit
+from tests.runtime.automata import automaton
+from tests.training.lessons import ROBOT, WITH_GO, play, row, rows, session
+
+from understudy.errors import (
+    DefinitionError,
+    KindError,
+    SessionError,
+    UnboundParameter,
+    UnderstudyError,
+    UnknownName,
+)
+from understudy.model.example import Example, ExampleKind
+from understudy.model.lesson import Lesson, Options
+from understudy.model.library import Library
+from understudy.training.design import new_lesson
+from understudy.training.session import Session
+from understudy.training.trainee import Mode
+
+STEPS: dict[str, tuple[Callable[[Session], Any], str]] = {
+    "press": (lambda taught: play(taught, "left", 1), "forward → left"),
+    "confirmation": (lambda taught: play(taught, "confirm", 1), "forward → forward"),
+    "delete": (lambda taught: taught.delete(1, 2), "delete 2 examples"),
+    "edit": (lambda taught: taught.edit(1, next="left", values={"load": 7.0}), "edit example 1"),
+    "features": (lambda taught: taught.choose(features=["seen", "done"]), "choose features"),
+    "states": (lambda taught: taught.choose(states=["forward"]), "choose states"),
+    "flags": (lambda taught: taught.choose(flags=["failed"]), "choose flags"),
+    "options": (lambda taught: taught.choose(options=Options(reaction_s=0.2)), "choose options"),
+    "stateless": (lambda taught: taught.choose(stateless=True), "choose stateless"),
+    "parameters": (
+        lambda taught: taught.choose(parameters=["A"], features=["range_of(A)"], targets={"A": "goal"}),
+        "choose parameters and features",
+    ),
+}
+
+
+def begun() -> Session:
+    """Two presses, in a state and then in a flag-less other; now in forward."""
+    return play(
+        session(["forward", "left"], ["range_of(ball)", "load"], flags=["done"]), 3, "left", 4, "forward", 3
+    )
+
+
+@pytest.mark.parametrize(("step", "what"), STEPS.values(), ids=STEPS)
+def test_undo_and_redo(step: Callable[[Session], Any], what: str) -> None:
+    taught = begun()
+    before, path = taught.lesson, taught.screen().path
+    step(taught)
+    after, path_after = taught.lesson, taught.screen().path
+    assert (before.automaton, before.examples, before.options) != (
+        after.automaton,
+        after.examples,
+        after.options,
+    )
+    assert taught.screen().undoable == what
+    for _ in range(2):
+        assert taught.undo() == what
+        assert taught.lesson == before
+        assert taught.screen().path == path
+        assert taught.screen().redoable == what
+        assert taught.redo() == what
+        assert taught.lesson == after
+        assert taught.screen().path == path_after
+
+
+def test_undo_restores_the_run_state_as_it_was_when_pressed() -> None:
+    """Counters, timers, time in state and what runs below; the world and its clock go on."""
+    taught = session(["go", "left"], ["time_in_state"], library=WITH_GO)
+    play(taught, "go", 5)
+    before = taught.run_state
+    play(taught, "left", 10)
+    taught.undo()
+    assert taught.run_state == before
+    assert [level.time_in_state for level in taught.run_state] == [0.5, 0.3]
+    assert taught.body.time_s == pytest.approx(1.5)
+    taught.redo()
+    assert taught.run_state[0].time_in_state == 0.0
+
+
+def test_undo_in_another_world_has_no_negative_times() -> None:
+    taught = play(session(features=["time_in_state"]), 20, "forward", 5, "left", 1)
+    taught.reset(1)
+    taught.undo()
+    assert taught.run_state[0].time_in_state == 0.5
+    play(taught, 1)
+    assert taught.screen().features["time_in_state"] == 0.6
+
+
+def test_undo_takes_back_a_press_that_waits() -> None:
+    taught = play(session(), "forward", 1, "left")
+    taught.undo()
+    play(taught, 1)
+    assert rows(taught) == []
+
+
+def test_a_new_step_ends_redoing() -> None:
+    taught = play(session(), "forward", 1, "undo", "left", 1)
+    with pytest.raises(SessionError, match="nothing to redo"):
+        taught.redo()
+    taught.undo()
+    with pytest.raises(SessionError, match="nothing to undo"):
+        taught.undo()
+
+
+def test_undo_restarts_where_the_state_is_gone() -> None:
+    taught = session(["forward"])
+    taught.choose(states=["forward", "left"])
+    play(taught, "left", 1)
+    taught.undo()
+    play(taught, 3, "left", 2)  # in left again
+    taught.delete(1)
+    taught.undo()
+    taught.undo()
+    taught.undo()
+    assert taught.automaton.state_names == ("start", "forward")
+    assert taught.screen().path == ("start",)
+
+
+def test_undo_while_testing_learns_again() -> None:
+    taught = play(session(["forward", "left"]), "forward", 5, "left", 1)
+    taught.reset(0)
+    taught.test()
+    taught.undo()
+    assert taught.mode is Mode.TESTING
+    assert play(taught, 10).screen().path == ("forward",)
+    taught.redo()
+    assert taught.screen().path == ("left",)
+
+
+# Edits
+
+
+def test_delete() -> None:
+    taught = begun()
+    taught.delete(2, 3)
+    assert [example.number for example in taught.examples] == [1, 4]
+    play(taught, "left", 1)
+    assert [example.number for example in taught.examples] == [1, 4, 5, 6]
+
+
+EDITS = [  # what is given for example 2, (left, 97 m, left, default); what it is then
+    ({"next": "forward"}, ("left", 97, 0, "forward", "directive")),
+    ({"state": "forward", "next": "forward"}, ("forward", 97, 0, "forward", "confirmation")),
+    ({"state": "forward"}, ("forward", 97, 0, "left", "directive")),
+    ({"values": {"load": 3.0}}, ("left", 97, 3, "left", "default")),
+    ({"next": "done"}, ("left", 97, 0, "done", "directive")),
+]
+
+
+@pytest.mark.parametrize(("edit", "expected"), EDITS)
+def test_edit(edit: dict[str, Any], expected: tuple[Any, ...]) -> None:
+    taught = begun()
+    taught.edit(2, **edit)
+    assert rows(taught)[1] == expected
+    assert taught.examples[1].edited == ("values" in edit)
+
+
+def test_edited_values_stay_when_features_and_options_change() -> None:
+    taught = begun()
+    taught.edit(1, values={"range_of(ball)": 50.0})
+    taught.choose(options=Options(reaction_s=0.2))
+    assert rows(taught)[0] == ("start", 50, 0, "left", "directive")
+    taught.choose(features=["seen", "range_of(ball)"])
+    assert rows(taught)[0] == ("start", 1, 50, "left", "directive")
+    assert rows(taught)[1] == ("left", 1, 99, "left", "default")
+
+
+# Choosing anew
+
+
+def test_features_added_and_dropped() -> None:
+    taught = begun()
+    taught.choose(features=["load", "bearing_of(goal)", "time_in_state", "seen", "range_of(goal)"])
+    assert rows(taught) == [
+        ("start", 0, 1, 0.3, 1, 1003, "left", "directive"),
+        ("left", 0, 1, 0.0, 1, 1003, "left", "default"),
+        ("left", 1, 1, 0.4, 1, 1007, "forward", "directive"),
+        ("forward", 1, 1, 0.0, 1, 1007, "forward", "default"),
+    ]
+    taught.choose(features=["range_of(ball)", "load"])
+    assert rows(taught) == rows(begun())
+
+
+def test_a_child_flag_can_be_asked_for_later() -> None:
+    taught = session(["go", "left"], ["range_of(ball)"], library=WITH_GO)
+    play(taught, "go", 5, "left", 1)
+    taught.choose(features=["done"])
+    assert [example.values for example in taught.examples] == [(0.0,), (0.0,), (1.0,), (0.0,)]
+
+
+def test_features_of_a_reopened_lesson_can_change() -> None:
+    saved = begun().taught()
+    again = Session(Scripted(), ROBOT.with_taught(saved), saved.lesson or begun().lesson)
+    assert rows(again) == rows(begun())
+    again.choose(features=["range_of(goal)"])
+    assert [example.values for example in again.examples] == [(1003.0,), (1003.0,), (1007.0,), (1007.0,)]
+    play(again, 2, "left", 1)
+    assert rows(again)[-1] == ("left", 1002, "left", "default")
+    assert again.examples[-1].number == 6
+
+
+def test_states_that_go_take_their_examples_along() -> None:
+    taught = begun()
+    taught.choose(states=["forward"])
+    assert rows(taught) == [("forward", 93, 1, "forward", "default")]
+    assert taught.screen().path == ("forward",)
+
+
+def test_a_press_for_a_state_that_goes_is_dropped() -> None:
+    taught = play(begun(), "left")
+    taught.choose(states=["forward"])
+    assert len(rows(play(taught, 1))) == 1
+
+
+def test_a_flag_raised_from_a_state_that_goes_is_not_corrected() -> None:
+    taught = play(session(["forward", "left"], flags=["done"]), "forward", 5, "done", 1)
+    taught.reset(0)
+    taught.test()
+    play(taught, 8)
+    assert taught.screen().state == "done"
+    taught.choose(states=["left"])
+    play(taught, "left", 1)
+    assert rows(taught) == []
+    taught.test()
+
+
+def table_lesson() -> Lesson:
+    lesson = new_lesson(ROBOT, "taught", states=["forward"], features=["range_of(ball)", "load"])
+    example = Example(1, "start", (5.0, 1.0), "forward", ExampleKind.DIRECTIVE)
+    return Lesson(lesson.automaton, (example,))
+
+
+def test_a_table_can_be_gone_on_with() -> None:
+    """Examples without readings around them keep their values; only features they never had are refused."""
+    taught = Session(Scripted(), ROBOT, table_lesson())
+    taught.choose(states=["forward", "left"], options=Options(reaction_s=0.2))
+    taught.choose(features=["load"])
+    assert rows(taught) == [("start", 1, "forward", "directive")]
+    with pytest.raises(SessionError, match=r"example 1 .* written by hand"):
+        taught.choose(features=["load", "seen"])
+    assert rows(taught) == [("start", 1, "forward", "directive")]
+    play(taught, "left", 1)
+    assert len(rows(taught)) == 3
+
+
+# Parameters
+
+
+def test_parameters_stand_for_targets_kept_per_example() -> None:
+    taught = session(["toward(A)"], ["range_of(A)"], parameters=["A"], targets={"A": "ball"})
+    play(taught, 1, "toward", 1)
+    taught.stand_for(A="goal")
+    assert taught.screen().targets == {"A": "goal"}
+    assert taught.screen().features == {"range_of(A)": 1002.0}
+    play(taught, 1, "start", 1)
+    assert [(row(e)[1], e.binding["A"]) for e in taught.examples] == [
+        (99, "ball"),
+        (99, "ball"),
+        (1003, "goal"),
+        (1003, "goal"),
+    ]
+    taught.choose(features=["bearing_of(A)", "range_of(A)"])
+    assert [example.values[1] for example in taught.examples] == [99, 99, 1003, 1003]
+    assert [round(example.values[0], 3) for example in taught.examples[2:]] == [1.0, 1.0]
+
+
+def test_the_robot_acts_on_what_the_parameter_stands_for() -> None:
+    body = Scripted()
+    taught = session(["toward(A)"], parameters=["A"], targets={"A": "goal"}, body=body)
+    play(taught, "toward", 1)
+    taught.stand_for(A="ball")
+    play(taught, 1)
+    assert [round(commands["turn"][0], 3) for commands in body.commanded] == [1.0, 6.1]
+
+
+def test_standing_for_another_target_keeps_the_state() -> None:
+    taught = session(["toward(A)"], parameters=["A"], targets={"A": "goal"})
+    play(taught, "toward", 3)
+    taught.stand_for(A="ball")
+    assert taught.screen().path == ("toward",)
+
+
+def test_a_parameter_can_be_added() -> None:
+    taught = begun()
+    with pytest.raises(UnboundParameter, match="'A'"):
+        taught.choose(parameters=["A"])
+    assert taught.automaton.parameters == ()
+    assert taught.screen().undoable == "left → forward"
+    taught.choose(parameters=["A"], features=["range_of(A)"], targets={"A": "goal"})
+    assert [example.values for example in taught.examples] == [(1003.0,), (1003.0,), (1007.0,), (1007.0,)]
+    taught.undo()
+    assert rows(taught) == rows(begun())
+
+
+# The others
+
+
+def test_what_the_others_do_meanwhile() -> None:
+    body = Scripted(3)
+    taught = session(body=body, library=WITH_GO)
+    play(taught, "forward", 1)
+    taught.others("left")
+    play(taught, 1)
+    taught.others("go")
+    play(taught, 2)
+    taught.others(None)
+    play(taught, 1)
+    assert [commands["drive"] for commands in body.commanded] == [
+        [1.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 0.5, 0.5],
+        [1.0, 0.0, 0.5],  # agent 1 has come within 98 m of the ball: done, while agent 2 has not
+        [1.0, 0.0, 0.0],
+    ]
+    assert body.commanded[1]["turn"] == [0.5, 1.0, 1.0]
+
+
+def test_the_others_go_on_whatever_happens_to_the_lesson() -> None:
+    """Three ticks of forward, then left for good; undo, testing and driving restart nobody."""
+    three = automaton(
+        "three",
+        ["forward", "left"],
+        {"start": lambda s: "forward", "forward": lambda s: "left" if s >= 0.3 else None},
+        features=["time_in_state"],
+    )
+    body = Scripted(2)
+    taught = session(body=body, library=Library.of(kit, three))
+    taught.others("three")
+    play(taught, "right", 2, "undo", 1)
+    taught.drive("left")
+    play(taught, 1)
+    taught.test()
+    play(taught, 1)
+    assert [commands["drive"][1] for commands in body.commanded] == [1, 1, 1, 0, 0]
+    taught.reset(0)
+    play(taught, 1)
+    assert body.commanded[-1]["drive"][1] == 1
+
+
+def test_the_others_may_need_a_binding() -> None:
+    body = Scripted(2)
+    taught = session(body=body)
+    with pytest.raises(UnboundParameter, match="toward"):
+        taught.others("toward")
+    taught.others("toward", {"A": "goal"})
+    play(taught, 1)
+    assert body.commanded[0]["turn"] == [0.5, 1.0]
+
+
+# The next automaton
+
+
+def test_a_saved_automaton_is_a_state_of_the_next() -> None:
+    first = play(session(["forward"], flags=["done"]), "forward", 3, "done", 1)
+    library = ROBOT.with_taught(first.taught())
+    lesson = new_lesson(library, "next", states=["taught", "left"], features=["done"])
+    taught = play(Session(Scripted(), library, lesson), "taught", 6, "left", 1)
+    assert rows(taught)[2:] == [("taught", 1, "left", "directive"), ("left", 0, "left", "default")]
+    taught.reset(0)
+    taught.test()
+    paths = [play(taught, 1).screen().path for _ in range(6)]
+    assert paths == [*[("taught", "forward")] * 3, ("taught", "done"), ("left",), ("left",)]
+
+
+def test_a_correction_goes_to_the_automaton_of_the_session_alone() -> None:
+    taught = session(["go", "left"], ["done"], library=WITH_GO)
+    play(taught, "go", 3)
+    taught.test()
+    play(taught, 2, "left", 1)
+    assert taught.library is WITH_GO
+    assert rows(taught)[-2][0] == "go"
+
+
+# What is refused, and changes nothing
+
+REFUSED: dict[str, tuple[Callable[[Session], Any], type[UnderstudyError], str]] = {
+    "unknown state": (lambda s: s.direct("fly"), UnknownName, "'fly'.*start, forward, left and done"),
+    "unknown example": (lambda s: s.delete(1, 99), SessionError, "no example 99"),
+    "editing an unknown one": (lambda s: s.edit(99, next="left"), SessionError, "no example 99"),
+    "editing into nowhere": (lambda s: s.edit(1, next="fly"), UnknownName, "state 'fly'"),
+    "editing from a flag": (lambda s: s.edit(1, state="done"), SessionError, "'done'"),
+    "editing an unknown feature": (lambda s: s.edit(1, values={"x": 1.0}), UnknownName, "feature 'x'"),
+    "a value outside": (lambda s: s.edit(1, values={"load": float("inf")}), KindError, "load.*finite"),
+    "an unknown behavior": (lambda s: s.choose(states=["fly"]), UnknownName, "behavior 'fly'"),
+    "an unknown feature": (lambda s: s.choose(features=["smell"]), UnknownName, "feature 'smell'"),
+    "an unknown target": (lambda s: s.choose(features=["range_of(moon)"]), UnknownName, "'moon'"),
+    "a missing argument": (lambda s: s.choose(features=["range_of"]), DefinitionError, r"range_of\(A\)"),
+    "a state twice": (lambda s: s.choose(states=["left", "left"]), DefinitionError, "'left' twice"),
+    "a parameter like a target": (lambda s: s.choose(parameters=["ball"]), DefinitionError, "'ball'.*rename"),
+    "itself": (lambda s: s.choose(states=["taught"]), UnderstudyError, "taught"),
+    "no such parameter": (lambda s: s.stand_for(A="ball"), UnknownName, "parameter 'A'"),
+    "too long a reaction": (
+        lambda s: s.choose(options=Options(reaction_s=2.0)),
+        DefinitionError,
+        "reaction_s",
+    ),
+    "others unknown": (lambda s: s.others("fly"), UnknownName, "'fly'"),
+}
+
+
+@pytest.mark.parametrize(("attempt", "error", "said"), REFUSED.values(), ids=REFUSED)
+def test_refused(attempt: Callable[[Session], Any], error: type[UnderstudyError], said: str) -> None:
+    taught = begun()
+    before, run = taught.lesson, taught.run_state
+    with pytest.raises(error, match=said):
+        attempt(taught)
+    assert taught.lesson == before
+    assert taught.run_state == run
+    assert taught.screen().undoable == "left → forward"
+    play(taught, 1)
+
+
+BEGINNINGS: list[tuple[dict[str, Any], type[UnderstudyError], str]] = [
+    ({"agent": 1}, UnderstudyError, "agent.*1"),
+    ({"targets": {"A": "moon"}}, UnknownName, "target 'moon'"),
+    ({"targets": {"A": "ball", "B": "goal"}}, UnknownName, "parameter 'B'"),
+    ({"targets": {}}, UnboundParameter, "'A'"),
+]
+
+
+@pytest.mark.parametrize(("given", "error", "said"), BEGINNINGS)
+def test_a_session_that_cannot_begin(given: dict[str, Any], error: type[UnderstudyError], said: str) -> None:
+    lesson = new_lesson(ROBOT, "taught", states=["toward(A)"], features=[], parameters=["A"])
+    with pytest.raises(error, match=said):
+        Session(Scripted(), ROBOT, lesson, **{"targets": {"A": "ball"}, **given})
+
+
+def test_stand_for_unknown_targets() -> None:
+    taught = session(["toward(A)"], parameters=["A"], targets={"A": "ball"})
+    with pytest.raises(UnknownName, match="target 'moon'"):
+        taught.stand_for(A="moon")
+    assert taught.screen().targets == {"A": "ball"}

@@ -1,0 +1,321 @@
+"""The journal: whatever a session did before it was killed, resuming gives the identical lesson."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.bodies import Scripted, kit
+from tests.training.lessons import WITH_GO, play, rows, session
+
+from understudy.errors import FileError
+from understudy.model.example import Example
+from understudy.model.kinds import Continuous
+from understudy.model.kit import Kit
+from understudy.model.lesson import Options
+from understudy.model.library import Library
+from understudy.runtime.body import Reading, every_key
+from understudy.training.journal import MAGIC, Ticks, read_journal, unpacked_rows
+from understudy.training.log import Log
+from understudy.training.past import Past
+from understudy.training.session import Session
+from understudy.training.trainee import Mode
+
+
+@pytest.fixture(autouse=True)
+def killed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """What a killed process held is closed for it, and nothing is flushed that was not: writing flushes."""
+    logs: list[Log] = []
+    begin = Log.__init__
+
+    def remembered(self: Log, path: Path, magic: bytes) -> None:
+        begin(self, path, magic)
+        logs.append(self)
+
+    monkeypatch.setattr(Log, "__init__", remembered)
+    yield
+    for log in logs:
+        log._file.close()
+
+
+BOTH = Options(watched=True, reaction_s=0.2)
+FEATURES = ["range_of(ball)", "seen", "done", "time_in_state", "watch"]
+
+
+def in_a_test(taught: Session) -> Session:
+    """Taught a little, and in a test, at a flag it has raised."""
+    play(taught, "forward", 5, "go", 6, "left", 5, "done", 2)
+    taught.reset(0)
+    taught.test()
+    return play(taught, 25)
+
+
+def unwatched(taught: Session) -> Session:
+    taught.watching = False
+    return play(taught, "left", 9)
+
+
+def driven(taught: Session) -> None:
+    play(taught, "forward", 5, "left", 2)
+    taught.drive("left")
+    play(taught, 3)
+    taught.drive(None)
+    play(taught, 2)
+
+
+def chosen(taught: Session) -> None:
+    play(taught, "forward", 5)
+    taught.choose(features=["load"], options=Options(reaction_s=0.5), states=["forward", "left"])
+    play(taught, "left", 3)
+
+
+def with_a_parameter(taught: Session) -> None:
+    play(taught, "forward", 5)
+    taught.choose(parameters=["A"], features=["range_of(A)"], targets={"A": "goal"})
+    taught.stand_for(A="ball")
+    play(taught, "left", 3)
+
+
+def chosen_back(taught: Session) -> None:
+    play(taught, "forward", 5, "left", 2)
+    taught.choose(states=["left"])
+    taught.undo()
+
+
+def chosen_while_a_press_waits(taught: Session) -> None:
+    play(taught, "forward", 5, "left")
+    taught.choose(states=["forward"])
+    taught.choose(states=["forward", "left"])
+
+
+def edited(taught: Session) -> None:
+    play(taught, "forward", 5)
+    taught.edit(1, values={"range_of(ball)": 3.0})
+
+
+def deleted(taught: Session) -> None:
+    play(taught, "forward", 5, "left", 5)
+    taught.delete(2, 4)
+    play(taught, "right", 2)
+
+
+Before = Callable[[Session], object]
+BEFORE: dict[str, Before] = {
+    "nothing": lambda taught: taught,
+    "ticks": lambda taught: play(taught, 120),
+    "presses": lambda taught: play(taught, 3, "forward", 70, "left", 2, "confirm", 3),
+    "a press that waits": lambda taught: play(taught, 3, "forward", 7, "left"),
+    "a press that waits while testing": lambda taught: play(in_a_test(taught), "restart", 3, "left"),
+    "undo": lambda taught: play(taught, "forward", 5, "left", 5, "undo"),
+    "undo of a press that waits": lambda taught: play(taught, "forward", 5, "left", 5, "go", "undo"),
+    "redo": lambda taught: play(taught, "forward", 5, "left", 5, "undo", "undo", "redo"),
+    "a new step after undo": lambda taught: play(taught, "forward", 5, "left", 5, "undo", "right", 2),
+    "restart of a press that waits": lambda taught: play(taught, "forward", 5, "left", "restart"),
+    "driving": driven,
+    "choose": chosen,
+    "a parameter": with_a_parameter,
+    "choosing back": chosen_back,
+    "choosing while a press waits": chosen_while_a_press_waits,
+    "edit": edited,
+    "delete": deleted,
+    "watched": lambda taught: play(taught, "forward", 30, "left", 30, "restart", 5),
+    "not watched": unwatched,
+    "testing": in_a_test,
+    "a corrected flag": lambda taught: play(in_a_test(taught), "right", 4),
+    "a corrected flag, undone": lambda taught: play(in_a_test(taught), "right", 4, "undo"),
+    "train": lambda taught: play(in_a_test(taught), "train", 2),
+}
+
+
+def journaled(folder: Path, body: Scripted | None = None) -> Session:
+    return session(
+        ["forward", "left", "right", "go", "click"],
+        FEATURES,
+        flags=["done"],
+        library=WITH_GO,
+        options=BOTH,
+        journal=folder / "journal",
+        body=body,
+    )
+
+
+def resumed(folder: Path, body: Scripted | None = None) -> Session:
+    """Go on as after a kill: what the former process held is gone."""
+    return Session.resume(folder / "journal", body or Scripted(), WITH_GO)
+
+
+def told(examples: Sequence[Example]) -> list[str]:
+    """Examples to compare: absent equals absent."""
+    return [repr(example) for example in examples]
+
+
+def known(taught: Session) -> Any:
+    """What must outlast a kill: everything acknowledged. What was only seen in silence may be lost."""
+    screen = taught.screen()
+    notebook = taught._notebook
+    return (
+        taught.automaton,
+        told(taught.examples),
+        notebook.lesson.options,
+        screen.targets,
+        taught.mode,
+        screen.undoable,
+        screen.redoable,
+        notebook.presses,
+    )
+
+
+@pytest.mark.parametrize("before", BEFORE.values(), ids=BEFORE)
+def test_resuming_gives_the_identical_lesson(tmp_path: Path, before: Before) -> None:
+    taught = journaled(tmp_path)
+    before(taught)
+    again = resumed(tmp_path)
+    assert known(again) == known(taught)
+    assert again.screen().waiting == taught.screen().waiting
+    taught.watching = False  # compared without what was seen in silence since
+    taught._notebook._watched.forget()
+    assert told(again.lesson.examples) == told(taught.lesson.examples)
+    assert again.lesson.record == taught.lesson.record
+    play(again, "confirm", 1, "left", 3, "undo", "undo", "redo")
+    once_more = resumed(tmp_path)  # a journal that was gone on with is as good
+    assert known(once_more) == known(again)
+    while again.screen().undoable:
+        assert again.undo() == once_more.undo()
+        assert told(again.examples) == told(once_more.examples)
+
+
+@pytest.mark.parametrize("before", BEFORE.values(), ids=BEFORE)
+def test_undoing_everything_after_resuming(tmp_path: Path, before: Before) -> None:
+    taught = journaled(tmp_path)
+    before(taught)
+    again = resumed(tmp_path)
+    while taught.screen().undoable:
+        assert again.undo() == taught.undo()
+        assert known(again)[:3] == known(taught)[:3]
+
+
+def test_a_press_that_waits_acts_after_resuming_as_it_would_have(tmp_path: Path) -> None:
+    """The body goes on from the snapshot at the press, and the readings before it are there to shift to."""
+    taught = journaled(tmp_path)
+    taught.watching = False
+    play(taught, 3, "forward", 7, "left")
+    again = resumed(tmp_path)
+    assert again.body.time_s == taught.body.time_s
+    play(taught, 1)
+    play(again, 1)
+    assert told(again.examples) == told(taught.examples)
+    assert rows(again)[2][:2] == ("forward", 92)  # pressed at 90 m
+    assert known(again) == known(taught)
+
+
+def test_no_reading_is_taken_from_before_the_kill(tmp_path: Path) -> None:
+    """The body is back at its last snapshot: what was sensed since then is not its past."""
+    play(journaled(tmp_path, Slow()), "forward", 30)
+    again = resumed(tmp_path, Slow())
+    assert again.body.time_s == 5.0
+    here = again.screen().features["range_of(ball)"]
+    play(again, "left", 1)
+    assert rows(again)[2][1] == here
+
+
+def test_a_body_that_cannot_be_rewound_goes_on_from_where_it_is(tmp_path: Path) -> None:
+    play(journaled(tmp_path, Real()), 3, "forward", 7)
+    body = Real()
+    body.tick = 500
+    again = resumed(tmp_path, body)
+    assert again.screen().path == ("forward",)
+    assert again.screen().features["time_in_state"] == 0.0
+    play(again, 2)
+    assert again.screen().features["time_in_state"] == 0.2
+
+
+class Slow(Scripted):
+    """Snapshots every 25 ticks, chunks of 50."""
+
+    tick_s = 0.2
+
+
+class Real(Scripted):
+    """No snapshots: not Rewindable."""
+
+    snapshot = None  # type: ignore[assignment]
+    restore = None  # type: ignore[assignment]
+
+
+def test_body_and_automaton_go_back_to_the_last_snapshot(tmp_path: Path) -> None:
+    taught = play(journaled(tmp_path), "go", 60)
+    again = resumed(tmp_path)
+    assert again.body.time_s == 5.0  # every 5 s
+    assert again.screen().path == taught.screen().path == ("go", "done")
+    taught.reset(0)
+    play(taught, 3)
+    assert resumed(tmp_path).body.time_s == 0.0  # and whenever the robot was put elsewhere
+
+
+def test_about_is_kept(tmp_path: Path) -> None:
+    body, first = Scripted(), session()
+    Session(body, first.library, first.lesson, journal=tmp_path / "j", about={"world": "forage", "seed": 7})
+    assert Past.replayed(tmp_path / "j", first.library, every_key(body)).about == {
+        "world": "forage",
+        "seed": 7,
+    }
+
+
+def test_every_tick_is_in_the_journal(tmp_path: Path) -> None:
+    taught = play(journaled(tmp_path), 3, "forward", 120)
+    taught.close()
+    ticks = [entry for entry in read_journal(tmp_path / "journal") if isinstance(entry, Ticks)]
+    keys = 7
+    values = [row for entry in ticks for row in unpacked_rows(entry.rows, keys).tolist()]
+    assert [row[0] for row in values] == [100.0 - tick for tick in range(123)]
+    assert [state for entry in ticks for state in entry.states] == ["start"] * 4 + ["forward"] * 119
+
+
+# Cut off anywhere
+
+
+def test_cut_off_anywhere_it_is_the_lesson_of_some_moment(tmp_path: Path) -> None:
+    taught = journaled(tmp_path)
+    steps: list[str | int] = ["forward", 4, "left", 4, "undo", "right", 2, "test", 3, "left", 1]
+    moments = [known(taught)[:3]]
+    for step in steps:
+        for each in [step] if isinstance(step, str) else [1] * step:
+            play(taught, each)
+            moments.append(known(taught)[:3])
+    whole = (tmp_path / "journal").read_bytes()
+    readable = refused = 0
+    for cut in range(0, len(whole), 11):
+        (tmp_path / "cut").write_bytes(whole[:cut])
+        try:
+            again = Session.resume(tmp_path / "cut", Scripted(), WITH_GO)
+        except FileError:
+            refused = cut
+            continue
+        assert not refused or cut > refused
+        assert known(again)[:3] in moments
+        readable += 1
+    assert readable > 100
+
+
+# What is refused
+
+
+def test_refused(tmp_path: Path) -> None:
+    taught = journaled(tmp_path)
+    path = tmp_path / "journal"
+    with pytest.raises(FileError, match=r"journal.*exists already"):
+        journaled(tmp_path)
+    with pytest.raises(FileError, match="cannot be read"):
+        Session.resume(tmp_path / "none", Scripted(), WITH_GO)
+    other = Scripted()
+    other.readings = (*other.readings, Reading("more", Continuous()))  # type: ignore[assignment]
+    with pytest.raises(FileError, match="other readings"):
+        Session.resume(path, other, WITH_GO)
+    with pytest.raises(FileError, match="journal"):
+        Session.resume(path, Scripted(), Library(Kit.of(*list(kit.parts)[4:])))
+    (tmp_path / "empty").write_bytes(MAGIC)
+    with pytest.raises(FileError, match="no session begins"):
+        Session.resume(tmp_path / "empty", Scripted(), WITH_GO)
+    assert taught.mode is Mode.TRAINING

@@ -1,0 +1,150 @@
+"""Kill -9 at random moments: what was acknowledged is there, the library readable, the lesson identical."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from random import Random
+from signal import SIGKILL
+from typing import IO
+
+import pytest
+from tests.training import scripted
+from tests.training.steps import told
+
+from understudy.learning.transitions import learn
+from understudy.model.folder import open_library, save
+from understudy.model.library import Taught
+from understudy.training.journal import AnyEntry, Journal
+from understudy.training.session import Session
+from understudy.worlds.forage import Forage, kit
+
+
+def shown(taught: Taught) -> str:
+    """What a saved automaton was shown."""
+    lesson = taught.lesson
+    return repr([(e.state, e.values, e.next, str(e.kind)) for e in lesson.examples] if lesson else None)
+
+
+class Reference:
+    """The same session, never killed: what the lesson was after each step, and at each entry in between."""
+
+    def __init__(self, folder: Path, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.after: dict[int, str] = {}
+        self.during: dict[int, list[str]] = {}
+        self.saved: set[str] = set()  # what the library held at some time
+        self._lessons: list[str] = []
+        self._session: Session | None = None
+        write = Journal.write
+
+        def noted(journal: Journal, entry: AnyEntry, *, sync: bool = False) -> None:
+            if self._session is not None:
+                self._lessons.append(told(self._session))
+            write(journal, entry, sync=sync)
+
+        def saved(library: Path, taught: Taught) -> Path:
+            self.saved.add(shown(taught))
+            return save(library, taught)
+
+        with monkeypatch.context() as patched:
+            patched.setattr(Journal, "write", noted)
+            patched.setattr(scripted, "save", saved)
+            scripted.play(folder, seed, self._acknowledge)
+
+    def _acknowledge(self, index: int, session: Session) -> None:
+        self._session = session
+        self.after[index] = told(session)
+        self.during[index] = self._lessons
+        self._lessons = []
+
+    def may_be(self, acknowledged: int) -> set[str]:
+        """The lesson as it may be found when so many steps were acknowledged, and the next was under way."""
+        following = acknowledged + 1
+        later = [*self.during.get(following, []), self.after[min(following, max(self.after))]]
+        return {self.after[acknowledged], *later}
+
+
+class Nursery:
+    """Forks sessions, so that each begins at once."""
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir()
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "tests.training.scripted", str(folder)],
+            cwd=Path(__file__).parents[2],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        if self._said() != "ready":
+            raise RuntimeError("the nursery did not start")
+
+    def _pipe(self, pipe: IO[str] | None) -> IO[str]:
+        if pipe is None:
+            raise RuntimeError("the nursery has no pipes")
+        return pipe
+
+    def _said(self) -> str:
+        return self._pipe(self.process.stdout).readline().strip()
+
+    def kill_one(self, folder: Path, seed: int, random: Random) -> int:
+        """Run a session and kill it at a random moment; the last step it acknowledged, or -2."""
+        folder.mkdir()
+        wanted = random.randint(0, scripted.STEPS)
+        stdin = self._pipe(self.process.stdin)
+        stdin.write(f"{folder} {seed}\n")
+        stdin.flush()
+        child, said = int(self._said()), folder / "said"
+        until = time.monotonic() + 20
+        while time.monotonic() < until and (not said.exists() or said.read_bytes().count(b"\n") < wanted):
+            time.sleep(0.0005)
+        time.sleep(random.random() * 0.01)
+        os.kill(child, SIGKILL)
+        stdin.write("\n")
+        stdin.flush()
+        assert self._said() == "ended"
+        lines = said.read_text().split("\n")[:-1] if said.exists() else []
+        return int(lines[-1]) if lines else -2
+
+    def close(self) -> None:
+        self._pipe(self.process.stdin).close()
+        self._pipe(self.process.stdout).close()
+        self.process.wait(timeout=20)
+
+
+def kill_and_check(times: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    random, nursery = Random(20261121), Nursery(folder / "warm")
+    checked = 0
+    try:
+        while checked < times:
+            seed = random.randrange(2**31)
+            here = folder / f"{seed}"
+            acknowledged = nursery.kill_one(here, seed, random)
+            if acknowledged == -2:
+                continue  # killed before the session had begun
+            (folder / f"{seed}-reference").mkdir()
+            reference = Reference(folder / f"{seed}-reference", seed, monkeypatch)
+            again = Session.resume(here / "journal", Forage([seed]), scripted.LIBRARY)
+            assert told(again) in reference.may_be(acknowledged), (seed, acknowledged)
+            again.tick()
+            again.close()
+            if (here / "library").exists():
+                opened = open_library(here / "library", kit, learn)
+                assert {shown(taught) for taught in opened.library.taught.values()} <= reference.saved
+            checked += 1
+    finally:
+        nursery.close()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills with fork and SIGKILL")
+def test_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kill_and_check(10, tmp_path, monkeypatch)
+
+
+@pytest.mark.soak
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills with fork and SIGKILL")
+def test_killed_many_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kill_and_check(200, tmp_path, monkeypatch)

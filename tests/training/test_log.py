@@ -1,0 +1,83 @@
+"""Logs survive being cut off anywhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from understudy.errors import FileError
+from understudy.training.log import Log, read_log
+
+MAGIC = b"a log 1\n"
+RECORDS = [b"one", b"two" * 20, b"\1\2", b"four"]
+
+
+def written(path: Path, records: list[bytes]) -> bytes:
+    log = Log.create(path, MAGIC)
+    for record in records:
+        log.write(record, sync=record == b"four")
+    log.close()
+    return path.read_bytes()
+
+
+def test_what_is_written_is_read(tmp_path: Path) -> None:
+    written(tmp_path / "log", RECORDS)
+    assert list(read_log(tmp_path / "log", MAGIC)) == RECORDS
+
+
+def test_a_record_is_in_the_file_when_write_returns(tmp_path: Path) -> None:
+    log = Log.create(tmp_path / "log", MAGIC)
+    log.write(b"one")
+    assert list(read_log(tmp_path / "log", MAGIC)) == [b"one"]
+    log.close()
+
+
+@pytest.mark.parametrize("tail", [b"", b"\0" * 3, b"\0" * 4096, b"\xa5" * 20], ids=len)
+def test_cut_off_at_every_byte(tmp_path: Path, tail: bytes) -> None:
+    """What is complete stays, what is torn is cut off, and writing goes on behind it."""
+    path = tmp_path / "log"
+    whole = written(path, RECORDS)
+    ends = [len(MAGIC)]
+    for record in RECORDS:
+        ends.append(ends[-1] + 8 + len(record))
+    assert ends[-1] == len(whole)
+    for cut in range(len(MAGIC), len(whole)):
+        path.write_bytes(whole[:cut] + tail)
+        complete = RECORDS[: sum(end <= cut for end in ends[1:])]
+        assert list(read_log(path, MAGIC)) == complete
+        log = Log.append(path, MAGIC)
+        log.write(b"more")
+        log.close()
+        assert list(read_log(path, MAGIC)) == [*complete, b"more"]
+
+
+def test_a_changed_byte_ends_it(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    whole = bytearray(written(path, RECORDS))
+    whole[len(MAGIC) + 8 + 3 + 8 + 5] ^= 1
+    path.write_bytes(whole)
+    assert list(read_log(path, MAGIC)) == RECORDS[:1]
+
+
+def test_no_log_at_all(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    for content in (b"", MAGIC[:3], b"something else entirely"):
+        path.write_bytes(content)
+        with pytest.raises(FileError, match=r"log.*not a journal"):
+            list(read_log(path, MAGIC))
+    path.unlink()
+    with pytest.raises(FileError, match="cannot be read"):
+        list(read_log(path, MAGIC))
+
+
+def test_a_log_is_never_written_over(tmp_path: Path) -> None:
+    before = written(tmp_path / "log", RECORDS)
+    with pytest.raises(FileError, match="exists already"):
+        Log.create(tmp_path / "log", MAGIC)
+    assert (tmp_path / "log").read_bytes() == before
+
+
+def test_the_folder_is_made(tmp_path: Path) -> None:
+    written(tmp_path / "a" / "b" / "log", [b"x"])
+    assert [path.name for path in (tmp_path / "a" / "b").iterdir()] == ["log"]
