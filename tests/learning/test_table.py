@@ -13,7 +13,7 @@ from understudy.learning.predict import predict
 from understudy.learning.table import read_lesson_table, read_rows
 from understudy.learning.transitions import learn
 from understudy.model.example import ExampleKind
-from understudy.model.kinds import Categorical, Continuous, Toroidal
+from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 
 HEADER = "state,next,kind,distance:continuous,bearing:toroidal(6.283185307179586),ready:categorical(no|yes)"
 LESSON = f"""{HEADER}
@@ -45,6 +45,26 @@ def test_a_table_is_a_lesson(tmp_path: Path) -> None:
     assert last.kind == ExampleKind.DIRECTIVE
     assert isnan(last.values[0])
     assert last.values[1:] == (-1 % 6.283185307179586, 0.0)
+
+
+HEADERS = [  # header, name, kind: names may hold colons and brackets, as those of the RoboCup lessons do
+    ("x:continuous", "x", Continuous()),
+    (
+        "way[X->Goal Target: (4.5, 0) in meters]:continuous",
+        "way[X->Goal Target: (4.5, 0) in meters]",
+        Continuous(),
+    ),
+    (" a : b : toroidal(4) ", "a : b", Toroidal(4.0)),
+    ("x:categorical(a:b|boolean)", "x", Categorical(("a:b", "boolean"))),
+    ("x:categorical(a:boolean)", "x", Categorical(("a:boolean",))),
+]
+
+
+@pytest.mark.parametrize(("header", "name", "kind"), HEADERS)
+def test_a_header_is_a_name_and_a_kind(tmp_path: Path, header: str, name: str, kind: Kind) -> None:
+    lesson = read_lesson_table(write(tmp_path, f'state,next,kind,"{header}"\na,b,directive,\n'))
+    (bound,) = lesson.automaton.features
+    assert (str(bound), bound.kind) == (name, kind)
 
 
 def test_predictions(tmp_path: Path) -> None:
@@ -107,6 +127,10 @@ BAD = [
         "state,next,kind,x:continuous\na,b,default,far\n",
         "line 2, column 'x:continuous': 'far' is not a number",
     ),
+    ("state;next;kind;x:continuous\na;b;default;1\n", "there is no column 'state'"),
+    ("state;next;kind;x:continuous\na;b;default;1\n", "put commas between the columns"),
+    ("state,next,kind,x:y:z\na,b,default,1\n", "'z' is not a kind"),
+    ("state,next,kind,x:continuous\na,b,default,1_5\n", "'1_5' is not a number"),
     (
         "state,next,kind,x:continuous\na,b,default,inf\n",
         "line 2, column 'x:continuous': 'inf' is not a number",

@@ -129,12 +129,26 @@ def test_recursion_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecursionRefused) as caught:
         open_library(tmp_path, KIT)
     assert set(caught.value.cycle) == {"a", "b", "c"}
+    assert str(tmp_path) in str(caught.value)
 
 
 def test_a_basic_behavior_has_the_name(tmp_path: Path) -> None:
     save(tmp_path, goto())
     with pytest.raises(FileError, match=r"goto\.json.*basic behavior"):
         open_library(tmp_path, KIT + Kit.of(Behavior("goto")))
+
+
+def test_the_folder_is_a_file(tmp_path: Path) -> None:
+    (tmp_path / "library").write_text("kept")
+    with pytest.raises(FileError, match=r"library: it is a file, not a folder"):
+        save(tmp_path / "library", goto())
+    assert (tmp_path / "library").read_text() == "kept"
+
+
+def test_an_error_names_the_file_asked_for_and_not_the_one_beside_it(tmp_path: Path) -> None:
+    with pytest.raises(FileError) as caught, atomic.failing(tmp_path / "x.png", "writing"):
+        atomic.write(tmp_path / "nowhere" / "x.png", b"")
+    assert caught.value.path == str(tmp_path / "x.png")
 
 
 def test_no_folder(tmp_path: Path) -> None:

@@ -69,5 +69,10 @@ def failing(
     try:
         yield
     except OSError as error:
-        problem = f"{doing} failed: {error.strerror or error}"
-        raise FileError(path=error.filename or path, place="", problem=problem, remedy=remedy) from error
+        named = str(error.filename or path)  # an unfinished file is ours, and nobody asked for it
+        raise FileError(
+            path=path if named.endswith(UNFINISHED) else named,
+            place="",
+            problem=f"{doing} failed: {error.strerror or error}",
+            remedy=remedy,
+        ) from error
