@@ -52,12 +52,24 @@ def test_cut_off_at_every_byte(tmp_path: Path, tail: bytes) -> None:
         assert list(read_log(path, MAGIC)) == [*complete, b"more"]
 
 
-def test_a_changed_byte_ends_it(tmp_path: Path) -> None:
+def test_a_changed_byte_in_the_last_record_ends_it(tmp_path: Path) -> None:
     path = tmp_path / "log"
     whole = bytearray(written(path, RECORDS))
-    whole[len(MAGIC) + 8 + 3 + 8 + 5] ^= 1
+    whole[-1] ^= 1
     path.write_bytes(whole)
-    assert list(read_log(path, MAGIC)) == RECORDS[:1]
+    assert list(read_log(path, MAGIC)) == RECORDS[:-1]
+
+
+def test_damage_before_complete_records_is_refused_and_nothing_is_cut_off(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    whole = bytearray(written(path, RECORDS))
+    second = len(MAGIC) + 8 + 3
+    whole[second + 8 + 5] ^= 1
+    path.write_bytes(whole)
+    for use in (lambda: list(read_log(path, MAGIC)), lambda: Log.append(path, MAGIC)):
+        with pytest.raises(FileError, match=f"log at byte {second}: it is damaged there"):
+            use()
+    assert path.read_bytes() == bytes(whole)
 
 
 def test_no_log_at_all(tmp_path: Path) -> None:

@@ -77,7 +77,7 @@ class Log:
 
 
 def read_log(path: Path, magic: bytes) -> Iterator[bytes]:
-    """The complete records of a log, oldest first; FileError where the file is no such log."""
+    """The complete records of a log, oldest first; FileError where it is no such log, or damaged in its middle."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -96,10 +96,28 @@ def read_log(path: Path, magic: bytes) -> Iterator[bytes]:
             remedy=f"name a session's journal (it begins with {known!r})",
         )
     at = len(magic)
-    while at + _FRAME.size <= len(content):
-        length, checksum = _FRAME.unpack_from(content, at)
-        payload = content[at + _FRAME.size : at + _FRAME.size + length]
-        if not payload or len(payload) < length or zlib.crc32(payload) != checksum:
-            return  # cut off here, or, after a power cut, zeros up to the end
+    while (payload := _record(content, at)) is not None:
         yield payload
-        at += _FRAME.size + length
+        at += _FRAME.size + len(payload)
+    if at + _FRAME.size < len(content) and _record(content, _following(content, at)) is not None:
+        raise FileError(  # going on would cut off what is complete
+            path=path,
+            place=f"byte {at}",
+            problem="it is damaged there, though complete records follow",
+            remedy="take it from a backup, or keep a copy and cut the file off there to go on from before",
+        )
+
+
+def _record(content: bytes, at: int) -> bytes | None:
+    """The record there; None where it is torn, or, after a power cut, zeros."""
+    if at + _FRAME.size > len(content):
+        return None
+    length, checksum = _FRAME.unpack_from(content, at)
+    payload = content[at + _FRAME.size : at + _FRAME.size + length]
+    return payload if payload and len(payload) == length and zlib.crc32(payload) == checksum else None
+
+
+def _following(content: bytes, at: int) -> int:
+    """Where the record after this one would begin."""
+    length, _ = _FRAME.unpack_from(content, at)
+    return at + _FRAME.size + int(length)
