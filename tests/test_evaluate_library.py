@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.cli.forage_parts import AUTOMATA
 
-from understudy.errors import SettingError, UnboundParameter
+from understudy.errors import SettingError, UnboundParameter, UnknownName
 from understudy.evaluation import LENIENCE, evaluate
 from understudy.model.automaton import Automaton
 from understudy.model.library import Library
@@ -47,6 +47,11 @@ def test_progress_reaches_the_end() -> None:
 def test_worlds_with_other_settings() -> None:
     small = replace(FORAGE, make=partial(Forage, settings=ForageSettings(capacity=3)))
     assert evaluate(LIBRARY, "forage", small, range(2)).expert.seconds.min() > 0
+
+
+def test_a_world_by_name() -> None:
+    with pytest.raises(UnknownName, match="no world 'moon'; it has forage"):
+        evaluate(LIBRARY, "forage", "moon", [1])
 
 
 def test_parameters_are_bound() -> None:

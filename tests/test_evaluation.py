@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from understudy.errors import SettingError
-from understudy.evaluation import HandForager, Outcomes, lower_bound, measure
+from understudy.evaluation import Outcomes, measure
 from understudy.worlds.forage import Forage, ForageSettings, corner_cases
+from understudy.worlds.forage_expert import HandForager, lower_bound
 
 GOLDEN = Path(__file__).parent / "golden" / "hand_forager.json"
 

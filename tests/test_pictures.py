@@ -12,12 +12,12 @@ import pytest
 from PIL import Image
 
 from understudy.errors import SettingError, UnknownName
-from understudy.evaluation import HandForager
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.pictures import automaton_svg, path_png, run_gif
 from understudy.pictures.layout import BADGE, place_arrows, place_boxes
 from understudy.worlds.forage import Forage, ForageSettings, Frame
+from understudy.worlds.forage_expert import HandForager
 
 STATES = (
     START,

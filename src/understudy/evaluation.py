@@ -1,14 +1,13 @@
-"""Batches of runs, measured: time to finish, food per second, and the yardstick for taught robots.
+"""Batches of runs, measured: time to finish, food per second, beside the yardstick on the same worlds.
 
-Whatever decides - the hand-coded forager here, or an engine that runs a taught library - is a function from a
-percept to commands, so that `measure` treats all alike.
+Whatever decides - a forager written by hand, or a run of a taught library - is a function from a percept to
+commands, so that `measure` treats all alike.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import dist, pi, tau
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -22,10 +21,9 @@ from understudy.model.library import Library
 from understudy.runtime.body import Body, Commands
 from understudy.runtime.program import link
 from understudy.runtime.run import Run
-from understudy.worlds.catalog import CatalogWorld
-from understudy.worlds.forage import Forage, ForageSettings, ForageView
+from understudy.worlds.catalog import CatalogWorld, find_world
+from understudy.worlds.forage_expert import HandForager, lower_bound
 
-Point: TypeAlias = tuple[float, float]
 Decide: TypeAlias = Callable[[Percept], Commands]
 
 
@@ -94,101 +92,6 @@ def measure(body: Task, decide: Decide, keys: Sequence[ReadingKey], *, limit_s: 
         tick += 1
 
 
-class HandForager:
-    """The yardstick: a forager written by hand, for N robots at once, that does one basic behavior at a time.
-
-    It turns until it faces its target to half a tick's turn, then drives, and turns again only when the
-    target is off by more than `astray` (rad), so that it never chatters between the two. It goes home when
-    full or when no food is left, and stays with that until it carries nothing.
-    """
-
-    keys: Sequence[ReadingKey] = (
-        ("range", "nearest_food"),
-        ("bearing", "nearest_food"),
-        ("bearing", "station"),
-        ("food_here", None),
-        ("food_stored", None),
-        ("food_left", None),
-        ("station_here", None),
-    )
-
-    def __init__(self, agents: int, settings: ForageSettings, *, astray: float = 0.2) -> None:
-        self._capacity = settings.capacity
-        self._facing = 0.55 * settings.turning_speed * settings.tick_s
-        self._astray = max(astray, 2.0 * self._facing)
-        self._homing = np.zeros(agents, np.bool_)
-        self._turning = np.zeros(agents)  # 1 left, -1 right, 0 not
-
-    def decide(self, percept: Percept) -> Commands:
-        """What each robot does now."""
-        stored, none_left = percept["food_stored", None], percept["food_left", None] == 0.0
-        self._homing = (stored > 0) & (self._homing | (stored >= self._capacity) | none_left)
-        unload = self._homing & (percept["station_here", None] == 1.0)
-        load = ~self._homing & (percept["food_here", None] > 0)
-        go = ~(unload | load) & (self._homing | ~none_left)
-        bearing = np.where(self._homing, percept["bearing", "station"], percept["bearing", "nearest_food"])
-        off = np.where(go, (bearing + pi) % tau - pi, 0.0)  # signed, left positive
-        keep_on = (self._turning != 0.0) & (np.abs(off) > self._facing)
-        begin = (self._turning == 0.0) & (np.abs(off) > self._astray)
-        self._turning = np.where(begin, np.sign(off), np.where(keep_on, self._turning, 0.0))
-        drive = go & (self._turning == 0.0)
-        return {
-            "drive": drive.astype(np.float64),
-            "turn": self._turning,
-            "load": load.astype(np.float64),
-            "unload": unload.astype(np.float64),
-        }
-
-
-def lower_bound(world: Forage) -> Column:
-    """Seconds [N] that no robot can beat which visits the places nearest-first, from where it stands now.
-
-    A trip goes to the nearest source with food, and on to the next nearest while there is room and food, then
-    to the station; what is nearest is judged from where a straight way comes within reach. Counted are the
-    straight lines between those places, less the reach at either end, at forward speed; and loading and
-    unloading each unit. Turning costs nothing and ticks need not be whole, so for that order of visits it is
-    a true bound. A robot that chooses another order may beat it.
-    """
-    return np.array([_bound(world.view(agent), world.settings) for agent in range(world.agents)])
-
-
-def _bound(view: ForageView, settings: ForageSettings) -> float:
-    amounts = [source.amount for source in view.sources]
-    unload = sum(amounts) + view.stored
-    route = _Route(view.reach, (view.x, view.y))
-    stored = view.stored
-    while stored or any(amounts):
-        while stored < view.capacity and any(amounts):
-            with_food = [k for k, amount in enumerate(amounts) if amount]
-            nearest = min(with_food, key=lambda k: dist(route.spot, view.sources[k][:2]))
-            route.go(view.sources[nearest][:2])
-            taken = min(amounts[nearest], view.capacity - stored)
-            amounts[nearest] -= taken
-            stored += taken
-        route.go(view.station)
-        stored = 0
-    work = (unload - view.stored) * settings.load_s + unload * settings.unload_s
-    return route.meters / settings.forward_speed + work
-
-
-class _Route:
-    """Straight ways from place to place, each from and to anywhere within reach of its ends."""
-
-    def __init__(self, reach: float, start: Point) -> None:
-        self.reach, self.spot, self.meters = reach, start, 0.0
-        self._place, self._slack = start, 0.0
-
-    def go(self, place: Point) -> None:
-        """Go where `place` is within reach; `spot` is where a straight way there would end."""
-        self.meters += max(0.0, dist(self._place, place) - self._slack - self.reach)
-        straight = dist(self.spot, place)
-        if straight > self.reach:
-            left = self.reach / straight
-            (x, y), (to_x, to_y) = self.spot, place
-            self.spot = (to_x + (x - to_x) * left, to_y + (y - to_y) * left)
-        self._place, self._slack = place, self.reach
-
-
 LENIENCE = 3.0
 """How many times the yardstick's time a taught robot is given."""
 
@@ -230,13 +133,14 @@ class Evaluation:
 def evaluate(
     library: Library,
     behavior: str,
-    world: CatalogWorld,
+    world: CatalogWorld | str,
     seeds: Sequence[int],
     *,
     binding: Mapping[str, str] = NOTHING_BOUND,
     progress: Progress | None = None,
 ) -> Evaluation:
-    """Judge a behavior of a library on one world per seed, all side by side."""
+    """Judge a behavior of a library on one world per seed, all side by side; a world may be given by name."""
+    world = find_world(world) if isinstance(world, str) else world
     if not seeds:
         raise SettingError(
             where="evaluation", setting="seeds", problem="are none", remedy="give at least one"

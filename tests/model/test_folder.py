@@ -138,6 +138,11 @@ def test_a_basic_behavior_has_the_name(tmp_path: Path) -> None:
         open_library(tmp_path, KIT + Kit.of(Behavior("goto")))
 
 
+def test_a_folder_may_be_named_by_text(tmp_path: Path) -> None:
+    save(str(tmp_path / "library"), goto())
+    assert list(open_library(str(tmp_path / "library"), KIT).library.taught) == ["goto"]
+
+
 def test_the_folder_is_a_file(tmp_path: Path) -> None:
     (tmp_path / "library").write_text("kept")
     with pytest.raises(FileError, match=r"library: it is a file, not a folder"):

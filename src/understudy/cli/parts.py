@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from understudy.errors import SettingError, UnderstudyError, UnknownName
+from understudy.errors import SettingError, UnderstudyError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,11 +49,9 @@ WORLD = "forage"
 
 def find_world(name: str) -> CatalogWorld:
     """The world of this name."""
-    from understudy.worlds.catalog import CATALOG
+    from understudy.worlds.catalog import find_world as find
 
-    if name not in CATALOG:
-        raise UnknownName(what="world", name=name, where="Understudy", known=list(CATALOG))
-    return CATALOG[name]
+    return find(name)
 
 
 def find_kit(named: str | None, world: str) -> Kit:

@@ -7,11 +7,11 @@ Most are data: a reading of the body, possibly of a target. `@feature` makes one
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from understudy.errors import DefinitionError
+from understudy.errors import DefinitionError, UnderstudyError
 from understudy.model.binding import NOTHING_BOUND, Binding, called
 from understudy.model.kinds import BOOLEAN, Column, Continuous, Kind
 
@@ -38,6 +38,20 @@ class Readings:
             raise AttributeError(f"{of} has no reading {reading!r}") from None
 
 
+def returned(by: str, function: Callable[..., Any], readings: Sequence[Readings]) -> Any:
+    """What a function of somebody's own makes of readings; its failure becomes one paragraph that names it."""
+    try:
+        return function(*readings)
+    except UnderstudyError:
+        raise
+    except Exception as error:
+        raise DefinitionError(
+            what=by,
+            problem=f"its function failed: {type(error).__name__}: {error}",
+            remedy="correct the function; what it is given are readings of the body, columns of floats",
+        ) from error
+
+
 @dataclass(frozen=True, slots=True)
 class Feature:
     """A feature of the body: `reading` of the target bound to parameter `of`, or a function of readings.
@@ -55,6 +69,12 @@ class Feature:
     parameters: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        if not isinstance(self.kind, Kind):
+            raise DefinitionError(
+                what=f"feature {self.name!r}",
+                problem=f"its kind is {self.kind!r}",
+                remedy="give Continuous(), Toroidal(period) or Categorical(labels)",
+            )
         if (self.reading is None) == (self.function is None):
             raise DefinitionError(
                 what=f"feature {self.name!r}",

@@ -46,10 +46,10 @@ class Version:
     path: Path
 
 
-def open_library(folder: Path, kit: Kit, learn: Learn | None = None) -> OpenedLibrary:
+def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> OpenedLibrary:
     """All automata of a folder. The first thing wrong is raised, naming the file and place."""
     library, rebuilt = Library(kit), {}
-    for path in documents(folder):
+    for path in documents(Path(folder)):
         opened = open_document(path, kit, learn)
         library = joined(library, opened.taught, path)
         if opened.rebuilt is not None:
@@ -103,11 +103,12 @@ def joined(library: Library, taught: Taught, path: Path) -> Library:
         raise RecursionRefused(cycle=error.cycle, path=path) from error
 
 
-def save(folder: Path, taught: Taught) -> Path:
+def save(folder: Path | str, taught: Taught) -> Path:
     """Write an automaton into a library's folder, keeping the former version; nothing if nothing changed.
 
     When it returns, the document will outlast a power cut; when it raises, the folder is as it was.
     """
+    folder = Path(folder)
     path = folder / f"{stem(taught.automaton.name)}.json"
     data = encode(taught)
     if folder.exists() and not folder.is_dir():

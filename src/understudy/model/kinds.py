@@ -77,6 +77,12 @@ class Categorical:
     labels: tuple[str, ...]
 
     def __post_init__(self) -> None:
+        if isinstance(self.labels, str):
+            raise KindError(
+                where="categorical kind",
+                problem=f"its labels are {self.labels!r}",
+                remedy="give them as a tuple: Categorical(('no', 'yes'))",
+            )
         if not self.labels or len(set(self.labels)) != len(self.labels) or not all(self.labels):
             raise KindError(
                 where="categorical kind",

@@ -34,8 +34,11 @@ class Kit:
                 _add(behaviors, part, "behaviors")
             elif isinstance(part, Target):
                 _add(targets, part, "targets")
-            else:
+            elif isinstance(part, AnyFeature):
                 _add(features, part, "features")
+            else:
+                remedy = "give features, behaviors and targets, one by one"
+                raise DefinitionError(what="kit", problem=f"{part!r:.60} is no part of it", remedy=remedy)
         return cls(MappingProxyType(features), MappingProxyType(behaviors), MappingProxyType(targets))
 
     def __add__(self, other: Kit) -> Kit:

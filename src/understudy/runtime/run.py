@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, SettingError, UnknownName
-from understudy.model.feature import Percept, ReadingKey, Readings
+from understudy.model.feature import Percept, ReadingKey, Readings, returned
 from understudy.model.kinds import Column
 from understudy.runtime.body import Body, every_key
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import GroundBehavior, Program
-from understudy.runtime.sensing import Sensing, check_targets
+from understudy.runtime.sensing import Sensing, check_targets, floats
 
 
 class Acting:
@@ -51,10 +51,21 @@ class Acting:
         if function is None:
             return {}
         targets = [Readings(percept, ground.binding[parameter]) for parameter in ground.behavior.parameters]
+        found = returned(f"behavior {ground}", function, [Readings(percept), *targets])
+        remedy = "return a command: a number for every agent, by channel"
+        if not isinstance(found, Mapping):
+            raise DefinitionError(
+                what=f"behavior {ground}", problem=f"it returned {found!r:.60}", remedy=remedy
+            )
         computed = {}
-        for channel, column in function(Readings(percept), *targets).items():
+        for channel, values in found.items():
             if channel not in self.channels:
                 raise self._unknown(channel, ground)
+            what = f"behavior {ground}, channel {channel!r}"
+            column = floats(values, what=what, remedy=remedy)
+            if column.shape not in ((), chosen.shape):
+                problem = f"it returned shape {column.shape} for {len(chosen)} agents"
+                raise DefinitionError(what=what, problem=problem, remedy=remedy)
             computed[channel] = np.broadcast_to(column, chosen.shape)[chosen]
             if not np.all(np.isfinite(computed[channel])):
                 raise DefinitionError(

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, UnknownName
-from understudy.model.feature import BoundFeature, Feature, Percept, ReadingKey, Readings
-from understudy.model.kinds import Column, Toroidal
+from understudy.model.feature import BoundFeature, Feature, Percept, ReadingKey, Readings, returned
+from understudy.model.kinds import Categorical, Column, Toroidal
 from understudy.runtime.body import Body, every_key
 
 
@@ -81,11 +81,30 @@ def feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Col
     if feature.function is None:
         return percept[feature_key(bound)]
     targets = [Readings(percept, bound.binding[parameter]) for parameter in feature.parameters]
-    column = np.asarray(feature.function(Readings(percept), *targets), dtype=np.float64)
+    found = returned(f"feature {feature.name!r}", feature.function, [Readings(percept), *targets])
+    column = floats(found, what=f"feature {feature.name!r}", remedy="return one number per agent")
     if column.shape != (agents,):
         raise DefinitionError(
             what=f"feature {feature.name!r}",
             problem=f"it returned shape {column.shape}",
             remedy=f"return one value per agent: shape ({agents},)",
         )
+    _refuse_outside(feature, column)
     return feature.kind.wrap(column) if isinstance(feature.kind, Toroidal) else column
+
+
+def _refuse_outside(feature: Feature, column: Column) -> None:
+    outside = np.isinf(column)
+    if isinstance(feature.kind, Categorical):
+        known = np.isin(column, np.arange(len(feature.kind.labels)))
+        outside = ~(known | np.isnan(column))
+    if outside.any():
+        feature.kind.check(float(column[outside][0]), where=f"feature {feature.name!r}")
+
+
+def floats(values: object, *, what: str, remedy: str) -> Column:
+    """What a function returned as a column of floats; DefinitionError where it is none."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise DefinitionError(what=what, problem=f"it returned {values!r:.60}", remedy=remedy) from error

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from understudy.errors import UnknownName
 from understudy.model.kit import Kit
 from understudy.worlds.forage import Forage
 from understudy.worlds.forage import kit as forage_kit
@@ -28,3 +29,10 @@ CATALOG: Mapping[str, CatalogWorld] = MappingProxyType(
         )
     }
 )
+
+
+def find_world(name: str) -> CatalogWorld:
+    """The world of this name; UnknownName where there is none."""
+    if name not in CATALOG:
+        raise UnknownName(what="world", name=name, where="Understudy", known=list(CATALOG))
+    return CATALOG[name]

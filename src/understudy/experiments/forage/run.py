@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from understudy.evaluation import HandForager, lower_bound, measure
+from understudy.evaluation import measure
 from understudy.experiments.forage.teaching import METHODS, summary, teach_and_judge, worlds_of
 from understudy.worlds.forage import Forage
+from understudy.worlds.forage_expert import HandForager, lower_bound
 
 TEACHINGS = range(30_000, 30_020)
 """The teaching seeds of the published result: none of them was used while the teacher was being written."""

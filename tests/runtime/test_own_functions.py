@@ -1,0 +1,101 @@
+"""Features and behaviors that are functions of somebody's own: each slip is one paragraph that names them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from understudy.errors import DefinitionError, KindError, UnderstudyError
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.behavior import Behavior, behavior
+from understudy.model.feature import BoundFeature, Feature, Readings, feature
+from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind
+from understudy.model.kit import Kit
+from understudy.model.library import Library
+from understudy.model.tree import Tree, leaf
+from understudy.runtime.program import link
+from understudy.runtime.run import Run
+from understudy.worlds.forage import Forage, kit
+
+
+def tick(part: Feature | Behavior) -> None:
+    """Run an automaton that uses the part for a tick, with two robots."""
+    does = part.name if isinstance(part, Behavior) else "forward"
+    features = () if isinstance(part, Behavior) else (BoundFeature(part),)
+    states = (START, State("on", does))
+    automaton = Automaton("go", states, features, transitions={"start": Tree((leaf(1),))})
+    Run.of(Forage([1, 2]), link(Library.of(kit + Kit.of(part), automaton), "go")).tick()
+
+
+def odd(robot: Readings) -> Any:
+    return robot.nonsense
+
+
+def failing(robot: Readings) -> Any:
+    raise ValueError("oh")
+
+
+def giving(value: object) -> Callable[[Readings], Any]:
+    def given(robot: Readings) -> Any:
+        return value
+
+    return given
+
+
+BEHAVIORS: list[tuple[Callable[[Readings], Any], str]] = [
+    (giving(None), "behavior given: it returned None; return a command"),
+    (giving([1.0]), "behavior given: it returned \\[1.0\\]; return a command"),
+    (
+        giving({"drive": np.ones(7)}),
+        "behavior given, channel 'drive': it returned shape \\(7,\\) for 2 agents",
+    ),
+    (giving({"drive": "fast"}), "behavior given, channel 'drive': it returned 'fast'"),
+    (giving({"drive": np.nan}), "channel 'drive' is not finite"),
+    (giving({"fly": 1.0}), "no channel 'fly'; it has drive"),
+    (odd, "behavior odd: its function failed: AttributeError: the body has no reading 'nonsense'"),
+    (failing, "behavior failing: its function failed: ValueError: oh; correct the function"),
+]
+
+
+@pytest.mark.parametrize(("function", "says"), BEHAVIORS)
+def test_a_behavior(function: Callable[[Readings], Any], says: str) -> None:
+    with pytest.raises(UnderstudyError, match=says):
+        tick(behavior(function))
+
+
+def test_a_number_is_for_all_agents() -> None:
+    tick(behavior(giving({"drive": 1.0})))
+
+
+FEATURES: list[tuple[Callable[[Readings], Any], Kind, str]] = [
+    (giving("far"), Continuous(), "feature 'given': it returned 'far'"),
+    (giving(1.0), Continuous(), "feature 'given': it returned shape \\(\\)"),
+    (giving(np.array([0.0, np.inf])), Continuous(), "feature 'given': inf is not finite"),
+    (giving(np.array([0.0, 0.5])), BOOLEAN, "feature 'given': 0.5 is not the index of a label"),
+    (giving(np.array([np.nan, 2.0])), BOOLEAN, "feature 'given': 2.0 is not the index of a label"),
+    (odd, Continuous(), "feature 'odd': its function failed: AttributeError: the body has no reading"),
+    (failing, Continuous(), "feature 'failing': its function failed: ValueError: oh"),
+]
+
+
+@pytest.mark.parametrize(("function", "kind", "says"), FEATURES)
+def test_a_feature(function: Callable[[Readings], Any], kind: Kind, says: str) -> None:
+    with pytest.raises(UnderstudyError, match=says):
+        tick(feature(kind)(function))
+
+
+def test_absent_values_and_truth_values_are_within_a_kind() -> None:
+    tick(feature(BOOLEAN)(giving(np.array([np.nan, 1.0]))))
+    tick(feature(BOOLEAN)(giving(np.array([True, False]))))
+
+
+def test_what_is_no_kind_and_what_is_no_part() -> None:
+    with pytest.raises(DefinitionError, match=r"its kind is 'continuous'; give Continuous\(\)"):
+        Feature("x", "continuous", reading="range")  # type: ignore[arg-type]
+    with pytest.raises(DefinitionError, match="kit: 3 is no part of it"):
+        Kit.of(3)  # type: ignore[arg-type]
+    with pytest.raises(KindError, match="its labels are 'no'; give them as a tuple"):
+        Categorical("no")  # type: ignore[arg-type]
