@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -136,6 +137,13 @@ def test_a_basic_behavior_has_the_name(tmp_path: Path) -> None:
     save(tmp_path, goto())
     with pytest.raises(FileError, match=r"goto\.json.*basic behavior"):
         open_library(tmp_path, KIT + Kit.of(Behavior("goto")))
+
+
+@pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo])
+def test_what_is_not_a_file_is_no_document(tmp_path: Path, make: Callable[[Path], None]) -> None:
+    make(tmp_path / "goto.json")
+    with pytest.raises(FileError, match=r"goto\.json: it is not a file; remove it"):
+        open_library(tmp_path, KIT)
 
 
 def test_a_folder_may_be_named_by_text(tmp_path: Path) -> None:

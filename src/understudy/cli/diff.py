@@ -41,6 +41,7 @@ def diff(
     kept = versions(library, name)
     if before is None:
         if not kept:
+            _taught(library, name, None, parts)  # an automaton that is not there is the first thing to say
             where, problem = f"automaton {name!r} in {library}", "has no former version"
             raise SettingError(
                 where=where, setting="--from", problem=problem, remedy="name a document to compare with"

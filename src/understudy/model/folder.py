@@ -78,6 +78,8 @@ def open_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Op
 
 def read_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Opened:
     """The automaton in any file."""
+    if path.exists() and not path.is_file():  # a pipe would be waited for without end
+        raise FileError(path=path, place="", problem="it is not a file", remedy="remove it, or rename it")
     with failing(path, "reading", remedy="see that the file exists and that you may read it"):
         data = path.read_bytes()
     return decode(data, kit, path=path, learn=learn)

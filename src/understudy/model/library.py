@@ -50,13 +50,6 @@ class Library:
         library.refuse_recursion(name)
         return library
 
-    def without(self, name: str) -> Self:
-        """This library with an automaton removed; UnknownName where there is none."""
-        self.automaton(name)
-        return type(self)(
-            self.kit, MappingProxyType({key: taught for key, taught in self.taught.items() if key != name})
-        )
-
     def behavior(self, name: str) -> Behavior | Automaton:
         """The basic behavior or automaton of this name; UnknownName where there is none."""
         if name in self.taught:

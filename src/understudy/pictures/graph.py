@@ -38,7 +38,7 @@ def automaton_svg(automaton: Automaton, conditions: Conditions) -> str:
     pairs = [(automaton.index(edge.begin), automaton.index(edge.end)) for edge in edges]
     arrows = place_arrows(boxes, pairs)
     left, top, right, bottom = _extent(boxes, arrows)
-    legend = _legend(automaton, edges)
+    legend = _legend(edges)
     width = max(right - left, _legend_width(edges), 8.2 * len(_title(automaton))) + 2 * MARGIN
     shift_x = (width - (right - left)) / 2 - left
     graph_bottom = HEADING + bottom - top
@@ -211,7 +211,7 @@ def _legend_width(edges: Sequence[_Edge]) -> float:
     return _column(edges) + max(7.3 * len(text) for edge in edges for _, text in edge.lines)
 
 
-def _legend(automaton: Automaton, edges: Sequence[_Edge]) -> tuple[str, float]:
+def _legend(edges: Sequence[_Edge]) -> tuple[str, float]:
     """The list of conditions, and how tall it is."""
     parts, y = [], 0.0
     for edge in edges:
