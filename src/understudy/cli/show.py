@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import degrees
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -118,9 +119,9 @@ def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
     for row in rows if everything else rows[:SHOWN]:
         kind = row["kind"] + "*" * row["correction"] + "†" * row["edited"]
         following = "[dim]stay[/]" if row["next"] == row["state"] else escape(row["next"])
-        made.add_row(
-            str(row["number"]), escape(row["state"]), following, kind, *map(_value, row["values"].values())
-        )
+        values = zip(row["values"].values(), facts["features"], strict=True)
+        told = (_value(value, feature["unit"]) for value, feature in values)
+        made.add_row(str(row["number"]), escape(row["state"]), following, kind, *told)
     for column in made.columns[4:]:
         column.no_wrap, column.overflow = False, "fold"
     out.print(made)
@@ -131,7 +132,10 @@ def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
         out.print(f"[dim]{len(rows) - SHOWN} more: --all[/]")
 
 
-def _value(value: float | str | None) -> str:
+def _value(value: float | str | None, unit: str) -> str:
+    """A value as the conditions say it: angles in degrees."""
     if value is None:
         return "[dim]absent[/]"
-    return f"{value:.3g}" if isinstance(value, float) else value
+    if isinstance(value, str):
+        return value
+    return f"{degrees(value):.0f}°" if unit == "rad" else f"{value:.3g}"
