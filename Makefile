@@ -52,7 +52,7 @@ format: $(VENV)/.dev ## put the source in order
 
 # Valid on every platform and Python; the second holds the first, so both can share one environment.
 COMPILE = $(UV) pip compile pyproject.toml --group build --universal --python-version 3.11 --generate-hashes \
-	--no-header --no-annotate --no-emit-index-url --quiet $(ARGS)
+	--no-header --no-annotate --quiet $(ARGS)
 
 lock: ## lock what pyproject.toml asks for, keeping versions that still fit (ARGS=--upgrade renews them)
 	@command -v $(UV) >/dev/null || { echo "Locking needs uv: pip install uv, then run make lock again." >&2; exit 1; }
