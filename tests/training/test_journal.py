@@ -30,8 +30,8 @@ def killed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     logs: list[Log] = []
     begin = Log.__init__
 
-    def remembered(self: Log, path: Path, magic: bytes) -> None:
-        begin(self, path, magic)
+    def remembered(self: Log, path: Path) -> None:
+        begin(self, path)
         logs.append(self)
 
     monkeypatch.setattr(Log, "__init__", remembered)

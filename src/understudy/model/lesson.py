@@ -26,11 +26,22 @@ LONGEST_REACTION_S = 1.0
 """How long before a press its record reaches, so that `reaction_s` can be chosen afterwards."""
 
 
+BOUNDARIES = ("default keeps the gap", "midpoint")
+
+
 @dataclass(frozen=True, slots=True)
 class Trees:
     """Learn decision trees. `boundary` says where cuts go; lessons with watched examples take midpoints."""
 
     boundary: Literal["default keeps the gap", "midpoint"] = "default keeps the gap"
+
+    def __post_init__(self) -> None:
+        if self.boundary not in BOUNDARIES:
+            raise DefinitionError(
+                what="decision trees",
+                problem=f"their boundary is {self.boundary!r}",
+                remedy=f"give {' or '.join(map(repr, BOUNDARIES))}",
+            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,6 @@ from itertools import product
 from pathlib import Path
 
 from understudy.errors import SessionError
-from understudy.model.behavior import Behavior
 from understudy.model.feature import BoundFeature
 from understudy.model.folder import save
 from understudy.model.lesson import Lesson
@@ -349,7 +348,3 @@ class Desk:
 
     def _look(self) -> None:
         self.screen = self.session.screen()
-
-    def driver(self, name: str) -> Behavior:
-        """The basic behavior of this name."""
-        return self.session.library.kit.behaviors[name]

@@ -25,11 +25,6 @@ class Pace:
         self._time_s = self._owed_s = 0.0
 
     @property
-    def going(self) -> bool:
-        """Whether time passes."""
-        return self._going
-
-    @property
     def time_s(self) -> float:
         """The demonstrator's time, s: real time, without the pauses."""
         self._advance()

@@ -20,10 +20,9 @@ _FRAME = Struct("<II")  # length, checksum
 class Log:
     """An open log; `write` appends a record, and with `sync` it is on disk when the call returns."""
 
-    def __init__(self, path: Path, magic: bytes) -> None:
+    def __init__(self, path: Path) -> None:
         self.path = path
         self._file = path.open("ab")
-        self._magic = magic
 
     @classmethod
     def create(cls, path: Path, magic: bytes) -> Self:
@@ -38,7 +37,7 @@ class Log:
                 problem="this journal exists already",
                 remedy="resume it, or name another file",
             ) from None
-        log = cls(path, magic)
+        log = cls(path)
         log._file.write(magic)
         log.sync()
         directory = os.open(path.parent, os.O_RDONLY)
@@ -55,7 +54,7 @@ class Log:
         for payload in read_log(path, magic):
             end += _FRAME.size + len(payload)
         os.truncate(path, end)
-        return cls(path, magic)
+        return cls(path)
 
     def write(self, payload: bytes, *, sync: bool = False) -> None:
         """Append a record."""
