@@ -39,6 +39,8 @@ def demo(
     [dim]understudy demo --seed 7 --out my-demo[/]
     """
     from understudy.cli.output import console, print_json
+    from understudy.cli.parts import find_world
+    from understudy.cli.progress import compile_once
     from understudy.errors import UnknownName
 
     if task not in TASKS:
@@ -48,7 +50,7 @@ def demo(
     talk = console(err=as_json)
     talk.quiet = as_json
     talk.print("\n[bold]A robot learns to forage by being shown.[/]")
-    _compile(talk)
+    compile_once(learner=True, world=find_world("forage"), quiet=as_json)
     teaching = _teach(seed, talk)
     _tell_lessons(teaching, talk)
     pictures = _save(teaching.library, out, seed)
@@ -83,16 +85,6 @@ def _make_room(out: Path) -> None:
         with failing(folder, "making the folder", remedy="name a folder that you may write to with --out"):
             folder.mkdir(parents=True, exist_ok=True)
             TemporaryFile(dir=folder).close()
-
-
-def _compile(talk: Console) -> None:
-    from understudy.experiments.forage.teaching import warm_up
-
-    began = perf_counter()
-    with talk.status("Compiling once; the next run starts at once …"):
-        warm_up()
-    if perf_counter() - began > 2.0:
-        talk.print(f"[dim]Compiled in {perf_counter() - began:.0f} s; the next run starts at once.[/]")
 
 
 def _teach(seed: int, talk: Console) -> Teaching:

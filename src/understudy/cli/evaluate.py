@@ -35,11 +35,12 @@ def evaluate(
     """
     from understudy.cli.output import print_json
     from understudy.cli.parts import bindings, find_kit, find_world, opened
-    from understudy.cli.progress import progress
+    from understudy.cli.progress import compile_once, progress
     from understudy.evaluation import evaluate as judge
 
     chosen = parse_seeds(seeds)
     where, found = find_world(world), opened(library, find_kit(kit, world))
+    compile_once(world=where, quiet=as_json)
     began = perf_counter()
     with progress("Worlds finished", quiet=as_json) as report:
         judged = judge(found.library, behavior, where, chosen, binding=bindings(bind), progress=report)

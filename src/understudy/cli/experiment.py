@@ -54,13 +54,13 @@ def forage(
 
     from understudy.cli.evaluate import parse_seeds
     from understudy.cli.output import console, print_json
-    from understudy.cli.progress import progress
+    from understudy.cli.parts import find_world
+    from understudy.cli.progress import compile_once, progress
     from understudy.experiments.forage.run import TEACHINGS, run
-    from understudy.experiments.forage.teaching import warm_up
     from understudy.model.atomic import write
 
     chosen = TEACHINGS if seeds is None else parse_seeds(seeds)
-    warm_up()
+    compile_once(learner=True, world=find_world("forage"), quiet=as_json)
     with progress("Robots taught", quiet=as_json) as report:
         result = run(chosen[:QUICK] if quick else chosen, progress=report)
     if out is not None:

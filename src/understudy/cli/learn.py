@@ -37,6 +37,7 @@ def learn(
     [dim]understudy learn lesson.csv --predict rows.csv --json[/]
     """
     from understudy.cli.output import print_json
+    from understudy.cli.progress import compile_once
     from understudy.errors import SettingError
     from understudy.learning.predict import predict as predicted
     from understudy.learning.report import report
@@ -50,6 +51,7 @@ def learn(
         raise SettingError(where="learn", setting=missing, problem="is missing", remedy=remedy)
     shown = read_lesson_table(lesson, name=name)
     rows = None if predict is None else read_rows(predict, shown)
+    compile_once(learner=True, quiet=as_json)
     result = report(shown)
     automaton = replace(shown.automaton, transitions=result.transitions)
     saved = None if library is None else _saved(library, Taught(automaton, shown))

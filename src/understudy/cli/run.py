@@ -46,6 +46,7 @@ def run(
     """
     from understudy.cli.output import console, print_json
     from understudy.cli.parts import bindings, find_kit, find_world, opened
+    from understudy.cli.progress import compile_once
     from understudy.errors import SettingError
     from understudy.runtime.program import link
     from understudy.runtime.run import Run
@@ -56,6 +57,7 @@ def run(
             where="--record", setting=repr(str(record)), problem="is no picture", remedy=remedy
         )
     where = find_world(world)
+    compile_once(world=where, quiet=as_json)
     found = opened(library, find_kit(kit, world)).library
     program = link(found, behavior, bindings(bind))
     body = where.make([seed])

@@ -84,11 +84,12 @@ def teach(
 def _teach(plan: Plan, *, as_json: bool) -> None:
     from understudy.cli.failing import FAULT
     from understudy.cli.output import console, count, print_json
+    from understudy.cli.progress import compile_once
     from understudy.errors import UnderstudyError
     from understudy.terminal import journals
     from understudy.terminal.app import Trainer
 
-    _warm_up(plan)
+    compile_once(learner=True, world=plan.world)
     left = journals.unfinished(plan.folder, plan.name, plan.world.name, plan.library)
     trainer = Trainer(plan, unfinished=left)
     ended = trainer.run()
@@ -137,19 +138,6 @@ def _see_terminal() -> None:
             remedy="run it in one (ssh -t HOST for another machine); without a person, teach from "
             "Python with understudy.training.session.Session, or from a table with understudy learn",
         )
-
-
-def _warm_up(plan: Plan) -> None:
-    """Compile what is compiled once, before the screen is taken."""
-    from understudy.cli.output import console
-    from understudy.learning.grow import prepare
-    from understudy.runtime.body import every_key
-
-    with console(err=True).status("Getting ready; the first time something is compiled"):
-        body = plan.world.make([plan.seed])
-        body.sense(every_key(body))
-        body.act({})
-        prepare()
 
 
 def _listed(text: str | None) -> list[str] | None:

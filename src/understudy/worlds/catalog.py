@@ -6,8 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+import numpy as np
+
 from understudy.errors import UnknownName
 from understudy.model.kit import Kit
+from understudy.runtime.body import every_key
 from understudy.worlds.forage import Forage
 from understudy.worlds.forage import kit as forage_kit
 
@@ -29,6 +32,13 @@ CATALOG: Mapping[str, CatalogWorld] = MappingProxyType(
         )
     }
 )
+
+
+def prepare(world: CatalogWorld) -> None:
+    """Have the world's kernels compiled or loaded, so that no later call waits (seconds, once per installation)."""
+    body = world.make([0])
+    body.sense(every_key(body))
+    body.act({channel.name: np.ones(1) for channel in body.channels})
 
 
 def find_world(name: str) -> CatalogWorld:

@@ -7,13 +7,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from understudy.evaluation import Evaluation, Progress, evaluate
-from understudy.learning.grow import prepare
 from understudy.model.lesson import Options
 from understudy.model.library import Library
-from understudy.runtime.body import every_key
 from understudy.runtime.program import link
 from understudy.runtime.run import Run
 from understudy.training.demonstrators.forager import PLAIN, TOPICS, WATCHED
@@ -90,14 +86,6 @@ def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[Fr
         run.tick()
         frames.append(Frame(view, run.interpreters[0].path[0]))
     return [*frames, Frame(body.view(), frames[-1].doing if frames else "")]
-
-
-def warm_up() -> None:
-    """Have everything compiled that is compiled once, so that teaching does not wait for it."""
-    prepare()
-    world = make_practice("an arena", 0)
-    world.sense(every_key(world))
-    world.act({"load": np.ones(1)})
 
 
 def summary(judged: Judged) -> dict[str, Any]:
