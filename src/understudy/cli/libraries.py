@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, SomeWorld, World
+from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, Names, SomeWorld, World
 
 
 def list_(
@@ -49,9 +47,7 @@ def list_(
 
 
 def rebuild(
-    names: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME]...", help="Which automata; all if none is named.")
-    ] = None,
+    names: Names = None,
     library: Library = LIBRARY,
     world: World = WORLD,
     kit: KitName = None,

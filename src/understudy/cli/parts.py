@@ -35,6 +35,9 @@ KitName: TypeAlias = Annotated[
         "--kit", metavar="MODULE:NAME", help="Features, behaviors and targets of your own, from Python."
     ),
 ]
+Names: TypeAlias = Annotated[
+    list[str] | None, typer.Argument(metavar="[NAME]...", help="Which automata; all if none is named.")
+]
 Json: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")]
 Bind: TypeAlias = Annotated[
     list[str] | None,

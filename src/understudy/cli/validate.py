@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, World
+from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, Names, World
 
 if TYPE_CHECKING:
     from understudy.cli.shelf import Shelf
@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 
 
 def validate(
-    names: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME]...", help="Which automata; all if none is named.")
-    ] = None,
+    names: Names = None,
     library: Library = LIBRARY,
     world: World = WORLD,
     kit: KitName = None,
