@@ -17,7 +17,8 @@ from understudy.errors import DefinitionError, UnknownName
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Channel, Commands, Reading
-from understudy.worlds import _kernels, snapshots
+from understudy.worlds import _forage_kernels as _kernels
+from understudy.worlds import snapshots
 from understudy.worlds.forage_kit import CHANNELS, READINGS, kit
 from understudy.worlds.forage_places import lay_out
 from understudy.worlds.forage_settings import WHERE, ForageSettings, corner_cases, wrong
