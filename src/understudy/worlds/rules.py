@@ -1,0 +1,156 @@
+"""A scenario's rules as arrays: what stays the same in all its worlds, and the names that the numbers stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import inf, nan, radians
+
+import numpy as np
+
+from understudy.worlds.scenario import MOUSE, Objects, RobotType, Scenario
+from understudy.worlds.state import (
+    CLASS,
+    GOAL_ALL_NEAR,
+    GOAL_DELIVERED,
+    GOAL_NEAR,
+    GOAL_NONE,
+    TYPE,
+    Records,
+    Rules,
+)
+
+
+@dataclass(frozen=True)
+class Names:
+    """What indices stand for: classes of objects in order of their slots, robot types, colors, teams."""
+
+    classes: tuple[str, ...]
+    types: tuple[str, ...]
+    colors: tuple[str, ...]
+    teams: tuple[str, ...]
+
+    def color(self, name: str | None) -> int:
+        """The index of a color; -1 for none, or one that nothing has."""
+        return self.colors.index(name) if name in self.colors else -1
+
+
+def names_of(scenario: Scenario) -> Names:
+    """The names in a scenario, each at its index."""
+    kinds = scenario.types.values()
+    colored = [
+        *(obstacle.color for obstacle in scenario.obstacles),
+        *(thing.color for thing in scenario.objects),
+        *(kind.color for kind in kinds),
+    ]
+    return Names(
+        classes=(*(thing.name for thing in scenario.objects), MOUSE),
+        types=tuple(scenario.types),
+        colors=_distinct(color for color in colored if color is not None),
+        teams=_distinct(kind.team or name for name, kind in scenario.types.items()),
+    )
+
+
+def rules_of(scenario: Scenario) -> Rules:
+    """The rules of a scenario."""
+    names = names_of(scenario)
+    classes = _classes(scenario, names)
+    goal = scenario.goal
+    kind = GOAL_NONE
+    if goal is not None:
+        kind = GOAL_DELIVERED if goal.delivered else GOAL_ALL_NEAR if goal.all else GOAL_NEAR
+    return Rules(
+        types=_types(scenario, names),
+        classes=classes,
+        class_of=np.repeat(np.arange(len(classes), dtype=np.int32), classes["end"] - classes["first"]),
+        width=scenario.size[0],
+        height=scenario.size[1],
+        tick_s=scenario.tick_s,
+        robots=sum(robot_count(robots.count, robots.at) for robots in scenario.robots),
+        goal=kind,
+        goal_target=names.classes.index(goal.target) if goal is not None and goal.target else -1,
+        goal_within=goal.within if goal is not None else 0.0,
+    )
+
+
+def robot_count(count: object, at: object) -> int:
+    """How many a group of robots is: as many as places are given, otherwise its count."""
+    if isinstance(at, tuple):
+        return len(at)
+    return count if isinstance(count, int) else 1
+
+
+def most_of(thing: Objects) -> int:
+    """The most objects of a class that a world is laid out with."""
+    if isinstance(thing.at, tuple):
+        return len(thing.at)
+    if isinstance(thing.count, tuple):
+        return thing.count[1]
+    return thing.count if isinstance(thing.count, int) else 1
+
+
+def _distinct(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(names))
+
+
+def _types(scenario: Scenario, names: Names) -> Records:
+    rows = np.zeros(len(scenario.types), TYPE)
+    for row, (name, kind) in zip(rows, scenario.types.items(), strict=True):
+        row["radius"] = kind.radius
+        row["height"] = 2.0 * kind.radius if kind.height is None else kind.height
+        row["speed"] = kind.speed * scenario.tick_s
+        row["turning"] = radians(kind.turning_deg) * scenario.tick_s
+        row["acceleration"], row["turning_acceleration"] = _accelerations(kind, scenario.tick_s)
+        row["noise_drive"], row["noise_turn"] = kind.noise_drive, kind.noise_turn
+        row["reach"] = kind.reach
+        row["color"] = names.color(kind.color)
+        row["team"] = names.teams.index(kind.team or name)
+        row["capacity"] = kind.capacity
+        row["load_ticks"] = round(kind.load_s / scenario.tick_s)
+        row["unload_ticks"] = round(kind.unload_s / scenario.tick_s)
+        row["collides"] = kind.collides
+    return rows
+
+
+def _accelerations(kind: RobotType, tick_s: float) -> tuple[float, float]:
+    along = inf if kind.acceleration is None else kind.acceleration * tick_s**2
+    turning = kind.turning_acceleration_deg
+    return along, inf if turning is None else radians(turning) * tick_s**2
+
+
+def _classes(scenario: Scenario, names: Names) -> Records:
+    things: Sequence[Objects] = (*scenario.objects, Objects(name=MOUSE, radius=0.0, count=1))
+    rows = np.zeros(len(things), CLASS)
+    first = 0
+    for row, thing in zip(rows, things, strict=True):
+        spare = 0 if thing.name == MOUSE else scenario.spare_objects
+        row["first"], row["end"] = first, first + most_of(thing) + spare
+        first = row["end"]
+        row["radius"] = thing.radius
+        row["height"] = 2.0 * thing.radius if thing.height is None else thing.height
+        row["capture_range"] = thing.capture.range if thing.capture else nan
+        row["capture_ticks"] = round(thing.capture.after_s / scenario.tick_s) if thing.capture else 0
+        row["walk"] = thing.walk.speed * scenario.tick_s if thing.walk else 0.0
+        row["turn_ticks"] = max(1, round(thing.walk.turn_s / scenario.tick_s)) if thing.walk else 0
+        presence = thing.presence
+        row["away_least"], row["away_most"] = presence.away_s if presence else (nan, nan)
+        stays = presence.stays_s if presence else None
+        row["stays_least"], row["stays_most"] = stays or (nan, nan)
+        row["apart"] = thing.apart
+        row["region"] = box_of(scenario, thing.within)
+        row["color"] = names.color(thing.color)
+        row["food"] = thing.amount != 0
+        row["home"], row["solid"], row["pushable"] = thing.home, thing.solid or thing.pushable, thing.pushable
+        row["pushers"] = thing.pushers
+    return rows
+
+
+def box_of(scenario: Scenario, region: str | None) -> tuple[float, float, float, float]:
+    """The box around a region; the whole arena where none is named."""
+    if region is None:
+        return 0.0, 0.0, *scenario.size
+    found = scenario.regions[region]
+    if found.box is not None:
+        return found.box
+    (x, y), radius = found.center or (0.0, 0.0), found.radius or 0.0
+    return x - radius, y - radius, x + radius, y + radius
