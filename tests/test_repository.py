@@ -36,6 +36,11 @@ def imports(module: Path) -> set[str]:
     return found
 
 
+def is_kernels(module: Path) -> bool:
+    """Whether a module is one of kernels."""
+    return module.name.startswith("_") and module.stem.endswith("kernels")
+
+
 def exists(module: str) -> bool:
     """Whether a module is there; the design names some that are still to come."""
     try:
@@ -61,14 +66,22 @@ def test_module_says_why_it_exists(module: Path) -> None:
 @pytest.mark.parametrize("module", MODULES, ids=relative)
 def test_numba_lives_in_kernels_only(module: Path) -> None:
     """Ruff bans the import, but a `noqa` would silence it."""
-    assert module.name == "_kernels.py" or "numba" not in imports(module)
+    assert is_kernels(module) or "numba" not in imports(module)
 
 
-def test_kernels_are_self_contained() -> None:
-    """A cached kernel does not notice an edit in another file."""
-    kernels = {relative(module): imports(module) for module in MODULES if module.name == "_kernels.py"}
-    bare = {"math", "numba", "numpy"}
+def test_kernels_are_bare() -> None:
+    """They import other kernels, and what follows edits in those; else math, NumPy and Numba only."""
+    kernels = {relative(module): imports(module) for module in MODULES if is_kernels(module)}
+    bare = {"math", "numba", "numpy", "understudy", "typing", "__future__"}
     assert {name: found - bare for name, found in kernels.items() if not found <= bare} == {}
+
+
+@pytest.mark.parametrize("module", [module for module in MODULES if is_kernels(module)], ids=relative)
+def test_a_cached_kernel_notices_edits_elsewhere(module: Path) -> None:
+    """Numba's cache looks at one file: a kernel that is cached and calls others is keyed with their sources."""
+    text = module.read_text()
+    if "understudy" in imports(module) and "cache=True" in text:
+        assert "kernel_sources" in text
 
 
 @pytest.mark.parametrize("module", [name for name in QUICK_TO_IMPORT if exists(name)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from hashlib import sha256
 from pathlib import Path
 
 SETTING = "NUMBA_CACHE_DIR"
@@ -45,3 +46,15 @@ def _temporary() -> Path:
     except OSError:
         pass
     return Path(tempfile.mkdtemp(prefix="understudy-kernels-"))
+
+
+def kernel_sources(*folders: str) -> str:
+    """What the files of kernels in these packages of ours hold, as one short hash.
+
+    Numba keeps a compiled kernel until its own file changes, and does not notice an edit in another file whose
+    kernels it calls. It does key what it keeps by the variables that a function closes over: so such a kernel is
+    built in a function that is given this hash.
+    """
+    here = Path(__file__).parent
+    files = sorted(file for folder in folders for file in (here / folder).glob("_*kernels.py"))
+    return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]

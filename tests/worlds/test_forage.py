@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from understudy.errors import DefinitionError, FileError, SettingError, UnknownName
 from understudy.runtime.body import every_key
-from understudy.worlds import _kernels
+from understudy.worlds import _forage_kernels as _kernels
 from understudy.worlds.draws import uniform
 from understudy.worlds.forage import Forage, ForageSettings, corner_cases, kit
 

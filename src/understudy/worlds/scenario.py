@@ -25,7 +25,7 @@ class Part(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_d
     """What all parts of a scenario have in common: frozen, keys by name, no unknown key."""
 
 
-class Region(Part, kw_only=True):
+class Region(Part, frozen=True, kw_only=True):
     """A part of the arena by name, to place things in: a box (x0, y0, x1, y1), or a circle."""
 
     box: tuple[float, float, float, float] | None = None
@@ -33,14 +33,14 @@ class Region(Part, kw_only=True):
     radius: float | None = None
 
 
-class Wall(Part, kw_only=True):
+class Wall(Part, frozen=True, kw_only=True):
     """A wall along a line of points; `closed` joins the last to the first."""
 
     points: tuple[Point, ...]
     closed: bool = False
 
 
-class Placing(Part, kw_only=True):
+class Placing(Part, frozen=True, kw_only=True):
     """Where things are: `at` these places, or `count` of them at random, free of everything placed before.
 
     `within` names the region for the random ones; `apart` (m) is the free space around each, beside its radius;
@@ -55,7 +55,7 @@ class Placing(Part, kw_only=True):
     near_m: float = 0.0
 
 
-class Obstacle(Placing, kw_only=True):
+class Obstacle(Placing, frozen=True, kw_only=True):
     """Something solid that stays: round (`radius`), or a polygon (`points` around its place, turned at random)."""
 
     radius: float | None = None
@@ -64,7 +64,7 @@ class Obstacle(Placing, kw_only=True):
     height: float | None = None
 
 
-class Presence(Part, kw_only=True):
+class Presence(Part, frozen=True, kw_only=True):
     """An object that comes and goes: absent for a time drawn from `away_s`, then there for one from `stays_s`.
 
     Each time it appears at a new free place. `first_s` is when it first appears (as `away_s` if left out);
@@ -76,21 +76,21 @@ class Presence(Part, kw_only=True):
     stays_s: Range | None = None
 
 
-class Capture(Part, kw_only=True):
+class Capture(Part, frozen=True, kw_only=True):
     """An object that is removed `after_s` once a robot has come within `range` (center to center)."""
 
     range: float
     after_s: float = 0.0
 
 
-class Walk(Part, kw_only=True):
+class Walk(Part, frozen=True, kw_only=True):
     """An object that wanders by itself at `speed`, in a new direction every `turn_s`."""
 
     speed: float
     turn_s: float = 5.0
 
 
-class Objects(Placing, kw_only=True):
+class Objects(Placing, frozen=True, kw_only=True):
     """Things of one class: food, a ball, boxes, markers, waypoints, the home base.
 
     `amount` makes them sources of food that robots load; `home` a place where they unload. `solid` ones stop
@@ -112,7 +112,7 @@ class Objects(Placing, kw_only=True):
     walk: Walk | None = None
 
 
-class Measuring(Part, kw_only=True):
+class Measuring(Part, frozen=True, kw_only=True):
     """What every sensor has: `dropout` is the chance of no answer in a measurement; `rate_hz` how often it
     measures (every tick if left out), keeping its last answer in between.
     """
@@ -121,7 +121,7 @@ class Measuring(Part, kw_only=True):
     rate_hz: float | None = None
 
 
-class Sonar(Measuring, kw_only=True, tag="sonar", tag_field="kind"):
+class Sonar(Measuring, frozen=True, kw_only=True, tag="sonar", tag_field="kind"):
     """Distances from the robot's rim to what is nearest in each sector; `range` where nothing is hit.
 
     `sectors` maps a reading's name to (from, to) in degrees, counter-clockwise from ahead; from = to is a beam.
@@ -134,7 +134,7 @@ class Sonar(Measuring, kw_only=True, tag="sonar", tag_field="kind"):
     sees: tuple[Literal["walls", "obstacles", "robots"], ...] = ("walls", "obstacles", "robots")
 
 
-class Camera(Measuring, kw_only=True, tag="camera", tag_field="kind"):
+class Camera(Measuring, frozen=True, kw_only=True, tag="camera", tag_field="kind"):
     """Blobs of color in a frame: readings `blob_x` (pixels from the left edge) and `blob_size` (pixels), of a
     target with a color; absent together.
 
@@ -154,7 +154,7 @@ class Camera(Measuring, kw_only=True, tag="camera", tag_field="kind"):
     ghosts: float = 0.0
 
 
-class Locator(Measuring, kw_only=True, tag="locator", tag_field="kind"):
+class Locator(Measuring, frozen=True, kw_only=True, tag="locator", tag_field="kind"):
     """Readings `range` and `bearing` of a target, center to center, through everything, up to `range`."""
 
     range: float | None = None
@@ -162,39 +162,39 @@ class Locator(Measuring, kw_only=True, tag="locator", tag_field="kind"):
     noise_deg: float = 0.0
 
 
-class Pose(Measuring, kw_only=True, tag="pose", tag_field="kind"):
+class Pose(Measuring, frozen=True, kw_only=True, tag="pose", tag_field="kind"):
     """The robot's own readings `x`, `y`, `heading`, `speed` and `turning`."""
 
     noise: float = 0.0
     noise_deg: float = 0.0
 
 
-class Bumper(Measuring, kw_only=True, tag="bumper", tag_field="kind"):
+class Bumper(Measuring, frozen=True, kw_only=True, tag="bumper", tag_field="kind"):
     """Whether the robot touches something in each sector: readings as the sectors are named, (from, to) degrees."""
 
     sectors: Mapping[str, tuple[float, float]] = field(default_factory=lambda: {"bumper": (-180.0, 180.0)})
 
 
-class Stuck(Measuring, kw_only=True, tag="stuck", tag_field="kind"):
+class Stuck(Measuring, frozen=True, kw_only=True, tag="stuck", tag_field="kind"):
     """The reading `stuck`: whether for `after_s` the robot has been driving without getting anywhere."""
 
     after_s: float = 1.0
 
 
-class Cargo(Measuring, kw_only=True, tag="cargo", tag_field="kind"):
+class Cargo(Measuring, frozen=True, kw_only=True, tag="cargo", tag_field="kind"):
     """Readings of food: `food_stored`, `food_here` (in the nearest source, if within reach), `food_left`,
     `station_here` (whether unloading works here).
     """
 
 
-class Chance(Measuring, kw_only=True, tag="random", tag_field="kind"):
+class Chance(Measuring, frozen=True, kw_only=True, tag="random", tag_field="kind"):
     """A reading in [0, 1), drawn anew every `every_s` (every tick if left out)."""
 
     name: str = "random"
     every_s: float | None = None
 
 
-class Since(Measuring, kw_only=True, tag="since", tag_field="kind"):
+class Since(Measuring, frozen=True, kw_only=True, tag="since", tag_field="kind"):
     """A reading `name`: seconds since the reading `of` was last there (a blob, a range) or last yes (bumper).
 
     It is of a target where `of` is one; absent where that never was.
@@ -207,7 +207,7 @@ class Since(Measuring, kw_only=True, tag="since", tag_field="kind"):
 Sensor: TypeAlias = Sonar | Camera | Locator | Pose | Bumper | Stuck | Cargo | Chance | Since
 
 
-class RobotType(Part, kw_only=True):
+class RobotType(Part, frozen=True, kw_only=True):
     """A sort of robot: a disc on two wheels with its sensors, and the behaviors it comes with.
 
     `speed` and `turning_deg` (per s) are what the commands drive = 1 and turn = 1 ask for; the accelerations, where
@@ -234,7 +234,7 @@ class RobotType(Part, kw_only=True):
     behaviors: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
-class Robots(Placing, kw_only=True):
+class Robots(Placing, frozen=True, kw_only=True):
     """Robots of one type; places are (x, y) or (x, y, heading in degrees), headings left out are drawn.
 
     `stored` is the food they carry at first.
@@ -244,7 +244,7 @@ class Robots(Placing, kw_only=True):
     stored: int = 0
 
 
-class TargetOf(Part, kw_only=True):
+class TargetOf(Part, frozen=True, kw_only=True):
     """What a target's name stands for: one of its fields.
 
     `nearest` of a class of objects (food: with food left), the first `object` of a class, the nearest robot of
@@ -260,7 +260,7 @@ class TargetOf(Part, kw_only=True):
     doc: str = ""
 
 
-class Goal(Part, kw_only=True):
+class Goal(Part, frozen=True, kw_only=True):
     """When a world is finished: all food `delivered`, or a robot (`all` of them) within `within` of a target."""
 
     delivered: bool = False
@@ -269,7 +269,7 @@ class Goal(Part, kw_only=True):
     all: bool = False
 
 
-class Scenario(Part, kw_only=True):
+class Scenario(Part, frozen=True, kw_only=True):
     """Everything that makes a world, but for the seed."""
 
     name: str = "scenario"
