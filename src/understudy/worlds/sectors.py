@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from math import cos, pi, sin, tau
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 BEAM, NARROW, WIDE, FULL = 0, 1, 2, 3
 """One direction; less than half a circle; half a circle or more; all of it."""
@@ -36,7 +38,7 @@ def sector(from_rad: float, to_rad: float) -> np.void:
         span = BEAM
     else:
         span = NARROW if turn < pi - _SAME else WIDE
-    row = np.zeros((), SECTOR)
-    row[()] = cos(from_rad), sin(from_rad), cos(to_rad), sin(to_rad), span
-    found: np.void = row[()]
-    return found
+    rows: NDArray[Any] = np.zeros(1, SECTOR)
+    rows[0] = cos(from_rad), sin(from_rad), cos(to_rad), sin(to_rad), span
+    row: np.void = rows[0]
+    return row
