@@ -7,20 +7,34 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from understudy.compiling import kernel_sources
+from understudy.worlds._space_kernels import (
+    AMOUNT,
+    ANGLE,
+    ATTEMPTS,
+    BESIDE,
+    COUNT,
+    DISC,
+    DUE,
+    FIRST_STREAM,
+    OBJECT,
+    POLYGON,
+    ROBOT,
+    STREAMS,
+    X,
+    Y,
+    clear_of_segments,
+    draw,
+    draw_whole,
+    is_inside,
+    to_segment,
+)
+
 Records: TypeAlias = NDArray[Any]
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 
 TAU = 2.0 * math.pi
-ATTEMPTS = 1000
-
-DISC, POLYGON, OBJECT, ROBOT = 0, 1, 2, 3
-"""Sorts of things that are placed."""
-
-FIRST_STREAM, STREAMS = 1 << 16, 16
-X, Y, ANGLE, COUNT, AMOUNT, DUE, BESIDE, APPEAR_X, APPEAR_Y = 0, 1, 2, 3, 4, 5, 6, 7, 8
-"""Streams of draws, of each sort: clear of those that a running world draws from."""
-
 GROUP = np.dtype(
     [
         ("radius", "f8"),
@@ -72,42 +86,7 @@ ENTRY = np.dtype(
 """A thing in a cell of the grid; one that lies in several cells has an entry in each."""
 
 
-@njit
-def _mix(word):  # type: ignore[no-untyped-def]
-    word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return word ^ (word >> np.uint64(31))
-
-
-@njit
-def draw(seed: int, item: int, tick: int, stream: int) -> float:
-    """A number in [0, 1), the same as `draws.uniform` gives for this key."""
-    weyl = np.uint64(0x9E3779B97F4A7C15)
-    word = np.uint64(seed)
-    word = _mix(word + weyl) + np.uint64(item)
-    word = _mix(word + weyl) + np.uint64(tick)
-    word = _mix(word + weyl) + np.uint64(stream)
-    return float(np.int64(_mix(word + weyl) >> np.uint64(11))) * 2.0**-53
-
-
-@njit
-def draw_whole(low: int, high: int, drawn: float) -> int:
-    """The whole number from low to high that a number in [0, 1) stands for."""
-    return low + int(math.floor(drawn * (high - low + 1)))
-
-
-@njit
-def _to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
-    """Distance of a point from a segment; NaN where there is none."""
-    dx, dy = x1 - x0, y1 - y0
-    squared = dx * dx + dy * dy
-    along = ((x - x0) * dx + (y - y0) * dy) / squared if squared > 0.0 else 0.0
-    along = min(1.0, max(0.0, along))
-    dx, dy = x - x0 - along * dx, y - y0 - along * dy
-    return math.sqrt(dx * dx + dy * dy)
-
-
-@njit
+@njit()
 def _crosses(a: Any, b: Any) -> bool:
     """Whether two segments have a point in common, other than an end that just touches."""
     a_x, a_y, b_x, b_y = a.x1 - a.x0, a.y1 - a.y0, b.x1 - b.x0, b.y1 - b.y0
@@ -115,35 +94,10 @@ def _crosses(a: Any, b: Any) -> bool:
     second = a_x * (b.y1 - a.y0) - a_y * (b.x1 - a.x0)
     third = b_x * (a.y0 - b.y0) - b_y * (a.x0 - b.x0)
     fourth = b_x * (a.y1 - b.y0) - b_y * (a.x1 - b.x0)
-    return first * second < 0.0 and third * fourth < 0.0
+    return bool(first * second < 0.0 and third * fourth < 0.0)
 
 
-@njit
-def is_inside(x: float, y: float, segments: Records, first: int, end: int) -> bool:
-    """Whether a point lies inside the polygons among these segments of a world (counter-clockwise edges)."""
-    winding = 0
-    for index in range(first, end):
-        edge = segments[index]
-        if edge.wall == 0:
-            left = (edge.x1 - edge.x0) * (y - edge.y0) - (x - edge.x0) * (edge.y1 - edge.y0)
-            if edge.y0 <= y < edge.y1 and left > 0.0:
-                winding += 1
-            elif edge.y1 <= y < edge.y0 and left < 0.0:
-                winding -= 1
-    return winding != 0
-
-
-@njit
-def clear_of_segments(x: float, y: float, radius: float, segments: Records, first: int, end: int) -> bool:
-    """Whether a disc touches none of these segments of a world and lies in none of their polygons."""
-    for index in range(first, end):
-        edge = segments[index]
-        if _to_segment(x, y, edge.x0, edge.y0, edge.x1, edge.y1) < radius:
-            return False
-    return not is_inside(x, y, segments, first, end)
-
-
-@njit
+@njit()
 def _polygons_clear(
     segments: Records, first: int, end: int, other: int, end_other: int, apart: float
 ) -> bool:
@@ -155,13 +109,13 @@ def _polygons_clear(
             if _crosses(edge, edge_other):
                 return False
             if (
-                _to_segment(edge.x0, edge.y0, edge_other.x0, edge_other.y0, edge_other.x1, edge_other.y1)
+                to_segment(edge.x0, edge.y0, edge_other.x0, edge_other.y0, edge_other.x1, edge_other.y1)
                 < apart
             ):
                 return False
-            if _to_segment(edge_other.x0, edge_other.y0, edge.x0, edge.y0, edge.x1, edge.y1) < apart:
+            if to_segment(edge_other.x0, edge_other.y0, edge.x0, edge.y0, edge.x1, edge.y1) < apart:
                 return False
-            if _to_segment(edge_other.x1, edge_other.y1, edge.x0, edge.y0, edge.x1, edge.y1) < apart:
+            if to_segment(edge_other.x1, edge_other.y1, edge.x0, edge.y0, edge.x1, edge.y1) < apart:
                 return False
     edge, edge_other = segments[first], segments[other]
     return not is_inside(edge.x0, edge.y0, segments, other, end_other) and not is_inside(
@@ -169,14 +123,14 @@ def _polygons_clear(
     )
 
 
-@njit
+@njit()
 def _cells(low: float, high: float, cell: float, count: int) -> tuple[int, int]:
     """The first and last cell along an axis that a stretch lies in."""
     first = min(count - 1, max(0, int(low / cell)))
     return first, min(count - 1, max(0, int(high / cell)))
 
 
-@njit
+@njit()
 def _insert(grid: Any, x: float, y: float, reach_x: float, reach_y: float, thing: Records) -> Any:
     """The grid with a thing in every cell of the box around (x, y)."""
     heads, entries, used, cell = grid
@@ -196,7 +150,7 @@ def _insert(grid: Any, x: float, y: float, reach_x: float, reach_y: float, thing
     return heads, entries, used, cell
 
 
-@njit
+@njit()
 def _is_free(grid: Any, x: float, y: float, group: Any, segments: Records, first: int, end: int) -> bool:
     """Whether a disc, or a polygon of the segments from first to end, keeps free of all that is in the grid."""
     heads, entries, _, cell = grid
@@ -230,7 +184,7 @@ def _is_free(grid: Any, x: float, y: float, group: Any, segments: Records, first
     return True
 
 
-@njit
+@njit()
 def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: Records, first: int) -> None:
     """Write the edges of a polygon around (x, y) into the segments of a world."""
     cosine, sine = math.cos(turned), math.sin(turned)
@@ -243,7 +197,7 @@ def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: 
         edge.wall = 0
 
 
-@njit
+@njit()
 def _in_bounds(
     x: float, y: float, group: Any, width: float, height: float, segments: Records, first: int
 ) -> bool:
@@ -254,7 +208,7 @@ def _in_bounds(
         return False
     if first < 0:
         away = group.radius + group.apart
-        return away <= x <= width - away and away <= y <= height - away
+        return bool(away <= x <= width - away and away <= y <= height - away)
     for index in range(first, first + group.end_point - group.point):
         edge = segments[index]
         if not (
@@ -264,7 +218,7 @@ def _in_bounds(
     return True
 
 
-@njit
+@njit()
 def _propose(
     group: Any, seed: int, item: int, attempt: int, width: float, height: float, objects: Records
 ) -> tuple[float, float]:
@@ -283,7 +237,7 @@ def _propose(
     return x, y0 + draw(seed, item, attempt, streams + Y) * (y1 - y0)
 
 
-@njit
+@njit()
 def _fill(group: Any, item: int, seed: int, x: float, y: float, heading: float, world: Any) -> None:
     """Write a thing that has its place into the state of its world."""
     robots, objects, discs = world
@@ -308,11 +262,11 @@ def _fill(group: Any, item: int, seed: int, x: float, y: float, heading: float, 
         if not math.isnan(group.due_least):
             between = group.due_most - group.due_least
             thing.present = 0
-            thing.due = int(round(group.due_least + between * draw(seed, item, 0, streams + DUE)))
+            thing.due = round(group.due_least + between * draw(seed, item, 0, streams + DUE))
 
 
-@njit(cache=True, nogil=True)
-def lay_out(
+@njit()
+def _lay_out(
     groups: Records,
     places: Floats,
     corners: Floats,
@@ -385,3 +339,32 @@ def lay_out(
                     grid = _insert(grid, x, y, reach, reach, thing)
         entries = grid[1]
     return -1, -1, -1
+
+
+def _keyed(sources: str) -> Any:
+    """The kernel that is called from outside, kept for as long as no file of kernels changes."""
+
+    @njit(cache=True, nogil=True)
+    def lay_out(
+        groups: Records,
+        places: Floats,
+        corners: Floats,
+        walls: Records,
+        width: float,
+        height: float,
+        cell: float,
+        seeds: Ints,
+        robots: Records,
+        objects: Records,
+        discs: Records,
+        segments: Records,
+    ) -> tuple[int, int, int]:
+        len(sources)
+        return _lay_out(
+            groups, places, corners, walls, width, height, cell, seeds, robots, objects, discs, segments
+        )
+
+    return lay_out
+
+
+lay_out = _keyed(kernel_sources("worlds"))

@@ -8,16 +8,16 @@ from math import hypot, nan, radians, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.worlds import _placing_kernels as _kernels
+from understudy.worlds import _space_kernels as _space
 from understudy.worlds.draws import Seeds
 from understudy.worlds.rules import Names, box_of, most_of, names_of, robot_count
 from understudy.worlds.scenario import Objects, Obstacle, Placing, Point, Robots, Scenario
 from understudy.worlds.state import DISC, OBJECT, ROBOT, SEGMENT, Records, Rules, State
 
-CELLS_PER_THING = 1.0
+CELLS_PER_THING = 0.5
 """How fine the grid is in which free places are looked for."""
 
 
@@ -129,11 +129,11 @@ class _Plan:
         row["color"] = self.names.color(obstacle.color)
         row["height"] = nan if obstacle.height is None else obstacle.height
         if obstacle.points is None:
-            row["sort"], row["first"], row["radius"] = _kernels.DISC, self.discs, obstacle.radius or 0.0
+            row["sort"], row["first"], row["radius"] = _space.DISC, self.discs, obstacle.radius or 0.0
             self.discs += most
         else:
             corners = counter_clockwise(obstacle.points)
-            row["sort"], row["first"] = _kernels.POLYGON, self.segments
+            row["sort"], row["first"] = _space.POLYGON, self.segments
             row["radius"] = max(hypot(x, y) for x, y in corners)
             row["point"], row["end_point"] = len(self._corners), len(self._corners) + len(corners)
             row["segment"] = self.segments
@@ -143,7 +143,7 @@ class _Plan:
     def _objects(self, key: str, index: int, thing: Objects) -> None:
         row = self._row(key, thing)
         kind = self.rules.classes[index]
-        row["sort"], row["first"], row["radius"] = _kernels.OBJECT, kind["first"], thing.radius
+        row["sort"], row["first"], row["radius"] = _space.OBJECT, kind["first"], thing.radius
         row["solid"] = kind["solid"]
         row["amount_least"], row["amount_most"] = least_and_most(thing.amount)
         if thing.presence is not None:
@@ -153,7 +153,7 @@ class _Plan:
     def _robots(self, key: str, first: int, group: Robots) -> int:
         row = self._row(key, group)
         kind = self.scenario.types[group.type]
-        row["sort"], row["first"], row["radius"] = _kernels.ROBOT, first, kind.radius
+        row["sort"], row["first"], row["radius"] = _space.ROBOT, first, kind.radius
         row["type"], row["stored"] = self.names.types.index(group.type), group.stored
         row["solid"] = row["alone"] = kind.collides
         count = robot_count(group.count, group.at)
@@ -161,7 +161,7 @@ class _Plan:
         return first + count
 
     def _row(self, key: str, placing: Placing, *, turned: float = nan) -> Records:
-        row = np.zeros(1, _kernels.GROUP)[0]
+        row: Records = np.zeros(1, _kernels.GROUP)[0]
         row["apart"], row["near_m"] = placing.apart, placing.near_m
         row["x0"], row["y0"], row["x1"], row["y1"] = box_of(self.scenario, placing.within)
         region = self.scenario.regions.get(placing.within or "")
@@ -192,7 +192,7 @@ def in_order(rows: Sequence[Any]) -> list[int]:
     """The order of placing: given places, then in turn whatever is beside nothing that is still to be placed."""
     left = sorted(range(len(rows)), key=lambda index: rows[index]["place"] < 0)
     order: list[int] = []
-    objects = {int(rows[index]["first"]): index for index in left if rows[index]["sort"] == _kernels.OBJECT}
+    objects = {int(rows[index]["first"]): index for index in left if rows[index]["sort"] == _space.OBJECT}
     while left:
         ready = (
             index
@@ -203,6 +203,3 @@ def in_order(rows: Sequence[Any]) -> list[int]:
         order.append(index)
         left.remove(index)
     return order
-
-
-Places = NDArray[np.float64]
