@@ -7,14 +7,12 @@ from numba import njit
 
 from understudy.worlds._draw_kernels import uniform
 from understudy.worlds._motion_kernels import (
-    CLEAR,
     limited,
-    limited_by_disc,
     limited_by_fixed,
     limited_by_robots,
 )
-from understudy.worlds._placing_kernels import free_place
 from understudy.worlds._sense_kernels import nearest_food, station_here
+from understudy.worlds._space_kernels import free_place
 
 TAU = 2.0 * math.pi
 FINE = 2.0**40  # pushes are summed as whole numbers, so that their order does not matter
@@ -223,7 +221,7 @@ def _drawn(least: float, most: float, seed: int, item: int, time: int, stream: i
 
 
 @njit(error_model="numpy")
-def live(world: int, state: Any, rules: Any, near: Any) -> None:
+def live(world: int, state: Any, rules: Any) -> None:
     """Objects that come and go, are captured or walk do so, for one tick."""
     tick, seed, objects = state.tick[world], state.seeds[world], state.objects[world]
     for index in range(rules.classes.shape[0]):
@@ -249,10 +247,14 @@ def live(world: int, state: Any, rules: Any, near: Any) -> None:
                         )
                         thing.due = tick + 1 + away
                 elif kind.walk > 0.0:
-                    _walk(thing, slot, kind, tick, seed, world, state, rules, near)
+                    _walk(thing, slot, kind, tick, seed, world, state, rules)
             elif comes and thing.due == tick + 1:
                 thing.appeared += 1
-                found, x, y = free_place(world, slot, thing.appeared, state, rules)
+                robots = state.robots[world * rules.robots : (world + 1) * rules.robots]
+                found, x, y = free_place(
+                    seed, slot, thing.appeared, kind, rules.types, rules.classes, rules.class_of, rules.width,
+                    rules.height, robots, objects, state.discs[world], state.segments[world],
+                )  # fmt: skip
                 if not found:
                     thing.due = tick + 2
                     continue
@@ -268,7 +270,7 @@ def live(world: int, state: Any, rules: Any, near: Any) -> None:
 
 @njit(error_model="numpy")
 def _walk(
-    thing: Any, slot: int, kind: Any, tick: int, seed: int, world: int, state: Any, rules: Any, near: Any
+    thing: Any, slot: int, kind: Any, tick: int, seed: int, world: int, state: Any, rules: Any
 ) -> None:
     """An object walks a step, in a new direction every now and then and wherever something is in its way."""
     if tick % kind.turn_ticks == 0:

@@ -42,7 +42,7 @@ class World:
         self.rules, self.names = rules_of(scenario), names_of(scenario)
         self.readings: Sequence[Reading] = readings_of(scenario)
         self.channels: Sequence[Channel] = channels_of(scenario)
-        self.targets: Sequence[str] = targets_of(scenario)
+        self.targets: Sequence[str] = tuple(target.name for target in targets_of(scenario))
         self.worlds, self.robots = len(seeds), self.rules.robots
         self.agents = self.worlds * self.robots
         self._planner = Planner(scenario, self.rules, self.names)
