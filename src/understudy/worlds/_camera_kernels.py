@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 Records = NDArray[Any]
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def project(
     things: Records,
     count: int,
@@ -69,7 +69,7 @@ def project(
     return found
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def screen(segments: Records, count: int, tan_half: float, screens: Records) -> int:
     """Write SCREEN of those of the first `count` segments (x0, y0, x1, y1) that are in the frame; how many.
 
@@ -100,7 +100,7 @@ def screen(segments: Records, count: int, tan_half: float, screens: Records) -> 
     return found
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def cut(cuts: Floats, count: int, left: float, right: float) -> int:
     """Add an interval to the first `count` of `cuts` [:, 2], keeping them in order of their left ends."""
     at = count
@@ -111,7 +111,7 @@ def cut(cuts: Floats, count: int, left: float, right: float) -> int:
     return count + 1
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def piece(
     views: Records, view_count: int, screens: Records, screen_count: int, index: int, cuts: Floats
 ) -> tuple[float, float]:
@@ -144,7 +144,7 @@ def piece(
     return best_left, best_right
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def blob(
     views: Records,
     view_count: int,

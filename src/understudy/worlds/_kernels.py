@@ -22,7 +22,7 @@ from understudy.worlds._step_kernels import (
 )
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def intend(row: int, world: int, state: Any, rules: Any, moves: Any, commands: Any) -> None:
     """What a robot means to do with its commands: drive, turn, load, unload."""
     robot, move = state.robots[row], moves[row - world * rules.robots]
@@ -32,7 +32,7 @@ def intend(row: int, world: int, state: Any, rules: Any, moves: Any, commands: A
     move.load, move.unload = commands[2], commands[3]
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def settle(
     world: int, low: int, high: int, part: int, parts: int,
     state: Any, rules: Any, grid: Any, near: Any, scratch: Any, features: Any,
@@ -69,7 +69,7 @@ def settle(
 def _keyed(sources: str) -> Any:
     """The kernels, kept by Numba for as long as no file of kernels changes (see `kernel_sources`)."""
 
-    @njit(cache=True, nogil=True, error_model="numpy")
+    @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
     def sense_all(
         first: int, end: int, plan: Any, state: Any, rules: Any, grid: Any, near: Any, scratch: Any, out: Any
     ) -> None:
@@ -80,7 +80,7 @@ def _keyed(sources: str) -> Any:
             for row in range(world * rules.robots, (world + 1) * rules.robots):
                 sense(row, world, plan, state, rules, grid, near, scratch, out[row], False)
 
-    @njit(cache=True, nogil=True, error_model="numpy")
+    @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
     def obey(
         first: int, end: int, kept: Any, state: Any, rules: Any, grid: Any, near: Any, scratch: Any, features: Any,
         commands: Any,
@@ -96,7 +96,7 @@ def _keyed(sources: str) -> Any:
                 intend(row, world, state, rules, scratch.moves, commands[row])
             settle(world, low, high, 0, 1, state, rules, grid, near, scratch, features)
 
-    @njit(cache=True, nogil=True, error_model="numpy")
+    @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
     def advance(
         first: int, end: int, part: int, parts: int, ticks: int, until_finished: bool, plan: Any, state: Any,
         rules: Any, grid: Any, near: Any, scratch: Any, features: Any, tables: Any, stacks: Any, commands: Any,

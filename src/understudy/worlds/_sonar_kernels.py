@@ -14,7 +14,7 @@ from numba import njit
 BEAM, NARROW, WIDE, FULL = 0, 1, 2, 3  # as in a SECTOR
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def contains(x: float, y: float, from_x: float, from_y: float, to_x: float, to_y: float, span: int) -> bool:
     """Whether a point is in a sector that is no beam, edges included. Any length will do."""
     if span == FULL:
@@ -24,7 +24,7 @@ def contains(x: float, y: float, from_x: float, from_y: float, to_x: float, to_y
     return (after and before) if span == NARROW else (after or before)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: float, best: float) -> float:
     """The smaller of `best` and the distance along a ray (a unit vector) to a disc that is not at the origin."""
     along = ray_x * x + ray_y * y
@@ -35,7 +35,7 @@ def ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: float, b
     return best
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def ray_to_segment(
     ray_x: float, ray_y: float, x0: float, y0: float, x1: float, y1: float, best: float
 ) -> float:
@@ -51,7 +51,7 @@ def ray_to_segment(
     return distance if 0.0 <= distance < best else best
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def sector_to_disc(
     x: float,
     y: float,
@@ -78,7 +78,7 @@ def sector_to_disc(
     return ray_to_disc(to_x, to_y, x, y, radius, best)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def sector_to_segment(
     x0: float,
     y0: float,
@@ -116,7 +116,7 @@ def sector_to_segment(
     return ray_to_segment(to_x, to_y, x0, y0, x1, y1, best)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def ray_to_bounds(
     ray_x: float, ray_y: float, left: float, right: float, below: float, above: float, best: float
 ) -> float:
@@ -130,7 +130,7 @@ def ray_to_bounds(
     return best
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def sector_to_bounds(
     x: float,
     y: float,

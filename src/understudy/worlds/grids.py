@@ -13,8 +13,6 @@ from understudy.worlds.plans import CAMERA, Plan
 from understudy.worlds.seeing import SCREEN, THING, VIEW
 from understudy.worlds.state import SEGMENT, Records, Rules, State
 
-SPOT = np.dtype([("x", "f8"), ("y", "f8"), ("row", "i4"), ("id", "i4")], align=True)
-"""A robot where a grid keeps it: side by side with those of the same cell."""
 
 FEW = 24
 """Up to so many robots in a world, everyone is compared with everyone: a grid would cost more."""
@@ -57,26 +55,7 @@ class Near(NamedTuple):
     items: NDArray[np.int32]
 
 
-MOVE = np.dtype(
-    [
-        ("dx", "f8"),
-        ("dy", "f8"),
-        ("heading", "f8"),
-        ("scale", "f8"),  # the share of its step that it may
-        ("load", "f8"),  # as commanded
-        ("unload", "f8"),
-        ("still", "i4"),  # commanded neither to drive nor to turn
-        ("slot", "i4"),  # the source it is about to get a unit of, and how many get one before it
-        ("order", "i4"),
-    ],
-    align=True,
-)
-"""What a robot means to do in a tick."""
 
-PUSH = np.dtype(
-    [("dx", "f8"), ("dy", "f8"), ("scale", "f8"), ("sum_x", "i8"), ("sum_y", "i8"), ("count", "i8")], align=True
-)
-"""How far an object is pushed in a tick: what its pushers sum up to, what it means to do, and may."""
 
 
 class Scratch(NamedTuple):
