@@ -215,10 +215,12 @@ def test_segment_as_by_rays(segment: Segment, degrees: Degrees, best: float) -> 
     """Rays towards the ends, too; in between the distance grows by d step² at most."""
     x0, y0, x1, y1 = segment
     edges = [radians(angle) for angle in degrees]
-    if hypot(x1 - x0, y1 - y0) < 0.01 or not all(crosses_squarely(segment, edge) for edge in edges):
+    ends = edges[0] + (np.arctan2([y0, y1], [x0, x1]) - edges[0]) % tau
+    if hypot(x1 - x0, y1 - y0) < 0.01 or not all(
+        crosses_squarely(segment, angle) for angle in (*edges, *ends)
+    ):
         return  # exact cases are in the table
     coarse = rays(degrees)
-    ends = edges[0] + (np.arctan2([y0, y1], [x0, x1]) - edges[0]) % tau
     directions = np.concatenate([coarse[:: max(1, len(coarse) // 200)], coarse[-1:], ends[ends <= edges[1]]])
     step = max(STEP, (edges[1] - edges[0]) / 199)
     found = to_segment(segment, degrees, best)
