@@ -188,7 +188,7 @@ def rays_to_segment(segment: Segment, angles: Floats, slack: float) -> float:
 def rays_to_bounds(pose: Disc, angles: Floats) -> float:
     x, y, heading = pose
     along_x, along_y = np.cos(angles + radians(heading)), np.sin(angles + radians(heading))
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         across = np.where(along_x > 0.0, 10.0 - x, -x) / along_x
         upward = np.where(along_y > 0.0, 6.0 - y, -y) / along_y
     return float(min(np.min(np.abs(across)), np.min(np.abs(upward))))

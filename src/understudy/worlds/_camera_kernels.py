@@ -56,6 +56,7 @@ def project(
             left = max(left, -(y * tangent + x * radius) / ahead_left)
         if ahead_right > 0.0:
             right = min(right, (x * radius - y * tangent) / ahead_right)
+        # One of its tangents leads ahead, except by rounding.
         if not left < right or (ahead_left <= 0.0 and ahead_right <= 0.0):
             continue
         view = views[found]
