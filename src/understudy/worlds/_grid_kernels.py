@@ -139,15 +139,15 @@ def _nearer_in_cell(c: Any, row: int, relation: int, column: int, line: int, fou
 
 
 @njit(error_model="numpy")
-def nearest_robot(c: Any, row: int, first: int, end: int, relation: int, limit: float) -> Any:
+def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> Any:
     """Row and squared distance of the nearest wanted robot within `limit`; -1 and infinite where none is.
 
-    Of robots equally near, the one with the lowest id. The world's robots are rows `first` to `end`.
+    Of robots equally near, the one with the lowest id.
     """
     own = robot_at(c, row)
     if not c.gridded:
         best, best_squared = -1, limit * limit
-        for k in range(first, end):
+        for k in range(world * c.count, (world + 1) * c.count):
             dx, dy = robot_at(c, k).x - own.x, robot_at(c, k).y - own.y
             squared = dx * dx + dy * dy
             if squared <= best_squared and k != row:

@@ -12,6 +12,8 @@ from numba import njit
 
 from understudy.worlds._draw_kernels import normal
 from understudy.worlds._grid_kernels import near_range, small_cell, small_cells
+from understudy.worlds._pointer_kernels import at, class_at, disc_at, move_at, object_at, robot_at, segment_at, type_at
+from understudy.worlds.records import INDEX, SPOT
 
 TAU = 2.0 * math.pi
 CLEAR = 1e-9  # m; kept free, so that rounding never makes an overlap
@@ -108,8 +110,8 @@ def limited_by_bounds(scale: float, x: float, y: float, radius: float, move: Any
 
 
 @njit(error_model="numpy")
-def limited_by_robot(c: Any, scale: float, row: int, other: int, first: int) -> float:
-    """The scale that another robot allows, both moving as they mean to; `first` is the world's first row."""
+def limited_by_robot(c: Any, scale: float, row: int, other: int, world: int) -> float:
+    """The scale that another robot of a world allows, both moving as they mean to."""
     own, them = robot_at(c, row), robot_at(c, other)
     their_kind = type_at(c, them.type)
     if not their_kind.collides:
@@ -127,18 +129,18 @@ def limited_by_robot(c: Any, scale: float, row: int, other: int, first: int) -> 
 
 
 @njit(error_model="numpy")
-def limited_by_robots(c: Any, scale: float, row: int, first: int, end: int) -> float:
-    """The scale that all other robots of the world, rows `first` to `end`, allow."""
+def limited_by_robots(c: Any, scale: float, row: int, world: int) -> float:
+    """The scale that all other robots of a world allow."""
     own, move = robot_at(c, row), move_at(c, world, row)
     near = type_at(c, own.type).radius + c.most_radius + c.most_step
     near += math.sqrt(move.dx * move.dx + move.dy * move.dy)
     if not c.gridded:
-        for other in range(first, end):
+        for other in range(world * c.count, (world + 1) * c.count):
             dx, dy = robot_at(c, other).x - own.x, robot_at(c, other).y - own.y
             if dx * dx + dy * dy < near * near and other != row:
-                scale = limited_by_robot(c, scale, row, other, first)
+                scale = limited_by_robot(c, scale, row, other, world)
         return scale
-    low_column, high_column, low_line, high_line = small_cells(c, own.x, own.y)
+    low_column, high_column, low_line, high_line = small_cells(c, own.x, own.y, near)
     for line in range(low_line, high_line + 1):
         for column in range(low_column, high_column + 1):
             cell = small_cell(c, column, line)
@@ -146,7 +148,7 @@ def limited_by_robots(c: Any, scale: float, row: int, first: int, end: int) -> f
                 spot = at(c.spots, k, SPOT)
                 dx, dy = spot.x - own.x, spot.y - own.y
                 if dx * dx + dy * dy < near * near and spot.row != row:
-                    scale = limited_by_robot(c, scale, row, spot.row, first)
+                    scale = limited_by_robot(c, scale, row, spot.row, world)
     return scale
 
 
@@ -162,8 +164,10 @@ def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, mo
             scale = limited_by_disc(scale, x, y, radius, move, (disc.x, disc.y, disc.radius))
         else:
             scale = limited_by_segment(scale, x, y, radius, move, segment_at(c, world, -1 - item))
-    for c in range(c.class_count):
-        kind = class_at(c, c)
+    if not c.solids:
+        return scale
+    for index in range(c.class_count):
+        kind = class_at(c, index)
         if kind.solid and not kind.pushable:
             for slot in range(kind.first, kind.end):
                 thing = object_at(c, world, slot)

@@ -6,7 +6,7 @@ where every array lies; whoever fills it in keeps the arrays alive for as long a
 
 from typing import Any
 
-from numba import njit, types
+from numba import carray, njit, types
 from numba.extending import intrinsic
 
 from understudy.worlds.records import CLASS, DISC, MOVE, OBJECT, PUSH, ROBOT, SEGMENT, TYPE
@@ -71,3 +71,19 @@ def move_at(c: Any, world: int, row: int) -> Any:
 def push_at(c: Any, slot: int) -> Any:
     """The PUSH of the object in a slot."""
     return at(c.pushes, slot, PUSH)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _pointer(typing: Any, address: Any) -> Any:
+    """An address as a pointer, for `carray`."""
+
+    def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.inttoptr(args[0], context.get_value_type(types.voidptr))
+
+    return types.voidptr(types.int64), build
+
+
+@njit(error_model="numpy")
+def array_at(address: int, count: int, dtype: Any) -> Any:
+    """The array of so many records of this dtype that lies at an address."""
+    return carray(_pointer(address), count, dtype)

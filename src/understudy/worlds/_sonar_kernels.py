@@ -14,7 +14,7 @@ from numba import njit
 BEAM, NARROW, WIDE, FULL = 0, 1, 2, 3  # as in a SECTOR
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def contains(x: float, y: float, from_x: float, from_y: float, to_x: float, to_y: float, span: int) -> bool:
     """Whether a point is in a sector that is no beam, edges included. Any length will do."""
     if span == FULL:
@@ -24,7 +24,7 @@ def contains(x: float, y: float, from_x: float, from_y: float, to_x: float, to_y
     return (after and before) if span == NARROW else (after or before)
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: float, best: float) -> float:
     """The smaller of `best` and the distance along a ray (a unit vector) to a disc that is not at the origin."""
     along = ray_x * x + ray_y * y
@@ -35,7 +35,7 @@ def ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: float, b
     return best
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def ray_to_segment(
     ray_x: float, ray_y: float, x0: float, y0: float, x1: float, y1: float, best: float
 ) -> float:
@@ -51,7 +51,7 @@ def ray_to_segment(
     return distance if 0.0 <= distance < best else best
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def sector_to_disc(
     x: float,
     y: float,
@@ -78,7 +78,7 @@ def sector_to_disc(
     return ray_to_disc(to_x, to_y, x, y, radius, best)
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def sector_to_segment(
     x0: float,
     y0: float,
@@ -92,10 +92,14 @@ def sector_to_segment(
     best: float,
 ) -> float:
     """The smaller of `best` and the distance (m) to what of a segment lies in a sector; ends on NaN: `best`."""
-    if span == BEAM:
-        return ray_to_segment(from_x, from_y, x0, y0, x1, y1, best)
     across_x, across_y = x1 - x0, y1 - y0
     length_squared = across_x * across_x + across_y * across_y
+    aside = x0 * across_y - y0 * across_x
+    # Its line is too far off: most are, and this is cheap to foresee.
+    if not aside * aside < best * best * length_squared and length_squared > 0.0:
+        return best
+    if span == BEAM:
+        return ray_to_segment(from_x, from_y, x0, y0, x1, y1, best)
     along = -(x0 * across_x + y0 * across_y)
     # The direction of its nearest point, and that point's distance squared times `scale`.
     if along <= 0.0:
@@ -105,7 +109,6 @@ def sector_to_segment(
         x, y, scale = x1, y1, 1.0
         squared = x1 * x1 + y1 * y1
     else:
-        aside = x0 * across_y - y0 * across_x
         x, y, scale = aside * across_y, -aside * across_x, length_squared
         squared = aside * aside
     if not squared < best * best * scale:
@@ -116,7 +119,7 @@ def sector_to_segment(
     return ray_to_segment(to_x, to_y, x0, y0, x1, y1, best)
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def ray_to_bounds(
     ray_x: float, ray_y: float, left: float, right: float, below: float, above: float, best: float
 ) -> float:
@@ -130,7 +133,7 @@ def ray_to_bounds(
     return best
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def sector_to_bounds(
     x: float,
     y: float,

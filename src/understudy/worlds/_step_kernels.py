@@ -11,12 +11,27 @@ from understudy.worlds._motion_kernels import (
     limited_by_fixed,
     limited_by_robots,
 )
+from understudy.worlds._pointer_kernels import (
+    array_at,
+    at,
+    class_at,
+    disc_at,
+    move_at,
+    object_at,
+    push_at,
+    robot_at,
+    segment_at,
+    type_at,
+)
 from understudy.worlds._sense_kernels import nearest_food, station_here
 from understudy.worlds._space_kernels import free_place
+from understudy.worlds.records import CLASS, DISC, INDEX, MOVE, OBJECT, ROBOT, SEGMENT, TYPE, WHOLE
 
 TAU = 2.0 * math.pi
 FINE = 2.0**40  # pushes are summed as whole numbers, so that their order does not matter
 APPEARS, STAYS, WALKS, PLACE = 1, 2, 3, 4  # streams of an object's draws
+ROBOT_SIZE, OBJECT_SIZE = ROBOT.itemsize, OBJECT.itemsize
+DISC_SIZE, SEGMENT_SIZE = DISC.itemsize, SEGMENT.itemsize
 GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR = 1, 2, 3
 
 
@@ -54,7 +69,7 @@ def push(c: Any, row: int, world: int) -> None:
 @njit(error_model="numpy")
 def shift_boxes(c: Any, world: int) -> None:
     """Where the boxes go that are pushed: as the mean of their pushers, as far as the free gaps let them."""
-    first, objects = world * c.count, state.objects[world]
+    first = world * c.count
     for index in range(c.class_count):
         kind = class_at(c, index)
         if not kind.pushable:
@@ -142,16 +157,13 @@ def move_boxes(c: Any, world: int) -> None:
 @njit(error_model="numpy")
 def limit(c: Any, row: int, world: int) -> None:
     """How far a robot may go: as far as the gaps to all that is solid let it, boxes left aside."""
-    first = world * c.count
     robot, move = robot_at(c, row), move_at(c, world, row)
     if move.dx == 0.0 and move.dy == 0.0:
         return
     kind = type_at(c, robot.type)
     scale = limited_by_fixed(c, 1.0, robot.x, robot.y, kind.radius, move, world)
     if scale > 0.0 and kind.collides:
-        scale = limited_by_robots(c, 
-            scale, row, first, first + c.count, grid
-        )
+        scale = limited_by_robots(c, scale, row, world)
     move.scale = scale
 
 
@@ -162,7 +174,7 @@ def transfer(c: Any, world: int) -> None:
     Only a robot that stands still works, within reach. Of several that finish loading the last units of a source
     in one tick, those with the lowest ids get them. A robot told to do both loads.
     """
-    first, objects = world * c.count, state.objects[world]
+    first = world * c.count
     for k in range(c.count):
         robot, move = robot_at(c, first + k), at(c.moves, k, MOVE)
         move.slot = -1
@@ -171,12 +183,12 @@ def transfer(c: Any, world: int) -> None:
         loads = unloads = False
         if still and move.load > 0.0:
             if robot.stored < kind.capacity:
-                slot, squared = nearest_food(c, robot.x, robot.y)
+                slot, squared = nearest_food(c, world, robot.x, robot.y)
                 loads = slot >= 0 and squared <= kind.reach * kind.reach
                 if loads and robot.loading + 1 >= kind.load_ticks:
                     move.slot = slot
         elif still and move.unload > 0.0 and robot.stored > 0:
-            unloads = station_here(c, robot.x, robot.y, kind.reach)
+            unloads = station_here(c, world, robot.x, robot.y, kind.reach)
         robot.loading = robot.loading + 1 if loads else 0
         robot.unloading = robot.unloading + 1 if unloads else 0
         if unloads and robot.unloading >= kind.unload_ticks:
@@ -221,9 +233,24 @@ def _drawn(least: float, most: float, seed: int, item: int, time: int, stream: i
 
 
 @njit(error_model="numpy")
+def _new_place(c: Any, world: int, slot: int, turn: int, kind: Any) -> Any:
+    """A free place for the object in a slot, the so-manieth time that it appears: whether there is one, x and y."""
+    size = ROBOT_SIZE * c.count * world
+    return free_place(
+        at(c.seeds, world, WHOLE).v, slot, turn, kind,
+        array_at(c.types, c.type_count, TYPE), array_at(c.classes, c.class_count, CLASS),
+        array_at(c.class_of, c.object_count, INDEX), c.width, c.height,
+        array_at(c.robots + size, c.count, ROBOT),
+        array_at(c.objects + OBJECT_SIZE * c.object_count * world, c.object_count, OBJECT),
+        array_at(c.discs + DISC_SIZE * c.disc_count * world, c.disc_count, DISC),
+        array_at(c.segments + SEGMENT_SIZE * c.segment_count * world, c.segment_count, SEGMENT),
+    )  # fmt: skip
+
+
+@njit(error_model="numpy")
 def live(c: Any, world: int) -> None:
     """Objects that come and go, are captured or walk do so, for one tick."""
-    tick, seed, objects = at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v, state.objects[world]
+    tick, seed = at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v
     for index in range(c.class_count):
         kind = class_at(c, index)
         comes = kind.away_least == kind.away_least
@@ -250,11 +277,7 @@ def live(c: Any, world: int) -> None:
                     _walk(c, thing, slot, kind, tick, seed, world)
             elif comes and thing.due == tick + 1:
                 thing.appeared += 1
-                robots = robot_at(c, world * c.count : (world + 1) * c.count)
-                found, x, y = free_place(
-                    seed, slot, thing.appeared, kind, c.class_of, c.width,
-                    c.height, state.discs[world], state.segments[world],
-                )  # fmt: skip
+                found, x, y = _new_place(c, world, slot, thing.appeared, kind)
                 if not found:
                     thing.due = tick + 2
                     continue
@@ -309,7 +332,7 @@ def judge(c: Any, world: int) -> None:
     """Note the tick at which the goal is first reached."""
     if c.goal == 0 or at(c.finished, world, WHOLE).v >= 0:
         return
-    first, objects = world * c.count, state.objects[world]
+    first = world * c.count
     reached = False
     if c.goal == GOAL_DELIVERED:
         left = 0

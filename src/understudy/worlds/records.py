@@ -5,6 +5,9 @@ Lengths in m, angles in rad; speeds, in TYPE and ROBOT, per tick. A record keeps
 
 import numpy as np
 
+from understudy.worlds.sectors import SECTOR
+from understudy.worlds.seeing import THING, VIEW
+
 ROBOT = np.dtype(
     [
         ("x", "f8"),
@@ -130,6 +133,7 @@ STEP = np.dtype(
         ("least_px", "f8"),
         ("misses", "f8"),
         ("ghosts", "f8"),
+        ("noisy", "i4"),  # has noise, dropout or the like
         ("what", "i4"),
         ("index", "i4"),  # class, object slot, relation of a robot, source column of SINCE
         ("nearest", "i4"),
@@ -153,6 +157,8 @@ PART = np.dtype(
     ],
     align=True,
 )
+
+__all__ = ["SECTOR", "THING", "VIEW"]
 
 WHOLE = np.dtype([("v", "i8")])
 INDEX = np.dtype([("v", "i4")])
@@ -179,6 +185,7 @@ CONTEXT = np.dtype(
         ("count", "i8"),  # N, robots in a world
         ("goal", "i8"),
         ("goal_target", "i8"),
+        ("type_count", "i8"),
         ("class_count", "i8"),
         ("object_count", "i8"),
         ("disc_count", "i8"),
@@ -188,6 +195,7 @@ CONTEXT = np.dtype(
         ("boxes", "i8"),
         ("cargo", "i8"),
         ("living", "i8"),
+        ("solids", "i8"),
         # Where arrays lie.
         ("robots", "i8"),
         ("types", "i8"),
@@ -214,6 +222,9 @@ CONTEXT = np.dtype(
         ("row", "i8"),
         ("a", "i8"),
         ("b", "i8"),
+        ("things", "i8"),
+        ("views", "i8"),
+        ("pieces", "i8"),
     ],
     align=True,
 )
