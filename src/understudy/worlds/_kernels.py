@@ -9,7 +9,7 @@ from understudy.runtime._kernels import pulse
 from understudy.worlds._barrier_kernels import wait
 from understudy.worlds._grid_kernels import sort
 from understudy.worlds._motion_kernels import arrive, propose
-from understudy.worlds._pointer_kernels import array_at, at, move_at, robot_at, type_at
+from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at
 from understudy.worlds._sense_kernels import sense
 from understudy.worlds._step_kernels import (
     judge,
@@ -21,7 +21,7 @@ from understudy.worlds._step_kernels import (
     shift_boxes,
     transfer,
 )
-from understudy.worlds.records import NUMBER, WHOLE
+from understudy.worlds.records import WHOLE
 
 SENSE, OBEY, RUN = 0, 1, 2
 
@@ -73,17 +73,17 @@ def _keyed(sources: str) -> Any:
     @njit(cache=True, nogil=True, error_model="numpy")
     def advance(
         contexts: Any, mode: int, first: int, end: int, part: int, parts: int, barrier: Any, ticks: int,
-        until_finished: bool, tables: Any, stacks: Any, commands: Any, running: Any, out: Any,
+        until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any,
     ) -> None:  # fmt: skip
         """So many ticks of the worlds from `first` up to `end`.
 
         SENSE only senses, to `out` [N, F]. OBEY does one tick with `commands` [N, 4]. RUN senses, decides with
-        `tables` and `stacks`, and does a row of `commands` [B, 4], which `running` [N] says. Of each world this part
-        of `parts` threads does its share of the rows. A world ends early once finished where `until_finished`.
+        `tables` and `stacks`, and does a row of `commands` [B, 4], which `running` [N] says; `values` is the array
+        at the context's `row`. Of each world this part of `parts` threads does its share of the rows. A world ends
+        early once finished where `until_finished`.
         """
         sources  # noqa: B018 - Numba keys its cache with what is closed over
         c = contexts[0]
-        values = array_at(c.row, c.width_of_row, NUMBER)
         for world in range(first, end):
             start = world * c.count
             low, high = start + c.count * part // parts, start + c.count * (part + 1) // parts
@@ -99,7 +99,7 @@ def _keyed(sources: str) -> Any:
                         sense(c, row, world, mode != SENSE)
                     if mode == SENSE:
                         for column in range(out.shape[1]):
-                            out[row, column] = values[column].v
+                            out[row, column] = values[column]
                     elif mode == OBEY:
                         intend(c, row, world, commands, row)
                     else:

@@ -12,7 +12,16 @@ from numba import njit
 
 from understudy.worlds._draw_kernels import normal
 from understudy.worlds._grid_kernels import near_range, small_cell, small_cells
-from understudy.worlds._pointer_kernels import at, class_at, disc_at, move_at, object_at, robot_at, segment_at, type_at
+from understudy.worlds._pointer_kernels import (
+    at,
+    class_at,
+    disc_at,
+    move_at,
+    object_at,
+    robot_at,
+    segment_at,
+    type_at,
+)
 from understudy.worlds.records import INDEX, SPOT
 
 TAU = 2.0 * math.pi
@@ -96,7 +105,9 @@ def limited_by_segment(scale: float, x: float, y: float, radius: float, move: An
 
 
 @njit(error_model="numpy")
-def limited_by_bounds(scale: float, x: float, y: float, radius: float, move: Any, width: float, height: float) -> float:
+def limited_by_bounds(
+    scale: float, x: float, y: float, radius: float, move: Any, width: float, height: float
+) -> float:
     """The scale that the arena's own walls allow."""
     if move.dx < 0.0:
         scale = limited(scale, -1.0, 0.0, x - radius, move.dx, move.dy, 0.0)

@@ -137,7 +137,7 @@ def _is_free_now(
         if types[robots[n].type].collides and (x - robots[n].x) ** 2 + (y - robots[n].y) ** 2 < least * least:
             return False
     for n in range(objects.shape[0]):
-        other = classes[class_of[n].v]
+        other = classes[class_of[n]]
         least = kind.radius + other.radius + max(kind.apart, other.apart)
         if (
             objects[n].present

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import numpy as np
 from numba import njit
 
 from understudy.worlds._draw_kernels import uniform
@@ -89,8 +90,8 @@ def shift_boxes(c: Any, world: int) -> None:
             if box.dx == 0.0 and box.dy == 0.0:
                 continue
             scale = limited_by_fixed(c, 1.0, thing.x, thing.y, kind.radius, box, world)
-            for c in range(c.class_count):
-                other_kind = class_at(c, c)
+            for other_index in range(c.class_count):
+                other_kind = class_at(c, other_index)
                 if other_kind.pushable:
                     for other in range(other_kind.first, other_kind.end):
                         them = object_at(c, world, other)
@@ -200,13 +201,18 @@ def transfer(c: Any, world: int) -> None:
         if slot >= 0:
             before = 0  # robots with lower ids that get a unit of the same source now
             for other in range(c.count):
-                if at(c.moves, other, MOVE).slot == slot and robot_at(c, first + other).id < robot_at(c, first + k).id:
+                if (
+                    at(c.moves, other, MOVE).slot == slot
+                    and robot_at(c, first + other).id < robot_at(c, first + k).id
+                ):
                     before += 1
             at(c.moves, k, MOVE).order = before
     for k in range(c.count):
         slot = at(c.moves, k, MOVE).slot
         if slot >= 0:
-            at(c.moves, k, MOVE).slot = slot if at(c.moves, k, MOVE).order < object_at(c, world, slot).amount else -1
+            at(c.moves, k, MOVE).slot = (
+                slot if at(c.moves, k, MOVE).order < object_at(c, world, slot).amount else -1
+            )
     for k in range(c.count):
         robot, slot = robot_at(c, first + k), at(c.moves, k, MOVE).slot
         if slot >= 0:
@@ -229,7 +235,7 @@ def _within(c: Any, world: int, x: float, y: float, reach: float) -> bool:
 @njit(error_model="numpy")
 def _drawn(least: float, most: float, seed: int, item: int, time: int, stream: int, tick_s: float) -> int:
     """A time in ticks, drawn between two in seconds; at least one."""
-    return max(1, int(round((least + (most - least) * uniform(seed, item, time, stream)) / tick_s)))
+    return max(1, round((least + (most - least) * uniform(seed, item, time, stream)) / tick_s))
 
 
 @njit(error_model="numpy")
@@ -239,7 +245,7 @@ def _new_place(c: Any, world: int, slot: int, turn: int, kind: Any) -> Any:
     return free_place(
         at(c.seeds, world, WHOLE).v, slot, turn, kind,
         array_at(c.types, c.type_count, TYPE), array_at(c.classes, c.class_count, CLASS),
-        array_at(c.class_of, c.object_count, INDEX), c.width, c.height,
+        array_at(c.class_of, c.object_count, np.int32), c.width, c.height,
         array_at(c.robots + size, c.count, ROBOT),
         array_at(c.objects + OBJECT_SIZE * c.object_count * world, c.object_count, OBJECT),
         array_at(c.discs + DISC_SIZE * c.disc_count * world, c.disc_count, DISC),
@@ -299,7 +305,9 @@ def _walk(c: Any, thing: Any, slot: int, kind: Any, tick: int, seed: int, world:
     x = thing.x + kind.walk * math.cos(thing.heading)
     y = thing.y + kind.walk * math.sin(thing.heading)
     low_x, low_y, high_x, high_y = kind.region[0], kind.region[1], kind.region[2], kind.region[3]
-    clear = low_x + kind.radius <= x <= high_x - kind.radius and low_y + kind.radius <= y <= high_y - kind.radius
+    clear = (
+        low_x + kind.radius <= x <= high_x - kind.radius and low_y + kind.radius <= y <= high_y - kind.radius
+    )
     clear = clear and not blocked(c, x, y, kind.radius, world, kind.solid != 0)
     if clear:
         thing.x, thing.y = x, y
@@ -350,7 +358,10 @@ def judge(c: Any, world: int) -> None:
         for row in range(first, first + c.count):
             near = False
             for slot in range(kind.first, kind.end):
-                dx, dy = object_at(c, world, slot).x - robot_at(c, row).x, object_at(c, world, slot).y - robot_at(c, row).y
+                dx, dy = (
+                    object_at(c, world, slot).x - robot_at(c, row).x,
+                    object_at(c, world, slot).y - robot_at(c, row).y,
+                )
                 if object_at(c, world, slot).present and dx * dx + dy * dy <= c.goal_within**2:
                     near = True
             if near != every:

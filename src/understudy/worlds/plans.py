@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.feature import ReadingKey
+from understudy.worlds.records import PART, SECTOR, STEP
 from understudy.worlds.rules import Names
 from understudy.worlds.scenario import (
     Bumper,
@@ -30,7 +31,7 @@ from understudy.worlds.scenario import (
     Stuck,
     TargetOf,
 )
-from understudy.worlds.sectors import SECTOR, sector
+from understudy.worlds.sectors import sector
 from understudy.worlds.state import Records, Rules
 
 (
@@ -41,8 +42,8 @@ from understudy.worlds.state import Records, Rules
 """What a step measures; `_sense_kernels` has the same."""
 
 
-
 WALLS, OBSTACLES, ROBOTS = 1, 2, 4
+DISTURBING = ("noise_a", "noise_b", "misses", "ghosts")
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
 """Which robots a target means, as `_grid_kernels` has it; a team is TEAM + its index."""
 
@@ -162,6 +163,7 @@ class Planner:
                 "period": self._period(measure.sensor),
                 "stream": 65536 * (1 + measure.number),
                 "first": len(parts),
+                "noisy": measure.sensor.dropout > 0 or any(part.step.get(name, 0) for name in DISTURBING),
             }
             if isinstance(measure.sensor, Since):
                 step["index"] = columns[measure.sensor.of, part.keys[0][1]]

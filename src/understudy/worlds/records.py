@@ -117,7 +117,8 @@ MOVE = np.dtype(
 """What a robot means to do in a tick."""
 
 PUSH = np.dtype(
-    [("dx", "f8"), ("dy", "f8"), ("scale", "f8"), ("sum_x", "i8"), ("sum_y", "i8"), ("count", "i8")], align=True
+    [("dx", "f8"), ("dy", "f8"), ("scale", "f8"), ("sum_x", "i8"), ("sum_y", "i8"), ("count", "i8")],
+    align=True,
 )
 """How far an object is pushed in a tick: what its pushers sum up to, what it means to do, and may."""
 

@@ -11,13 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.worlds.records import CLASS, DISC, OBJECT, ROBOT, SEGMENT, TYPE
+
+__all__ = ["CLASS", "DISC", "OBJECT", "ROBOT", "SEGMENT", "TYPE", "Records", "Rules", "State"]
+
 Records = NDArray[Any]
-
-
-
-
-
-
 
 GOAL_NONE, GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR = 0, 1, 2, 3
 
