@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
-from importlib import import_module
 from math import nan
 
 import numpy as np
 import pytest
-
 from tests.bench.reference import Reference, decide
+
 from understudy.bench import programs, standard
+from understudy.bench._prototype_kernels import decide as decide_flat
+from understudy.bench._prototype_kernels import sonar
 from understudy.bench.peers.mesa_base import MesaBase
 from understudy.bench.peers.vmas_base import VmasBase
-from understudy.bench.prototype import LEVELS, READINGS, Prototype, table
+from understudy.bench.prototype import READINGS, Prototype, table
+from understudy.bench.standard import Column
 from understudy.errors import UnderstudyError
+from understudy.model.feature import BoundFeature, Feature
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
 
@@ -66,15 +70,85 @@ def test_the_prototype_does_the_base_task(robots: int) -> None:
 
 
 def test_the_program_of_base_decides_as_peers_do() -> None:
+    """On 2 000 random readings."""
     random = np.random.default_rng(0)
-    interpreter = Interpreter(link(programs.base(), programs.BASE))
+    program = link(programs.base(), programs.BASE)
+    interpreter = Interpreter(program)
     interpreter.start(0.0)
-    commands = {name: (way.get("drive", 0.0), way.get("turn", 0.0)) for name, way in standard.COMMANDS.items()}
-    for tick in range(2000):
-        beacon, robot = random.uniform(0, 2, 2)
-        angle, bearing = random.uniform(0, TAU, 2)
+    for _ in range(2000):
+        beacon, robot = random.uniform(0.0, 2.0, 2)
+        angle, bearing = random.uniform(0.0, TAU, 2)
         if random.random() < 0.2:
             robot = bearing = nan
-        pulse = interpreter.pulse((robot, bearing, beacon, angle), tick * 0.1)
-        expected = decide(beacon, angle, robot, bearing)
-        assert commands.get(interpreter_behavior(pulse), (0.0, 0.0)) == expected
+        decided = program.basics[interpreter.pulse((robot, bearing, beacon, angle), 0.0)].behavior.command
+        assert (decided.get("drive", 0.0), decided.get("turn", 0.0)) == decide(beacon, angle, robot, bearing)
+
+
+def test_the_prototype_decides_as_the_interpreter_does() -> None:
+    """Ten robots that run the full task's three levels on random readings, for 300 ticks each."""
+    library = programs.full()
+    program = link(library, programs.FULL)
+    tests, numbers, roots, children, flags, starts, commands = table(library)
+    columns = [_column(bound) for bound in program.features]
+    random = np.random.default_rng(1)
+    reached = set()
+    for _ in range(10):
+        interpreter = Interpreter(program)
+        interpreter.start(0.0)
+        made = Prototype(1, library, programs.FULL, sonar=True)
+        for tick in range(300):
+            values = _random_readings(random)
+            state = decide_flat(made.stack[0], tests, numbers, roots, children, flags, starts, values)
+            reached.add(state)
+            decided = program.basics[interpreter.pulse(values[columns].tolist(), tick * 0.1)].behavior
+            expected = [decided.command.get(channel, 0.0) for channel in ("drive", "turn")]
+            assert commands[state].tolist() == expected
+    assert len(reached) > 10
+
+
+def _column(bound: BoundFeature) -> int:
+    assert isinstance(bound.feature, Feature)
+    assert bound.feature.reading is not None
+    return READINGS[bound.feature.reading, bound.binding.get("A")]
+
+
+def _random_readings(random: np.random.Generator) -> Column:
+    values = random.uniform(0.0, 1.2, len(READINGS))
+    values[[1, 3]] = random.uniform(0.0, TAU, 2)
+    if random.random() < 0.5:
+        values[2:4] = nan
+    return values
+
+
+def test_sonar_of_the_prototype_equals_many_beams() -> None:
+    """The nearest of 2 000 beams in a sector is what the sector reads."""
+    made = Prototype(80, programs.full(), programs.FULL, sonar=True)
+    side, radius, _, most, *_ = made.sizes
+    for x, y, heading in made.place.T:
+        values = np.zeros(len(READINGS))
+        sonar(x, y, np.cos(heading), np.sin(heading), side, made.obstacles, radius, made.edges, most, values)
+        for index, (first, last) in enumerate(standard.SECTORS.values()):
+            angles = heading + np.radians(np.linspace(first, last, 2001))
+            ways = np.column_stack([np.cos(angles), np.sin(angles)])
+            expected = np.clip(_beams(np.array([x, y]), ways, made.obstacles, side).min() - radius, 0.0, most)
+            assert values[4 + index] == pytest.approx(expected, abs=2e-3)
+
+
+def _beams(place: Column, ways: Column, obstacles: Column, side: float) -> Column:
+    """How far each beam [B] goes until it meets an obstacle or the arena's bounds."""
+    with np.errstate(divide="ignore"):
+        walls = np.where(ways > 0, (side - place) / ways, -place / ways).min(1)
+    offsets = obstacles[:, :2] - place
+    along = ways @ offsets.T
+    beside = (offsets**2).sum(1) - along**2
+    depth = np.sqrt(np.clip(obstacles[:, 2] ** 2 - beside, 0.0, None))
+    hit = (beside < obstacles[:, 2] ** 2) & (along > 0)
+    reached: Column = np.minimum(walls, np.where(hit, along - depth, np.inf).min(1))
+    return reached
+
+
+@pytest.mark.parametrize("module", ["mesa", "torch"])
+def test_a_missing_peer_says_how_to_get_it(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(UnderstudyError, match=r"understudy\[bench\]"):
+        MesaBase(10) if module == "mesa" else VmasBase(10, worlds=1, threads=1)

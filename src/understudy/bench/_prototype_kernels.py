@@ -106,13 +106,13 @@ def sonar(
                 best = min(best, ray(ax, ay, dx, dy, squared, size), ray(bx, by, dx, dy, squared, size))
         if x < far or y < far or x > side - far or y > side - far:
             best = min(best, to_wall(x, y, ax, ay, side), to_wall(x, y, bx, by, side))
-            if ay > 0.0 > by:
-                best = min(best, side - x)
             if ay < 0.0 < by:
+                best = min(best, side - x)
+            if ay > 0.0 > by:
                 best = min(best, x)
-            if ax > 0.0 > bx:
-                best = min(best, y)
             if ax < 0.0 < bx:
+                best = min(best, y)
+            if ax > 0.0 > bx:
                 best = min(best, side - y)
         out[SONAR + s] = min(max(best - radius, 0.0), most)
 
@@ -154,7 +154,7 @@ def decide(
     """Pulse all levels (semantics of the interpreter); the basic state that is reached."""
     level = 0
     while True:
-        state = stack[level]
+        state = int(stack[level])
         up = flags[stack[level + 1]] if children[state] >= 0 else -1
         node = roots[state]
         following = state
@@ -169,7 +169,7 @@ def decide(
                     low, high, value = numbers[node, 0], numbers[node, 1], values[asked]
                     holds = low <= value < high if low <= high else value >= low or value < high
                 node = tests[node, 2] if holds else tests[node, 3]
-            following = tests[node, 2]
+            following = int(tests[node, 2])
         if following != state:
             stack[level] = following
             if children[following] >= 0:

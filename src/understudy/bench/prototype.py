@@ -34,7 +34,7 @@ class Prototype:
         self, robots: int, library: Library, behavior: str, *, sonar: bool, threads: int = 1
     ) -> None:
         self.robots, self.threads = robots, threads
-        self.table = table(library, behavior)
+        self.table = table(library)
         self.root = int(self.table[5][list(library.taught).index(behavior)])
         side = standard.side(robots)
         cells = max(1, int(np.ceil(side / 2.0)))
@@ -106,7 +106,7 @@ class Prototype:
 Table: TypeAlias = tuple[NDArray[Any], ...]
 
 
-def table(library: Library, behavior: str) -> Table:
+def table(library: Library) -> Table:
     """The automata of a library as flat arrays; states are numbered through, automaton by automaton.
 
     Nodes: (test, feature, yes, no) and (low, high), a leaf's `yes` being a state. States: the root of the tree,

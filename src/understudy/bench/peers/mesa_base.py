@@ -56,7 +56,7 @@ def _parts(*, kd_tree: bool) -> Any:
     try:
         mesa = import_module("mesa")
         spaces = import_module("mesa.experimental.continuous_space")
-        tree = import_module("scipy.spatial").cKDTree if kd_tree else None
+        tree = import_module("scipy.spatial").cKDTree  # Mesa brings SciPy
     except ImportError:
         raise UnderstudyError(
             "the comparison needs Mesa 3, which is not installed; install it with: pip install 'understudy[bench]'"
