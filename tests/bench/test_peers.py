@@ -13,11 +13,11 @@ from tests.bench.reference import Reference, decide
 from understudy.bench import programs, standard
 from understudy.bench._prototype_kernels import decide as decide_flat
 from understudy.bench._prototype_kernels import sonar
+from understudy.bench.peers import PeerMissing
 from understudy.bench.peers.mesa_base import MesaBase
 from understudy.bench.peers.vmas_base import VmasBase
 from understudy.bench.prototype import READINGS, Prototype, table
 from understudy.bench.standard import Column
-from understudy.errors import UnderstudyError
 from understudy.model.feature import BoundFeature, Feature
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
@@ -150,5 +150,5 @@ def _beams(place: Column, ways: Column, obstacles: Column, side: float) -> Colum
 @pytest.mark.parametrize("module", ["mesa", "torch"])
 def test_a_missing_peer_says_how_to_get_it(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(UnderstudyError, match=r"understudy\[bench\]"):
+    with pytest.raises(PeerMissing, match=r"understudy\[bench\]"):
         MesaBase(10) if module == "mesa" else VmasBase(10, worlds=1, threads=1)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import nan
 from statistics import median
 from time import perf_counter
 from typing import Any, Protocol
+
+from understudy.bench.peers import PeerMissing
 
 Row = dict[str, Any]
 
@@ -45,9 +48,9 @@ class Goal:
     most: float | None = None
 
     def of(self, rows: Sequence[Row]) -> Row:
-        """The goal beside what was reached."""
+        """The goal beside what was reached; NaN is never enough."""
         value = self.value(rows)
-        passed = (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
+        passed = value == value and (self.least or value) <= value <= (self.most or value)
         limits = {"least": self.least, "most": self.most}
         given = {key: limit for key, limit in limits.items() if limit is not None}
         return {"what": self.what, "value": value, **given, "passed": passed}
@@ -57,18 +60,23 @@ def measure(cases: Sequence[Case], *, rounds: int) -> list[Row]:
     """A row per case, of robot-ticks per second: the median over rounds in which the cases take turns.
 
     A round before them does not count: it compiles, and fills caches. `spread` is the range between the quartiles
-    as a share of the median; `slowest` and `fastest` are the rounds at the ends.
+    as a share of the median; `slowest` and `fastest` are the rounds at the ends. A peer that is not installed has no
+    row, and a goal that needs one is not reached.
     """
-    subjects = [case.make() for case in cases]
-    speeds: list[list[float]] = [[] for _ in cases]
+    runs = [_Run(case, subject) for case in cases if (subject := _made(case)) is not None]
     for _ in range(rounds + 1):
-        for case, subject, measured in zip(cases, subjects, speeds, strict=True):
-            subject.reset()
-            measured.append(subject.robots * case.ticks / seconds(subject, case.ticks))
-    return [
-        _row(case, subject, sorted(measured[1:]))
-        for case, subject, measured in zip(cases, subjects, speeds, strict=True)
-    ]
+        for run in runs:
+            run.subject.reset()
+            taken = seconds(run.subject, run.case.ticks)
+            run.speeds.append(run.subject.robots * run.case.ticks / taken)
+    return [run.row() for run in runs]
+
+
+def _made(case: Case) -> Subject | None:
+    try:
+        return case.make()
+    except PeerMissing:
+        return None
 
 
 def seconds(subject: Subject, ticks: int) -> float:
@@ -78,29 +86,36 @@ def seconds(subject: Subject, ticks: int) -> float:
     return perf_counter() - began
 
 
-def _row(case: Case, subject: Subject, speeds: Sequence[float]) -> Row:
-    middle = median(speeds)
-    quarter = len(speeds) // 4
-    return {
-        "task": case.task,
-        "robots": subject.robots,
-        "threads": case.threads,
-        "robot_ticks_per_s": middle,
-        "spread": (speeds[-1 - quarter] - speeds[quarter]) / middle,
-        "slowest": speeds[0],
-        "fastest": speeds[-1],
-        "ticks": case.ticks,
-        "rounds": len(speeds),
-    }
+@dataclass
+class _Run:
+    case: Case
+    subject: Subject
+    speeds: list[float] = field(default_factory=list)
+
+    def row(self) -> Row:
+        speeds = sorted(self.speeds[1:])
+        middle, quarter = median(speeds), len(speeds) // 4
+        return {
+            "task": self.case.task,
+            "robots": self.subject.robots,
+            "threads": self.case.threads,
+            "robot_ticks_per_s": middle,
+            "spread": (speeds[-1 - quarter] - speeds[quarter]) / middle,
+            "slowest": speeds[0],
+            "fastest": speeds[-1],
+            "ticks": self.case.ticks,
+            "rounds": len(speeds),
+        }
 
 
 def speed(rows: Iterable[Row], task: str, robots: int, *, threads: int | None = None) -> float:
-    """Robot-ticks per second of a row; without threads, of the fastest."""
-    return max(
+    """Robot-ticks per second of a row; without threads, of the fastest. NaN where there is no such row."""
+    found = [
         float(row["robot_ticks_per_s"])
         for row in rows
         if row["task"] == task and row["robots"] == robots and threads in (None, row["threads"])
-    )
+    ]
+    return max(found, default=nan)
 
 
 def result(rows: Sequence[Row], goals: Sequence[Goal]) -> Row:

@@ -107,7 +107,13 @@ GOALS = (
 def run(cases: Callable[[], list[list[Case]]] = groups, *, rounds: int = ROUNDS) -> Row:
     """Rows of all groups, the goals, and our fraction of the prototype's speed."""
     rows = [row for group in cases() for row in measure(group, rounds=rounds)]
-    return {**result(rows, GOALS), "fractions": fractions(rows)}
+    return {**result(rows, GOALS), "fractions": fractions(rows), "missing": missing(rows)}
+
+
+def missing(rows: list[Row]) -> list[str]:
+    """The peers without a row, since they are not installed."""
+    told = {row["task"] for row in rows}
+    return [peer for peer, task in (("Mesa 3", MESA), ("VMAS with PyTorch", VMAS)) if task not in told]
 
 
 def fractions(rows: list[Row]) -> list[Row]:

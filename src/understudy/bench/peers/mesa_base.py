@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from understudy.bench import standard
+from understudy.bench.peers import PeerMissing
 from understudy.bench.programs import AHEAD, ARRIVED, PERSONAL
 from understudy.bench.standard import Column
-from understudy.errors import UnderstudyError
 from understudy.model.kinds import TAU
 
 
@@ -58,9 +58,7 @@ def _parts(*, kd_tree: bool) -> Any:
         spaces = import_module("mesa.experimental.continuous_space")
         tree = import_module("scipy.spatial").cKDTree  # Mesa brings SciPy
     except ImportError:
-        raise UnderstudyError(
-            "the comparison needs Mesa 3, which is not installed; install it with: pip install 'understudy[bench]'"
-        ) from None
+        raise PeerMissing(peer="Mesa 3") from None
 
     class Robot(spaces.ContinuousSpaceAgent):  # type: ignore[misc, name-defined]
         def __init__(self, model: Any, index: int, x: float, y: float, heading: float) -> None:

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from understudy.bench import standard
+from understudy.bench.peers import PeerMissing
 from understudy.bench.programs import AHEAD, ARRIVED, PERSONAL
 from understudy.bench.standard import Column
-from understudy.errors import UnderstudyError
 from understudy.model.kinds import TAU
 
 
@@ -83,10 +83,7 @@ def _parts(robots_each: int) -> tuple[Any, Any]:
         base = import_module("vmas.simulator.scenario").BaseScenario
         motion = import_module("vmas.simulator.dynamics.holonomic_with_rot").HolonomicWithRotation
     except ImportError:
-        raise UnderstudyError(
-            "the comparison needs VMAS and PyTorch, which are not installed; "
-            "install them with: pip install 'understudy[bench]'"
-        ) from None
+        raise PeerMissing(peer="VMAS with PyTorch") from None
     side = standard.side(robots_each)
     force = standard.STEP / standard.TICK_S**2
     torque = 0.5 * standard.RADIUS**2 * standard.TURN / standard.TICK_S**2
