@@ -70,7 +70,7 @@ def crowding(robots: int) -> Scenario:
     return _scenario("crowding", robots, sensors=(*_LOCATORS, _SONAR), obstacles=_OBSTACLES, beacons=beacons)
 
 
-_LOCATORS: tuple[Sensor, ...] = (Locator(), Locator(range=SIGHT))
+_LOCATORS: tuple[Sensor, ...] = (Locator(targets=("beacon",)), Locator(targets=("robot",), range=SIGHT))
 _SONAR = Sonar(sectors=SECTORS, range=SONAR_RANGE, sees=("walls", "obstacles"))
 _OBSTACLES = (Obstacle(count=OBSTACLES, radius=OBSTACLE_RADIUS),)
 _BEACONS = Objects(name="beacon", count=BEACONS)
