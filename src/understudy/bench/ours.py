@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-
 from understudy.model.library import Library
+from understudy.runtime.engine import Engine
 from understudy.runtime.program import link
 from understudy.worlds.scenario import Scenario
+from understudy.worlds.world import World
 
 
 class Ours:
@@ -15,18 +15,15 @@ class Ours:
     def __init__(
         self, scenario: Scenario, library: Library, behavior: str, *, worlds: int = 1, threads: int = 1
     ) -> None:
-        self.worlds, self.threads = worlds, threads
-        self.robots = worlds * sum(
-            robots.count for robots in scenario.robots if isinstance(robots.count, int)
-        )
-        self.world = import_module("understudy.worlds.world").World(scenario, seeds=range(worlds))
-        engine = import_module("understudy.runtime.engine").Engine
-        self.engine = engine.of(self.world, link(library, behavior))
+        self.seeds, self.threads = range(worlds), threads
+        self.world = World(scenario, self.seeds)
+        self.robots = self.world.agents
+        self.engine = Engine.of(self.world, link(library, behavior))
 
     def reset(self) -> None:
         """Back to the start, robots and automata."""
-        self.world.reset()
-        self.engine.reset()
+        self.world.reset(self.seeds)
+        self.engine.restart()
 
     def run(self, ticks: int) -> None:
         """Run for so many ticks."""
