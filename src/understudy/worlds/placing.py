@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import hypot, nan, radians, sqrt
 from typing import Any
@@ -13,7 +13,8 @@ from understudy.errors import SettingError
 from understudy.worlds import _placing_kernels as _kernels
 from understudy.worlds import _space_kernels as _space
 from understudy.worlds.draws import Seeds
-from understudy.worlds.rules import Names, box_of, most_of, names_of, robot_count
+from understudy.worlds.geometry import counter_clockwise, wall_segments
+from understudy.worlds.rules import Names, box_of, least_and_most, most_of, names_of, robot_count
 from understudy.worlds.scenario import Objects, Obstacle, Placing, Point, Robots, Scenario
 from understudy.worlds.state import DISC, OBJECT, ROBOT, SEGMENT, Records, Rules, State
 
@@ -52,20 +53,6 @@ def _full(scenario: Scenario, key: str, thing: int, seed: int) -> SettingError:
         problem=f"does not fit: no free place was found for number {thing + 1} in the world of seed {seed}",
         remedy="give fewer or smaller things, less `apart`, or a larger size or region",
     )
-
-
-def counter_clockwise(points: Sequence[Point]) -> Sequence[Point]:
-    """The corners of a polygon in counter-clockwise order."""
-    around = zip(points, (*points[1:], points[0]), strict=True)
-    area = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in around)
-    return points if area > 0 else tuple(reversed(points))
-
-
-def wall_segments(scenario: Scenario) -> Iterator[tuple[Point, Point]]:
-    """The pieces of all inner walls."""
-    for wall in scenario.walls:
-        ends = (*wall.points[1:], wall.points[0]) if wall.closed else wall.points[1:]
-        yield from zip(wall.points, ends, strict=False)
 
 
 @dataclass
@@ -181,11 +168,6 @@ class _Plan:
         self.keys.append(key)
         self.rows.append(row)
         return row
-
-
-def least_and_most(count: int | tuple[int, int]) -> tuple[int, int]:
-    """A count as (least, most)."""
-    return (count, count) if isinstance(count, int) else count
 
 
 def in_order(rows: Sequence[Any]) -> list[int]:
