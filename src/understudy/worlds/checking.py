@@ -6,12 +6,11 @@ while it is laid out, which depends on its seed.
 
 from __future__ import annotations
 
-import re
-
 import msgspec
 
 from understudy.worlds import checking_names, checking_numbers, checking_places
 from understudy.worlds.checker import Checker
+from understudy.worlds.mismatch import Mismatch, convert
 from understudy.worlds.scenario import Scenario
 
 
@@ -27,8 +26,9 @@ def check(scenario: Scenario) -> None:
 def _check_types(checker: Checker) -> None:
     """A scenario built in Python may hold anything: it is held to what a file may hold."""
     try:
-        msgspec.convert(msgspec.to_builtins(checker.scenario), Scenario)
-    except (msgspec.ValidationError, TypeError, ValueError, OverflowError) as error:
-        problem, _, path = str(error).partition(" - at ")
-        key = re.sub(r"^`\$\.?|`$", "", path) or "scenario"
-        checker.wrong(key, f"cannot be: {problem}", "give what the description of the key says")
+        plain = msgspec.to_builtins(checker.scenario)
+    except (TypeError, ValueError, OverflowError) as error:
+        checker.wrong("scenario", f"cannot be: {error}", "give plain numbers, texts, tuples and mappings")
+    found = convert(plain)
+    if isinstance(found, Mismatch):
+        checker.wrong(*found)

@@ -32,7 +32,7 @@ from understudy.worlds.scenario import (
     TargetOf,
 )
 
-_NAME = re.compile(r"\w(?:[\w -]{0,58}\w)?")
+NAME = re.compile(r"\w(?:[\w -]{0,58}\w)?")
 _REFERENCES = ("nearest", "object", "team", "robot", "color")
 
 
@@ -92,7 +92,7 @@ def _check_spelling(checker: Checker) -> None:
             elif isinstance(sensor, Chance | Since):
                 spelled.append((f"{key}.name", sensor.name))
     for key, name in spelled:
-        if not _NAME.fullmatch(name):
+        if not NAME.fullmatch(name):
             remedy = "give up to 60 letters, digits, _, - and spaces inside"
             checker.wrong(key, f"has {name!r:.80}, which is no name", remedy)
         if name == MOUSE and key.startswith("objects"):
