@@ -130,7 +130,7 @@ def _check_sensors(checker: Checker, key: str, kind: RobotType) -> None:
     for index, sensor in enumerate(kind.sensors):
         if isinstance(sensor, Since):
             at = f"{key}.sensors[{index}].of"
-            checker.known(at, sensor.of, timed, what="reading that can be absent or no")
+            checker.known(at, sensor.of, timed, what="reading of a target, or one that is yes or no")
 
 
 def _check_sectors(checker: Checker, key: str, sectors: Mapping[str, tuple[float, float]]) -> None:
@@ -171,7 +171,9 @@ def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
     if target.team is not None:
         checker.known(f"{key}.team", target.team, names.teams, what="team")
     if target.color is not None:
-        checker.known(f"{key}.color", target.color, names.colors, what="color: nobody has it")
+        if target.color not in names.colors:
+            remedy = f"give one that is there: {listed(map(repr, names.colors))}"
+            checker.wrong(f"{key}.color", f"is {target.color!r}, a color nobody has", remedy)
     if target.index and target.object is None:
         checker.wrong(f"{key}.index", "is given without an object", "leave it out, or give the object")
     if target.index:

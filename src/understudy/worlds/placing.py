@@ -114,9 +114,9 @@ class _Plan:
         row = self._row(key, obstacle, turned=0.0 if obstacle.points is not None else nan)
         row["solid"] = 1
         row["color"] = self.names.color(obstacle.color)
-        row["height"] = nan if obstacle.height is None else obstacle.height
         if obstacle.points is None:
             row["sort"], row["first"], row["radius"] = _space.DISC, self.discs, obstacle.radius or 0.0
+            row["height"] = 2.0 * row["radius"] if obstacle.height is None else obstacle.height
             self.discs += most
         else:
             corners = counter_clockwise(obstacle.points)
