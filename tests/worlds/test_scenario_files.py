@@ -157,12 +157,15 @@ def test_older_files_are_brought_up_to_date(monkeypatch: pytest.MonkeyPatch) -> 
 
 def read(content: str | bytes) -> None:
     """Either it is a scenario, or one error says what is wrong."""
+    scenario: Scenario | FileError
     try:
         scenario = parse_scenario(content)
     except FileError as error:
-        assert error.problem
-        assert error.remedy
-        assert "\n" not in str(error)
+        scenario = error
+    if isinstance(scenario, FileError):
+        assert scenario.problem
+        assert scenario.remedy
+        assert "\n" not in str(scenario)
     else:
         assert parse_scenario(dump_scenario(scenario)) == scenario
 

@@ -167,7 +167,7 @@ def _is_free(grid: Any, x: float, y: float, group: Any, segments: Records, first
                 if thing.slot >= 0 and thing.slot == group.near:
                     if thing.solid == 0:
                         continue
-                    apart = 0.0
+                    apart = -1e-9  # right at its rim is free, whatever rounding does
                 if thing.first < 0 and first < 0:
                     dx, dy = x - thing.x, y - thing.y
                     least = thing.radius + group.radius + apart

@@ -170,10 +170,9 @@ def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
             checker.known(f"{key}.{name}", getattr(target, name), names.classes, what="class of objects")
     if target.team is not None:
         checker.known(f"{key}.team", target.team, names.teams, what="team")
-    if target.color is not None:
-        if target.color not in names.colors:
-            remedy = f"give one that is there: {listed(map(repr, names.colors))}"
-            checker.wrong(f"{key}.color", f"is {target.color!r}, a color nobody has", remedy)
+    if target.color is not None and target.color not in names.colors:
+        remedy = f"give one that is there: {listed(map(repr, names.colors))}"
+        checker.wrong(f"{key}.color", f"is {target.color!r}, a color nobody has", remedy)
     if target.index and target.object is None:
         checker.wrong(f"{key}.index", "is given without an object", "leave it out, or give the object")
     if target.index:

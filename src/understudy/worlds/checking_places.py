@@ -25,6 +25,10 @@ DENSEST = pi / 12**0.5
 """The share of a plane that equal discs can cover."""
 
 
+CLOSE = 1e-9
+"""What rounding may do to a distance, m."""
+
+
 class Disc(NamedTuple):
     """Something round at a given place."""
 
@@ -107,7 +111,10 @@ def _check_shape(checker: Checker, key: str, obstacle: Obstacle) -> None:
         checker.wrong(f"{key}.points", f"has {len(obstacle.points)} points", "give at least 3")
     crossing = crossing_edges(obstacle.points)
     if crossing is not None:
-        problem = f"is a polygon whose edges {crossing[0]} and {crossing[1]} meet"
+        first, second = crossing
+        problem = f"is a polygon whose edges {first} and {second} meet"
+        if first == second:
+            problem = f"has the corner {first} twice in a row"
         checker.wrong(f"{key}.points", problem, "give its corners in order around it, each once")
 
 
@@ -161,7 +168,7 @@ def _check_placing(checker: Checker, key: str, placing: Placing, radius: float) 
                 checker.wrong(
                     f"{key}.at[{index}]",
                     f"has {len(place)} numbers",
-                    "give x and y, and a heading in degrees",
+                    "give x and y, then degrees if you like",
                 )
             _check_inside(checker, f"{key}.at[{index}]", place, radius if solid else 0.0)
     if placing.within is not None:
@@ -176,9 +183,9 @@ def _check_placing(checker: Checker, key: str, placing: Placing, radius: float) 
     if near.presence is not None or (not isinstance(near.at, tuple) and _fewest(near) < 1):
         remedy = "give that object a count of at least 1 and no presence"
         checker.wrong(f"{key}.near", f"is {placing.near!r}, which is not always there", remedy)
-    if (near.solid or near.pushable) and placing.near_m < radius + near.radius:
+    if (near.solid or near.pushable) and placing.near_m < radius + near.radius - CLOSE:
         problem = f"is {placing.near_m}, inside {placing.near!r}, which is solid"
-        checker.wrong(f"{key}.near_m", problem, f"give at least {radius + near.radius}")
+        checker.wrong(f"{key}.near_m", problem, f"give at least {radius + near.radius:g}")
 
 
 def _fewest(placing: Placing) -> int:
@@ -214,7 +221,7 @@ def _check_overlaps(checker: Checker) -> None:
         for near in ((column + dx, row + dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)):
             for before in grid.get(near, ()):
                 both_stay = stays and before.key.startswith("obstacles")
-                if not both_stay and dist(before[1:3], disc[1:3]) < before.radius + disc.radius:
+                if not both_stay and dist(before[1:3], disc[1:3]) < before.radius + disc.radius - CLOSE:
                     checker.wrong(disc.key, f"overlaps {before.key}", "give a free place")
         grid.setdefault((column, row), []).append(disc)
 

@@ -59,7 +59,9 @@ def _explain(document: Any, message: str) -> Mismatch:
     if match := re.fullmatch(r"Object contains unknown field `(.*)`", problem, re.DOTALL):
         return _unknown_key(sort, (*steps, match[1]), match[1])
     if match := re.fullmatch(r"Object missing required field `(.*)`", problem):
-        return Mismatch(spelled((*steps, match[1])), "is missing", f"give {match[1]!r}")
+        choices = [word for option in _options(sort) for word in _choices(option)]
+        remedy = suggestion("", choices, what="kind") if match[1] == "kind" else f"give {match[1]!r}"
+        return Mismatch(spelled((*steps, match[1])), "is missing", remedy)
     if problem.startswith("Invalid"):
         given = str(_walk(document, steps))
         at = _sort_at(document, steps[:-1]) if steps and steps[-1] == "kind" else sort

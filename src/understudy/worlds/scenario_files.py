@@ -99,6 +99,9 @@ def _table(content: str | bytes, path: Path | str) -> Document:
         ) from None
     except ValueError as error:
         problem, _, place = str(error).partition(" (at ")
+        if not place.startswith("line"):  # it ends too early, or holds a number with thousands of digits
+            lines = content.splitlines() or [""]
+            place = f"line {len(lines)}, column {len(lines[-1]) + 1}"
         raise FileError(
             path=path, place=place.rstrip(")"), problem=f"is no TOML: {problem}", remedy="correct it there"
         ) from None

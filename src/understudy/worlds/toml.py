@@ -20,6 +20,10 @@ LISTED = (("walls",), ("obstacles",), ("objects",), ("robots",), ("types", "*", 
 """Lists of tables with headings of their own."""
 
 
+ABOVE = tuple(opened[:-1] for opened in OPENED if opened[-1] == "*")
+"""Tables of nothing but tables with headings: they need none themselves."""
+
+
 def toml_text(document: Mapping[str, Any]) -> str:
     """A document's text."""
     return "\n".join(_lines(document, (), ())).strip() + "\n"
@@ -34,14 +38,23 @@ def _lines(table: Mapping[str, Any], keys: tuple[str, ...], path: tuple[str, ...
         heading = ".".join(map(_key, here))
         if at in OPENED and isinstance(value, Mapping):
             below += ["", f"[{heading}]", *_lines(value, here, at)]
-        elif at in LISTED and value:
+        elif at in LISTED and _are_tables(value):
             for part in value:
                 below += ["", f"[[{heading}]]", *_lines(part, here, at)]
-        elif any(opened[: len(at)] == at for opened in OPENED) and value:
+        elif at in ABOVE and isinstance(value, Mapping) and _are_tables(list(value.values())):
             below += _lines(value, here, at)
         else:
             lines.append(f"{_key(key)} = {_value(value)}")
     return lines + below
+
+
+def _are_tables(values: Any) -> bool:
+    """Whether this is a list of tables, and not an empty one."""
+    return (
+        isinstance(values, list | tuple)
+        and bool(values)
+        and all(isinstance(each, Mapping) for each in values)
+    )
 
 
 def _under(path: tuple[str, ...], key: str) -> tuple[str, ...]:
