@@ -13,7 +13,7 @@ from understudy.cli.parts import LIBRARY, WORLD, Bind, Json, KitName, Library, W
 if TYPE_CHECKING:
     from understudy.runtime.run import Run
     from understudy.worlds.forage import Forage
-    from understudy.worlds.forage_view import Frame
+    from understudy.worlds.view import Frame
 
 PICTURES = (".gif", ".png")
 FRAMES_PER_S = 12.0
@@ -98,10 +98,11 @@ def _ended(running: Run, body: Forage, seconds: float) -> bool:
 
 
 def _frame(running: Run, body: Forage) -> Frame:
-    from understudy.worlds.forage_view import Frame
+    from understudy.worlds.forage_view import from_forage
+    from understudy.worlds.view import Frame
 
     active = running.interpreters[0].active
-    return Frame(body.view(), active[0].state_name if active else "")
+    return Frame(from_forage(body.view()), (active[0].state_name if active else "",))
 
 
 def _record(running: Run, body: Forage, seconds: float) -> list[Frame]:

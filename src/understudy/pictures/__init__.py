@@ -1,4 +1,4 @@
-"""Pictures: a run as a path (PNG) or in motion (GIF), an automaton as a graph (SVG). All from plain data."""
+"""Pictures: a run as paths (PNG) or in motion (GIF), an automaton as a graph (SVG). All from plain data."""
 
 from understudy.pictures.graph import automaton_svg
 from understudy.pictures.motion import run_gif

@@ -1,28 +1,37 @@
-"""A foraging run in motion, as an animated GIF."""
+"""A run in motion, as an animated GIF: robots with trails where there are few, dots where there are many."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from io import BytesIO
-from itertools import pairwise
-from math import cos, sin
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from understudy.errors import SettingError
 from understudy.model.atomic import write
-from understudy.pictures.style import FAINT, FOOD, FOOD_GONE, GROUND, INK, PAPER, STATION, colors_for
-from understudy.worlds.forage_view import ForageView, Frame
+from understudy.pictures.caption import Caption
+from understudy.pictures.look import FEW, doings, own_colors, places, unit
+from understudy.pictures.pen import FINE, Pen
+from understudy.pictures.style import GROUND, INK, PAPER, blend, colors_for
+from understudy.worlds.view import Frame
 
 if TYPE_CHECKING:
     from PIL.Image import Image
-    from PIL.ImageDraw import ImageDraw
 
-WIDE, MARGIN, BELOW = 440, 14, 58  # pixels
-FINE = 2  # drawn so many times larger and then reduced, for smooth edges
+WIDE, TALL, LEAST, MARGIN = 440, 520, 300, 14
+"""Pixels: of the picture and its arena at most, of its caption at least, and around the arena."""
 MOST_FRAMES = 300
-TRAIL = 60  # frames
-COLORS = 64
+TRAIL = 60
+"""How many frames a robot's trail is long; of several robots they share it."""
+DISCS, TAILS = 60, 2000
+"""So many robots are drawn with their headings, more are dots; so many have tails that show where they came from."""
+TAIL, LEAST_DOT = 3, 1.4
+COLORS, SAMPLES, SAME = 128, 8, 6
+"""Colors of the palette, pictures that it is made of, and how close colors (of 255) are taken for one."""
 
 
 def run_gif(frames: Sequence[Frame], path: Path | str, *, speed: float = 8.0, per_s: float = 16.0) -> None:
@@ -34,14 +43,12 @@ def run_gif(frames: Sequence[Frame], path: Path | str, *, speed: float = 8.0, pe
         raise SettingError(where="GIF", setting="frames", problem="are none", remedy="record a run first")
     from PIL.Image import Dither
 
-    shown = _chosen(frames, speed / per_s)
-    colors = colors_for(frame.doing for frame in frames)
-    pictures = [_picture(shown[max(0, at - TRAIL) : at + 1], colors) for at in range(len(shown))]
-    palette = _palette(pictures, shown)
-    flat = [picture.quantize(palette=palette, dither=Dither.NONE) for picture in pictures]
-    times = [round(1000 / per_s / 10) * 10] * (len(flat) - 1) + [2500]  # the end stays a while
+    film = _Film(_chosen(frames, speed / per_s))
+    palette = film.palette()
+    flat = (film.picture(at).quantize(palette=palette, dither=Dither.NONE) for at in range(len(film.frames)))
+    times = [round(1000 / per_s / 10) * 10] * (len(film.frames) - 1) + [2500]  # the end stays a while
     drawn = BytesIO()
-    flat[0].save(drawn, "GIF", save_all=True, append_images=flat[1:], duration=times, loop=0)
+    next(flat).save(drawn, "GIF", save_all=True, append_images=flat, duration=times, loop=0)
     write(Path(path), drawn.getvalue())
 
 
@@ -57,68 +64,111 @@ def _chosen(frames: Sequence[Frame], every_s: float) -> list[Frame]:
     return [*chosen, frames[-1]]
 
 
-def _palette(pictures: Sequence[Image], frames: Sequence[Frame]) -> Image:
-    """One palette for all pictures, from the last one of each doing side by side."""
-    from PIL import Image
+class _Film:
+    """The pictures of a run; what stays is drawn once."""
 
-    last = {frame.doing: picture for frame, picture in zip(frames, pictures, strict=True)}
-    wide, tall = pictures[0].size
-    together = Image.new("RGB", (wide * len(last), tall))
-    for at, picture in enumerate(last.values()):
-        together.paste(picture, (at * wide, 0))
-    return together.quantize(COLORS)
+    def __init__(self, frames: Sequence[Frame]) -> None:
+        from PIL import Image
 
+        view = frames[-1].view
+        self.frames = frames
+        self._colors = colors_for(chain.from_iterable(frame.doing for frame in frames))
+        self._palette = list(self._colors.values())
+        self._faint = [blend(color, GROUND, 0.45) for color in self._palette]
+        self._doing = doings(frames, self._colors)
+        self._scale = FINE * min((WIDE - 2 * MARGIN) / view.width, TALL / view.height)
+        arena = view.width * self._scale, view.height * self._scale
+        wide = max(round(arena[0]) + 2 * FINE * MARGIN, FINE * LEAST)
+        self._corner = (wide - arena[0]) / 2, float(FINE * MARGIN)
+        under = round(self._corner[1] + arena[1])
+        self._caption = Caption(self._colors, frames, left=FINE * MARGIN, right=wide - FINE * MARGIN, top=under)
+        size = tuple(-(-side // FINE) * FINE for side in (wide, under + self._caption.tall))
+        self._blank = Image.new("RGB", size, PAPER)
+        self._pen(self._blank).fixed(view)
+        at, self._heading = places(frames)
+        self._places = self._pen(self._blank).all_at(at)
+        self._where = at
+        self._radius = np.maximum(view.robots.radius, 0.02 * unit(view)).tolist()
+        self._rims = [INK if color is None else color for color in own_colors(view)]
 
-class _Pen:
-    """Draws in meters: x to the right, y up."""
+    def picture(self, at: int) -> Image:
+        """The picture of a frame."""
+        image = self._blank.copy()
+        pen = self._pen(image)
+        pen.objects(self.frames[at].view)
+        robots = len(self._radius)
+        if robots <= FEW:
+            self._trails(pen, at, max(TRAIL // robots, 15), 2 * FINE, self._palette)
+        elif robots <= TAILS:
+            self._trails(pen, at, TAIL, FINE, self._faint)
+        if robots <= DISCS:
+            self._discs(pen, at)
+        else:
+            image = self._stamped(image, at)
+        self._caption.draw(self._pen(image).draw, at)
+        return image.reduce(FINE)
 
-    def __init__(self, draw: ImageDraw, view: ForageView) -> None:
-        self.draw, self.tall = draw, view.height
-        self.scale = FINE * (WIDE - 2 * MARGIN) / view.width
+    def palette(self) -> Image:
+        """One palette for all pictures, from some of them side by side."""
+        from PIL import Image
 
-    def at(self, x: float, y: float) -> tuple[float, float]:
-        return FINE * MARGIN + x * self.scale, FINE * MARGIN + (self.tall - y) * self.scale
+        last = {doing: at for at, row in enumerate(self._doing) for doing in set(row.tolist())}
+        spread = np.linspace(0, len(self.frames) - 1, SAMPLES).round().astype(int).tolist()
+        pictures = [self.picture(at) for at in sorted({*list(last.values())[:SAMPLES], *spread})]
+        wide, tall = pictures[0].size
+        together = Image.new("RGB", (wide * len(pictures), tall))
+        for at, picture in enumerate(pictures):
+            together.paste(picture, (at * wide, 0))
+        reduced = together.quantize(COLORS)
+        known = np.array(reduced.getpalette()).reshape(-1, 3)
+        for exact in self._rgb([*self._palette, INK, GROUND, PAPER]):  # what is close to these becomes them
+            far = np.abs(known - exact.astype(np.int64)).max(axis=1)
+            known[(far < SAME) | (far == far.min())] = exact
+        reduced.putpalette(known.reshape(-1).tolist())
+        return reduced
 
-    def circle(self, x: float, y: float, radius: float, fill: str | None, line: str | None = None) -> None:
-        (px, py), size = self.at(x, y), radius * self.scale
-        self.draw.ellipse((px - size, py - size, px + size, py + size), fill=fill, outline=line, width=FINE)
+    def _rgb(self, colors: Sequence[str]) -> NDArray[np.uint8]:
+        return np.array([tuple(bytes.fromhex(color[1:])) for color in colors], np.uint8)
 
+    def _pen(self, image: Image) -> Pen:
+        from PIL import ImageDraw
 
-def _picture(recent: Sequence[Frame], colors: dict[str, str]) -> Image:
-    from PIL import Image, ImageDraw
+        tall = self.frames[-1].view.height
+        return Pen(ImageDraw.Draw(image), tall=tall, scale=self._scale, corner=self._corner)
 
-    frame, view = recent[-1], recent[-1].view
-    tall = round(WIDE * view.height / view.width) + BELOW
-    image = Image.new("RGB", (FINE * WIDE, FINE * tall), PAPER)
-    pen = _Pen(ImageDraw.Draw(image), view)
-    pen.draw.rectangle(
-        (*pen.at(0, view.height), *pen.at(view.width, 0)), fill=GROUND, outline=INK, width=2 * FINE
-    )
-    for x, y, amount, at_first in view.sources:
-        pen.circle(x, y, view.reach, None, FOOD_GONE)
-        pen.circle(x, y, 0.1 * at_first**0.5, FOOD_GONE, FOOD)
-        pen.circle(x, y, 0.1 * amount**0.5, FOOD)
-    x, y = view.station
-    pen.circle(x, y, view.reach, None, FAINT)
-    pen.draw.rectangle((*pen.at(x - 0.24, y + 0.24), *pen.at(x + 0.24, y - 0.24)), fill=STATION)
-    for one, other in pairwise(recent):
-        way = [pen.at(one.view.x, one.view.y), pen.at(other.view.x, other.view.y)]
-        pen.draw.line(way, fill=colors[other.doing], width=2 * FINE)
-    pen.circle(view.x, view.y, view.radius + 0.05, colors[frame.doing], INK)
-    ahead = (view.x + view.radius * cos(view.heading), view.y + view.radius * sin(view.heading))
-    pen.draw.line([pen.at(view.x, view.y), pen.at(*ahead)], fill=PAPER, width=2 * FINE)
-    _caption(pen.draw, frame, FINE * tall, colors[frame.doing])
-    return image.reduce(FINE)
+    def _trails(self, pen: Pen, at: int, length: int, wide: int, palette: Sequence[str]) -> None:
+        """Where the robots came from lately, a line for each stretch of one doing."""
+        begin = max(0, at - length)
+        for robot in range(len(self._radius)):
+            way = self._places[begin : at + 1, robot].tolist()
+            does = self._doing[begin : at + 1, robot].tolist()
+            start = 0
+            for end in range(1, len(way)):
+                if end == len(way) - 1 or does[end + 1] != does[end]:
+                    points = [tuple(point) for point in way[start : end + 1]]
+                    pen.draw.line(points, fill=palette[does[end]], width=wide, joint="curve")
+                    start = end
 
+    def _discs(self, pen: Pen, at: int) -> None:
+        rows = zip(self._where[at].tolist(), self._heading[at].tolist(), self._doing[at].tolist(), strict=True)
+        for robot, ((x, y), heading, doing) in enumerate(rows):
+            colors = self._palette[doing], self._rims[robot], PAPER
+            pen.robot(x, y, heading, self._radius[robot] + 0.05 * unit(self.frames[at].view), colors)
 
-def _caption(draw: ImageDraw, frame: Frame, tall: int, color: str) -> None:
-    from PIL import ImageFont
+    def _stamped(self, image: Image, at: int) -> Image:
+        """The picture with a dot for each robot, all of one size at once."""
+        from PIL import Image as images
 
-    view, left = frame.view, FINE * MARGIN
-    large, small = ImageFont.load_default(size=17 * FINE), ImageFont.load_default(size=13 * FINE)
-    first, second = tall - FINE * (BELOW - 4), tall - FINE * (BELOW - 29)
-    draw.text((left, first), frame.doing, font=large, fill=color)
-    right = FINE * (WIDE - MARGIN)
-    draw.text((right, first), f"{view.time_s:.0f} s", font=large, fill=INK, anchor="ra")
-    carries = f"carries {view.stored} of {view.capacity}   ·   brought home {view.delivered}"
-    draw.text((left, second), carries, font=small, fill=FAINT)
+        pixels = np.array(image)
+        tall, wide, _ = pixels.shape
+        sizes = np.maximum(np.array(self._radius) * self._scale, LEAST_DOT * FINE)
+        paints = self._rgb(self._palette)
+        for size in np.unique(sizes):
+            rows = np.flatnonzero(sizes == size)
+            reach = np.arange(-int(size), int(size) + 1)
+            dx, dy = (grid[np.hypot(*np.meshgrid(reach, reach)) <= size] for grid in np.meshgrid(reach, reach))
+            center = self._places[at, rows].round().astype(np.int64)
+            x = np.clip(center[:, :1] + dx, 0, wide - 1)
+            y = np.clip(center[:, 1:] + dy, 0, tall - 1)
+            pixels[y, x] = paints[self._doing[at, rows]][:, None]
+        return images.fromarray(pixels)

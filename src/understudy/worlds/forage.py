@@ -22,9 +22,9 @@ from understudy.worlds import snapshots
 from understudy.worlds.forage_kit import CHANNELS, READINGS, kit
 from understudy.worlds.forage_places import lay_out
 from understudy.worlds.forage_settings import WHERE, ForageSettings, corner_cases, wrong
-from understudy.worlds.forage_view import ForageView, Frame, SourceView
+from understudy.worlds.forage_view import ForageView, SourceView
 
-__all__ = ["Forage", "ForageSettings", "ForageView", "Frame", "corner_cases", "kit"]
+__all__ = ["Forage", "ForageSettings", "ForageView", "corner_cases", "kit"]
 
 
 class Forage:

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
+from understudy.worlds.rules import Names
+from understudy.worlds.view import DiscsView, ObjectsView, RobotsView, WorldView
+
 
 class SourceView(NamedTuple):
     """One source of food, for drawing."""
@@ -32,8 +37,52 @@ class ForageView(NamedTuple):
     sources: tuple[SourceView, ...]
 
 
-class Frame(NamedTuple):
-    """A moment of a run: the world, and what its robot is doing (the name of a state or behavior)."""
+NAMES = Names(classes=("food", "station"), types=("forager",), colors=(), teams=("forager",))
+_NONE = np.full(1, -1)
+_ZERO = np.zeros(1, np.int64)
+_NO_DISCS = DiscsView(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0, np.int64))
+_NO_LINES = np.zeros((0, 4))
+_SOURCE_M, _STATION_M = 0.1, 0.24
 
-    view: ForageView
-    doing: str
+
+def from_forage(view: ForageView) -> WorldView:
+    """The same world as any world's view."""
+    x, y, amount, at_first = zip(*view.sources, strict=True) if view.sources else ((), (), (), ())
+    food = np.arange(len(x) + 1) < len(x)
+    solid = np.zeros(len(food), np.bool_)
+    robots = RobotsView(
+        *(np.array([value]) for value in (view.x, view.y, view.heading, view.radius, view.reach)),
+        color=_NONE,
+        team=_ZERO,
+        type=_ZERO,
+        **{name: np.array([getattr(view, name)]) for name in ("stored", "capacity", "delivered")},
+        frozen=np.zeros(1, np.bool_),
+    )
+    objects = ObjectsView(
+        slot=np.arange(len(food)),
+        kind=np.where(food, 0, 1),
+        x=np.array([*x, view.station[0]]),
+        y=np.array([*y, view.station[1]]),
+        radius=np.where(food, _SOURCE_M, _STATION_M),
+        color=np.full(len(food), -1),
+        amount=np.array([*amount, 0], np.int64),
+        at_first=np.array([*at_first, 0], np.int64),
+        food=food,
+        home=~food,
+        solid=solid,
+        pushable=solid,
+    )
+    return WorldView(
+        view.width, view.height, view.time_s, robots, objects, _NO_DISCS, _NO_LINES, _NO_LINES, NAMES
+    )
+
+
+def place_of(view: ForageView, target: str) -> tuple[float, float] | None:
+    """Where a target is now; None where there is none."""
+    if target == "station":
+        return view.station
+    food = [source for source in view.sources if source.amount]
+    if target != "nearest_food" or not food:
+        return None
+    nearest = min(food, key=lambda source: (source.x - view.x) ** 2 + (source.y - view.y) ** 2)
+    return nearest.x, nearest.y

@@ -18,7 +18,8 @@ from understudy.training.demonstrators.teacher import Teacher, Teaching
 from understudy.worlds.catalog import CATALOG
 from understudy.worlds.forage import Forage, corner_cases, kit
 from understudy.worlds.forage_settings import practices
-from understudy.worlds.forage_view import Frame
+from understudy.worlds.forage_view import from_forage
+from understudy.worlds.view import Frame
 
 WORLDS = 100
 CORNER_WORLDS = 20
@@ -82,10 +83,10 @@ def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[Fr
     run = Run.of(body, link(library, "forage"))
     frames: list[Frame] = []
     while not body.success()[0] and body.time_s < limit_s:
-        view = body.view()
+        view = from_forage(body.view())
         run.tick()
-        frames.append(Frame(view, run.interpreters[0].path[0]))
-    return [*frames, Frame(body.view(), frames[-1].doing if frames else "")]
+        frames.append(Frame(view, (run.interpreters[0].path[0],)))
+    return [*frames, Frame(from_forage(body.view()), frames[-1].doing if frames else ("",))]
 
 
 def summary(judged: Judged) -> dict[str, Any]:

@@ -1,0 +1,76 @@
+"""What is written under a moving picture: the time, and what is being done - in words, or counted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from understudy.pictures.look import grouped, total
+from understudy.pictures.pen import FINE
+from understudy.pictures.style import FAINT, INK
+from understudy.worlds.view import Frame, WorldView
+
+if TYPE_CHECKING:
+    from PIL.ImageDraw import ImageDraw
+
+LARGE, SMALL, DOT = 17 * FINE, 13 * FINE, 4 * FINE  # fine pixels
+FIRST, LINE, GAP = 6 * FINE, 25 * FINE, 11 * FINE
+
+
+class Caption:
+    """The caption of a run, between two edges and under `top` (fine pixels). Every doing has a fixed place."""
+
+    def __init__(
+        self, colors: Mapping[str, str], frames: Sequence[Frame], *, left: int, right: int, top: int
+    ) -> None:
+        from PIL import ImageFont
+
+        self._colors, self._frames = colors, frames
+        self._left, self._right, self._top = left, right, top
+        self._large, self._small = ImageFont.load_default(size=LARGE), ImageFont.load_default(size=SMALL)
+        self._alone = len(frames[-1].doing) == 1
+        self._feeds = bool(frames[-1].view.robots.capacity.any()) and total(frames[-1].view) > 0
+        self._places = {} if self._alone else self._laid_out()
+        lines = int(self._feeds) if self._alone else max(line for _, line in self._places.values())
+        self.tall = FIRST + LINE * (lines + 1) + 4 * FINE
+
+    def draw(self, draw: ImageDraw, at: int) -> None:
+        """Write what holds in a frame."""
+        view, doing = self._frames[at].view, self._frames[at].doing
+        draw.text((self._right, self._top + FIRST), f"{view.time_s:.0f} s", font=self._large, fill=INK, anchor="ra")
+        if self._alone:
+            first = (self._left, self._top + FIRST)
+            draw.text(first, doing[0], font=self._large, fill=self._colors[doing[0]])
+            if self._feeds:
+                draw.text((self._left, self._top + FIRST + LINE), _carries(view), font=self._small, fill=FAINT)
+            return
+        brought = f"   ·   {int(view.robots.delivered.sum())} of {total(view)} units home" if self._feeds else ""
+        crew = f"{grouped(len(doing))} robots{brought}"
+        draw.text((self._left, self._top + FIRST + 2 * FINE), crew, font=self._small, fill=INK)
+        counts = Counter(doing)
+        for name, (x, line) in self._places.items():
+            y = self._top + FIRST + LINE * line + SMALL / 2 + 2 * FINE
+            color = self._colors[name]
+            draw.ellipse((x, y - DOT, x + 2 * DOT, y + DOT), fill=color)
+            text = f"{name or 'idle'} {grouped(counts[name])}"
+            draw.text((x + 3 * DOT, y), text, font=self._small, fill=color if counts[name] else FAINT, anchor="lm")
+
+    def _laid_out(self) -> dict[str, tuple[float, int]]:
+        """Where each doing stands: its left edge and its line, room left for the largest count."""
+        placed, x, line = {}, float(self._left), 1
+        most = grouped(len(self._frames[-1].doing))
+        for name in self._colors:
+            wide = 3 * DOT + self._small.getlength(f"{name or 'idle'} {most}")
+            if x > self._left and x + wide > self._right:
+                x, line = float(self._left), line + 1
+            placed[name] = (x, line)
+            x += wide + GAP
+        return placed
+
+
+def _carries(view: WorldView) -> str:
+    stored, capacity, delivered = (
+        int(column[0]) for column in (view.robots.stored, view.robots.capacity, view.robots.delivered)
+    )
+    return f"carries {stored} of {capacity}   ·   brought home {delivered}"
