@@ -1,4 +1,3 @@
-<<<<<<< HEAD
 """Whether a scenario can be: whatever is impossible or senseless in it is one error that names the key.
 
 `check` looks at types first, then numbers, names, and places. A world that passes may still turn out too crowded
@@ -33,7 +32,3 @@ def _check_types(checker: Checker) -> None:
     found = convert(plain)
     if isinstance(found, Mismatch):
         checker.wrong(*found)
-=======
-"""Stand-in."""
-def check(scenario): pass
->>>>>>> main

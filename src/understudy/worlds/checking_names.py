@@ -7,12 +7,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from understudy.errors import listed
-<<<<<<< HEAD
 from understudy.model.kinds import Categorical
 from understudy.worlds.checker import Checker
-=======
-from understudy.worlds.checking import Checker
->>>>>>> main
 from understudy.worlds.kits import (
     CARRYING,
     MOVING,
@@ -36,11 +32,7 @@ from understudy.worlds.scenario import (
     TargetOf,
 )
 
-<<<<<<< HEAD
 NAME = re.compile(r"\w(?:[\w -]{0,58}\w)?")
-=======
-_NAME = re.compile(r"\w(?:[\w -]{0,58}\w)?")
->>>>>>> main
 _REFERENCES = ("nearest", "object", "team", "robot", "color")
 
 
@@ -56,11 +48,7 @@ def check(checker: Checker) -> None:
         _check_behaviors(checker, f"types.{name}.behaviors", kind)
     for name, target in scenario.targets.items():
         _check_target(checker, f"targets.{name}", target)
-<<<<<<< HEAD
     features = [feature.name for feature in features_of(scenario)] + [own.name for own in OWN_FEATURES]
-=======
-    features = [feature.name for feature in (*features_of(scenario), *OWN_FEATURES)]
->>>>>>> main
     for name in features:
         if features.count(name) > 1:
             key = f"features.{name}" if name in scenario.features else _sensor_reading(scenario, name)
@@ -104,11 +92,7 @@ def _check_spelling(checker: Checker) -> None:
             elif isinstance(sensor, Chance | Since):
                 spelled.append((f"{key}.name", sensor.name))
     for key, name in spelled:
-<<<<<<< HEAD
         if not NAME.fullmatch(name):
-=======
-        if not _NAME.fullmatch(name):
->>>>>>> main
             remedy = "give up to 60 letters, digits, _, - and spaces inside"
             checker.wrong(key, f"has {name!r:.80}, which is no name", remedy)
         if name == MOUSE and key.startswith("objects"):
@@ -141,20 +125,12 @@ def _check_sensors(checker: Checker, key: str, kind: RobotType) -> None:
         reading.name
         for index, reading in readings_of_type(kind)
         if not isinstance(kind.sensors[index], Since)
-<<<<<<< HEAD
         and (reading.of_targets or isinstance(reading.kind, Categorical))
-=======
-        and (reading.of_targets or str(reading.kind).startswith("categ"))
->>>>>>> main
     ]
     for index, sensor in enumerate(kind.sensors):
         if isinstance(sensor, Since):
             at = f"{key}.sensors[{index}].of"
-<<<<<<< HEAD
             checker.known(at, sensor.of, timed, what="reading of a target, or one that is yes or no")
-=======
-            checker.known(at, sensor.of, timed, what="reading that can be absent or no")
->>>>>>> main
 
 
 def _check_sectors(checker: Checker, key: str, sectors: Mapping[str, tuple[float, float]]) -> None:
@@ -194,14 +170,9 @@ def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
             checker.known(f"{key}.{name}", getattr(target, name), names.classes, what="class of objects")
     if target.team is not None:
         checker.known(f"{key}.team", target.team, names.teams, what="team")
-<<<<<<< HEAD
     if target.color is not None and target.color not in names.colors:
         remedy = f"give one that is there: {listed(map(repr, names.colors))}"
         checker.wrong(f"{key}.color", f"is {target.color!r}, a color nobody has", remedy)
-=======
-    if target.color is not None:
-        checker.known(f"{key}.color", target.color, names.colors, what="color: nobody has it")
->>>>>>> main
     if target.index and target.object is None:
         checker.wrong(f"{key}.index", "is given without an object", "leave it out, or give the object")
     if target.index:

@@ -8,11 +8,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-<<<<<<< HEAD
 from understudy.worlds.checker import Checker
-=======
-from understudy.worlds.checking import Checker
->>>>>>> main
 from understudy.worlds.scenario import (
     Camera,
     Capture,
@@ -52,17 +48,11 @@ POSITIVE = Limit(lambda number: number > 0, "a number above 0")
 NOT_NEGATIVE = Limit(lambda number: number >= 0, "0 or more")
 AT_LEAST_1 = Limit(lambda number: number >= 1, "1 or more")
 CHANCE = Limit(lambda number: 0 <= number <= 1, "a probability from 0 to 1")
-<<<<<<< HEAD
 VIEW = Limit(lambda number: 0 < number < 180, "more than 0 and less than 180 degrees")
 THINGS = Limit(
     lambda number: 0 <= number <= MOST_THINGS, f"a number from 0 to {MOST_THINGS:,}".replace(",", " ")
 )
 PIXELS = Limit(lambda number: 1 <= number <= 100_000, "1 to 100 000 pixels")
-=======
-VIEW = Limit(lambda number: 0 < number < 180, "an angle above 0 and below 180 degrees")
-THINGS = Limit(lambda number: 0 <= number <= MOST_THINGS, f"from 0 to {MOST_THINGS:,}".replace(",", " "))
-PIXELS = Limit(lambda number: 1 <= number <= 100_000, "from 1 to 100 000 pixels")
->>>>>>> main
 
 LIMITS: Mapping[type[Part], Mapping[str, Limit]] = {
     Scenario: {"size": POSITIVE, "tick_s": POSITIVE, "limit_s": POSITIVE, "spare_objects": THINGS},
@@ -163,11 +153,7 @@ def _leaves(value: Any, key: str) -> Iterator[tuple[Any, str]]:
 def _check_number(checker: Checker, key: str, number: float, limit: Limit | None) -> None:
     if not isfinite(number) or abs(number) > MOST:
         remedy = f"give {limit.words}" if limit else "give a finite number"
-<<<<<<< HEAD
         checker.wrong(key, f"is {number}", f"{remedy}{', at most 1e9' * (abs(number) > MOST)}")
-=======
-        checker.wrong(key, f"is {number}", f"{remedy}, at most a thousand million")
->>>>>>> main
     if limit is not None and not limit.holds(number):
         checker.wrong(key, f"is {number}", f"give {limit.words}")
 
