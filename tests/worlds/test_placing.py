@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from understudy.errors import SettingError
+from understudy.worlds import _draw_kernels as draws
 from understudy.worlds import _space_kernels as space
 from understudy.worlds.checking import check
 from understudy.worlds.draws import uniform, whole
@@ -212,7 +213,7 @@ def test_draws_are_those_of_the_key() -> None:
     for seed, item, tick, stream in ((0, 0, 0, 0), (5, 9, 77, 65_540), (2**63 - 1, 2**31, 1, 3)):
         column = np.array([seed], np.int64)
         drawn = uniform(column, item=item, tick=tick, stream=stream)[0]
-        assert space.draw(seed, item, tick, stream) == drawn
+        assert draws.uniform(seed, item, tick, stream) == drawn
         assert space.draw_whole(2, 9, drawn) == whole(column, 2, 9, item=item, tick=tick, stream=stream)[0]
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from understudy.errors import SettingError
+from understudy.worlds import _crowd_kernels as _crowd
 from understudy.worlds import _placing_kernels as _kernels
 from understudy.worlds import _space_kernels as _space
 from understudy.worlds.draws import Seeds
@@ -80,7 +81,7 @@ class _Plan:
             robots = self._robots(f"robots[{index}]", robots, group)
         order = in_order(self.rows)
         self.keys = [self.keys[index] for index in order]
-        self.groups = np.array([self.rows[index] for index in order], _kernels.GROUP).reshape(-1)
+        self.groups = np.array([self.rows[index] for index in order], _crowd.GROUP).reshape(-1)
         self.places = np.array(self._places, np.float64).reshape(-1, 3)
         self.corners = np.array(self._corners, np.float64).reshape(-1, 2)
 
@@ -148,7 +149,7 @@ class _Plan:
         return first + count
 
     def _row(self, key: str, placing: Placing, *, turned: float = nan) -> Records:
-        row: Records = np.zeros(1, _kernels.GROUP)[0]
+        row: Records = np.zeros(1, _crowd.GROUP)[0]
         row["apart"], row["near_m"] = placing.apart, placing.near_m
         row["x0"], row["y0"], row["x1"], row["y1"] = box_of(self.scenario, placing.within)
         region = self.scenario.regions.get(placing.within or "")
