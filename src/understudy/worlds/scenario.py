@@ -159,8 +159,12 @@ class Camera(Measuring, frozen=True, kw_only=True, tag="camera", tag_field="kind
 
 
 class Locator(Measuring, frozen=True, kw_only=True, tag="locator", tag_field="kind"):
-    """Readings `range` and `bearing` of a target, center to center, through everything, up to `range`."""
+    """Readings `range` and `bearing` of a target, center to center, through everything, up to `range`.
 
+    Of all targets but those that another locator of the type names, or of the `targets` it names itself.
+    """
+
+    targets: tuple[str, ...] | None = None
     range: float | None = None
     noise_range: float = 0.0
     noise_deg: float = 0.0
