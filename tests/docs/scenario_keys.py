@@ -238,6 +238,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
     Locator: (
         '`kind = "locator"` reads `range` (m) and `bearing` (rad) of a target, through everything',
         {
+            "targets": ("", "of which targets; if left out, of all that no other locator of the type names"),
             "range": ("m", "how far it reaches; any distance if left out"),
             "noise_range": ("m", "standard deviation"),
             "noise_deg": ("°", "standard deviation"),

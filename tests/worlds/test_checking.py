@@ -14,6 +14,7 @@ from understudy.errors import FileError, SettingError
 from understudy.worlds.checking import check
 from understudy.worlds.scenario import (
     Goal,
+    Locator,
     Objects,
     Obstacle,
     Presence,
@@ -69,6 +70,8 @@ home = { object = "home" }
 """
 
 Steps = tuple[str | int, ...]
+
+TWO_LOCATORS = [{"kind": "locator"}, {"kind": "locator", "range": 2}]
 
 # where in the good one, what stands there instead, the key that is named, words of the error
 BROKEN: list[tuple[Steps, Any, str, str]] = [
@@ -155,6 +158,25 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
     (("types", "rover", "behaviors", "go", "fly"), 1, "types.rover.behaviors.go.fly", "'drive', 'turn'"),
     (("types", "rover", "behaviors", "go", "drive"), 2, "types.rover.behaviors.go.drive", "from -1 to 1"),
     (("types", "rover", "behaviors", "go", "drive"), inf, "types.rover.behaviors.go.drive", "finite"),
+    (("types", "rover", "sensors"), TWO_LOCATORS, "types.rover.sensors[1]", "as does sensors[0]"),
+    (
+        ("types", "rover", "sensors", 1),
+        {"kind": "locator", "targets": ["hom"]},
+        "types.rover.sensors[1].targets",
+        "did you mean 'home'",
+    ),
+    (
+        ("types", "rover", "sensors", 1),
+        {"kind": "locator", "targets": ["home", "home"]},
+        "types.rover.sensors[1]",
+        "the target 'home'",
+    ),
+    (
+        ("types", "rover", "sensors", 1),
+        {"kind": "locator", "targets": []},
+        "types.rover.sensors[1].targets",
+        "empty",
+    ),
     (("targets", "home"), {}, "targets.home", "exactly one"),
     (("targets", "home"), {"object": "home", "color": "red"}, "targets.home", "exactly one"),
     (("targets", "home", "object"), "hone", "targets.home.object", "did you mean 'home'"),
@@ -354,6 +376,9 @@ def test_what_may_be() -> None:
         objects=(Objects(name="nothing", count=0, radius=0.0),),
     )
     check(odd)
+    near = Locator(range=4.0, targets=("mate",))
+    two_locators = {"rover": RobotType(sensors=(Locator(), near))}
+    check(replace(PLAIN, types=two_locators, targets={"mate": TargetOf(robot="any")}))
 
 
 def test_many_given_places_are_checked_quickly() -> None:

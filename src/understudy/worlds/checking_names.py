@@ -24,6 +24,7 @@ from understudy.worlds.scenario import (
     Bumper,
     Chance,
     Goal,
+    Locator,
     Objects,
     RobotType,
     Scenario,
@@ -116,8 +117,10 @@ def _check_sensors(checker: Checker, key: str, kind: RobotType) -> None:
             _check_sectors(checker, f"{at}.sectors", sensor.sectors)
         if isinstance(sensor, Sonar) and not sensor.sees:
             checker.wrong(f"{at}.sees", "is empty", "give what reflects: walls, obstacles, robots")
+    _check_locators(checker, key, kind)
     for index, reading in readings_of_type(kind):
-        if reading.name in read:
+        both = (kind.sensors[index], kind.sensors[read.get(reading.name, index)])
+        if reading.name in read and not all(isinstance(sensor, Locator) for sensor in both):
             problem = f"reads {reading.name!r}, as does sensors[{read[reading.name]}]"
             checker.wrong(f"{key}.sensors[{index}]", problem, "rename one of the two, or leave it out")
         read[reading.name] = index
@@ -131,6 +134,25 @@ def _check_sensors(checker: Checker, key: str, kind: RobotType) -> None:
         if isinstance(sensor, Since):
             at = f"{key}.sensors[{index}].of"
             checker.known(at, sensor.of, timed, what="reading of a target, or one that is yes or no")
+
+
+def _check_locators(checker: Checker, key: str, kind: RobotType) -> None:
+    """Several locators share the targets: none is of two, and one at most of all the rest."""
+    taken: dict[str | None, int] = {}
+    for index, sensor in enumerate(kind.sensors):
+        if not isinstance(sensor, Locator):
+            continue
+        at = f"{key}.sensors[{index}]"
+        if sensor.targets is not None and not sensor.targets:
+            checker.wrong(f"{at}.targets", "is empty", "leave it out for all targets, or name some")
+        for target in sensor.targets or (None,):
+            if target is not None:
+                checker.known(f"{at}.targets", target, checker.scenario.targets, what="target")
+            if target in taken:
+                what = "all targets" if target is None else f"the target {target!r}"
+                remedy = "give one of them other `targets`, or leave it out"
+                checker.wrong(at, f"reads the range of {what}, as does sensors[{taken[target]}]", remedy)
+            taken[target] = index
 
 
 def _check_sectors(checker: Checker, key: str, sectors: Mapping[str, tuple[float, float]]) -> None:
