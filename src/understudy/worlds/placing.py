@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import hypot, nan, radians, sqrt
 from typing import Any
@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from understudy.errors import SettingError
+from understudy.worlds import _crowd_kernels as _crowd
 from understudy.worlds import _placing_kernels as _kernels
 from understudy.worlds import _space_kernels as _space
 from understudy.worlds.draws import Seeds
-from understudy.worlds.rules import Names, box_of, most_of, names_of, robot_count
+from understudy.worlds.geometry import counter_clockwise, wall_segments
+from understudy.worlds.rules import Names, box_of, least_and_most, most_of, names_of, robot_count
 from understudy.worlds.scenario import Objects, Obstacle, Placing, Point, Robots, Scenario
 from understudy.worlds.state import DISC, OBJECT, ROBOT, SEGMENT, Records, Rules, State
 
@@ -54,20 +56,6 @@ def _full(scenario: Scenario, key: str, thing: int, seed: int) -> SettingError:
     )
 
 
-def counter_clockwise(points: Sequence[Point]) -> Sequence[Point]:
-    """The corners of a polygon in counter-clockwise order."""
-    around = zip(points, (*points[1:], points[0]), strict=True)
-    area = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in around)
-    return points if area > 0 else tuple(reversed(points))
-
-
-def wall_segments(scenario: Scenario) -> Iterator[tuple[Point, Point]]:
-    """The pieces of all inner walls."""
-    for wall in scenario.walls:
-        ends = (*wall.points[1:], wall.points[0]) if wall.closed else wall.points[1:]
-        yield from zip(wall.points, ends, strict=False)
-
-
 @dataclass
 class _Plan:
     """What is to be placed, as arrays for the kernel: fixed places first, then what is drawn."""
@@ -93,7 +81,7 @@ class _Plan:
             robots = self._robots(f"robots[{index}]", robots, group)
         order = in_order(self.rows)
         self.keys = [self.keys[index] for index in order]
-        self.groups = np.array([self.rows[index] for index in order], _kernels.GROUP).reshape(-1)
+        self.groups = np.array([self.rows[index] for index in order], _crowd.GROUP).reshape(-1)
         self.places = np.array(self._places, np.float64).reshape(-1, 3)
         self.corners = np.array(self._corners, np.float64).reshape(-1, 2)
 
@@ -127,9 +115,9 @@ class _Plan:
         row = self._row(key, obstacle, turned=0.0 if obstacle.points is not None else nan)
         row["solid"] = 1
         row["color"] = self.names.color(obstacle.color)
-        row["height"] = nan if obstacle.height is None else obstacle.height
         if obstacle.points is None:
             row["sort"], row["first"], row["radius"] = _space.DISC, self.discs, obstacle.radius or 0.0
+            row["height"] = 2.0 * row["radius"] if obstacle.height is None else obstacle.height
             self.discs += most
         else:
             corners = counter_clockwise(obstacle.points)
@@ -161,7 +149,7 @@ class _Plan:
         return first + count
 
     def _row(self, key: str, placing: Placing, *, turned: float = nan) -> Records:
-        row: Records = np.zeros(1, _kernels.GROUP)[0]
+        row: Records = np.zeros(1, _crowd.GROUP)[0]
         row["apart"], row["near_m"] = placing.apart, placing.near_m
         row["x0"], row["y0"], row["x1"], row["y1"] = box_of(self.scenario, placing.within)
         region = self.scenario.regions.get(placing.within or "")
@@ -181,11 +169,6 @@ class _Plan:
         self.keys.append(key)
         self.rows.append(row)
         return row
-
-
-def least_and_most(count: int | tuple[int, int]) -> tuple[int, int]:
-    """A count as (least, most)."""
-    return (count, count) if isinstance(count, int) else count
 
 
 def in_order(rows: Sequence[Any]) -> list[int]:

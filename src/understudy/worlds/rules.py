@@ -89,6 +89,11 @@ def most_of(thing: Placing) -> int:
     return thing.count if isinstance(thing.count, int) else 1
 
 
+def least_and_most(count: int | tuple[int, int]) -> tuple[int, int]:
+    """A count as (least, most)."""
+    return (count, count) if isinstance(count, int) else count
+
+
 def _distinct(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 

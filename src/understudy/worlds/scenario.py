@@ -43,9 +43,9 @@ class Wall(Part, frozen=True, kw_only=True):
 class Placing(Part, frozen=True, kw_only=True):
     """Where things are: `at` these places, or `count` of them at random, free of everything placed before.
 
-    A place is (x, y), or (x, y, heading in degrees). `within` names the region of the centers of the random ones;
-    `apart` (m) is the free space around each, beside its radius. `near` names a class of objects: they are beside
-    its first one, `near_m` from center to center, on the side of the arena's center; 0 is right there.
+    A place is (x, y), or (x, y, how far it is turned in degrees). `within` names the region of the centers of the
+    random ones; `apart` (m) is the free space around each, beside its radius. `near` names a class of objects: they
+    are beside its first one, `near_m` from center to center, on the side of the arena's center; 0 is right there.
     """
 
     count: Count | UnsetType = UNSET
@@ -57,7 +57,10 @@ class Placing(Part, frozen=True, kw_only=True):
 
 
 class Obstacle(Placing, frozen=True, kw_only=True):
-    """Something solid that stays: round (`radius`), or a polygon (`points` around its place, turned at random)."""
+    """Something solid that stays: round (`radius`), or a polygon (`points` around its place, turned at random).
+
+    Cameras see the `color` of round ones, `height` high (2 radii if left out); that of a polygon is for pictures.
+    """
 
     radius: float | None = None
     points: tuple[Point, ...] | None = None

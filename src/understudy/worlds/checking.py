@@ -1,0 +1,34 @@
+"""Whether a scenario can be: whatever is impossible or senseless in it is one error that names the key.
+
+`check` looks at types first, then numbers, names, and places. A world that passes may still turn out too crowded
+while it is laid out, which depends on its seed.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+from understudy.worlds import checking_names, checking_numbers, checking_places
+from understudy.worlds.checker import Checker
+from understudy.worlds.mismatch import Mismatch, convert
+from understudy.worlds.scenario import Scenario
+
+
+def check(scenario: Scenario) -> None:
+    """SettingError where a scenario is impossible or makes no sense."""
+    checker = Checker(scenario)
+    _check_types(checker)
+    checking_numbers.check(checker)
+    checking_names.check(checker)
+    checking_places.check(checker)
+
+
+def _check_types(checker: Checker) -> None:
+    """A scenario built in Python may hold anything: it is held to what a file may hold."""
+    try:
+        plain = msgspec.to_builtins(checker.scenario)
+    except (TypeError, ValueError, OverflowError) as error:
+        checker.wrong("scenario", f"cannot be: {error}", "give plain numbers, texts, tuples and mappings")
+    found = convert(plain)
+    if isinstance(found, Mismatch):
+        checker.wrong(*found)

@@ -1,0 +1,80 @@
+"""Plain values as TOML text that people can read: tables opened where they are large, on one line where small."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Any
+
+OPENED = (
+    ("types", "*"),
+    ("types", "*", "behaviors"),
+    ("regions",),
+    ("targets",),
+    ("features",),
+    ("goal",),
+)
+"""Tables with a heading of their own; `*` is any key."""
+LISTED = (("walls",), ("obstacles",), ("objects",), ("robots",), ("types", "*", "sensors"))
+"""Lists of tables with headings of their own."""
+
+
+ABOVE = tuple(opened[:-1] for opened in OPENED if opened[-1] == "*")
+"""Tables of nothing but tables with headings: they need none themselves."""
+
+
+def toml_text(document: Mapping[str, Any]) -> str:
+    """A document's text."""
+    return "\n".join(_lines(document, (), ())).strip() + "\n"
+
+
+def _lines(table: Mapping[str, Any], keys: tuple[str, ...], path: tuple[str, ...]) -> list[str]:
+    """A table's lines: what stands on one line first, then tables and lists of tables with headings."""
+    lines: list[str] = []
+    below: list[str] = []
+    for key, value in table.items():
+        here, at = (*keys, key), _under(path, key)
+        heading = ".".join(map(_key, here))
+        if at in OPENED and isinstance(value, Mapping):
+            below += ["", f"[{heading}]", *_lines(value, here, at)]
+        elif at in LISTED and _are_tables(value):
+            for part in value:
+                below += ["", f"[[{heading}]]", *_lines(part, here, at)]
+        elif at in ABOVE and isinstance(value, Mapping) and _are_tables(list(value.values())):
+            below += _lines(value, here, at)
+        else:
+            lines.append(f"{_key(key)} = {_value(value)}")
+    return lines + below
+
+
+def _are_tables(values: Any) -> bool:
+    """Whether this is a list of tables, and not an empty one."""
+    return (
+        isinstance(values, list | tuple)
+        and bool(values)
+        and all(isinstance(each, Mapping) for each in values)
+    )
+
+
+def _under(path: tuple[str, ...], key: str) -> tuple[str, ...]:
+    known = (*path, key)
+    every = {opened[: len(known)] for opened in (*OPENED, *LISTED)}
+    return known if known in every else (*path, "*")
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value(key)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, Mapping):
+        inside = ", ".join(f"{_key(key)} = {_value(part)}" for key, part in value.items())
+        return f"{{ {inside} }}" if inside else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    return repr(value)

@@ -1,0 +1,39 @@
+"""The page on scenarios: its example is one, and its tables are those of the code."""
+
+from __future__ import annotations
+
+import tomllib
+
+import numpy as np
+from tests.docs.pages import blocks
+from tests.docs.renew import between
+from tests.docs.scenario_keys import KEYS, PAGE, PARTS, own_fields, table
+
+from understudy.worlds.kits import kit_of
+from understudy.worlds.placing import lay_out
+from understudy.worlds.rules import rules_of
+from understudy.worlds.scenario import Part
+from understudy.worlds.scenario_files import parse_scenario
+
+RENEW = "the keys changed; bring the page up to date with: python -m tests.docs.scenario_keys"
+
+
+def test_the_example_is_a_scenario() -> None:
+    (example,) = (block for block in blocks(PAGE) if block.language == "toml")
+    scenario = parse_scenario(example.text)
+    assert scenario.name == tomllib.loads(example.text)["name"]
+    kit_of(scenario)
+    lay_out(scenario, rules_of(scenario), np.arange(1000))
+
+
+def test_the_tables_are_those_of_the_code() -> None:
+    assert between(PAGE, KEYS) == table(), RENEW
+
+
+def test_every_key_is_described() -> None:
+    def sorts(part: type[Part]) -> list[type[Part]]:
+        return [part, *(sort for below in part.__subclasses__() for sort in sorts(below))]
+
+    assert set(PARTS) == set(sorts(Part)) - {Part}
+    for part, (_, rows) in PARTS.items():
+        assert list(rows) == [field.name for field in own_fields(part)]

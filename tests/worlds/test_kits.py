@@ -1,0 +1,182 @@
+"""What goes with a scenario: readings, channels, targets, the kit."""
+
+from __future__ import annotations
+
+from math import tau
+
+import pytest
+from msgspec.structs import replace
+
+from understudy.errors import SettingError
+from understudy.model.behavior import Command
+from understudy.model.feature import Feature, Flag, TimeInState
+from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
+from understudy.worlds.forage_kit import kit as forage_kit
+from understudy.worlds.kits import channels_of, kit_of, readings_of, targets_of
+from understudy.worlds.scenario import (
+    Bumper,
+    Camera,
+    Cargo,
+    Chance,
+    FeatureOf,
+    Locator,
+    Pose,
+    Robots,
+    RobotType,
+    Scenario,
+    Sensor,
+    Since,
+    Sonar,
+    Stuck,
+    TargetOf,
+)
+from understudy.worlds.scenario_files import builtin_scenarios, load_scenario
+
+
+def with_sensors(*sensors: Sensor) -> Scenario:
+    types = {"rover": RobotType(sensors=sensors)}
+    return Scenario(size=(9.0, 9.0), types=types, robots=(Robots(type="rover"),))
+
+
+LINE, CIRCLE = Continuous(), Toroidal(tau)
+SENSED: list[tuple[Sensor, list[tuple[str, object, str, bool]]]] = [  # name, kind, unit, of targets
+    (
+        Sonar(sectors={"ahead": (0.0, 0.0), "rear": (170.0, 190.0)}),
+        [("ahead", LINE, "m", False), ("rear", LINE, "m", False)],
+    ),
+    (Camera(), [("blob_x", LINE, "px", True), ("blob_size", LINE, "px", True)]),
+    (Locator(), [("range", LINE, "m", True), ("bearing", CIRCLE, "rad", True)]),
+    (
+        Pose(),
+        [
+            ("x", LINE, "m", False),
+            ("y", LINE, "m", False),
+            ("heading", CIRCLE, "rad", False),
+            ("speed", LINE, "m/s", False),
+            ("turning", LINE, "rad/s", False),
+        ],
+    ),
+    (Bumper(), [("bumper", BOOLEAN, "", False)]),
+    (Bumper(sectors={"nose": (-30.0, 30.0)}), [("nose", BOOLEAN, "", False)]),
+    (Stuck(), [("stuck", BOOLEAN, "", False)]),
+    (
+        Cargo(),
+        [
+            ("food_here", LINE, "units", False),
+            ("food_stored", LINE, "units", False),
+            ("food_left", BOOLEAN, "", False),
+            ("station_here", BOOLEAN, "", False),
+        ],
+    ),
+    (Chance(name="luck"), [("luck", LINE, "", False)]),
+]
+
+
+@pytest.mark.parametrize(("sensor", "readings"), SENSED, ids=lambda each: type(each).__name__)
+def test_readings_of_each_sensor(sensor: Sensor, readings: list[tuple[str, object, str, bool]]) -> None:
+    offered = readings_of(with_sensors(sensor))
+    assert [(each.name, each.kind, each.unit, each.of_targets) for each in offered] == readings
+    assert all(each.doc for each in offered)
+
+
+def test_time_since_a_blob_is_of_a_target_and_time_since_a_bump_is_not() -> None:
+    sensors = (Since(name="unseen", of="blob_x"), Camera(), Bumper(), Since(name="unhit", of="bumper"))
+    offered = {each.name: each for each in readings_of(with_sensors(*sensors))}
+    assert (offered["unseen"].of_targets, offered["unseen"].unit) == (True, "s")
+    assert (offered["unhit"].of_targets, offered["unhit"].unit) == (False, "s")
+
+
+def test_two_types_share_a_reading_and_a_behavior() -> None:
+    one = RobotType(sensors=(Locator(), Stuck()), behaviors={"go": {"drive": 1.0}})
+    other = RobotType(sensors=(Stuck(), Pose()), behaviors={"go": {"drive": 1.0}, "spin": {"turn": 1.0}})
+    scenario = replace(with_sensors(), types={"one": one, "other": other})
+    assert [each.name for each in readings_of(scenario)][:3] == ["range", "bearing", "stuck"]
+    assert list(kit_of(scenario).behaviors) == ["go", "spin"]
+
+
+def test_one_name_must_mean_one_command() -> None:
+    one, other = RobotType(behaviors={"go": {"drive": 1.0}}), RobotType(behaviors={"go": {"drive": 0.5}})
+    scenario = replace(with_sensors(), types={"one": one, "other": other})
+    with pytest.raises(SettingError, match=r"types\.other\.behaviors\.go"):
+        kit_of(scenario)
+
+
+def test_features_of_a_kit() -> None:
+    scenario = replace(
+        with_sensors(Locator(), Camera(), Stuck()),
+        features={
+            "wedged": FeatureOf(reading="stuck", doc="It got nowhere."),
+            "ball_x": FeatureOf(reading="blob_x"),
+            "ball_left": FeatureOf(reading="blob_x"),
+        },
+    )
+    kit = kit_of(scenario)
+    assert list(kit.features) == [
+        "distance_to", "angle_to", "ball_x", "ball_left", "blob_size", "wedged", "done", "failed", "time_in_state",
+    ]  # fmt: skip
+    assert kit.features["distance_to"] == Feature(
+        "distance_to", LINE, "range", of="A", unit="m", doc="How far the target is; absent if none."
+    )
+    assert kit.features["wedged"] == Feature("wedged", BOOLEAN, "stuck", doc="It got nowhere.")
+    assert kit.features["ball_x"].parameters == ("A",)
+    assert kit.features["done"] == Flag("done")
+    assert kit.features["time_in_state"] == TimeInState()
+
+
+def test_targets_and_their_words() -> None:
+    targets = {
+        "food": TargetOf(nearest="food"),
+        "third": TargetOf(object="food", index=2),
+        "mate": TargetOf(robot="teammate"),
+        "anyone": TargetOf(robot="any"),
+        "them": TargetOf(team="blues"),
+        "red": TargetOf(color="red"),
+        "told": TargetOf(color="red", doc="Whatever is hot."),
+    }
+    docs = [target.doc for target in targets_of(replace(with_sensors(), targets=targets))]
+    assert docs == [
+        "The nearest food.",
+        "The food, number 3.",
+        "The nearest teammate.",
+        "The nearest robot.",
+        "The nearest robot of the team blues.",
+        "Whatever is red.",
+        "Whatever is hot.",
+    ]
+
+
+def test_food_is_loaded_where_some_robot_carries_it() -> None:
+    plain = with_sensors()
+    assert [channel.name for channel in channels_of(plain)] == ["drive", "turn"]
+    carriers = replace(plain, types={**plain.types, "truck": RobotType(capacity=3)})
+    assert [channel.name for channel in channels_of(carriers)] == ["drive", "turn", "load", "unload"]
+
+
+def test_behaviors_say_what_they_do() -> None:
+    kit = kit_of(load_scenario("patrol"))
+    assert kit.behaviors["forwards"].command == Command(drive=1.0)
+    assert kit.behaviors["forwards"].doc == "Drive ahead."
+    assert kit.behaviors["stop"].doc == "Stand still."
+    assert kit_of(load_scenario("arena")).behaviors["veer_right"].doc == "Drive ahead, turn right."
+
+
+def test_foraging_comes_with_the_names_that_lessons_use() -> None:
+    """Lessons name features, behaviors and targets: those of today's kit are all there, of the same kinds."""
+    kit = kit_of(load_scenario("forage"))
+    for name, feature in forage_kit.features.items():
+        found = kit.features[name]
+        assert (found.kind, found.unit, found.parameters) == (feature.kind, feature.unit, feature.parameters)
+        assert getattr(found, "reading", None) == getattr(feature, "reading", None)
+    assert {name: each.command for name, each in kit.behaviors.items()} == {
+        name: each.command for name, each in forage_kit.behaviors.items()
+    }
+    assert set(kit.targets) == set(forage_kit.targets)
+
+
+@pytest.mark.parametrize("name", builtin_scenarios())
+def test_every_reading_of_a_built_in_scenario_is_a_feature(name: str) -> None:
+    scenario = load_scenario(name)
+    features = kit_of(scenario).features.values()
+    read = {feature.reading for feature in features if isinstance(feature, Feature)}
+    assert read == {reading.name for reading in readings_of(scenario)}
+    assert all(reading.doc for reading in readings_of(scenario))
