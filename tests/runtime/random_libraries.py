@@ -101,14 +101,6 @@ class Played:
         self.time_s += self.ticks_s[self.tick % len(self.ticks_s)]
         self.tick += 1
 
-    def again(self) -> Played:
-        """The same from the beginning."""
-        return Played(self.percepts, self.ticks_s, self.time_s - sum_of(self.ticks_s, self.tick))
-
-
-def sum_of(ticks_s: Sequence[float], ticks: int) -> float:
-    return sum(ticks_s[tick % len(ticks_s)] for tick in range(ticks))
-
 
 def played(random: Random, *, agents: int, ticks: int) -> Played:
     """A body with percepts of its own for that many ticks; its clock began at some time, and jitters."""
@@ -139,7 +131,7 @@ def random_library(random: Random, *, automata: int = 4, depth: int = 4) -> Libr
 
 def random_program(random: Random, library: Library) -> Program:
     """An automaton of the library, most likely the last, or a basic behavior, or idling; its parameters bound."""
-    if random.random() < 0.1:
+    if random.random() < 0.05:
         return IDLE_PROGRAM
     names = list(library.taught)
     name = random.choice([*names, *names[-1:] * 4 * len(names), "forward", "toward"])
@@ -195,14 +187,15 @@ def random_tree(
 ) -> Tree:
     """A tree over the features with every sort of node, which flags seldom end."""
     nodes: list[Node] = []
-    outcomes = [*range(len(states)), *(index for index, state in enumerate(states) if not state.flag)] * 2
+    lasting = [index for index, state in enumerate(states) if state.flag is None]
+    outcomes = [STAY, *range(len(states)), *lasting, *[1] * 4]
 
     def add(left: int) -> int:
         """The index of a node with `left` levels below it, or STAY: nothing was ever shown there."""
         if random.random() < 0.05 and nodes:
             return STAY
         at = len(nodes)
-        nodes.append(leaf(random.choice([STAY, *outcomes])))
+        nodes.append(leaf(random.choice(outcomes)))
         if left and features and random.random() < 0.85:
             nodes[at] = _node(random, features, lambda: add(left - 1))
         return at

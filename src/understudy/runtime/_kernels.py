@@ -133,9 +133,10 @@ def resume(
 ) -> int:
     """Go on with a pulse that waits at a level, given the next state's index or STAY; answers as `pulse`."""
     states, state = tables[1], stacks[1]
-    if following not in (STAY, state[agent, level]):
-        switch(agent, level, following, now, tables, stacks)
     current = state[agent, level]
+    if following != STAY and following != current:
+        current = following
+        switch(agent, level, current, now, tables, stacks)
     if states[current].child < 0:
         return int(states[current].basic)
     return descend(agent, level + 1, row, now, tables, stacks)
@@ -143,31 +144,37 @@ def resume(
 
 @bare
 def pulse_all(
-    rows: Floats, now: float, tables: Tables, stacks: Stacks, out_basic: Ints, first: int, stop: int
+    columns: Floats, now: float, tables: Tables, stacks: Stacks, out_basic: Ints, first: int, stop: int
 ) -> None:
-    """One tick of the agents from `first` up to `stop`, on feature vectors [N, F]."""
+    """One tick of the agents from `first` up to `stop`, on the columns of features [F, N]."""
     root = stacks[0]
     for agent in range(first, stop):  # as `pulse` does, without the call
         if root[agent] < 0:
             out_basic[agent] = -1 - root[agent]
         else:
-            out_basic[agent] = descend(agent, 0, rows[agent], now, tables, stacks)
+            out_basic[agent] = descend(agent, 0, columns[:, agent], now, tables, stacks)
 
 
 @bare
 def resume_all(
-    agents: Ints, following: Ints, rows: Floats, now: float, tables: Tables, stacks: Stacks, out_basic: Ints
+    agents: Ints,
+    following: Ints,
+    columns: Floats,
+    now: float,
+    tables: Tables,
+    stacks: Stacks,
+    out_basic: Ints,
 ) -> None:
     """Resume agents that wait, given the next state's index or STAY for each."""
     for index in range(len(agents)):
         agent = agents[index]
         level = -1 - out_basic[agent]
-        out_basic[agent] = resume(agent, level, following[index], rows[agent], now, tables, stacks)
+        out_basic[agent] = resume(agent, level, following[index], columns[:, agent], now, tables, stacks)
 
 
 @bare
 def vectors(
-    agents: Ints, basic: Ints, sources: Ints, rows: Floats, now: float, tables: Tables, stacks: Stacks,
+    agents: Ints, basic: Ints, sources: Ints, columns: Floats, now: float, tables: Tables, stacks: Stacks,
     out_values: Floats,
 ) -> None:  # fmt: skip
     """The feature vectors [n, K], from their sources [K], of n agents at the levels where they wait."""
@@ -177,7 +184,7 @@ def vectors(
         for position in range(len(sources)):
             source = sources[position]
             out_values[index, position] = (
-                rows[agent, source] if source >= 0 else own(source, agent, level, now, tables, stacks)
+                columns[source, agent] if source >= 0 else own(source, agent, level, now, tables, stacks)
             )
 
 

@@ -95,18 +95,18 @@ class Engine:
 
     def decide(self, percept: Percept, each: Each = map, *, parts: int = 1) -> dict[str, Column]:
         """Pulse every agent on one snapshot; the commands of all."""
-        rows, now = self._sensing.columns(percept).T, float(self.body.time_s)
+        columns, now = self._sensing.columns(percept), float(self.body.time_s)
         cuts = np.linspace(0, self.body.agents, parts + 1).astype(int).tolist()
 
         def pulse(part: tuple[int, int]) -> None:
-            _kernels.pulse_all(rows, now, self.compiled.tables, self.stacks, self.running, *part)
+            _kernels.pulse_all(columns, now, self.compiled.tables, self.stacks, self.running, *part)
 
         list(each(pulse, pairwise(cuts)))
         if self.slow:
-            self._ask(rows, now)
+            self._ask(columns, now)
         return dict(zip(self._channels, self._acting.commands(self.running, percept), strict=True))
 
-    def _ask(self, rows: NDArray[np.float64], now: float) -> None:
+    def _ask(self, columns: NDArray[np.float64], now: float) -> None:
         """Ask the transition functions that agents wait for, state by state, and let these agents go on."""
         tables, stacks, running = self.compiled.tables, self.stacks, self.running
         while len(waiting := np.flatnonzero(running < 0).astype(np.int32)):
@@ -114,13 +114,13 @@ class Engine:
             for state in np.unique(states).tolist():
                 asked, agents = self.compiled.asked[state], waiting[states == state]
                 values = np.empty((len(agents), len(asked.sources)))
-                _kernels.vectors(agents, running, asked.sources, rows, now, tables, stacks, values)
+                _kernels.vectors(agents, running, asked.sources, columns, now, tables, stacks, values)
                 try:
                     following = answers(asked, values, place=self.compiled.places[state], agents=agents)
                 except BaseException:
                     running[running < 0] = IDLING  # they wait no longer
                     raise
-                _kernels.resume_all(agents, following, rows, now, tables, stacks, running)
+                _kernels.resume_all(agents, following, columns, now, tables, stacks, running)
 
     def path(self, agent: int) -> tuple[str, ...]:
         """The current state of every level of an agent, from the root down."""
