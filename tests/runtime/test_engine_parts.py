@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from sklearn.tree import DecisionTreeClassifier
 from tests.bodies import RANGE, Scripted, kit
-from tests.runtime.automata import automaton, linked
+from tests.runtime.automata import automaton, calling, linked
 from tests.runtime.random_libraries import Played, played, random_library, random_program
 
 from understudy.errors import DefinitionError, KindError, SettingError, UnderstudyError, UnknownName
@@ -96,16 +96,20 @@ def test_programs_with_parts_in_common_share_them() -> None:
 
 
 def test_slots_are_shared_by_what_never_runs_at_once() -> None:
+    """Slots begin after those of whichever automaton around it has most, in any of the programs."""
     counting = automaton("counting", ["lap"], features=["laps"])
-    library = Library.of(kit, counting)
-    states = [State("one", "counting"), State("two", "other"), State("lap", "lap"), State("click", "click")]
-    library = Library.of(kit, counting, automaton("other", ["lap", "click"], library=library))
-    outer = automaton("outer", states, library=library)
-    compiled = compile_programs([link(Library.of(kit, counting, library.automaton("other"), outer), "outer")])
-    memory = {str(place): dict(place.memory) for place in compiled.places}
-    assert memory["outer/one"] == {("counter", "laps"): 0, ("timer", "watch"): 1}
-    assert memory["counting/start"] == {("counter", "laps"): 2}
-    assert memory["other/start"] == {("counter", "laps"): 2, ("timer", "watch"): 3}
+    clicking = automaton("clicking", ["lap", "click"])
+    inner = [calling("one", "counting"), calling("two", "clicking")]
+    plain = automaton("plain", inner)
+    outer = automaton("outer", [*inner, "lap", "click"])
+    library = Library.of(kit, counting, clicking, plain, outer)
+    compiled = compile_programs([link(library, "plain"), link(library, "outer")])
+    assert {str(place): dict(place.memory) for place in compiled.places if place.state == "start"} == {
+        "plain/start": {},
+        "outer/start": {("counter", "laps"): 0, ("timer", "watch"): 1},
+        "counting/start": {("counter", "laps"): 2},
+        "clicking/start": {("counter", "laps"): 2, ("timer", "watch"): 3},
+    }
     assert compiled.slots == 4
 
 
