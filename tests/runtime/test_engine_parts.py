@@ -17,7 +17,7 @@ from tests.runtime.random_libraries import Played, played, random_library, rando
 from understudy.errors import DefinitionError, KindError, SettingError, UnderstudyError, UnknownName
 from understudy.learning.scikit import ScikitTransition
 from understudy.model.automaton import START, Automaton, State, Transition
-from understudy.model.behavior import Behavior, Command, behavior
+from understudy.model.behavior import Behavior, Change, Command, behavior, increment, set_counter
 from understudy.model.binding import Binding
 from understudy.model.feature import BoundFeature, Percept, Readings, feature
 from understudy.model.kinds import BOOLEAN, Column, Continuous
@@ -323,3 +323,11 @@ def test_kernels_and_tables_mean_the_same_by_their_numbers() -> None:
     names = ("FLAG", "COUNTER", "TIMER", "TIME", "SET", "ADD", "CLOCK", "ASKED")
     assert [getattr(_kernels, name) for name in names] == [getattr(tables, name) for name in names]
     assert tables.NODE.itemsize == 32
+
+
+@pytest.mark.parametrize("change", [set_counter, increment])
+def test_a_counter_holds_a_number(change: Callable[[str, float], Change]) -> None:
+    with pytest.raises(
+        DefinitionError, match="counter 'laps': a behavior changes it by or to nan; give a finite"
+    ):
+        change("laps", nan)
