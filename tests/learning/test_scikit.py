@@ -7,13 +7,14 @@ from dataclasses import replace
 from math import nan, tau
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.learning.lessons import lesson
 
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.learning.explain import explain
 from understudy.learning.report import report
-from understudy.learning.scikit import ALLOWED, encoded
+from understudy.learning.scikit import ALLOWED, ScikitTransition, encoded
 from understudy.learning.transitions import learn
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.lesson import Lesson, Options, Scikit
@@ -50,6 +51,16 @@ def test_every_allowed_classifier_learns_and_repeats(classifier: str) -> None:
     assert decided == [1] * 6 + [0] * 6
     assert functions["go"].decide((0.0, 0.0, 0.0)) == 1  # all agree: a leaf
     assert functions["start"].path(vectors[0]) == ((), STAY)
+
+
+@pytest.mark.parametrize("classifier", sorted(ALLOWED))
+def test_deciding_together_is_deciding_alone(classifier: str) -> None:
+    function = learn(taught(classifier))["start"]
+    assert isinstance(function, ScikitTransition)
+    rows = np.array(
+        [[near, angle, label] for near in (0, 3, 4.5, nan) for angle in (0, 2) for label in (0, 1)]
+    )
+    assert function.decide_all(rows).tolist() == [function.decide(row) for row in rows.tolist()]
 
 
 def test_report_and_explanation() -> None:

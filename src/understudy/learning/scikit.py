@@ -64,6 +64,9 @@ ALLOWED: Mapping[str, Allowed] = MappingProxyType(
     }
 )
 
+ROWS_APART = ("DecisionTreeClassifier", "RandomForestClassifier")
+"""Those that answer a row bit for bit as they would alone; matrix products of the others round by their size."""
+
 
 class ScikitMissing(UnderstudyError):
     """A lesson needs scikit-learn, which is not installed."""
@@ -86,6 +89,13 @@ class ScikitTransition:
     def decide(self, values: Sequence[float]) -> int:
         """The next state's index for a feature vector."""
         return int(self.classifier.predict([encoded(values, self.kinds)])[0])
+
+    def decide_all(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
+        """The next state's index for each of n feature vectors [n, F], as `decide` answers it."""
+        rows = [encoded(row, self.kinds) for row in values.tolist()]
+        if type(self.classifier).__name__ in ROWS_APART:
+            return np.asarray(self.classifier.predict(rows), np.int64)
+        return np.array([self.classifier.predict([row])[0] for row in rows], np.int64)
 
     def path(self, values: Sequence[float]) -> tuple[tuple[Step, ...], int]:
         """Nothing: a classifier passes no tests."""

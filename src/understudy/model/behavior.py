@@ -69,6 +69,12 @@ class Change:
                 problem="a timer cannot be incremented",
                 remedy="set it or reset it",
             )
+        if not isfinite(self.value):
+            raise DefinitionError(
+                what=f"{self.of} {self.name!r}",
+                problem=f"a behavior changes it by or to {self.value}",
+                remedy="give a finite number, or reset it",
+            )
 
 
 def set_counter(name: str, value: float) -> Change:

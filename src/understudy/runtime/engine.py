@@ -27,7 +27,7 @@ find_cache()
 from understudy.runtime import _kernels  # noqa: E402 - Numba is imported here, once it has a place for its cache
 
 Each: TypeAlias = Callable[[Callable[[tuple[int, int]], Any], Iterable[tuple[int, int]]], Iterable[Any]]
-"""`map`, or the like in threads."""
+"""`map`, or the like in threads: what to do with each part of the agents, from the first up to another."""
 
 
 class Engine:
@@ -79,7 +79,7 @@ class Engine:
         else:
             with ThreadPoolExecutor(threads) as pool:
                 for _ in range(ticks):
-                    self.tick(pool.map, parts=threads)
+                    self._tick(pool.map, parts=threads)
 
     def plan(self) -> FusedPlan | None:
         """What a body needs to go on by itself; None where some part of the programs is a function."""
@@ -89,24 +89,30 @@ class Engine:
         keys = tuple(feature_key(bound) for bound in self.compiled.features)
         return FusedPlan(self.compiled.tables, self.stacks, keys, self._acting.table, self.running)
 
-    def tick(self, each: Each = map, *, parts: int = 1) -> None:
-        """Sense, decide and act once; `each` may map over that many parts of the agents at once."""
-        self.body.act(self.decide(self.body.sense(self.keys), each, parts=parts))
+    def tick(self) -> None:
+        """Sense, decide and act once."""
+        self._tick(map, parts=1)
 
-    def decide(self, percept: Percept, each: Each = map, *, parts: int = 1) -> dict[str, Column]:
+    def decide(self, percept: Percept) -> dict[str, Column]:
         """Pulse every agent on one snapshot; the commands of all."""
-        rows, now = self._sensing.columns(percept).T, float(self.body.time_s)
+        return self._decide(percept, map, parts=1)
+
+    def _tick(self, each: Each, *, parts: int) -> None:
+        self.body.act(self._decide(self.body.sense(self.keys), each, parts=parts))
+
+    def _decide(self, percept: Percept, each: Each, *, parts: int) -> dict[str, Column]:
+        columns, now = self._sensing.columns(percept), float(self.body.time_s)
         cuts = np.linspace(0, self.body.agents, parts + 1).astype(int).tolist()
 
         def pulse(part: tuple[int, int]) -> None:
-            _kernels.pulse_all(rows, now, self.compiled.tables, self.stacks, self.running, *part)
+            _kernels.pulse_all(columns, now, self.compiled.tables, self.stacks, self.running, *part)
 
         list(each(pulse, pairwise(cuts)))
         if self.slow:
-            self._ask(rows, now)
+            self._ask(columns, now)
         return dict(zip(self._channels, self._acting.commands(self.running, percept), strict=True))
 
-    def _ask(self, rows: NDArray[np.float64], now: float) -> None:
+    def _ask(self, columns: NDArray[np.float64], now: float) -> None:
         """Ask the transition functions that agents wait for, state by state, and let these agents go on."""
         tables, stacks, running = self.compiled.tables, self.stacks, self.running
         while len(waiting := np.flatnonzero(running < 0).astype(np.int32)):
@@ -114,13 +120,13 @@ class Engine:
             for state in np.unique(states).tolist():
                 asked, agents = self.compiled.asked[state], waiting[states == state]
                 values = np.empty((len(agents), len(asked.sources)))
-                _kernels.vectors(agents, running, asked.sources, rows, now, tables, stacks, values)
+                _kernels.vectors(agents, running, asked.sources, columns, now, tables, stacks, values)
                 try:
                     following = answers(asked, values, place=self.compiled.places[state], agents=agents)
                 except BaseException:
                     running[running < 0] = IDLING  # they wait no longer
                     raise
-                _kernels.resume_all(agents, following, rows, now, tables, stacks, running)
+                _kernels.resume_all(agents, following, columns, now, tables, stacks, running)
 
     def path(self, agent: int) -> tuple[str, ...]:
         """The current state of every level of an agent, from the root down."""

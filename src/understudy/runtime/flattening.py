@@ -36,13 +36,15 @@ def flat(tree: Tree, *, sources: Sequence[int], first: int, at: int) -> tuple[in
 
     def after(child: int) -> int:
         """What follows, as `NODE` spells it."""
-        if child == STAY or tree.nodes[child].test != Test.LEAF:
-            return STAY if child == STAY else begins[child]
-        outcome = tree.nodes[child].yes
+        if child != STAY and tree.nodes[child].test != Test.LEAF:
+            return begins[child]
+        outcome = STAY if child == STAY else tree.nodes[child].yes
         return STAY if outcome == STAY else -2 - (first + outcome)
 
     rows: list[Row] = []
     for node in tree.nodes:
+        if node.test == Test.LEAF:
+            continue
         yes, no, absent = after(node.yes), after(node.no), after(node.absent)
         if node.test == Test.LABEL:
             branches = [after(branch) for branch in node.branches]

@@ -1,0 +1,174 @@
+"""The engine equals the interpreter, tick by tick, whatever it runs."""
+
+from __future__ import annotations
+
+from math import inf
+from random import Random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.bodies import Scripted
+from tests.bodies import kit as scripted_kit
+from tests.runtime.automata import calling, linked
+from tests.runtime.random_libraries import Played, played, pulsed, random_library, random_program
+
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.feature import BoundFeature
+from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.runtime.engine import Engine
+from understudy.runtime.flattening import flat
+from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.program import Program
+
+CASES = st.builds(Random, st.integers(0, 2**32))
+
+
+def drawn(random: Random, *, agents: int, automata: int, depth: int) -> tuple[Played, list[Program]]:
+    """A body, and programs for its agents: of two libraries, most of them of the first."""
+    libraries = [random_library(random, automata=automata, depth=depth) for _ in range(2)]
+    programs = [
+        random_program(random, random.choice(libraries[:1] * 3 + libraries[1:])) for _ in range(agents)
+    ]
+    return played(random, agents=agents, ticks=30), programs
+
+
+@settings(max_examples=200, deadline=None)
+@given(CASES, st.integers(1, 5), st.integers(1, 4), st.integers(0, 4))
+def test_the_engine_equals_the_interpreter(random: Random, agents: int, automata: int, depth: int) -> None:
+    body, programs = drawn(random, agents=agents, automata=automata, depth=depth)
+    engine = Engine(body, programs)
+    interpreters = [Interpreter(program, now=body.time_s) for program in programs]
+    for _ in range(45):
+        if random.random() < 0.03:
+            again = random.sample(range(agents), random.randint(1, agents))
+            engine.restart(again)
+            for agent in again:
+                interpreters[agent].start(body.time_s)
+        percept = body.sense(list(body.percepts[0]))
+        commands = engine.decide(percept)
+        expected = pulsed(interpreters, percept, body.time_s)
+        assert [engine.compiled.basics[index] for index in engine.running.tolist()] == expected
+        for agent, interpreter in enumerate(interpreters):
+            assert engine.path(agent) == interpreter.path
+            assert engine.levels(agent) == interpreter.snapshot(body.time_s)
+            assert commands["drive"][agent] == expected[agent].behavior.command.get("drive", 0.0)
+        body.act(commands)
+
+
+def packed(engine: Engine) -> list[bytes]:
+    """All of an engine's run state."""
+    root, state, entered, memory = engine.stacks
+    return [array.tobytes() for array in (root, state, entered, memory, engine.running)]
+
+
+@settings(max_examples=20, deadline=None)
+@given(CASES, st.integers(1, 30), st.integers(2, 5))
+def test_threads_change_nothing(random: Random, agents: int, threads: int) -> None:
+    body, programs = drawn(random, agents=agents, automata=4, depth=3)
+    other = Played(body.percepts, body.ticks_s, body.time_s)
+    serial, split = Engine(body, programs), Engine(other, programs)
+    serial.run(40)
+    split.run(40, threads=threads)
+    assert body.commanded == other.commanded
+    assert packed(serial) == packed(split)
+
+
+@settings(max_examples=20, deadline=None)
+@given(CASES)
+def test_a_snapshot_goes_on_as_before(random: Random) -> None:
+    body, programs = drawn(random, agents=4, automata=4, depth=3)
+    engine = Engine(body, programs)
+    engine.run(17)
+    kept, tick, now = engine.snapshot(), body.tick, body.time_s
+    engine.run(20)
+    after, paths = packed(engine), [engine.path(agent) for agent in range(4)]
+    body.tick, body.time_s = tick, now
+    engine.restore(kept)
+    engine.run(20)
+    assert [engine.path(agent) for agent in range(4)] == paths
+    assert packed(engine) == after
+
+
+def test_random_libraries_have_what_there_is_to_get_wrong() -> None:
+    """Else the tests above would say little."""
+    random, levels, kept, plain = Random(0), 0, set(), 0
+    for _ in range(60):
+        body, programs = drawn(random, agents=4, automata=4, depth=3)
+        engine = Engine(body, programs)
+        for _ in range(20):
+            engine.tick()
+            for agent in range(4):
+                found = engine.levels(agent)
+                levels = max(levels, len(found))
+                plain += not found
+                kept |= {name for level in found for name in (*level.counters, *level.timers)}
+    assert levels == 4
+    assert plain > 0
+    assert kept == {"laps", "falls", "unread", "watch", "bell"}
+
+
+# One automaton in another, by hand: near is closer than 98.5 m, and the ball is 100 - tick m away.
+
+APPROACH = Automaton(
+    "approach",
+    (START, State("forward", "forward"), State("done", flag="done")),
+    (BoundFeature(scripted_kit.features["range_of"], Binding(A="A")),),
+    ("A",),
+    transitions={
+        "start": Tree((leaf(1),)),
+        "forward": Tree((Node(Test.BELOW, 0, high=98.5, yes=1, no=2), leaf(2), leaf(1))),
+    },
+)
+OUTER = Automaton(
+    "outer",
+    (START, calling("fetch", "approach", A="ball"), State("lap", "lap")),
+    (BoundFeature(scripted_kit.features["done"]), BoundFeature(scripted_kit.features["time_in_state"])),
+    transitions={
+        "start": Tree((leaf(1),)),
+        "fetch": Tree((Node(Test.LABEL, 0, branches=(1, 2)), leaf(-1), leaf(2))),
+        "lap": Tree((Node(Test.BELOW, 1, high=0.2, yes=1, no=2), leaf(2), leaf(1))),
+    },
+)
+TICKS: list[tuple[tuple[str, ...], str]] = [
+    (("fetch", "forward"), "forward"),  # 100 m: both levels leave their start state at once
+    (("fetch", "forward"), "forward"),  # 99 m
+    (("fetch", "done"), "idle"),  # 98 m: the flag goes up, and the automaton idles
+    (("lap",), "lap"),  # the parent sees the flag a tick after it went up
+    (("lap",), "lap"),  # 0.1 s in the state
+    (("fetch", "forward"), "forward"),  # 0.2 s: started afresh, its flag down again
+    (("fetch", "done"), "idle"),
+]
+
+
+def test_ticks_by_hand() -> None:
+    engine = Engine.of(Scripted(), linked(APPROACH, OUTER))
+    for path, basic in TICKS:
+        engine.tick()
+        assert engine.path(0) == path
+        assert engine.compiled.basics[engine.running[0]].behavior.name == basic
+
+
+NODES: list[tuple[Node, list[tuple[float, float, int, int, int]]]] = [  # low, high, inside, outside, absent
+    (Node(Test.BELOW, 0, high=2.0, yes=1, no=2, absent=-1), [(-inf, 2.0, -12, -13, -1)]),
+    (Node(Test.ARC, 0, 1.0, 2.0, 1, 2, 2), [(1.0, 2.0, -12, -13, -13)]),
+    (Node(Test.ARC, 0, 6.0, 2.0, 1, 2, 1), [(2.0, 6.0, -13, -12, -12)]),  # across the seam: not between
+    (Node(Test.ABSENT, 0, yes=1, no=2), [(inf, -inf, -13, -13, -12)]),  # nothing is between
+    (Node(Test.LABEL, 0, absent=2, branches=(1, 2)), [(-inf, 1, -12, -13, -13)]),
+    (
+        Node(Test.LABEL, 0, absent=-1, branches=(1, 2, 2, 1, 1)),
+        [(-inf, 2, 6, 7, -1), (-inf, 1, -12, -13, -1), (-inf, 3, -13, 8, -1), (-inf, 4, -12, -12, -1)],
+    ),
+]
+
+
+@pytest.mark.parametrize(("node", "rows"), NODES)
+def test_every_test_is_between_two_numbers(
+    node: Node, rows: list[tuple[float, float, int, int, int]]
+) -> None:
+    """The first state has index 10, so leaves answer -2 - 10 and -2 - 11; the first node is put at 5."""
+    begins, found = flat(Tree((node, leaf(0), leaf(1))), sources=[3], first=10, at=5)
+    assert begins == 5
+    assert [(low, high, inside, outside, absent) for low, high, _, inside, outside, absent in found] == rows
+    assert {each.source for each in found} == {3}
