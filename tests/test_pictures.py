@@ -16,8 +16,10 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.pictures import automaton_svg, path_png, run_gif
 from understudy.pictures.layout import BADGE, place_arrows, place_boxes
-from understudy.worlds.forage import Forage, ForageSettings, Frame
+from understudy.worlds.forage import Forage, ForageSettings
 from understudy.worlds.forage_expert import HandForager
+from understudy.worlds.forage_view import from_forage
+from understudy.worlds.view import Frame
 
 STATES = (
     START,
@@ -34,7 +36,7 @@ def frames(seconds: float) -> Iterator[Frame]:
     forager = HandForager(1, ForageSettings())
     while world.time_s < seconds:
         commands = forager.decide(world.sense(forager.keys))
-        yield Frame(world.view(), "turning" if commands["turn"][0] else "other")
+        yield Frame(from_forage(world.view()), ("turning" if commands["turn"][0] else "other",))
         world.act(commands)
 
 

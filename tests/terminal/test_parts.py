@@ -21,6 +21,7 @@ from understudy.terminal.plan import Choices, checked
 from understudy.terminal.words import clock, signed, spark, value
 from understudy.worlds import forage_kit
 from understudy.worlds.forage import Forage
+from understudy.worlds.forage_view import from_forage
 
 ANGLE = BoundFeature(forage_kit.angle_to, Binding(A="A"))
 DISTANCE = BoundFeature(forage_kit.distance_to, Binding(A="A"))
@@ -113,17 +114,17 @@ def test_bars() -> None:
 
 @pytest.mark.parametrize(("columns", "lines"), [(80, 20), (20, 40), (1, 1)])
 def test_the_picture_keeps_its_size_and_shows_what_there_is(columns: int, lines: int) -> None:
-    view = Forage([5]).view()
+    forage = Forage([5]).view()
+    view = from_forage(forage)
     wide, tall = size(view, columns, lines)
-    drawn = picture(
-        view, [(1.0, 1.0), (99.0, -3.0)], ["station", "nearest_food"], columns=wide, lines=tall
-    ).plain
+    aims = [forage.station, (-4.0, 99.0)]
+    drawn = picture(view, [(1.0, 1.0), (99.0, -3.0)], aims, columns=wide, lines=tall, robot=0).plain
     rows = drawn.split("\n")
     assert len(rows) == tall <= lines
     assert {len(row) for row in rows} == {wide}
     if tall > 10:
         assert "⌂" in drawn
-        assert all(str(source.amount) in drawn for source in view.sources)
+        assert all(str(source.amount) in drawn for source in forage.sources)
 
 
 REFUSED = [

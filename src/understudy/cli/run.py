@@ -119,14 +119,16 @@ def _watch(running: Run, body: Forage, seconds: float, speed: float) -> list[Fra
 
     from understudy.cli.arena import screen
     from understudy.cli.output import console
+    from understudy.worlds.forage_view import from_forage
 
     out = console()
     step = speed / FRAMES_PER_S
     with Live(console=out, auto_refresh=False, transient=False) as live:
         due = monotonic()
         while True:
-            path = running.interpreters[0].path
-            live.update(screen(body.view(), path, wide=out.width, tall=out.height - 6), refresh=True)
+            paths = [interpreter.path for interpreter in running.interpreters]
+            view = from_forage(body.view())
+            live.update(screen(view, paths, wide=out.width, tall=out.height - 6), refresh=True)
             if _ended(running, body, seconds):
                 return []
             until = body.time_s + step

@@ -81,7 +81,9 @@ class _Film:
         wide = max(round(arena[0]) + 2 * FINE * MARGIN, FINE * LEAST)
         self._corner = (wide - arena[0]) / 2, float(FINE * MARGIN)
         under = round(self._corner[1] + arena[1])
-        self._caption = Caption(self._colors, frames, left=FINE * MARGIN, right=wide - FINE * MARGIN, top=under)
+        self._caption = Caption(
+            self._colors, frames, left=FINE * MARGIN, right=wide - FINE * MARGIN, top=under
+        )
         size = tuple(-(-side // FINE) * FINE for side in (wide, under + self._caption.tall))
         self._blank = Image.new("RGB", size, PAPER)
         self._pen(self._blank).fixed(view)
@@ -150,7 +152,9 @@ class _Film:
                     start = end
 
     def _discs(self, pen: Pen, at: int) -> None:
-        rows = zip(self._where[at].tolist(), self._heading[at].tolist(), self._doing[at].tolist(), strict=True)
+        rows = zip(
+            self._where[at].tolist(), self._heading[at].tolist(), self._doing[at].tolist(), strict=True
+        )
         for robot, ((x, y), heading, doing) in enumerate(rows):
             colors = self._palette[doing], self._rims[robot], PAPER
             pen.robot(x, y, heading, self._radius[robot] + 0.05 * unit(self.frames[at].view), colors)
@@ -166,7 +170,9 @@ class _Film:
         for size in np.unique(sizes):
             rows = np.flatnonzero(sizes == size)
             reach = np.arange(-int(size), int(size) + 1)
-            dx, dy = (grid[np.hypot(*np.meshgrid(reach, reach)) <= size] for grid in np.meshgrid(reach, reach))
+            dx, dy = (
+                grid[np.hypot(*np.meshgrid(reach, reach)) <= size] for grid in np.meshgrid(reach, reach)
+            )
             center = self._places[at, rows].round().astype(np.int64)
             x = np.clip(center[:, :1] + dx, 0, wide - 1)
             y = np.clip(center[:, 1:] + dy, 0, tall - 1)

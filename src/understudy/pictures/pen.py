@@ -61,7 +61,9 @@ class Pen:
             points = [tuple(point) for point in self.all_at(corners).tolist()]
             self.draw.polygon(points, fill=SOLID, outline=EDGE, width=FINE)
         discs = view.discs
-        rows = zip(discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True)
+        rows = zip(
+            discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True
+        )
         for x, y, radius, color in rows:
             self.circle(x, y, radius, color, blend(color, INK, 0.7))
         for x0, y0, x1, y1 in view.walls.tolist():
@@ -78,7 +80,9 @@ class Pen:
                 self._shape(thing, thing.size, blend(thing.color, GROUND, 0.28), thing.color)
                 self._shape(thing, thing.size * thing.full, thing.color, None)
             else:
-                self._shape(thing, thing.size, thing.color, blend(thing.color, INK, 0.7) if thing.solid else None)
+                self._shape(
+                    thing, thing.size, thing.color, blend(thing.color, INK, 0.7) if thing.solid else None
+                )
 
     def _trim(self, bounds: tuple[float, float, float, float]) -> None:
         """Take away what sticks out of the arena."""
