@@ -84,7 +84,7 @@ class _Film:
         self._caption = Caption(
             self._colors, frames, left=FINE * MARGIN, right=wide - FINE * MARGIN, top=under
         )
-        size = tuple(-(-side // FINE) * FINE for side in (wide, under + self._caption.tall))
+        size = -(-wide // FINE) * FINE, -(-(under + self._caption.tall) // FINE) * FINE
         self._blank = Image.new("RGB", size, PAPER)
         self._pen(self._blank).fixed(view)
         at, self._heading = places(frames)
@@ -133,10 +133,8 @@ class _Film:
         return np.array([tuple(bytes.fromhex(color[1:])) for color in colors], np.uint8)
 
     def _pen(self, image: Image) -> Pen:
-        from PIL import ImageDraw
-
         tall = self.frames[-1].view.height
-        return Pen(ImageDraw.Draw(image), tall=tall, scale=self._scale, corner=self._corner)
+        return Pen(image, tall=tall, scale=self._scale, corner=self._corner)
 
     def _trails(self, pen: Pen, at: int, length: int, wide: int, palette: Sequence[str]) -> None:
         """Where the robots came from lately, a line for each stretch of one doing."""

@@ -11,7 +11,7 @@ from understudy.pictures.style import EDGE, GROUND, INK, PAPER, SOLID, blend
 from understudy.worlds.view import WorldView
 
 if TYPE_CHECKING:
-    from PIL.ImageDraw import ImageDraw
+    from PIL.Image import Image
 
 FINE = 2
 """Drawn so many times larger, and then reduced."""
@@ -20,8 +20,10 @@ FINE = 2
 class Pen:
     """Draws a world into an image: x to the right, y up, `scale` fine pixels to the m from a corner (fine pixels)."""
 
-    def __init__(self, draw: ImageDraw, *, tall: float, scale: float, corner: tuple[float, float]) -> None:
-        self.draw, self.scale = draw, scale
+    def __init__(self, image: Image, *, tall: float, scale: float, corner: tuple[float, float]) -> None:
+        from PIL import ImageDraw
+
+        self.draw, self.scale, self._size = ImageDraw.Draw(image), scale, image.size
         self._left, self._bottom = corner[0], corner[1] + tall * scale
 
     def at(self, x: float, y: float) -> tuple[float, float]:
@@ -87,7 +89,7 @@ class Pen:
     def _trim(self, bounds: tuple[float, float, float, float]) -> None:
         """Take away what sticks out of the arena."""
         left, top, right, bottom = bounds
-        wide, tall = self.draw.im.size if self.draw.im else (right, bottom)
+        wide, tall = self._size
         outside = ((0, 0, wide, top), (0, bottom, wide, tall), (0, 0, left, tall), (right, 0, wide, tall))
         for box in outside:
             self.draw.rectangle(box, fill=PAPER)

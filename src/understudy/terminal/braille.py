@@ -73,6 +73,10 @@ class Canvas:
         chosen = inside(grid_x, grid_y)
         self.dots(zip(grid_x[chosen].tolist(), grid_y[chosen].tolist(), strict=True), style)
 
+    def disc(self, x: float, y: float, radius: float, style: str = "") -> None:
+        """A circle, filled."""
+        self.fill(lambda px, py: np.hypot(px - x, py - y) <= radius, style)
+
     def polygon(self, corners: Floats, style: str = "") -> None:
         """A polygon [P, 2], filled."""
 

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from math import cos, hypot, pi, sin
 from typing import TypeAlias
 
-import numpy as np
 from rich.text import Text
 
 from understudy.pictures.look import FEW, Thing, grouped, obstacle_colors, reach, things, total
@@ -88,7 +87,7 @@ def _obstacles(canvas: Canvas, view: WorldView) -> None:
     discs = view.discs
     rows = zip(discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True)
     for x, y, radius, color in rows:
-        canvas.fill(lambda px, py, x=x, y=y, radius=radius: np.hypot(px - x, py - y) <= radius, _style(color))
+        canvas.disc(x, y, radius, _style(color))
     for corners in view.polygons:
         canvas.polygon(corners, _style(SOLID))
     for x0, y0, x1, y1 in view.walls.tolist():
