@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.model.atomic import UNFINISHED, sync_folder
+from understudy.model.atomic import UNFINISHED, failing, sync_folder
 from understudy.worlds.view import WorldView
 
 VERSION = 1
@@ -89,15 +89,18 @@ def write_trace(
         "robots": robots,
     }
     lines = path.with_name(f".{path.name}.{os.getpid()}{LINES}{UNFINISHED}")
+    with failing(path, "writing the trace"):
+        file = lines.open("wb")
     try:
-        with lines.open("wb") as file:
+        with file:
             writer = TraceWriter(file, header)
             try:
                 yield writer
             finally:
-                writer.close()
-                if writer.ticks:
-                    _finish(lines, path, header, parquet=parquet)
+                with failing(path, "writing the trace"):
+                    writer.close()
+                    if writer.ticks:
+                        _finish(lines, path, header, parquet=parquet)
     finally:
         lines.unlink(missing_ok=True)
 

@@ -43,8 +43,8 @@ def state_of(made: Scenario, *, seed: int = 0) -> State:
     robots = np.zeros(2 * rules.robots, ROBOT)
     robots["id"] = np.tile(np.arange(rules.robots), 2)
     robots["type"] = robots["id"] == rules.robots - 1
-    robots["x"] = draw.uniform(1.0, rules.width - 1.0, len(robots))
-    robots["y"] = draw.uniform(1.0, rules.height - 1.0, len(robots))
+    robots["x"] = draw.uniform(0.1, 0.9, len(robots)) * rules.width
+    robots["y"] = draw.uniform(0.1, 0.9, len(robots)) * rules.height
     robots["heading"] = draw.uniform(0.0, 2 * np.pi, len(robots))
     objects = np.zeros((2, len(rules.class_of)), OBJECT)
     for name, x, y, at_first, amount in THINGS:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 from tests.worlds.made import SQUARE, crossing, scenario, state_of
@@ -45,7 +45,7 @@ def test_two_polygons_are_told_apart() -> None:
 
 
 def test_a_view_stays_as_it_was() -> None:
-    first, *_ = crossing(5)
+    first = crossing(5)[0].view
     made = scenario(3)
     again = view(state_of(made), rules_of(made), names_of(made), 1)
     for part in ("robots", "objects", "discs"):
@@ -56,10 +56,10 @@ def test_a_view_stays_as_it_was() -> None:
 def test_ten_thousand_robots_cost_no_more_than_their_columns() -> None:
     made = scenario(10_000)
     rules, names, state = rules_of(made), names_of(made), state_of(made)
-    began = perf_counter()
+    began = process_time()
     for _ in range(20):
         view(state, rules, names, 1)
-    assert (perf_counter() - began) / 20 < 0.02
+    assert (process_time() - began) / 20 < 0.02
 
 
 def test_the_foraging_world_as_any_world() -> None:

@@ -16,7 +16,7 @@ from understudy.model.atomic import write
 from understudy.pictures.caption import Caption
 from understudy.pictures.look import FEW, doings, own_colors, places, unit
 from understudy.pictures.pen import FINE, Pen
-from understudy.pictures.style import GROUND, INK, PAPER, blend, colors_for
+from understudy.pictures.style import FOOD, GROUND, HOME, INK, PAPER, SOLID, blend, colors_for
 from understudy.worlds.view import Frame
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ class _Film:
             together.paste(picture, (at * wide, 0))
         reduced = together.quantize(COLORS)
         known = np.array(reduced.getpalette()).reshape(-1, 3)
-        for exact in self._rgb([*self._palette, INK, GROUND, PAPER]):  # what is close to these becomes them
+        for exact in self._rgb([FOOD, HOME, SOLID, *self._palette, INK, GROUND, PAPER]):  # what is close to these becomes them
             far = np.abs(known - exact.astype(np.int64)).max(axis=1)
             known[(far < SAME) | (far == far.min())] = exact
         reduced.putpalette(known.reshape(-1).tolist())
