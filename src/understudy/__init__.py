@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from understudy.model.target import Target
     from understudy.model.tree import Tree
     from understudy.runtime.body import Body, Channel, Reading
+    from understudy.runtime.engine import Engine
     from understudy.runtime.interpreter import Interpreter
     from understudy.runtime.program import link
     from understudy.runtime.run import Run
@@ -71,6 +72,7 @@ _HOMES = {
     "model.target": ("Target",),
     "model.tree": ("Tree",),
     "runtime.body": ("Body", "Channel", "Reading"),
+    "runtime.engine": ("Engine",),
     "runtime.interpreter": ("Interpreter",),
     "runtime.program": ("link",),
     "runtime.run": ("Run",),
@@ -97,6 +99,7 @@ __all__ = [
     "Command",
     "Continuous",
     "Counter",
+    "Engine",
     "Evaluation",
     "Example",
     "ExampleKind",

@@ -53,7 +53,7 @@ BEHAVIORS: list[tuple[Callable[[Readings], Any], str]] = [
         "behavior given, channel 'drive': it returned shape \\(7,\\) for 2 agents",
     ),
     (giving({"drive": "fast"}), "behavior given, channel 'drive': it returned 'fast'"),
-    (giving({"drive": np.nan}), "channel 'drive' is not finite"),
+    (giving({"drive": np.nan}), "channel 'drive' is not finite for agent 0: it is nan"),
     (giving({"fly": 1.0}), "no channel 'fly'; it has drive"),
     (odd, "behavior odd: its function failed: AttributeError: the body has no reading 'nonsense'"),
     (failing, "behavior failing: its function failed: ValueError: oh; correct the function"),
@@ -73,9 +73,9 @@ def test_a_number_is_for_all_agents() -> None:
 FEATURES: list[tuple[Callable[[Readings], Any], Kind, str]] = [
     (giving("far"), Continuous(), "feature 'given': it returned 'far'"),
     (giving(1.0), Continuous(), "feature 'given': it returned shape \\(\\)"),
-    (giving(np.array([0.0, np.inf])), Continuous(), "feature 'given': inf is not finite"),
-    (giving(np.array([0.0, 0.5])), BOOLEAN, "feature 'given': 0.5 is not the index of a label"),
-    (giving(np.array([np.nan, 2.0])), BOOLEAN, "feature 'given': 2.0 is not the index of a label"),
+    (giving(np.array([0.0, np.inf])), Continuous(), "feature 'given' of agent 1: inf is not finite"),
+    (giving(np.array([0.0, 0.5])), BOOLEAN, "feature 'given' of agent 1: 0.5 is not the index of a label"),
+    (giving(np.array([np.nan, 2.0])), BOOLEAN, "feature 'given' of agent 1: 2.0 is not the index of a label"),
     (odd, Continuous(), "feature 'odd': its function failed: AttributeError: the body has no reading"),
     (failing, Continuous(), "feature 'failing': its function failed: ValueError: oh"),
 ]

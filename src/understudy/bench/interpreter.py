@@ -1,4 +1,4 @@
-"""ow long a pulse of a three-level automaton takes, beside a py_trees behavior tree in the same run.
+"""How long a pulse of a three-level automaton takes, beside a py_trees behavior tree in the same run.
 
 Ours is a forager as taught, on its way to food: forage > harvest > goto, with flags read at the upper
 levels and decision trees of usual size. Theirs is the tree of 11 nodes that decides the same about the way:

@@ -14,8 +14,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias, runtime_checkable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column, Kind
+from understudy.runtime.tables import Stacks, Tables
 
 Commands: TypeAlias = Mapping[str, Column]
 """Channel -> column [N]: what each agent is to do for one tick."""
@@ -103,6 +107,33 @@ class Resettable(Protocol):
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, a world per seed."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class FusedPlan:
+    """What agents run, where all of it is data: for a body that senses, decides and acts in kernels.
+
+    Column k of a feature vector is the reading `keys[k]`. `pulse` in `runtime/_kernels.py` decides on it with `tables`
+    and changes `stacks`; it answers a row of `commands` [B, C], whose columns are the body's channels in order, and
+    `running` [N] is to say which row each agent was given last.
+    """
+
+    tables: Tables
+    stacks: Stacks
+    keys: tuple[ReadingKey, ...]
+    commands: NDArray[np.float64]
+    running: NDArray[np.int32]
+
+
+@runtime_checkable
+class Fused(Protocol):
+    """A body that can go on for many ticks by itself: simulated ones, whose ticks are too quick for Python."""
+
+    def advance(self, plan: FusedPlan, ticks: int, threads: int | None) -> None:
+        """Sense, decide and act so many times, exactly as tick by tick, in at most `threads` threads (None: the
+        body's choice). Agents pulse at the body's time.
+        """
         ...
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from math import nan
+from math import floor, nan
 from operator import itemgetter
 from typing import TypeAlias
 
@@ -26,8 +26,11 @@ Watcher: TypeAlias = "Callable[[Machine, int, int, Sequence[float], float], None
 
 
 def elapsed(now: float, since: float) -> float:
-    """Seconds from one time to another, rounded: equally many ticks read the same, whenever they began."""
-    return round(now - since, 9)
+    """Seconds from one time to another, rounded: equally many ticks read the same, whenever they began.
+
+    Rounded by plain arithmetic, which every engine and export can repeat bit for bit.
+    """
+    return floor((now - since) * 1e9 + 0.5) / 1e9
 
 
 class Basic:
@@ -150,7 +153,7 @@ class Machine:
         if isinstance(feature, Counter):
             return self.counters.get(feature.name, 0.0)
         if isinstance(feature, Timer):
-            return elapsed(now, self.timers.get(feature.name, nan))
+            return elapsed(now, self.timers[feature.name]) if feature.name in self.timers else nan
         return elapsed(now, self.entered)
 
     @property

@@ -2,82 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from understudy.errors import DefinitionError, SettingError, UnknownName
-from understudy.model.feature import Percept, ReadingKey, Readings, returned
+from understudy.errors import SettingError
+from understudy.model.feature import Percept
 from understudy.model.kinds import Column
-from understudy.runtime.body import Body, every_key
+from understudy.runtime.acting import Acting
+from understudy.runtime.body import Body
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import GroundBehavior, Program
-from understudy.runtime.sensing import Sensing, check_targets, floats
-
-
-class Acting:
-    """From the basic behavior each agent runs to the columns of commands that a body obeys."""
-
-    def __init__(self, program: Program, body: Body) -> None:
-        self.channels = [channel.name for channel in body.channels]
-        self.rest = np.array([channel.rest for channel in body.channels])
-        self.basics = program.basics
-        self.table = np.tile(self.rest, (len(program.basics), 1))
-        self.computed = [index for index, ground in enumerate(program.basics) if ground.behavior.function]
-        self.keys: tuple[ReadingKey, ...] = every_key(body) if self.computed else ()
-        for index, ground in enumerate(program.basics):
-            check_targets(body, ground.binding)
-            for channel, value in ground.behavior.command.items():
-                if channel not in self.channels:
-                    raise self._unknown(channel, ground)
-                self.table[index, self.channels.index(channel)] = value
-
-    def commands(self, running: NDArray[np.intp], percept: Percept) -> NDArray[np.float64]:
-        """Commands [C, N] for the agents that run the basic behaviors `running` [N]."""
-        commands: NDArray[np.float64] = self.table[running].T
-        for index in self.computed:
-            chosen = running == index
-            if chosen.any():
-                for channel, column in self._compute(index, percept, chosen).items():
-                    commands[self.channels.index(channel), chosen] = column
-        return commands
-
-    def _compute(self, index: int, percept: Percept, chosen: NDArray[np.bool_]) -> dict[str, Column]:
-        """What the agents that run a basic behavior which is a function command by channel."""
-        ground = self.basics[index]
-        function = ground.behavior.function
-        if function is None:
-            return {}
-        targets = [Readings(percept, ground.binding[parameter]) for parameter in ground.behavior.parameters]
-        found = returned(f"behavior {ground}", function, [Readings(percept), *targets])
-        remedy = "return a command: a number for every agent, by channel"
-        if not isinstance(found, Mapping):
-            raise DefinitionError(
-                what=f"behavior {ground}", problem=f"it returned {found!r:.60}", remedy=remedy
-            )
-        computed = {}
-        for channel, values in found.items():
-            if channel not in self.channels:
-                raise self._unknown(channel, ground)
-            what = f"behavior {ground}, channel {channel!r}"
-            column = floats(values, what=what, remedy=remedy)
-            if column.shape not in ((), chosen.shape):
-                problem = f"it returned shape {column.shape} for {len(chosen)} agents"
-                raise DefinitionError(what=what, problem=problem, remedy=remedy)
-            computed[channel] = np.broadcast_to(column, chosen.shape)[chosen]
-            if not np.all(np.isfinite(computed[channel])):
-                raise DefinitionError(
-                    what=f"behavior {ground}",
-                    problem=f"its command for channel {channel!r} is not finite for some agent",
-                    remedy="return a finite number for every agent, or leave the channel out",
-                )
-        return computed
-
-    def _unknown(self, channel: str, ground: GroundBehavior) -> UnknownName:
-        where = f"the body, for behavior {ground},"
-        return UnknownName(what="channel", name=channel, where=where, known=self.channels)
+from understudy.runtime.program import Program
+from understudy.runtime.sensing import Sensing
 
 
 class Run:
@@ -131,5 +68,5 @@ class _Group:
     def __init__(self, body: Body, program: Program, agents: list[int]) -> None:
         self.agents = agents
         self.sensing = Sensing(program.features, body)
-        self.acting = Acting(program, body)
+        self.acting = Acting(program.basics, body)
         self.keys = (*self.sensing.keys, *self.acting.keys)

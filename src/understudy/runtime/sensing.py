@@ -44,12 +44,20 @@ class Sensing:
                 )
             keys[feature_key(bound)] = None
         self.keys: tuple[ReadingKey, ...] = tuple(keys)
+        kinds = list(enumerate(bound.kind for bound in self.features))
+        self._labels = {index: len(kind.labels) for index, kind in kinds if isinstance(kind, Categorical)}
 
     def columns(self, percept: Percept) -> NDArray[np.float64]:
-        """Values [F, N] of the features in one snapshot."""
+        """Values [F, N] of the features in one snapshot; KindError where one is outside its kind."""
         values = np.empty((len(self.features), self.agents))
         for index, bound in enumerate(self.features):
             values[index] = feature_column(bound, percept, agents=self.agents)
+        outside = np.isinf(values)
+        for index, labels in self._labels.items():
+            outside[index] = _no_label(values[index], labels)
+        if outside.any():
+            index, agent = (int(places[0]) for places in np.nonzero(outside))
+            _refuse(body_feature(self.features[index]), values[index], agent)
         return values
 
 
@@ -76,30 +84,39 @@ def feature_key(bound: BoundFeature) -> ReadingKey:
 
 
 def feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Column:
-    """The values [N] of one ground feature in one snapshot."""
+    """The values [N] of one ground feature in one snapshot; what a function returned is checked."""
     feature = body_feature(bound)
+    what = f"feature {feature.name!r}"
     if feature.function is None:
-        return percept[feature_key(bound)]
-    targets = [Readings(percept, bound.binding[parameter]) for parameter in feature.parameters]
-    found = returned(f"feature {feature.name!r}", feature.function, [Readings(percept), *targets])
-    column = floats(found, what=f"feature {feature.name!r}", remedy="return one number per agent")
+        found, gave = percept[feature_key(bound)], f"the body's reading {feature.reading!r} has"
+    else:
+        targets = [Readings(percept, bound.binding[parameter]) for parameter in feature.parameters]
+        found, gave = returned(what, feature.function, [Readings(percept), *targets]), "it returned"
+    column = floats(found, what=what, remedy="return one number per agent")
     if column.shape != (agents,):
         raise DefinitionError(
-            what=f"feature {feature.name!r}",
-            problem=f"it returned shape {column.shape}",
+            what=what,
+            problem=f"{gave} shape {column.shape}",
             remedy=f"return one value per agent: shape ({agents},)",
         )
-    _refuse_outside(feature, column)
+    if feature.function is None:
+        return column
+    labels = len(feature.kind.labels) if isinstance(feature.kind, Categorical) else 0
+    outside = np.flatnonzero(_no_label(column, labels) if labels else np.isinf(column))
+    if len(outside):
+        _refuse(feature, column, int(outside[0]))
     return feature.kind.wrap(column) if isinstance(feature.kind, Toroidal) else column
 
 
-def _refuse_outside(feature: Feature, column: Column) -> None:
-    outside = np.isinf(column)
-    if isinstance(feature.kind, Categorical):
-        known = np.isin(column, np.arange(len(feature.kind.labels)))
-        outside = ~(known | np.isnan(column))
-    if outside.any():
-        feature.kind.check(float(column[outside][0]), where=f"feature {feature.name!r}")
+def _no_label(column: Column, labels: int) -> NDArray[np.bool_]:
+    """Where a value is neither absent nor the index of a label."""
+    present = column == column
+    outside: NDArray[np.bool_] = present & ((column < 0) | (column >= labels) | (column != np.floor(column)))
+    return outside
+
+
+def _refuse(feature: Feature, column: Column, agent: int) -> None:
+    feature.kind.check(float(column[agent]), where=f"feature {feature.name!r} of agent {agent}")
 
 
 def floats(values: object, *, what: str, remedy: str) -> Column:

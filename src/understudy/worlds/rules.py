@@ -8,7 +8,7 @@ from math import inf, nan, radians
 
 import numpy as np
 
-from understudy.worlds.scenario import MOUSE, Objects, RobotType, Scenario
+from understudy.worlds.scenario import MOUSE, Objects, Placing, RobotType, Scenario
 from understudy.worlds.state import (
     CLASS,
     GOAL_ALL_NEAR,
@@ -80,8 +80,8 @@ def robot_count(count: object, at: object) -> int:
     return count if isinstance(count, int) else 1
 
 
-def most_of(thing: Objects) -> int:
-    """The most objects of a class that a world is laid out with."""
+def most_of(thing: Placing) -> int:
+    """The most things of a group that a world is laid out with."""
     if isinstance(thing.at, tuple):
         return len(thing.at)
     if isinstance(thing.count, tuple):

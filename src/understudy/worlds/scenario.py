@@ -43,8 +43,9 @@ class Wall(Part, frozen=True, kw_only=True):
 class Placing(Part, frozen=True, kw_only=True):
     """Where things are: `at` these places, or `count` of them at random, free of everything placed before.
 
-    `within` names the region for the random ones; `apart` (m) is the free space around each, beside its radius;
-    `near` names an object they are beside, `near_m` from it, on the side of the arena's center.
+    A place is (x, y), or (x, y, heading in degrees). `within` names the region of the centers of the random ones;
+    `apart` (m) is the free space around each, beside its radius. `near` names a class of objects: they are beside
+    its first one, `near_m` from center to center, on the side of the arena's center; 0 is right there.
     """
 
     count: Count | UnsetType = UNSET
@@ -155,8 +156,12 @@ class Camera(Measuring, frozen=True, kw_only=True, tag="camera", tag_field="kind
 
 
 class Locator(Measuring, frozen=True, kw_only=True, tag="locator", tag_field="kind"):
-    """Readings `range` and `bearing` of a target, center to center, through everything, up to `range`."""
+    """Readings `range` and `bearing` of a target, center to center, through everything, up to `range`.
 
+    Of all targets but those that another locator of the type names, or of the `targets` it names itself.
+    """
+
+    targets: tuple[str, ...] | None = None
     range: float | None = None
     noise_range: float = 0.0
     noise_deg: float = 0.0
@@ -235,7 +240,7 @@ class RobotType(Part, frozen=True, kw_only=True):
 
 
 class Robots(Placing, frozen=True, kw_only=True):
-    """Robots of one type; places are (x, y) or (x, y, heading in degrees), headings left out are drawn.
+    """Robots of one type; headings left out are drawn.
 
     `stored` is the food they carry at first.
     """
@@ -260,8 +265,18 @@ class TargetOf(Part, frozen=True, kw_only=True):
     doc: str = ""
 
 
+class FeatureOf(Part, frozen=True, kw_only=True):
+    """A feature under a name of its own: the `reading` behind it, whose usual feature it stands in for."""
+
+    reading: str
+    doc: str = ""
+
+
 class Goal(Part, frozen=True, kw_only=True):
-    """When a world is finished: all food `delivered`, or a robot (`all` of them) within `within` of a target."""
+    """When a world is finished: all food `delivered`, or a robot (or `all` of them) within `within` of a target.
+
+    The target is a class of objects, any one of it.
+    """
 
     delivered: bool = False
     target: str | None = None
@@ -284,5 +299,6 @@ class Scenario(Part, frozen=True, kw_only=True):
     types: Mapping[str, RobotType]
     robots: tuple[Robots, ...]
     targets: Mapping[str, TargetOf] = field(default_factory=dict)
+    features: Mapping[str, FeatureOf] = field(default_factory=dict)
     goal: Goal | None = None
     spare_objects: int = 16

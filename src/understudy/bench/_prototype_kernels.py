@@ -1,0 +1,226 @@
+"""A tick of the standard task, written by hand for it alone: what an engine of general use can be held against.
+
+No collisions, no names, no noise, every size known beforehand. Robots are looked up in a grid of 2 m cells, which
+is filled anew every tick; reading, deciding and moving are one pass over the robots.
+"""
+
+from math import atan2, ceil, cos, inf, nan, pi, sin, sqrt
+
+from typing import Any
+
+import numpy as np
+from numba import get_num_threads, njit, prange, set_num_threads
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Ints32 = NDArray[np.int32]
+
+TAU = 2.0 * pi
+CELL = 2.0
+LEAF, BELOW = 0, 1
+BEACON_RANGE, BEACON_ANGLE, ROBOT_RANGE, ROBOT_ANGLE, SONAR = 0, 1, 2, 3, 4
+READINGS = 7
+
+
+@njit(cache=True)
+def grid(
+    x: Floats, y: Floats, cells: int, first: Ints, members: Ints, grid_x: Floats, grid_y: Floats
+) -> None:
+    """Robots by cell: those of cell c are members[first[c]:first[c + 1]], with their places beside them."""
+    first[:] = 0
+    for i in range(len(x)):
+        first[cell(y[i], cells) * cells + cell(x[i], cells) + 1] += 1
+    for c in range(cells * cells):
+        first[c + 1] += first[c]
+    for i in range(len(x) - 1, -1, -1):
+        c = cell(y[i], cells) * cells + cell(x[i], cells) + 1
+        first[c] -= 1
+        members[first[c]], grid_x[first[c]], grid_y[first[c]] = i, x[i], y[i]
+    # Each cell's end was counted down to its beginning: move all by one.
+    first[:-1] = first[1:]
+    first[-1] = len(x)
+
+
+@njit(cache=True, inline="always")
+def cell(at: float, cells: int) -> int:
+    """The row or column of a place."""
+    return min(max(int(at / CELL), 0), cells - 1)
+
+
+@njit(cache=True)
+def nearest_robot(
+    i: int,
+    x: float,
+    y: float,
+    cells: int,
+    first: Ints,
+    members: Ints,
+    grid_x: Floats,
+    grid_y: Floats,
+    sight: float,
+) -> tuple[float, float, float]:
+    """Offset and squared range of the nearest other robot in sight; the range is infinite where there is none."""
+    column, row = cell(x, cells), cell(y, cells)
+    best, dx, dy = sight * sight, nan, nan
+    reach = int(ceil(sight / CELL))
+    for ring in range(1, reach + 1):
+        for r in range(max(row - ring, 0), min(row + ring, cells - 1) + 1):
+            inner = ring > 1 and abs(r - row) < ring
+            for c in range(max(column - ring, 0), min(column + ring, cells - 1) + 1):
+                if inner and abs(c - column) < ring:
+                    continue
+                for k in range(first[r * cells + c], first[r * cells + c + 1]):
+                    u, v = grid_x[k] - x, grid_y[k] - y
+                    squared = u * u + v * v
+                    if squared <= best and members[k] != i:
+                        best, dx, dy = squared, u, v
+        if best <= (ring * CELL) ** 2 and dx == dx:
+            break
+    return dx, dy, best if dx == dx else inf
+
+
+@njit(cache=True)
+def sonar(
+    x: float,
+    y: float,
+    ahead_x: float,
+    ahead_y: float,
+    side: float,
+    obstacles: Floats,
+    radius: float,
+    edges: Floats,
+    most: float,
+    out: Floats,
+) -> None:
+    """The nearest of obstacles and walls in each sector, from the rim of the robot."""
+    far = most + radius
+    for s in range(len(edges)):
+        e = edges[s]
+        ax, ay = ahead_x * e[0] - ahead_y * e[1], ahead_y * e[0] + ahead_x * e[1]
+        bx, by = ahead_x * e[2] - ahead_y * e[3], ahead_y * e[2] + ahead_x * e[3]
+        best = far
+        for k in range(len(obstacles)):
+            dx, dy, size = obstacles[k, 0] - x, obstacles[k, 1] - y, obstacles[k, 2]
+            squared = dx * dx + dy * dy
+            if squared > (far + size) ** 2:
+                continue
+            if ax * dy - ay * dx >= 0.0 and dx * by - dy * bx >= 0.0:
+                best = min(best, sqrt(squared) - size)
+            else:
+                best = min(best, ray(ax, ay, dx, dy, squared, size), ray(bx, by, dx, dy, squared, size))
+        if x < far or y < far or x > side - far or y > side - far:
+            best = min(best, to_wall(x, y, ax, ay, side), to_wall(x, y, bx, by, side))
+            if ay > 0.0 > by:
+                best = min(best, side - x)
+            if ay < 0.0 < by:
+                best = min(best, x)
+            if ax > 0.0 > bx:
+                best = min(best, y)
+            if ax < 0.0 < bx:
+                best = min(best, side - y)
+        out[SONAR + s] = min(max(best - radius, 0.0), most)
+
+
+@njit(cache=True, inline="always")
+def ray(ex: float, ey: float, dx: float, dy: float, squared: float, size: float) -> float:
+    """How far along direction e a disc at offset d is hit; infinite where it is not."""
+    along = ex * dx + ey * dy
+    beside = size * size - (squared - along * along)
+    return along - sqrt(beside) if along > 0.0 and beside > 0.0 else inf
+
+
+@njit(cache=True, inline="always")
+def to_wall(x: float, y: float, ex: float, ey: float, side: float) -> float:
+    """How far it is to the arena's bounds along direction e."""
+    across = (side - x) / ex if ex > 0.0 else -x / ex if ex < 0.0 else inf
+    return min(across, (side - y) / ey if ey > 0.0 else -y / ey if ey < 0.0 else inf)
+
+
+@njit(cache=True)
+def decide(
+    stack: Ints32,
+    tests: Ints32,
+    numbers: Floats,
+    roots: Ints32,
+    children: Ints32,
+    flags: Ints32,
+    starts: Ints32,
+    values: Floats,
+) -> int:
+    """Pulse all levels (semantics of the interpreter); the basic state that is reached."""
+    level = 0
+    while True:
+        state = stack[level]
+        up = flags[stack[level + 1]] if children[state] >= 0 else -1
+        node = roots[state]
+        following = state
+        if node >= 0:
+            while tests[node, 0] != LEAF:
+                asked = tests[node, 1]
+                if asked >= READINGS:
+                    holds = up == asked - READINGS
+                elif tests[node, 0] == BELOW:
+                    holds = values[asked] < numbers[node, 1]
+                else:
+                    low, high, value = numbers[node, 0], numbers[node, 1], values[asked]
+                    holds = low <= value < high if low <= high else value >= low or value < high
+                node = tests[node, 2] if holds else tests[node, 3]
+            following = tests[node, 2]
+        if following != state:
+            stack[level] = following
+            if children[following] >= 0:
+                stack[level + 1] = starts[children[following]]
+        if children[following] < 0:
+            return following
+        level += 1
+
+
+@njit(cache=True, parallel=True)
+def step(
+    robots: int,
+    place: Floats,
+    moved: Floats,
+    stack: Ints32,
+    beacons: Floats,
+    obstacles: Floats,
+    edges: Floats,
+    sizes: tuple[float, ...],
+    table: tuple[Any, ...],
+    gridded: tuple[Any, ...],
+) -> None:
+    """One tick for all robots: `place` [3, N] to `moved`."""
+    tests, numbers, roots, children, flags, starts, commands = table
+    cells, first, members, grid_x, grid_y = gridded
+    side, radius, sight, most, drive, turn = sizes
+    chunks = 8 * get_num_threads()
+    for chunk in prange(chunks):
+        values = np.empty(READINGS)
+        for i in range(robots * chunk // chunks, robots * (chunk + 1) // chunks):
+            x, y, heading = place[0, i], place[1, i], place[2, i]
+            ahead_x, ahead_y = cos(heading), sin(heading)
+            best, dx, dy = inf, nan, nan
+            for k in range(len(beacons)):
+                u, v = beacons[k, 0] - x, beacons[k, 1] - y
+                squared = u * u + v * v
+                if squared < best:
+                    best, dx, dy = squared, u, v
+            values[BEACON_RANGE], values[BEACON_ANGLE] = sqrt(best), (atan2(dy, dx) - heading) % TAU
+            dx, dy, best = nearest_robot(i, x, y, cells, first, members, grid_x, grid_y, sight)
+            values[ROBOT_RANGE], values[ROBOT_ANGLE] = nan, nan
+            if best < inf:
+                values[ROBOT_RANGE], values[ROBOT_ANGLE] = sqrt(best), (atan2(dy, dx) - heading) % TAU
+            if len(edges):
+                sonar(x, y, ahead_x, ahead_y, side, obstacles, radius, edges, most, values)
+            state = decide(stack[i], tests, numbers, roots, children, flags, starts, values)
+            along = commands[state, 0] * drive
+            moved[0, i] = min(max(x + along * ahead_x, radius), side - radius)
+            moved[1, i] = min(max(y + along * ahead_y, radius), side - radius)
+            moved[2, i] = (heading + commands[state, 1] * turn) % TAU
+
+
+def limit_threads(threads: int) -> int:
+    """Let kernels use so many threads from now on; how many it was before."""
+    before: int = get_num_threads()
+    set_num_threads(threads)
+    return before

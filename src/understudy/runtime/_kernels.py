@@ -1,0 +1,179 @@
+"""Pulses of compiled programs: what `interpreter.py` defines, for N agents on tables (see `tables.py`)."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Bools = NDArray[np.bool_]
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+Records = NDArray[np.void]
+Tables = tuple[Records, Records, Records, Records]
+"""nodes, states, instances, changes"""
+Stacks = tuple[Ints, Ints, Floats, Floats]
+"""root [N], state [N, D], entered [N, D], memory [N, M]"""
+
+# As in tables.py, which a kernel file cannot import.
+STAY = -1
+FLAG, COUNTER, TIMER, TIME = 0, 1, 2, 3
+SET, ADD, CLOCK = 0, 1, 2
+ASKED = -(2**31)
+
+
+@njit(cache=True, nogil=True)
+def elapsed(now: float, since: float) -> float:
+    """Seconds from one time to another, rounded as the interpreter does; NaN where `since` is."""
+    return float(np.floor((now - since) * 1e9 + 0.5) / 1e9)
+
+
+@njit(cache=True, nogil=True)
+def own(source: int, agent: int, level: int, now: float, tables: Tables, stacks: Stacks) -> float:
+    """What the automaton at a level reads of itself."""
+    _, states, _, _ = tables
+    _, state, entered, memory = stacks
+    sort, which = (-1 - source) & 3, (-1 - source) >> 2
+    if sort == FLAG:
+        if states[state[agent, level]].child < 0:
+            return 0.0
+        return 1.0 if states[state[agent, level + 1]].flag == which else 0.0
+    if sort == COUNTER:
+        count = memory[agent, which]
+        return 0.0 if count != count else count
+    return elapsed(now, memory[agent, which] if sort == TIMER else entered[agent, level])
+
+
+@njit(cache=True, nogil=True)
+def walk(asks: int, agent: int, level: int, row: Floats, now: float, tables: Tables, stacks: Stacks) -> int:
+    """What a transition answers: STAY, ASKED, or a state as -2 - its index."""
+    nodes = tables[0]
+    while asks >= 0:
+        node = nodes[asks]
+        source = node.source
+        x = row[source] if source >= 0 else own(source, agent, level, now, tables, stacks)
+        if node.low <= x < node.high:
+            asks = node.inside
+        elif x == x:
+            asks = node.outside
+        else:
+            asks = node.absent
+    return asks
+
+
+@njit(cache=True, nogil=True)
+def begin(agent: int, level: int, instance: int, now: float, tables: Tables, stacks: Stacks) -> None:
+    """Start an instance: in its start state, its memory cleared."""
+    _, state, entered, memory = stacks
+    begun = tables[2][instance]
+    state[agent, level] = begun.start
+    entered[agent, level] = now
+    for slot in range(begun.memory, begun.stop):
+        memory[agent, slot] = np.nan
+
+
+@njit(cache=True, nogil=True)
+def switch(agent: int, level: int, following: int, now: float, tables: Tables, stacks: Stacks) -> None:
+    """Enter a state: start what it runs, and change what starting that changes."""
+    _, states, _, changes = tables
+    _, state, entered, memory = stacks
+    state[agent, level] = following
+    entered[agent, level] = now
+    into = states[following]
+    if into.child >= 0:
+        begin(agent, level + 1, into.child, now, tables, stacks)
+    for index in range(into.changes, into.stop):
+        change = changes[index]
+        before = memory[agent, change.slot]
+        if change.action == SET:
+            memory[agent, change.slot] = change.value
+        elif change.action == ADD:
+            memory[agent, change.slot] = (0.0 if before != before else before) + change.value
+        else:
+            memory[agent, change.slot] = now
+
+
+@njit(cache=True, nogil=True)
+def descend(agent: int, level: int, row: Floats, now: float, tables: Tables, stacks: Stacks) -> int:
+    """Query, switch and go down, from a level on. The basic behavior, or -1 - the level that Python must ask."""
+    states, state = tables[1], stacks[1]
+    while True:
+        current = state[agent, level]
+        answer = walk(states[current].asks, agent, level, row, now, tables, stacks)
+        if answer == ASKED:
+            return -1 - level
+        if answer != STAY and -2 - answer != current:
+            current = -2 - answer
+            switch(agent, level, current, now, tables, stacks)
+        if states[current].child < 0:
+            return int(states[current].basic)
+        level += 1
+
+
+@njit(cache=True, nogil=True)
+def pulse(agent: int, row: Floats, now: float, tables: Tables, stacks: Stacks) -> int:
+    """One tick of one agent on its feature vector [F]: the basic behavior to run.
+
+    Where a transition function has to be asked: -1 - the level at which the agent waits for `resume`.
+    """
+    root = stacks[0][agent]
+    if root < 0:
+        return -1 - int(root)
+    return descend(agent, 0, row, now, tables, stacks)
+
+
+@njit(cache=True, nogil=True)
+def resume(
+    agent: int, level: int, following: int, row: Floats, now: float, tables: Tables, stacks: Stacks
+) -> int:
+    """Go on with a pulse that waits at a level, given the next state's index or STAY; answers as `pulse`."""
+    states, state = tables[1], stacks[1]
+    if following not in (STAY, state[agent, level]):
+        switch(agent, level, following, now, tables, stacks)
+    current = state[agent, level]
+    if states[current].child < 0:
+        return int(states[current].basic)
+    return descend(agent, level + 1, row, now, tables, stacks)
+
+
+@njit(cache=True, nogil=True)
+def pulse_all(
+    rows: Floats, now: float, tables: Tables, stacks: Stacks, out_basic: Ints, first: int, stop: int
+) -> None:
+    """One tick of the agents from `first` up to `stop`, on feature vectors [N, F]."""
+    for agent in range(first, stop):
+        out_basic[agent] = pulse(agent, rows[agent], now, tables, stacks)
+
+
+@njit(cache=True, nogil=True)
+def resume_all(
+    agents: Ints, following: Ints, rows: Floats, now: float, tables: Tables, stacks: Stacks, out_basic: Ints
+) -> None:
+    """Resume agents that wait, given the next state's index or STAY for each."""
+    for index in range(len(agents)):
+        agent = agents[index]
+        level = -1 - out_basic[agent]
+        out_basic[agent] = resume(agent, level, following[index], rows[agent], now, tables, stacks)
+
+
+@njit(cache=True, nogil=True)
+def vectors(
+    agents: Ints, basic: Ints, sources: Ints, rows: Floats, now: float, tables: Tables, stacks: Stacks,
+    out_values: Floats,
+) -> None:  # fmt: skip
+    """The feature vectors [n, K], from their sources [K], of n agents at the levels where they wait."""
+    for index in range(len(agents)):
+        agent = agents[index]
+        level = -1 - basic[agent]
+        for position in range(len(sources)):
+            source = sources[position]
+            out_values[index, position] = (
+                rows[agent, source] if source >= 0 else own(source, agent, level, now, tables, stacks)
+            )
+
+
+@njit(cache=True, nogil=True)
+def start_all(chosen: Bools, now: float, tables: Tables, stacks: Stacks) -> None:
+    """Start the roots of the agents chosen [N] afresh."""
+    root = stacks[0]
+    for agent in range(len(root)):
+        if chosen[agent] and root[agent] >= 0:
+            begin(agent, 0, root[agent], now, tables, stacks)

@@ -1,0 +1,181 @@
+"""Kernels of a pin-hole camera at a robot's center, looking along x: what of discs is seen as blobs of color.
+
+`project` and `screen` put all things into the frame, once per robot; `blob` answers for one color. Everything is
+in the terms of THING, VIEW and SCREEN; memory for the results is the caller's.
+
+Which of two things is in front is decided once for all rays that meet both, which is exact where they do not
+overlap: then their radical axis divides two discs, and the disc with the smaller power is on the camera's side.
+The point where a ray meets a segment is before a disc if its distance squared is less than the power.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Records = NDArray[Any]
+
+
+@njit(error_model="numpy")
+def project(
+    things: Records,
+    count: int,
+    tan_half: float,
+    width_px: float,
+    height_px: float,
+    limit_m: float,
+    views: Records,
+) -> int:
+    """Write VIEW of those of the first `count` THING that appear in the frame, in their order; how many they are.
+
+    `tan_half` is the tangent of half the angle of view. What has its center `limit_m` or more away is no blob.
+    Left out is what could neither be a blob nor hide one, and what the camera is in.
+    """
+    focal_px = 0.5 * width_px / tan_half
+    widening = math.sqrt(1.0 + tan_half * tan_half)
+    found = 0
+    for index in range(count):
+        thing = things[index]
+        x, y, radius = thing.x, thing.y, thing.radius
+        margin = radius * widening
+        if abs(y) - tan_half * x >= margin or x <= -radius:
+            continue
+        squared = x * x + y * y
+        power = squared - radius * radius
+        reach = limit_m + radius
+        if not power > 0.0 or squared >= reach * reach:
+            continue
+        color = thing.color if squared < limit_m * limit_m else -1
+        if color < 0 and thing.opaque == 0:
+            continue
+        tangent = math.sqrt(power)
+        ahead_left, ahead_right = x * tangent - y * radius, x * tangent + y * radius
+        left, right = -tan_half, tan_half
+        if ahead_left > 0.0:
+            left = max(left, -(y * tangent + x * radius) / ahead_left)
+        if ahead_right > 0.0:
+            right = min(right, (x * radius - y * tangent) / ahead_right)
+        if not left < right or (ahead_left <= 0.0 and ahead_right <= 0.0):
+            continue
+        view = views[found]
+        view.left, view.right, view.power, view.squared = left, right, power, squared
+        tall = focal_px * thing.height
+        view.height_px = tall / x if tall < height_px * x else height_px
+        view.color, view.opaque = color, thing.opaque
+        found += 1
+    return found
+
+
+@njit(error_model="numpy")
+def screen(segments: Records, count: int, tan_half: float, screens: Records) -> int:
+    """Write SCREEN of those of the first `count` segments (x0, y0, x1, y1) that are in the frame; how many.
+
+    An end on NaN is no segment, and one that goes through the camera hides nothing.
+    """
+    found = 0
+    for index in range(count):
+        segment = segments[index]
+        x0, y0, x1, y1 = segment.x0, segment.y0, segment.x1, segment.y1
+        edge0, edge1 = tan_half * x0, tan_half * x1
+        if (y0 >= edge0 and y1 >= edge1) or (y0 <= -edge0 and y1 <= -edge1):
+            continue
+        across_x, across_y = x1 - x0, y1 - y0
+        aside = x0 * across_y - y0 * across_x
+        if (x0 <= 0.0 and x1 <= 0.0) or not abs(aside) > 0.0:
+            continue
+        # Where an end is not ahead, it leaves the frame to the side on which it passes the camera.
+        side = math.copysign(math.inf, aside)
+        end0 = -y0 / x0 if x0 > 0.0 else side
+        end1 = -y1 / x1 if x1 > 0.0 else -side
+        left, right = max(-tan_half, min(end0, end1)), min(tan_half, max(end0, end1))
+        if not left < right:
+            continue
+        seen = screens[found]
+        seen.left, seen.right = left, right
+        seen.across_x, seen.across_y, seen.squared = across_x, across_y, aside * aside
+        found += 1
+    return found
+
+
+@njit(error_model="numpy")
+def cut(cuts: Floats, count: int, left: float, right: float) -> int:
+    """Add an interval to the first `count` of `cuts` [:, 2], keeping them in order of their left ends."""
+    at = count
+    while at > 0 and cuts[at - 1, 0] > left:
+        cuts[at, 0], cuts[at, 1] = cuts[at - 1, 0], cuts[at - 1, 1]
+        at -= 1
+    cuts[at, 0], cuts[at, 1] = left, right
+    return count + 1
+
+
+@njit(error_model="numpy")
+def piece(
+    views: Records, view_count: int, screens: Records, screen_count: int, index: int, cuts: Floats
+) -> tuple[float, float]:
+    """Left and right end of the widest visible piece of a view, the leftmost of equals; 0, 0 if it is hidden."""
+    view = views[index]
+    left, right, power = view.left, view.right, view.power
+    count = 0
+    for other in range(view_count):
+        hider = views[other]
+        if hider.opaque != 0 and hider.power < power and hider.left < right and hider.right > left:
+            if hider.left <= left and hider.right >= right:
+                return 0.0, 0.0
+            count = cut(cuts, count, hider.left, hider.right)
+    for other in range(screen_count):
+        wall = screens[other]
+        if wall.left < right and wall.right > left:
+            middle = 0.5 * (max(left, wall.left) + min(right, wall.right))
+            slope = wall.across_y + middle * wall.across_x
+            if wall.squared * (1.0 + middle * middle) < power * slope * slope:
+                if wall.left <= left and wall.right >= right:
+                    return 0.0, 0.0
+                count = cut(cuts, count, wall.left, wall.right)
+    start, best_left, best_right = left, 0.0, 0.0
+    for which in range(count):
+        if cuts[which, 0] - start > best_right - best_left:
+            best_left, best_right = start, cuts[which, 0]
+        start = max(start, cuts[which, 1])
+    if right - start > best_right - best_left:
+        best_left, best_right = start, right
+    return best_left, best_right
+
+
+@njit(error_model="numpy")
+def blob(
+    views: Records,
+    view_count: int,
+    screens: Records,
+    screen_count: int,
+    color: int,
+    tan_half: float,
+    width_px: float,
+    nearest: bool,
+    least_px: float,
+    cuts: Floats,
+) -> tuple[float, float]:
+    """The blob of a color: its middle (pixels from the frame's left edge) and its size (pixels); NaN: none.
+
+    A blob is the widest visible piece of a thing, as high as the thing appears, and at least `least_px` large.
+    Of several the largest counts, or the one of the `nearest` center; of equals the first. `cuts` is memory for
+    [view_count + screen_count, 2] numbers.
+    """
+    focal_px = 0.5 * width_px / tan_half
+    best_x, best_size, best_squared = math.nan, 0.0, math.inf
+    for index in range(view_count):
+        view = views[index]
+        if view.color != color:
+            continue
+        scale = focal_px * view.height_px
+        most = (view.right - view.left) * scale
+        if most < least_px or (view.squared >= best_squared if nearest else most <= best_size):
+            continue
+        left, right = piece(views, view_count, screens, screen_count, index, cuts)
+        size = (right - left) * scale
+        if size <= 0.0 or size < least_px or (not nearest and size <= best_size):
+            continue
+        best_x, best_size, best_squared = 0.5 * width_px + focal_px * 0.5 * (left + right), size, view.squared
+    return best_x, best_size if best_size > 0.0 else math.nan

@@ -1,0 +1,31 @@
+"""Keyed random draws inside kernels: the same numbers as `draws.py` gives for the same key."""
+
+import math
+from typing import Any
+
+from numba import njit, uint64
+
+
+@njit(error_model="numpy")
+def mixed(word: Any) -> Any:
+    """SplitMix64's finalizer."""
+    word = (word ^ (word >> uint64(30))) * uint64(0xBF58476D1CE4E5B9)
+    word = (word ^ (word >> uint64(27))) * uint64(0x94D049BB133111EB)
+    return word ^ (word >> uint64(31))
+
+
+@njit(error_model="numpy")
+def uniform(seed: Any, item: Any, tick: Any, stream: Any) -> float:
+    """One number in [0, 1) for this item of the world with this seed, at this tick, in this stream."""
+    weyl = uint64(0x9E3779B97F4A7C15)
+    word = mixed(uint64(seed) + weyl) + uint64(item)
+    word = mixed(word + weyl) + uint64(tick)
+    word = mixed(word + weyl) + uint64(stream)
+    return float(mixed(word + weyl) >> uint64(11)) * 2.0**-53
+
+
+@njit(error_model="numpy")
+def normal(seed: Any, item: Any, tick: Any, stream: Any) -> float:
+    """One number from the standard normal distribution (Box and Muller), keyed likewise; uses streams 2 apart."""
+    radius = math.sqrt(-2.0 * math.log(1.0 - uniform(seed, item, tick, stream)))
+    return radius * math.cos(2.0 * math.pi * uniform(seed, item, tick, stream + 1))

@@ -1,0 +1,194 @@
+"""Kernels of motion: what each robot means to do in a tick, and how far the free gaps let it.
+
+A step is limited by the gap to everything solid: along the line to the nearest point of it, robot and thing may
+together close the gap and no more. Since all solid things are convex, nothing overlaps and nothing tunnels,
+whatever the order in which robots are looked at.
+"""
+
+import math
+from typing import Any
+
+from numba import njit
+
+from understudy.worlds._draw_kernels import normal
+from understudy.worlds._grid_kernels import near_range, small_cell, small_cells
+
+TAU = 2.0 * math.pi
+CLEAR = 1e-9  # m; kept free, so that rounding never makes an overlap
+DRIVING, TURNING = 16, 18  # streams of random draws, two each
+
+
+@njit(error_model="numpy")
+def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: int, move: Any) -> None:
+    """What a robot means to do in a tick with these commands: `move` gets dx, dy, heading; scale is 1.
+
+    The robot drives the arc of its speeds, along its chord. Its speeds follow the commands as its
+    accelerations let them.
+    """
+    move.scale = 1.0
+    if robot.frozen:
+        robot.speed = robot.spin = 0.0
+        move.dx = move.dy = 0.0
+        move.heading = robot.heading
+        return
+    speed = min(1.0, max(-1.0, drive)) * kind.speed
+    spin = min(1.0, max(-1.0, turn)) * kind.turning
+    most, most_spin = kind.acceleration, kind.turning_acceleration
+    robot.speed += min(most, max(-most, speed - robot.speed))
+    robot.spin += min(most_spin, max(-most_spin, spin - robot.spin))
+    distance, angle = robot.speed, robot.spin
+    if kind.noise_drive > 0.0 and distance != 0.0:  # at most twice as far: how far is near is known before
+        distance *= min(2.0, max(0.0, 1.0 + kind.noise_drive * normal(seed, robot.id, tick, DRIVING)))
+    if kind.noise_turn > 0.0 and angle != 0.0:
+        angle *= 1.0 + kind.noise_turn * normal(seed, robot.id, tick, TURNING)
+    move.dx = move.dy = 0.0
+    if distance != 0.0:
+        half = 0.5 * angle
+        chord = distance if half == 0.0 else distance * math.sin(half) / half
+        move.dx = chord * math.cos(robot.heading + half)
+        move.dy = chord * math.sin(robot.heading + half)
+    move.heading = robot.heading
+    if angle != 0.0:
+        turned = (robot.heading + angle) % TAU
+        move.heading = turned if turned < TAU else 0.0
+
+
+@njit(error_model="numpy")
+def limited(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float, other: float) -> float:
+    """The scale of a step (dx, dy) that a gap allows; (nx, ny) points to the thing, of unit length.
+
+    `other` is how far the thing comes towards the robot in the same tick, if at all.
+    """
+    closing = dx * nx + dy * ny
+    if closing <= 0.0:
+        return scale
+    both = closing + max(0.0, other)
+    if both <= gap - CLEAR:
+        return scale
+    return min(scale, max(0.0, gap - CLEAR) / both)
+
+
+@njit(error_model="numpy")
+def limited_by_disc(scale: float, x: float, y: float, radius: float, move: Any, disc: Any) -> float:
+    """The scale that a round thing which stays allows (x, y, radius: of it in `disc`)."""
+    dx, dy = disc[0] - x, disc[1] - y
+    reach = radius + disc[2] + math.sqrt(move.dx * move.dx + move.dy * move.dy)
+    squared = dx * dx + dy * dy
+    if squared >= reach * reach * 1.0001 or squared == 0.0:
+        return scale
+    distance = math.sqrt(squared)
+    gap = distance - radius - disc[2]
+    return limited(scale, dx / distance, dy / distance, gap, move.dx, move.dy, 0.0)
+
+
+@njit(error_model="numpy")
+def limited_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> float:
+    """The scale that a piece of wall allows."""
+    ex, ey = segment.x1 - segment.x0, segment.y1 - segment.y0
+    length = ex * ex + ey * ey
+    along = 0.0
+    if length > 0.0:
+        along = min(1.0, max(0.0, ((x - segment.x0) * ex + (y - segment.y0) * ey) / length))
+    disc = (segment.x0 + along * ex, segment.y0 + along * ey, 0.0)
+    return limited_by_disc(scale, x, y, radius, move, disc)
+
+
+@njit(error_model="numpy")
+def limited_by_bounds(
+    scale: float, x: float, y: float, radius: float, move: Any, width: float, height: float
+) -> float:
+    """The scale that the arena's own walls allow."""
+    if move.dx < 0.0:
+        scale = limited(scale, -1.0, 0.0, x - radius, move.dx, move.dy, 0.0)
+    elif move.dx > 0.0:
+        scale = limited(scale, 1.0, 0.0, width - radius - x, move.dx, move.dy, 0.0)
+    if move.dy < 0.0:
+        scale = limited(scale, 0.0, -1.0, y - radius, move.dx, move.dy, 0.0)
+    elif move.dy > 0.0:
+        scale = limited(scale, 0.0, 1.0, height - radius - y, move.dx, move.dy, 0.0)
+    return scale
+
+
+@njit(error_model="numpy")
+def limited_by_robot(
+    scale: float, robots: Any, row: int, other: int, types: Any, moves: Any, first: int
+) -> float:
+    """The scale that another robot allows, both moving as they mean to; `first` is the world's first row."""
+    own, them = robots[row], robots[other]
+    their_kind = types[them.type]
+    if not their_kind.collides:
+        return scale
+    dx, dy = them.x - own.x, them.y - own.y
+    squared = dx * dx + dy * dy
+    if squared == 0.0:
+        return scale
+    move, their_move = moves[row - first], moves[other - first]
+    distance = math.sqrt(squared)
+    nx, ny = dx / distance, dy / distance
+    towards = -(their_move.dx * nx + their_move.dy * ny)
+    gap = distance - types[own.type].radius - their_kind.radius
+    return limited(scale, nx, ny, gap, move.dx, move.dy, towards)
+
+
+@njit(error_model="numpy")
+def limited_by_robots(
+    scale: float, robots: Any, row: int, first: int, end: int, types: Any, moves: Any, grid: Any
+) -> float:
+    """The scale that all other robots of the world, rows `first` to `end`, allow."""
+    own, move = robots[row], moves[row - first]
+    near = types[own.type].radius + grid.most_radius + grid.most_step
+    near += math.sqrt(move.dx * move.dx + move.dy * move.dy)
+    if grid.spots.shape[0] == 0:
+        for other in range(first, end):
+            dx, dy = robots[other].x - own.x, robots[other].y - own.y
+            if dx * dx + dy * dy < near * near and other != row:
+                scale = limited_by_robot(scale, robots, row, other, types, moves, first)
+        return scale
+    low_column, high_column, low_line, high_line = small_cells(own.x, own.y, near, grid)
+    for line in range(low_line, high_line + 1):
+        for column in range(low_column, high_column + 1):
+            cell = small_cell(column, line, grid)
+            for k in range(grid.start[cell], grid.start[cell + 1]):
+                spot = grid.spots[k]
+                dx, dy = spot.x - own.x, spot.y - own.y
+                if dx * dx + dy * dy < near * near and spot.row != row:
+                    scale = limited_by_robot(scale, robots, row, spot.row, types, moves, first)
+    return scale
+
+
+@njit(error_model="numpy")
+def limited_by_fixed(
+    scale: float, x: float, y: float, radius: float, move: Any, world: int, state: Any, rules: Any, near: Any
+) -> float:
+    """The scale that bounds, walls, obstacles and solid objects that stay allow to a disc."""
+    scale = limited_by_bounds(scale, x, y, radius, move, rules.width, rules.height)
+    begin, end = near_range(x, y, near, world)
+    for k in range(begin, end):
+        item = near.items[k]
+        if item >= 0:
+            disc = state.discs[world, item]
+            scale = limited_by_disc(scale, x, y, radius, move, (disc.x, disc.y, disc.radius))
+        else:
+            scale = limited_by_segment(scale, x, y, radius, move, state.segments[world, -1 - item])
+    for c in range(rules.classes.shape[0]):
+        kind = rules.classes[c]
+        if kind.solid and not kind.pushable:
+            for slot in range(kind.first, kind.end):
+                thing = state.objects[world, slot]
+                if thing.present:
+                    scale = limited_by_disc(scale, x, y, radius, move, (thing.x, thing.y, kind.radius))
+    return scale
+
+
+@njit(error_model="numpy")
+def arrive(robot: Any, move: Any) -> None:
+    """Move a robot as far as it may."""
+    if robot.frozen:
+        return
+    drives = robot.speed != 0.0
+    robot.x += move.scale * move.dx
+    robot.y += move.scale * move.dy
+    robot.heading = move.heading
+    if move.scale < 1.0:
+        robot.speed *= move.scale
+    robot.blocked = robot.blocked + 1 if drives and move.scale < 0.1 else 0

@@ -1,0 +1,370 @@
+"""Kernels that lay worlds out: free places, drawn by key and looked for in a grid of what was placed before."""
+
+import math
+from typing import Any, TypeAlias
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from understudy.compiling import kernel_sources
+from understudy.worlds._space_kernels import (
+    AMOUNT,
+    ANGLE,
+    ATTEMPTS,
+    BESIDE,
+    COUNT,
+    DISC,
+    DUE,
+    FIRST_STREAM,
+    OBJECT,
+    POLYGON,
+    ROBOT,
+    STREAMS,
+    X,
+    Y,
+    clear_of_segments,
+    draw,
+    draw_whole,
+    is_inside,
+    to_segment,
+)
+
+Records: TypeAlias = NDArray[Any]
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+
+TAU = 2.0 * math.pi
+GROUP = np.dtype(
+    [
+        ("radius", "f8"),
+        ("apart", "f8"),
+        ("near_m", "f8"),
+        ("x0", "f8"),  # the box in which it is placed
+        ("y0", "f8"),
+        ("x1", "f8"),
+        ("y1", "f8"),
+        ("circle", "f8"),  # radius of the circle in that box; NaN for the box
+        ("due_least", "f8"),  # ticks; NaN for what is there from the beginning
+        ("due_most", "f8"),
+        ("sort", "i4"),
+        ("first", "i4"),  # its first slot among those of its sort
+        ("least", "i4"),
+        ("most", "i4"),
+        ("place", "i4"),  # its first given place; -1 for random ones
+        ("near", "i4"),  # slot of the object that it is beside; -1 for none
+        ("point", "i4"),  # first corner of a polygon, and one after the last
+        ("end_point", "i4"),
+        ("segment", "i4"),  # first segment of the first polygon
+        ("amount_least", "i4"),
+        ("amount_most", "i4"),
+        ("stored", "i4"),
+        ("type", "i4"),
+        ("color", "i4"),
+        ("solid", "i4"),
+        ("alone", "i4"),  # whether it keeps others of its like away, and they it
+        ("height", "f8"),
+    ],
+    align=True,
+)
+"""Things that are placed alike, in the order of placing."""
+
+ENTRY = np.dtype(
+    [
+        ("x", "f8"),
+        ("y", "f8"),
+        ("radius", "f8"),
+        ("apart", "f8"),
+        ("next", "i4"),  # the next entry of its cell
+        ("slot", "i4"),  # of an object; -1 for all else
+        ("first", "i4"),  # its segments, and one after the last; -1 for a disc
+        ("end", "i4"),
+        ("solid", "i4"),
+    ],
+    align=True,
+)
+"""A thing in a cell of the grid; one that lies in several cells has an entry in each."""
+
+
+@njit()
+def _crosses(a: Any, b: Any) -> bool:
+    """Whether two segments have a point in common, other than an end that just touches."""
+    a_x, a_y, b_x, b_y = a.x1 - a.x0, a.y1 - a.y0, b.x1 - b.x0, b.y1 - b.y0
+    first = a_x * (b.y0 - a.y0) - a_y * (b.x0 - a.x0)
+    second = a_x * (b.y1 - a.y0) - a_y * (b.x1 - a.x0)
+    third = b_x * (a.y0 - b.y0) - b_y * (a.x0 - b.x0)
+    fourth = b_x * (a.y1 - b.y0) - b_y * (a.x1 - b.x0)
+    return bool(first * second < 0.0 and third * fourth < 0.0)
+
+
+@njit()
+def _polygons_clear(
+    segments: Records, first: int, end: int, other: int, end_other: int, apart: float
+) -> bool:
+    """Whether a polygon keeps `apart` from another one, or from a wall."""
+    for index in range(first, end):
+        edge = segments[index]
+        for index_other in range(other, end_other):
+            edge_other = segments[index_other]
+            if _crosses(edge, edge_other):
+                return False
+            if (
+                to_segment(edge.x0, edge.y0, edge_other.x0, edge_other.y0, edge_other.x1, edge_other.y1)
+                < apart
+            ):
+                return False
+            if to_segment(edge_other.x0, edge_other.y0, edge.x0, edge.y0, edge.x1, edge.y1) < apart:
+                return False
+            if to_segment(edge_other.x1, edge_other.y1, edge.x0, edge.y0, edge.x1, edge.y1) < apart:
+                return False
+    edge, edge_other = segments[first], segments[other]
+    return not is_inside(edge.x0, edge.y0, segments, other, end_other) and not is_inside(
+        edge_other.x0, edge_other.y0, segments, first, end
+    )
+
+
+@njit()
+def _cells(low: float, high: float, cell: float, count: int) -> tuple[int, int]:
+    """The first and last cell along an axis that a stretch lies in."""
+    first = min(count - 1, max(0, int(low / cell)))
+    return first, min(count - 1, max(0, int(high / cell)))
+
+
+@njit()
+def _insert(grid: Any, x: float, y: float, reach_x: float, reach_y: float, thing: Records) -> Any:
+    """The grid with a thing in every cell of the box around (x, y)."""
+    heads, entries, used, cell = grid
+    column, end_column = _cells(x - reach_x, x + reach_x, cell, heads.shape[1])
+    row, end_row = _cells(y - reach_y, y + reach_y, cell, heads.shape[0])
+    needed = used + (end_column - column + 1) * (end_row - row + 1)
+    if needed > entries.shape[0]:
+        grown = np.empty(2 * needed, entries.dtype)
+        grown[:used] = entries[:used]
+        entries = grown
+    for r in range(row, end_row + 1):
+        for c in range(column, end_column + 1):
+            entries[used] = thing[0]
+            entries[used].next = heads[r, c]
+            heads[r, c] = used
+            used += 1
+    return heads, entries, used, cell
+
+
+@njit()
+def _is_free(grid: Any, x: float, y: float, group: Any, segments: Records, first: int, end: int) -> bool:
+    """Whether a disc, or a polygon of the segments from first to end, keeps free of all that is in the grid."""
+    heads, entries, _, cell = grid
+    reach = group.radius + group.apart
+    column, end_column = _cells(x - reach, x + reach, cell, heads.shape[1])
+    row, end_row = _cells(y - reach, y + reach, cell, heads.shape[0])
+    for r in range(row, end_row + 1):
+        for c in range(column, end_column + 1):
+            at = heads[r, c]
+            while at >= 0:
+                thing = entries[at]
+                apart = max(thing.apart, group.apart)
+                at = thing.next
+                if thing.slot >= 0 and thing.slot == group.near:
+                    if thing.solid == 0:
+                        continue
+                    apart = 0.0
+                if thing.first < 0 and first < 0:
+                    dx, dy = x - thing.x, y - thing.y
+                    least = thing.radius + group.radius + apart
+                    if dx * dx + dy * dy < least * least:
+                        return False
+                elif thing.first < 0:
+                    if not clear_of_segments(thing.x, thing.y, thing.radius + apart, segments, first, end):
+                        return False
+                elif first < 0:
+                    if not clear_of_segments(x, y, group.radius + apart, segments, thing.first, thing.end):
+                        return False
+                elif not _polygons_clear(segments, first, end, thing.first, thing.end, apart):
+                    return False
+    return True
+
+
+@njit()
+def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: Records, first: int) -> None:
+    """Write the edges of a polygon around (x, y) into the segments of a world."""
+    cosine, sine = math.cos(turned), math.sin(turned)
+    count = corners.shape[0]
+    for index in range(count):
+        a, b = corners[index], corners[(index + 1) % count]
+        edge = segments[first + index]
+        edge.x0, edge.y0 = x + cosine * a[0] - sine * a[1], y + sine * a[0] + cosine * a[1]
+        edge.x1, edge.y1 = x + cosine * b[0] - sine * b[1], y + sine * b[0] + cosine * b[1]
+        edge.wall = 0
+
+
+@njit()
+def _in_bounds(
+    x: float, y: float, group: Any, width: float, height: float, segments: Records, first: int
+) -> bool:
+    """Whether a disc, or a polygon that begins at a segment, keeps within the arena and its region."""
+    if (x - 0.5 * (group.x0 + group.x1)) ** 2 + (y - 0.5 * (group.y0 + group.y1)) ** 2 > group.circle**2:
+        return False
+    if x < group.x0 or x > group.x1 or y < group.y0 or y > group.y1:
+        return False
+    if first < 0:
+        away = group.radius + group.apart
+        return bool(away <= x <= width - away and away <= y <= height - away)
+    for index in range(first, first + group.end_point - group.point):
+        edge = segments[index]
+        if not (
+            group.apart <= edge.x0 <= width - group.apart and group.apart <= edge.y0 <= height - group.apart
+        ):
+            return False
+    return True
+
+
+@njit()
+def _propose(
+    group: Any, seed: int, item: int, attempt: int, width: float, height: float, objects: Records
+) -> tuple[float, float]:
+    """A place to try: anywhere in its region, or beside the object that it is near."""
+    streams = FIRST_STREAM + STREAMS * group.sort
+    if group.near >= 0:
+        near = objects[group.near]
+        spread = TAU / 8.0 + (TAU - TAU / 8.0) * max(0, attempt - 50) / (ATTEMPTS - 50)
+        turned = (draw(seed, item, attempt, streams + BESIDE) - 0.5) * spread
+        angle = math.atan2(0.5 * height - near.y, 0.5 * width - near.x) + turned
+        return near.x + group.near_m * math.cos(angle), near.y + group.near_m * math.sin(angle)
+    away = group.apart + (group.radius if group.sort != POLYGON else 0.0)
+    x0, x1 = max(group.x0, away), min(group.x1, width - away)
+    y0, y1 = max(group.y0, away), min(group.y1, height - away)
+    x = x0 + draw(seed, item, attempt, streams + X) * (x1 - x0)
+    return x, y0 + draw(seed, item, attempt, streams + Y) * (y1 - y0)
+
+
+@njit()
+def _fill(group: Any, item: int, seed: int, x: float, y: float, heading: float, world: Any) -> None:
+    """Write a thing that has its place into the state of its world."""
+    robots, objects, discs = world
+    streams = FIRST_STREAM + STREAMS * group.sort
+    if math.isnan(heading):
+        heading = TAU * draw(seed, item, 0, streams + ANGLE)
+    if group.sort == DISC:
+        discs[item].x, discs[item].y, discs[item].radius = x, y, group.radius
+        discs[item].height, discs[item].color = group.height, group.color
+    elif group.sort == ROBOT:
+        robot = robots[item]
+        robot.x, robot.y, robot.heading = x, y, heading
+        robot.id, robot.type, robot.stored = item, group.type, group.stored
+    elif group.sort == OBJECT:
+        thing = objects[item]
+        thing.x, thing.y, thing.heading = x, y, heading
+        thing.amount = draw_whole(
+            group.amount_least, group.amount_most, draw(seed, item, 0, streams + AMOUNT)
+        )
+        thing.at_first = thing.amount
+        thing.present = 1
+        if not math.isnan(group.due_least):
+            between = group.due_most - group.due_least
+            thing.present = 0
+            thing.due = round(group.due_least + between * draw(seed, item, 0, streams + DUE))
+
+
+@njit()
+def _lay_out(
+    groups: Records,
+    places: Floats,
+    corners: Floats,
+    walls: Records,
+    width: float,
+    height: float,
+    cell: float,
+    seeds: Ints,
+    robots: Records,
+    objects: Records,
+    discs: Records,
+    segments: Records,
+) -> tuple[int, int, int]:
+    """Lay out every world, in place: ROBOT [B, N], OBJECT [B, K], DISC [B, O], SEGMENT [B, S].
+
+    Returns the world, group and thing for which no free place was found; -1 where all have theirs.
+    """
+    heads = np.empty((int(height / cell) + 1, int(width / cell) + 1), np.int32)
+    thing = np.zeros(1, ENTRY)
+    entries = np.empty(max(16, 2 * robots.shape[1]), ENTRY)
+    for w in range(seeds.shape[0]):
+        seed = seeds[w]
+        heads[:] = -1
+        grid = (heads, entries, 0, cell)
+        segments[w, : walls.shape[0]] = walls
+        thing[0].radius, thing[0].apart, thing[0].slot, thing[0].solid = 0.0, 0.0, -1, 1
+        for index in range(walls.shape[0]):
+            wall = walls[index]
+            thing[0].first, thing[0].end = index, index + 1
+            x, y = 0.5 * (wall.x0 + wall.x1), 0.5 * (wall.y0 + wall.y1)
+            grid = _insert(grid, x, y, abs(wall.x1 - x), abs(wall.y1 - y), thing)
+        for g in range(groups.shape[0]):
+            group = groups[g]
+            streams = FIRST_STREAM + STREAMS * group.sort
+            count = draw_whole(group.least, group.most, draw(seed, group.first, 0, streams + COUNT))
+            edges = group.end_point - group.point
+            for k in range(count):
+                item = group.first + k
+                first = group.segment + k * edges if group.sort == POLYGON else -1
+                found, x, y, heading = False, 0.0, 0.0, math.nan
+                if group.place >= 0:
+                    place = places[group.place + k]
+                    found, x, y, heading = True, place[0], place[1], place[2]
+                    if first >= 0:
+                        _turn_polygon(
+                            x, y, heading, corners[group.point : group.end_point], segments[w], first
+                        )
+                elif not math.isnan(group.due_least):
+                    found = True
+                for attempt in range(ATTEMPTS):
+                    if found:
+                        break
+                    x, y = _propose(group, seed, item, attempt, width, height, objects[w])
+                    if first >= 0:
+                        turned = TAU * draw(seed, item, attempt, streams + ANGLE)
+                        _turn_polygon(
+                            x, y, turned, corners[group.point : group.end_point], segments[w], first
+                        )
+                    found = _in_bounds(x, y, group, width, height, segments[w], first) and (
+                        _is_free(grid, x, y, group, segments[w], first, first + edges)
+                    )
+                if not found:
+                    return w, g, k
+                _fill(group, item, seed, x, y, heading, (robots[w], objects[w], discs[w]))
+                if group.alone and math.isnan(group.due_least):
+                    thing[0].x, thing[0].y, thing[0].radius, thing[0].apart = x, y, group.radius, group.apart
+                    thing[0].first, thing[0].end, thing[0].solid = first, first + edges, group.solid
+                    thing[0].slot = item if group.sort == OBJECT else -1
+                    reach = group.radius + group.apart
+                    grid = _insert(grid, x, y, reach, reach, thing)
+        entries = grid[1]
+    return -1, -1, -1
+
+
+def _keyed(sources: str) -> Any:
+    """The kernel that is called from outside, kept for as long as no file of kernels changes."""
+
+    @njit(cache=True, nogil=True)
+    def lay_out(
+        groups: Records,
+        places: Floats,
+        corners: Floats,
+        walls: Records,
+        width: float,
+        height: float,
+        cell: float,
+        seeds: Ints,
+        robots: Records,
+        objects: Records,
+        discs: Records,
+        segments: Records,
+    ) -> tuple[int, int, int]:
+        len(sources)
+        return _lay_out(
+            groups, places, corners, walls, width, height, cell, seeds, robots, objects, discs, segments
+        )
+
+    return lay_out
+
+
+lay_out = _keyed(kernel_sources("worlds"))

@@ -1,0 +1,215 @@
+"""Names in a scenario: each says one thing, and what it refers to is there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from understudy.errors import listed
+from understudy.worlds.checking import Checker
+from understudy.worlds.kits import (
+    CARRYING,
+    MOVING,
+    OWN_FEATURES,
+    behaviors_of,
+    features_of,
+    readings_of_type,
+    targets_of,
+)
+from understudy.worlds.rules import most_of, names_of
+from understudy.worlds.scenario import (
+    MOUSE,
+    Bumper,
+    Chance,
+    Goal,
+    Objects,
+    RobotType,
+    Scenario,
+    Since,
+    Sonar,
+    TargetOf,
+)
+
+_NAME = re.compile(r"\w(?:[\w -]{0,58}\w)?")
+_REFERENCES = ("nearest", "object", "team", "robot", "color")
+
+
+def check(checker: Checker) -> None:
+    """SettingError where a name cannot be, is there twice, or refers to nothing."""
+    scenario = checker.scenario
+    _check_spelling(checker)
+    _once(checker, "objects", [thing.name for thing in scenario.objects])
+    if not scenario.types:
+        checker.wrong("types", "is empty", "give at least one type of robot")
+    for name, kind in scenario.types.items():
+        _check_sensors(checker, f"types.{name}", kind)
+        _check_behaviors(checker, f"types.{name}.behaviors", kind)
+    for name, target in scenario.targets.items():
+        _check_target(checker, f"targets.{name}", target)
+    features = [feature.name for feature in (*features_of(scenario), *OWN_FEATURES)]
+    for name in features:
+        if features.count(name) > 1:
+            key = f"features.{name}" if name in scenario.features else _sensor_reading(scenario, name)
+            checker.wrong(key, f"is a second feature of the name {name!r}", "rename one of the two")
+    behaviors_of(scenario)
+    targets_of(scenario)
+    if scenario.goal is not None:
+        _check_goal(checker, scenario.goal)
+
+
+def _check_spelling(checker: Checker) -> None:
+    """Names are words: they stand in tables, on buttons, in names of files."""
+    scenario = checker.scenario
+    spelled: list[tuple[str, str]] = [("name", scenario.name)]
+    tables: Mapping[str, Mapping[str, Any]] = {
+        "regions": scenario.regions,
+        "types": scenario.types,
+        "targets": scenario.targets,
+        "features": scenario.features,
+    }
+    spelled += [(key, name) for key, table in tables.items() for name in table]
+    spelled += [(f"objects[{index}].name", thing.name) for index, thing in enumerate(scenario.objects)]
+    spelled += [
+        (f"obstacles[{index}].color", thing.color)
+        for index, thing in enumerate(scenario.obstacles)
+        if thing.color is not None
+    ]
+    spelled += [
+        (f"objects[{index}].color", thing.color)
+        for index, thing in enumerate(scenario.objects)
+        if thing.color is not None
+    ]
+    for kind, robot in scenario.types.items():
+        words = {"color": robot.color, "team": robot.team}
+        spelled += [(f"types.{kind}.{key}", word) for key, word in words.items() if word is not None]
+        spelled += [(f"types.{kind}.behaviors", name) for name in robot.behaviors]
+        for index, sensor in enumerate(robot.sensors):
+            key = f"types.{kind}.sensors[{index}]"
+            if isinstance(sensor, Sonar | Bumper):
+                spelled += [(f"{key}.sectors", name) for name in sensor.sectors]
+            elif isinstance(sensor, Chance | Since):
+                spelled.append((f"{key}.name", sensor.name))
+    for key, name in spelled:
+        if not _NAME.fullmatch(name):
+            remedy = "give up to 60 letters, digits, _, - and spaces inside"
+            checker.wrong(key, f"has {name!r:.80}, which is no name", remedy)
+        if name == MOUSE and key.startswith("objects"):
+            checker.wrong(key, f"is {MOUSE!r}, which is the pointer's own", "give another name")
+
+
+def _once(checker: Checker, key: str, names: list[str]) -> None:
+    for index, name in enumerate(names):
+        first = names.index(name)
+        if first < index:
+            problem = f"is {name!r}, as is that of {key}[{first}]"
+            checker.wrong(f"{key}[{index}].name", problem, "rename one of the two")
+
+
+def _check_sensors(checker: Checker, key: str, kind: RobotType) -> None:
+    """Each reading is there once, sectors are arcs, and what is timed is there to be timed."""
+    read: dict[str, int] = {}
+    for index, sensor in enumerate(kind.sensors):
+        at = f"{key}.sensors[{index}]"
+        if isinstance(sensor, Sonar | Bumper):
+            _check_sectors(checker, f"{at}.sectors", sensor.sectors)
+        if isinstance(sensor, Sonar) and not sensor.sees:
+            checker.wrong(f"{at}.sees", "is empty", "give what reflects: walls, obstacles, robots")
+    for index, reading in readings_of_type(kind):
+        if reading.name in read:
+            problem = f"reads {reading.name!r}, as does sensors[{read[reading.name]}]"
+            checker.wrong(f"{key}.sensors[{index}]", problem, "rename one of the two, or leave it out")
+        read[reading.name] = index
+    timed = [
+        reading.name
+        for index, reading in readings_of_type(kind)
+        if not isinstance(kind.sensors[index], Since)
+        and (reading.of_targets or str(reading.kind).startswith("categ"))
+    ]
+    for index, sensor in enumerate(kind.sensors):
+        if isinstance(sensor, Since):
+            at = f"{key}.sensors[{index}].of"
+            checker.known(at, sensor.of, timed, what="reading that can be absent or no")
+
+
+def _check_sectors(checker: Checker, key: str, sectors: Mapping[str, tuple[float, float]]) -> None:
+    if not sectors:
+        checker.wrong(key, "is empty", "give at least one sector")
+    for name, (first, last) in sectors.items():
+        if not 0 <= last - first <= 360 or not (first >= -360 and last <= 360):
+            remedy = "give (from, to) in degrees from -360 to 360, counter-clockwise from ahead, at most a full circle"
+            checker.wrong(f"{key}.{name}", f"is [{first}, {last}]", remedy)
+
+
+def _check_behaviors(checker: Checker, key: str, kind: RobotType) -> None:
+    carries = any(each.capacity > 0 for each in checker.scenario.types.values())
+    moving, carrying = [each.name for each in MOVING], [each.name for each in CARRYING]
+    for name, channels in kind.behaviors.items():
+        for channel, value in channels.items():
+            at = f"{key}.{name}.{channel}"
+            if channel in carrying and not carries:
+                checker.wrong(
+                    at, "is asked for where no robot carries food", "give some type a capacity above 0"
+                )
+            checker.known(at, channel, moving + carrying * carries, what="channel")
+            if not -1 <= value <= 1:
+                checker.wrong(
+                    at, f"is {value}", "give a number from -1 to 1: a share of the robot's own speed"
+                )
+
+
+def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
+    scenario = checker.scenario
+    names = names_of(scenario)
+    given = [name for name in _REFERENCES if getattr(target, name) is not None]
+    if len(given) != 1:
+        checker.wrong(key, f"has {listed(given)}", f"give exactly one of {', '.join(_REFERENCES)}")
+    for name in ("nearest", "object"):
+        if name in given:
+            checker.known(f"{key}.{name}", getattr(target, name), names.classes, what="class of objects")
+    if target.team is not None:
+        checker.known(f"{key}.team", target.team, names.teams, what="team")
+    if target.color is not None:
+        checker.known(f"{key}.color", target.color, names.colors, what="color: nobody has it")
+    if target.index and target.object is None:
+        checker.wrong(f"{key}.index", "is given without an object", "leave it out, or give the object")
+    if target.index:
+        thing = next((thing for thing in scenario.objects if thing.name == target.object), None)
+        most = 1 if thing is None else most_of(thing) + scenario.spare_objects
+        if target.index >= most:
+            problem = f"is {target.index}, and of {target.object!r} there are {most} at most"
+            checker.wrong(f"{key}.index", problem, f"give 0 to {most - 1}")
+
+
+def _check_goal(checker: Checker, goal: Goal) -> None:
+    scenario = checker.scenario
+    if goal.delivered == (goal.target is not None):
+        checker.wrong(
+            "goal", "is to deliver and to reach, or neither", "give either delivered = true, or a target"
+        )
+    if goal.target is not None:
+        checker.known("goal.target", goal.target, names_of(scenario).classes, what="class of objects")
+        return
+    if goal.all:
+        checker.wrong("goal.all", "is given without a target", "leave it out, or give a target")
+    carriers = {name for name, kind in scenario.types.items() if kind.capacity > 0}
+    if not any(robots.type in carriers for robots in scenario.robots):
+        checker.wrong(
+            "goal.delivered", "cannot be: no robot can carry food", "give a type a capacity above 0"
+        )
+    if not any(thing.home for thing in scenario.objects):
+        checker.wrong("goal.delivered", "cannot be: there is no home", "give an object home = true")
+    if not (_has_food(scenario.objects) or any(robots.stored for robots in scenario.robots)):
+        checker.wrong("goal.delivered", "cannot be: there is no food", "give an object an amount above 0")
+
+
+def _has_food(things: Iterable[Objects]) -> bool:
+    return any(thing.amount not in (0, (0, 0)) for thing in things)
+
+
+def _sensor_reading(scenario: Scenario, name: str) -> str:
+    for kind, robot in scenario.types.items():
+        for index, reading in readings_of_type(robot):
+            if name == reading.name:
+                return f"types.{kind}.sensors[{index}]"
+    return "features"
