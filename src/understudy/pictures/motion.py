@@ -30,7 +30,7 @@ TRAIL = 60
 DISCS, TAILS = 60, 2000
 """So many robots are drawn with their headings, more are dots; so many have tails that show where they came from."""
 TAIL, LEAST_DOT = 3, 1.4
-COLORS, SAMPLES, SAME = 128, 8, 6
+COLORS, SAMPLES, SAME = 128, 8, 10
 """Colors of the palette, pictures that it is made of, and how close colors (of 255) are taken for one."""
 
 
@@ -123,9 +123,11 @@ class _Film:
             together.paste(picture, (at * wide, 0))
         reduced = together.quantize(COLORS)
         known = np.array(reduced.getpalette()).reshape(-1, 3)
-        for exact in self._rgb([FOOD, HOME, SOLID, *self._palette, INK, GROUND, PAPER]):  # what is close to these becomes them
-            far = np.abs(known - exact.astype(np.int64)).max(axis=1)
-            known[(far < SAME) | (far == far.min())] = exact
+        exact = self._rgb([FOOD, HOME, SOLID, *self._palette, INK, GROUND, PAPER])
+        far = np.abs(known[:, None] - exact.astype(np.int64)).max(axis=2)
+        close = far.min(axis=1) < SAME
+        known[close] = exact[far.argmin(axis=1)[close]]
+        known[far.argmin(axis=0)] = exact  # those that nothing is close to
         reduced.putpalette(known.reshape(-1).tolist())
         return reduced
 
