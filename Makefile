@@ -40,7 +40,7 @@ test: $(VENV)/.dev ## everything that must hold: style, types, layers, tests (AR
 soak: $(VENV)/.dev ## the tests that take long
 	$(BIN)/pytest -m soak $(ARGS)
 
-bench: $(VENV)/.dev ## measure beside scikit-learn and py_trees
+bench: $(VENV)/.dev ## measure beside peers (those of the bench extra that are installed)
 	$(BIN)/understudy bench $(ARGS)
 
 experiments: $(VENV)/.run ## the published experiments, in full

@@ -5,7 +5,6 @@ is filled anew every tick; reading, deciding and moving are one pass over the ro
 """
 
 from math import atan2, ceil, cos, inf, nan, pi, sin, sqrt
-
 from typing import Any
 
 import numpy as np
@@ -63,18 +62,14 @@ def nearest_robot(
     """Offset and squared range of the nearest other robot in sight; the range is infinite where there is none."""
     column, row = cell(x, cells), cell(y, cells)
     best, dx, dy = sight * sight, nan, nan
-    reach = int(ceil(sight / CELL))
-    for ring in range(1, reach + 1):
+    for ring in range(1, ceil(sight / CELL) + 1):
+        left, right = max(column - ring, 0), min(column + ring, cells - 1)
         for r in range(max(row - ring, 0), min(row + ring, cells - 1) + 1):
-            inner = ring > 1 and abs(r - row) < ring
-            for c in range(max(column - ring, 0), min(column + ring, cells - 1) + 1):
-                if inner and abs(c - column) < ring:
-                    continue
-                for k in range(first[r * cells + c], first[r * cells + c + 1]):
-                    u, v = grid_x[k] - x, grid_y[k] - y
-                    squared = u * u + v * v
-                    if squared <= best and members[k] != i:
-                        best, dx, dy = squared, u, v
+            for k in range(first[r * cells + left], first[r * cells + right + 1]):
+                u, v = grid_x[k] - x, grid_y[k] - y
+                squared = u * u + v * v
+                if squared <= best and members[k] != i:
+                    best, dx, dy = squared, u, v
         if best <= (ring * CELL) ** 2 and dx == dx:
             break
     return dx, dy, best if dx == dx else inf
@@ -111,13 +106,13 @@ def sonar(
                 best = min(best, ray(ax, ay, dx, dy, squared, size), ray(bx, by, dx, dy, squared, size))
         if x < far or y < far or x > side - far or y > side - far:
             best = min(best, to_wall(x, y, ax, ay, side), to_wall(x, y, bx, by, side))
-            if ay > 0.0 > by:
-                best = min(best, side - x)
             if ay < 0.0 < by:
+                best = min(best, side - x)
+            if ay > 0.0 > by:
                 best = min(best, x)
-            if ax > 0.0 > bx:
-                best = min(best, y)
             if ax < 0.0 < bx:
+                best = min(best, y)
+            if ax > 0.0 > bx:
                 best = min(best, side - y)
         out[SONAR + s] = min(max(best - radius, 0.0), most)
 
@@ -137,6 +132,14 @@ def to_wall(x: float, y: float, ex: float, ey: float, side: float) -> float:
     return min(across, (side - y) / ey if ey > 0.0 else -y / ey if ey < 0.0 else inf)
 
 
+@njit(cache=True, inline="always")
+def around(angle: float) -> float:
+    """An angle of at most a turn too much or too little, onto [0, tau)."""
+    angle += TAU if angle < 0.0 else 0.0
+    angle += TAU if angle < 0.0 else 0.0
+    return angle - TAU if angle >= TAU else angle
+
+
 @njit(cache=True)
 def decide(
     stack: Ints32,
@@ -151,7 +154,7 @@ def decide(
     """Pulse all levels (semantics of the interpreter); the basic state that is reached."""
     level = 0
     while True:
-        state = stack[level]
+        state = int(stack[level])
         up = flags[stack[level + 1]] if children[state] >= 0 else -1
         node = roots[state]
         following = state
@@ -166,7 +169,7 @@ def decide(
                     low, high, value = numbers[node, 0], numbers[node, 1], values[asked]
                     holds = low <= value < high if low <= high else value >= low or value < high
                 node = tests[node, 2] if holds else tests[node, 3]
-            following = tests[node, 2]
+            following = int(tests[node, 2])
         if following != state:
             stack[level] = following
             if children[following] >= 0:
@@ -178,7 +181,7 @@ def decide(
 
 @njit(cache=True, parallel=True)
 def step(
-    robots: int,
+    chunks: int,
     place: Floats,
     moved: Floats,
     stack: Ints32,
@@ -192,8 +195,8 @@ def step(
     """One tick for all robots: `place` [3, N] to `moved`."""
     tests, numbers, roots, children, flags, starts, commands = table
     cells, first, members, grid_x, grid_y = gridded
+    robots = place.shape[1]
     side, radius, sight, most, drive, turn = sizes
-    chunks = 8 * get_num_threads()
     for chunk in prange(chunks):
         values = np.empty(READINGS)
         for i in range(robots * chunk // chunks, robots * (chunk + 1) // chunks):
@@ -205,22 +208,22 @@ def step(
                 squared = u * u + v * v
                 if squared < best:
                     best, dx, dy = squared, u, v
-            values[BEACON_RANGE], values[BEACON_ANGLE] = sqrt(best), (atan2(dy, dx) - heading) % TAU
+            values[BEACON_RANGE], values[BEACON_ANGLE] = sqrt(best), around(atan2(dy, dx) - heading)
             dx, dy, best = nearest_robot(i, x, y, cells, first, members, grid_x, grid_y, sight)
             values[ROBOT_RANGE], values[ROBOT_ANGLE] = nan, nan
             if best < inf:
-                values[ROBOT_RANGE], values[ROBOT_ANGLE] = sqrt(best), (atan2(dy, dx) - heading) % TAU
+                values[ROBOT_RANGE], values[ROBOT_ANGLE] = sqrt(best), around(atan2(dy, dx) - heading)
             if len(edges):
                 sonar(x, y, ahead_x, ahead_y, side, obstacles, radius, edges, most, values)
             state = decide(stack[i], tests, numbers, roots, children, flags, starts, values)
             along = commands[state, 0] * drive
             moved[0, i] = min(max(x + along * ahead_x, radius), side - radius)
             moved[1, i] = min(max(y + along * ahead_y, radius), side - radius)
-            moved[2, i] = (heading + commands[state, 1] * turn) % TAU
+            moved[2, i] = around(heading + commands[state, 1] * turn)
 
 
 def limit_threads(threads: int) -> int:
     """Let kernels use so many threads from now on; how many it was before."""
-    before: int = get_num_threads()
+    before = int(get_num_threads())
     set_num_threads(threads)
     return before

@@ -12,18 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import pi, tau
+from math import pi
+from typing import Any
 
+from understudy.bench.asking import Question, automaton, below, on_the_left, raised, within
 from understudy.bench.standard import COMMANDS
-from understudy.model.automaton import START, Automaton, State
+from understudy.model.automaton import Automaton
 from understudy.model.behavior import Behavior, Command
-from understudy.model.binding import NOTHING_BOUND, Binding
-from understudy.model.feature import BoundFeature, Feature, Flag
+from understudy.model.binding import Binding
+from understudy.model.feature import BoundFeature, Feature
 from understudy.model.kinds import Continuous, Toroidal
 from understudy.model.kit import Kit
 from understudy.model.library import Library
 from understudy.model.target import Target
-from understudy.model.tree import Node, Test, Tree, leaf
 
 BASE, FULL = "base", "errand"
 """The names of the behaviors at the root."""
@@ -48,40 +49,6 @@ CROWD = Manners(personal=0.0, arrived=0.0)
 """Robots that give way to nobody and are never there: they press on to the beacon for ever."""
 
 
-@dataclass(frozen=True)
-class Ask:
-    """A test with what follows it: another test, or the name of the next state. Absent counts as no."""
-
-    feature: str
-    yes: Question
-    no: Question
-    below: float | None = None
-    arc: tuple[float, float] | None = None
-
-
-Question = Ask | str
-
-
-def below(feature: str, value: float, yes: Question, no: Question) -> Ask:
-    """Is it less than `value`?"""
-    return Ask(feature, yes, no, below=value)
-
-
-def within(feature: str, half: float, yes: Question, no: Question) -> Ask:
-    """Is this angle at most `half` to either side of straight ahead?"""
-    return Ask(feature, yes, no, arc=(tau - half, half))
-
-
-def on_the_left(feature: str, yes: Question, no: Question) -> Ask:
-    """Is this angle between straight ahead and straight back, to the left?"""
-    return Ask(feature, yes, no, arc=(0.0, pi))
-
-
-def raised(flag: str, yes: Question, no: Question) -> Ask:
-    """Is this flag up in the automaton below?"""
-    return Ask(flag, yes, no)
-
-
 def base() -> Library:
     """`base`: toward the nearest beacon, but away from a robot that is near and ahead."""
     decide = below(
@@ -90,7 +57,7 @@ def base() -> Library:
         within("robot_angle", pi / 2, on_the_left("robot_angle", "right", "left"), _seek()),
         _seek(),
     )
-    return _library(_automaton(BASE, dict.fromkeys((START.name, "there", *COMMANDS), decide), basic=True))
+    return _library(_automaton(BASE, dict.fromkeys(("start", "there", *COMMANDS), decide), basics=COMMANDS))
 
 
 def _seek() -> Question:
@@ -147,7 +114,7 @@ def _steer(m: Manners) -> Automaton:
             for state, ahead in wide.items()
         },
         flags=("there",),
-        basic=True,
+        basics=COMMANDS,
     )
 
 
@@ -168,7 +135,7 @@ def _dodge(m: Manners) -> Automaton:
             "right": below("front", m.free, below("right", m.beside / 2, "left", "right"), "forward"),
         },
         flags=("past",),
-        basic=True,
+        basics=COMMANDS,
     )
 
 
@@ -188,7 +155,7 @@ def _give_way(m: Manners) -> Automaton:
             "right": aside("right"),
         },
         flags=("clear",),
-        basic=True,
+        basics=COMMANDS,
     )
 
 
@@ -210,51 +177,5 @@ def _library(*automata: Automaton) -> Library:
     return Library.of(Kit.of(*features.values(), *basics, Target("beacon"), Target("robot")), *automata)
 
 
-def _automaton(
-    name: str,
-    asks: Mapping[str, Question],
-    *,
-    runs: Mapping[str, str] | None = None,
-    flags: tuple[str, ...] = (),
-    basic: bool = False,
-) -> Automaton:
-    """An automaton of one state per tree and per flag; with `basic`, states run what they are named after."""
-    called = dict.fromkeys((name for name in asks if name in COMMANDS), "") if basic else {}
-    below_it = {**{state: state for state in called}, **(runs or {})}
-    states = (
-        *(State(state, below_it.get(state), NOTHING_BOUND) for state in asks),
-        *(State(flag, flag=flag) for flag in flags),
-    )
-    names = [state.name for state in states]
-    features = list(dict.fromkeys(feature for ask in asks.values() for feature in _features(ask)))
-    bound = tuple(_READINGS.get(feature) or BoundFeature(Flag(feature)) for feature in features)
-    trees = {state: _tree(ask, features, names) for state, ask in asks.items()}
-    return Automaton(name, states, bound, transitions=trees)
-
-
-def _features(ask: Question) -> list[str]:
-    return [] if isinstance(ask, str) else [ask.feature, *_features(ask.yes), *_features(ask.no)]
-
-
-def _tree(ask: Question, features: list[str], states: list[str]) -> Tree:
-    nodes: list[Node] = []
-
-    def grow(ask: Question) -> int:
-        """The index of the first node of what grows here; children come after their parents."""
-        index = len(nodes)
-        if isinstance(ask, str):
-            nodes.append(leaf(states.index(ask)))
-            return index
-        nodes.append(leaf(0))
-        yes, no = grow(ask.yes), grow(ask.no)
-        feature = features.index(ask.feature)
-        if ask.arc:
-            nodes[index] = Node(Test.ARC, feature, *ask.arc, yes, no, no)
-        elif ask.below is not None:
-            nodes[index] = Node(Test.BELOW, feature, high=ask.below, yes=yes, no=no, absent=no)
-        else:
-            nodes[index] = Node(Test.LABEL, feature, absent=no, branches=(no, yes))
-        return index
-
-    grow(ask)
-    return Tree(tuple(nodes))
+def _automaton(name: str, asks: Mapping[str, Question], **more: Any) -> Automaton:
+    return automaton(name, asks, readings=_READINGS, **more)

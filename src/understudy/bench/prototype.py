@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import cos, radians, sin
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from understudy.model.feature import BoundFeature, Feature
 from understudy.model.library import Library
 from understudy.model.tree import Node, Test
 
-READINGS = {
+READINGS: dict[tuple[str, str | None], int] = {
     ("range", "beacon"): 0,
     ("bearing", "beacon"): 1,
     ("range", "robot"): 2,
@@ -29,15 +30,25 @@ SORTED_EVERY = 20
 class Prototype:
     """N robots that run one behavior of a library of the standard task."""
 
-    def __init__(self, robots: int, library: Library, behavior: str, *, sonar: bool, threads: int = 1) -> None:
+    def __init__(
+        self, robots: int, library: Library, behavior: str, *, sonar: bool, threads: int = 1
+    ) -> None:
         self.robots, self.threads = robots, threads
-        self.table = table(library, behavior)
+        self.table = table(library)
         self.root = int(self.table[5][list(library.taught).index(behavior)])
         side = standard.side(robots)
         cells = max(1, int(np.ceil(side / 2.0)))
-        self.sizes = (side, standard.RADIUS, standard.SIGHT, standard.SONAR_RANGE, standard.STEP, standard.TURN)
+        self.sizes = (
+            side,
+            standard.RADIUS,
+            standard.SIGHT,
+            standard.SONAR_RANGE,
+            standard.STEP,
+            standard.TURN,
+        )
         edges = [
-            [f(radians(angle)) for angle in sector for f in (cos, sin)] for sector in standard.SECTORS.values()
+            [f(radians(angle)) for angle in sector for f in (cos, sin)]
+            for sector in standard.SECTORS.values()
         ]
         self.edges = np.array(edges if sonar else np.empty((0, 4)))
         self.gridded = (
@@ -70,7 +81,7 @@ class Prototype:
             if self.tick % SORTED_EVERY == 0:
                 self._sort()
             kernels.step(
-                self.robots,
+                8 * self.threads,
                 self.place,
                 self.moved,
                 self.stack,
@@ -92,10 +103,10 @@ class Prototype:
         members[:] = np.arange(self.robots)
 
 
-Table = tuple[NDArray[np.int32], NDArray[np.float64], *tuple[NDArray[np.int32], ...], NDArray[np.float64]]
+Table: TypeAlias = tuple[NDArray[Any], ...]
 
 
-def table(library: Library, behavior: str) -> Table:
+def table(library: Library) -> Table:
     """The automata of a library as flat arrays; states are numbered through, automaton by automaton.
 
     Nodes: (test, feature, yes, no) and (low, high), a leaf's `yes` being a state. States: the root of the tree,

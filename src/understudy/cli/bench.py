@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from types import MappingProxyType
 from typing import Any
 
 import typer
@@ -17,37 +20,58 @@ NOISE = "Medians; on a machine that does other things too, trust ratios to about
 def everything(ctx: typer.Context, as_json: Json = False) -> None:
     """Measure speed beside peers, in one run on this machine; without a name, everything."""
     if ctx.invoked_subcommand is None:
-        from understudy.bench import interpreter as decides
-        from understudy.bench import learning as learns
-
-        _tell({"learning": learns.run(), "interpreter": decides.run()}, as_json=as_json)
+        _measure(*MEASUREMENTS, as_json=as_json)
 
 
 @app.command()
 def learning(as_json: Json = False) -> None:
     """Learning a tree, beside scikit-learn's DecisionTreeClassifier.fit."""
-    from understudy.bench.learning import run
-
-    _tell({"learning": run()}, as_json=as_json)
+    _measure("learning", as_json=as_json)
 
 
 @app.command()
 def interpreter(as_json: Json = False) -> None:
     """A pulse of a three-level automaton, beside an 11-node py_trees tick."""
-    from understudy.bench.interpreter import run
-
-    _tell({"interpreter": run()}, as_json=as_json)
+    _measure("interpreter", as_json=as_json)
 
 
-def _tell(results: dict[str, Any], *, as_json: bool) -> None:
+@app.command()
+def swarm(as_json: Json = False) -> None:
+    """Swarms of 100 to 100 000 robots, beside Mesa 3, VMAS and a prototype written by hand (minutes)."""
+    _measure("swarm", as_json=as_json)
+
+
+@app.command()
+def patrol(as_json: Json = False) -> None:
+    """The paper's patrol world, one at a time and a thousand side by side."""
+    _measure("patrol", as_json=as_json)
+
+
+@app.command()
+def crowding(as_json: Json = False) -> None:
+    """Robots that all head for one point, beside the same task spread out (minutes)."""
+    _measure("crowding", as_json=as_json)
+
+
+@app.command()
+def million(as_json: Json = False) -> None:
+    """A million robots: their speed, and the memory they take."""
+    _measure("million", as_json=as_json)
+
+
+def _measure(*names: str, as_json: bool) -> None:
+    """Each measurement in a module of its name, which is loaded when its turn comes."""
     from understudy.cli.output import console, print_json
 
+    results: dict[str, dict[str, Any]] = {}
+    for name in names:
+        results[name] = import_module(f"understudy.bench.{name}").run()
+        if not as_json:
+            MEASUREMENTS[name](results[name])
     passed = all(result["passed"] for result in results.values())
     if as_json:
-        print_json(next(iter(results.values())) if len(results) == 1 else {**results, "passed": passed})
+        print_json(results[names[0]] if len(names) == 1 else {**results, "passed": passed})
     else:
-        for name, result in results.items():
-            {"learning": _learning, "interpreter": _interpreter}[name](result)
         console().print(f"[dim]{NOISE}[/]")
     raise typer.Exit(0 if passed else 1)
 
@@ -91,3 +115,35 @@ def _interpreter(result: dict[str, Any]) -> None:
 
 def _mark(reached: bool) -> str:
     return "[green]yes[/]" if reached else "[red]no[/]"
+
+
+def _speeds(result: dict[str, Any]) -> None:
+    from understudy.cli.output import console, table
+
+    made = table("task", "#robots", "#threads", "#robot-ticks/s", "#spread", "#of by hand", title="Running")
+    shares = {
+        (row["task"], row["robots"], row["threads"]): row["of_by_hand"] for row in result.get("fractions", ())
+    }
+    for row in result["results"]:
+        key = row["task"], row["robots"], row["threads"]
+        spread = f"{row['spread']:.0%}" if "spread" in row else ""
+        share = f"{shares[key]:.0%}" if key in shares else ""
+        made.add_row(*map(str, key), f"{row['robot_ticks_per_s']:.3g}", spread, share)
+    console().print(made)
+    goals = table("goal", "#wanted", "#measured", "reached")
+    for row in result["goals"]:
+        wanted = f"at least {row['least']:g}" if "least" in row else f"at most {row['most']:g}"
+        goals.add_row(row["what"], wanted, f"{row['value']:.3g}", _mark(row["passed"]))
+    console().print(goals)
+    for peer in result.get("missing", ()):
+        console().print(f"Not measured: {peer}. Install it with: pip install 'understudy\\[bench]'")
+
+
+MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(
+    {
+        "learning": _learning,
+        "interpreter": _interpreter,
+        **dict.fromkeys(("swarm", "patrol", "crowding", "million"), _speeds),
+    }
+)
+"""What can be measured, in order, with what shows it to people."""

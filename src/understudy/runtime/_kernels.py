@@ -20,13 +20,13 @@ SET, ADD, CLOCK = 0, 1, 2
 ASKED = -(2**31)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def elapsed(now: float, since: float) -> float:
     """Seconds from one time to another, rounded as the interpreter does; NaN where `since` is."""
     return float(np.floor((now - since) * 1e9 + 0.5) / 1e9)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def own(source: int, agent: int, level: int, now: float, tables: Tables, stacks: Stacks) -> float:
     """What the automaton at a level reads of itself."""
     _, states, _, _ = tables
@@ -42,7 +42,7 @@ def own(source: int, agent: int, level: int, now: float, tables: Tables, stacks:
     return elapsed(now, memory[agent, which] if sort == TIMER else entered[agent, level])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def walk(asks: int, agent: int, level: int, row: Floats, now: float, tables: Tables, stacks: Stacks) -> int:
     """What a transition answers: STAY, ASKED, or a state as -2 - its index."""
     nodes = tables[0]
@@ -59,7 +59,7 @@ def walk(asks: int, agent: int, level: int, row: Floats, now: float, tables: Tab
     return asks
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def begin(agent: int, level: int, instance: int, now: float, tables: Tables, stacks: Stacks) -> None:
     """Start an instance: in its start state, its memory cleared."""
     _, state, entered, memory = stacks
@@ -70,7 +70,7 @@ def begin(agent: int, level: int, instance: int, now: float, tables: Tables, sta
         memory[agent, slot] = np.nan
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def switch(agent: int, level: int, following: int, now: float, tables: Tables, stacks: Stacks) -> None:
     """Enter a state: start what it runs, and change what starting that changes."""
     _, states, _, changes = tables
@@ -91,7 +91,7 @@ def switch(agent: int, level: int, following: int, now: float, tables: Tables, s
             memory[agent, change.slot] = now
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def descend(agent: int, level: int, row: Floats, now: float, tables: Tables, stacks: Stacks) -> int:
     """Query, switch and go down, from a level on. The basic behavior, or -1 - the level that Python must ask."""
     states, state = tables[1], stacks[1]
@@ -108,7 +108,7 @@ def descend(agent: int, level: int, row: Floats, now: float, tables: Tables, sta
         level += 1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def pulse(agent: int, row: Floats, now: float, tables: Tables, stacks: Stacks) -> int:
     """One tick of one agent on its feature vector [F]: the basic behavior to run.
 
@@ -120,7 +120,7 @@ def pulse(agent: int, row: Floats, now: float, tables: Tables, stacks: Stacks) -
     return descend(agent, 0, row, now, tables, stacks)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def resume(
     agent: int, level: int, following: int, row: Floats, now: float, tables: Tables, stacks: Stacks
 ) -> int:
@@ -134,7 +134,7 @@ def resume(
     return descend(agent, level + 1, row, now, tables, stacks)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def pulse_all(
     rows: Floats, now: float, tables: Tables, stacks: Stacks, out_basic: Ints, first: int, stop: int
 ) -> None:
@@ -143,7 +143,7 @@ def pulse_all(
         out_basic[agent] = pulse(agent, rows[agent], now, tables, stacks)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def resume_all(
     agents: Ints, following: Ints, rows: Floats, now: float, tables: Tables, stacks: Stacks, out_basic: Ints
 ) -> None:
@@ -154,7 +154,7 @@ def resume_all(
         out_basic[agent] = resume(agent, level, following[index], rows[agent], now, tables, stacks)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def vectors(
     agents: Ints, basic: Ints, sources: Ints, rows: Floats, now: float, tables: Tables, stacks: Stacks,
     out_values: Floats,
@@ -170,7 +170,7 @@ def vectors(
             )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, _nrt=False)
 def start_all(chosen: Bools, now: float, tables: Tables, stacks: Stacks) -> None:
     """Start the roots of the agents chosen [N] afresh."""
     root = stacks[0]

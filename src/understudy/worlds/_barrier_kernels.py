@@ -28,7 +28,7 @@ def _add(typing: Any, array: Any, index: Any, value: Any) -> Any:
     return types.int64(array, types.intp, types.int64), build
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def wait(barrier: Any, parts: int) -> None:
     """Wait until all parts have come here; `barrier` is zeros, int64 [16], shared by them."""
     if parts == 1:

@@ -1,7 +1,7 @@
 """Kernels of a pin-hole camera at a robot's center, looking along x: what of discs is seen as blobs of color.
 
 `project` and `screen` put all things into the frame, once per robot; `blob` answers for one color. Everything is
-in the terms of THING, VIEW and SCREEN; memory for the results is the caller's.
+in the terms of THING and VIEW; memory for the results is the caller's.
 
 Which of two things is in front is decided once for all rays that meet both, which is exact where they do not
 overlap: then their radical axis divides two discs, and the disc with the smaller power is on the camera's side.
@@ -11,11 +11,9 @@ The point where a ray meets a segment is before a disc if its distance squared i
 import math
 from typing import Any
 
-import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 Records = NDArray[Any]
 
 
@@ -58,6 +56,7 @@ def project(
             left = max(left, -(y * tangent + x * radius) / ahead_left)
         if ahead_right > 0.0:
             right = min(right, (x * radius - y * tangent) / ahead_right)
+        # One of its tangents leads ahead, except by rounding.
         if not left < right or (ahead_left <= 0.0 and ahead_right <= 0.0):
             continue
         view = views[found]
@@ -70,12 +69,11 @@ def project(
 
 
 @njit(error_model="numpy")
-def screen(segments: Records, count: int, tan_half: float, screens: Records) -> int:
-    """Write SCREEN of those of the first `count` segments (x0, y0, x1, y1) that are in the frame; how many.
+def screen(segments: Records, count: int, tan_half: float, views: Records, end: int) -> int:
+    """Write VIEW of those of the first `count` segments (x0, y0, x1, y1) in the frame from `end` on; the new end.
 
     An end on NaN is no segment, and one that goes through the camera hides nothing.
     """
-    found = 0
     for index in range(count):
         segment = segments[index]
         x0, y0, x1, y1 = segment.x0, segment.y0, segment.x1, segment.y1
@@ -93,52 +91,50 @@ def screen(segments: Records, count: int, tan_half: float, screens: Records) -> 
         left, right = max(-tan_half, min(end0, end1)), min(tan_half, max(end0, end1))
         if not left < right:
             continue
-        seen = screens[found]
-        seen.left, seen.right = left, right
-        seen.across_x, seen.across_y, seen.squared = across_x, across_y, aside * aside
-        found += 1
-    return found
+        view = views[end]
+        view.left, view.right = left, right
+        view.nearness, view.slope = across_y / aside, across_x / aside
+        end += 1
+    return end
 
 
 @njit(error_model="numpy")
-def cut(cuts: Floats, count: int, left: float, right: float) -> int:
-    """Add an interval to the first `count` of `cuts` [:, 2], keeping them in order of their left ends."""
+def cut(views: Records, count: int, left: float, right: float) -> None:
+    """Add an interval to the first `count` cuts, keeping them in order of their left ends."""
     at = count
-    while at > 0 and cuts[at - 1, 0] > left:
-        cuts[at, 0], cuts[at, 1] = cuts[at - 1, 0], cuts[at - 1, 1]
+    while at > 0 and views[at - 1].cut_left > left:
+        views[at].cut_left, views[at].cut_right = views[at - 1].cut_left, views[at - 1].cut_right
         at -= 1
-    cuts[at, 0], cuts[at, 1] = left, right
-    return count + 1
+    views[at].cut_left, views[at].cut_right = left, right
 
 
 @njit(error_model="numpy")
-def piece(
-    views: Records, view_count: int, screens: Records, screen_count: int, index: int, cuts: Floats
-) -> tuple[float, float]:
+def piece(views: Records, discs: int, end: int, index: int) -> tuple[float, float]:
     """Left and right end of the widest visible piece of a view, the leftmost of equals; 0, 0 if it is hidden."""
     view = views[index]
     left, right, power = view.left, view.right, view.power
     count = 0
-    for other in range(view_count):
+    for other in range(end):
         hider = views[other]
-        if hider.opaque != 0 and hider.power < power and hider.left < right and hider.right > left:
+        if hider.left >= right or hider.right <= left:
+            continue
+        if other < discs:
+            hides = hider.opaque != 0 and hider.power < power
+        else:
+            middle = 0.5 * (max(left, hider.left) + min(right, hider.right))
+            inverse = hider.nearness + middle * hider.slope
+            hides = 1.0 + middle * middle < power * inverse * inverse
+        if hides:
             if hider.left <= left and hider.right >= right:
                 return 0.0, 0.0
-            count = cut(cuts, count, hider.left, hider.right)
-    for other in range(screen_count):
-        wall = screens[other]
-        if wall.left < right and wall.right > left:
-            middle = 0.5 * (max(left, wall.left) + min(right, wall.right))
-            slope = wall.across_y + middle * wall.across_x
-            if wall.squared * (1.0 + middle * middle) < power * slope * slope:
-                if wall.left <= left and wall.right >= right:
-                    return 0.0, 0.0
-                count = cut(cuts, count, wall.left, wall.right)
+            cut(views, count, hider.left, hider.right)
+            count += 1
     start, best_left, best_right = left, 0.0, 0.0
     for which in range(count):
-        if cuts[which, 0] - start > best_right - best_left:
-            best_left, best_right = start, cuts[which, 0]
-        start = max(start, cuts[which, 1])
+        hider = views[which]
+        if hider.cut_left - start > best_right - best_left:
+            best_left, best_right = start, hider.cut_left
+        start = max(start, hider.cut_right)
     if right - start > best_right - best_left:
         best_left, best_right = start, right
     return best_left, best_right
@@ -147,25 +143,23 @@ def piece(
 @njit(error_model="numpy")
 def blob(
     views: Records,
-    view_count: int,
-    screens: Records,
-    screen_count: int,
+    discs: int,
+    end: int,
     color: int,
     tan_half: float,
     width_px: float,
     nearest: bool,
     least_px: float,
-    cuts: Floats,
 ) -> tuple[float, float]:
     """The blob of a color: its middle (pixels from the frame's left edge) and its size (pixels); NaN: none.
 
-    A blob is the widest visible piece of a thing, as high as the thing appears, and at least `least_px` large.
-    Of several the largest counts, or the one of the `nearest` center; of equals the first. `cuts` is memory for
-    [view_count + screen_count, 2] numbers.
+    `views` are discs up to `discs`, and segments up to `end`; only their cuts are written to. A blob is the widest
+    visible piece of a disc, as high as the disc appears, and at least `least_px` large. Of several the largest
+    counts, or the one with the `nearest` center; of equals the first.
     """
     focal_px = 0.5 * width_px / tan_half
     best_x, best_size, best_squared = math.nan, 0.0, math.inf
-    for index in range(view_count):
+    for index in range(discs):
         view = views[index]
         if view.color != color:
             continue
@@ -173,7 +167,7 @@ def blob(
         most = (view.right - view.left) * scale
         if most < least_px or (view.squared >= best_squared if nearest else most <= best_size):
             continue
-        left, right = piece(views, view_count, screens, screen_count, index, cuts)
+        left, right = piece(views, discs, end, index)
         size = (right - left) * scale
         if size <= 0.0 or size < least_px or (not nearest and size <= best_size):
             continue

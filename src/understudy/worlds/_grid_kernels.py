@@ -5,25 +5,28 @@ from typing import Any
 
 from numba import njit
 
+from understudy.worlds._pointer_kernels import at, robot_at, type_at
+from understudy.worlds.records import INDEX, SPOT, WHOLE
+
 MANY = 8  # robots in a cell; from there on its small cells are looked at one by one
 
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
 
 
 @njit(error_model="numpy")
-def small_cell(column: int, line: int, grid: Any) -> Any:
+def small_cell(c: Any, column: int, line: int) -> Any:
     """The index of the small cell in this column and line of small cells."""
-    shift = grid.shift
+    shift = c.shift
     mask = (1 << shift) - 1
-    big = (line >> shift) * grid.columns + (column >> shift)
+    big = (line >> shift) * c.columns + (column >> shift)
     return (((big << shift) + (line & mask)) << shift) + (column & mask)
 
 
 @njit(error_model="numpy")
-def small_cells(x: float, y: float, reach: float, grid: Any) -> Any:
+def small_cells(c: Any, x: float, y: float, reach: float) -> Any:
     """First and last column, first and last line of small cells within `reach` of a place."""
-    per_m = (1 << grid.shift) / grid.cell
-    last_column, last_line = (grid.columns << grid.shift) - 1, (grid.lines << grid.shift) - 1
+    per_m = (1 << c.shift) / c.cell
+    last_column, last_line = (c.columns << c.shift) - 1, (c.lines << c.shift) - 1
     return (
         min(max(int((x - reach) * per_m), 0), last_column),
         min(max(int((x + reach) * per_m), 0), last_column),
@@ -33,74 +36,71 @@ def small_cells(x: float, y: float, reach: float, grid: Any) -> Any:
 
 
 @njit(error_model="numpy")
-def near_range(x: float, y: float, near: Any, world: int) -> Any:
+def near_range(c: Any, x: float, y: float, world: int) -> Any:
     """Where the list of what stays near a place begins and ends."""
-    column = min(max(int(x / near.cell), 0), near.columns - 1)
-    line = min(max(int(y / near.cell), 0), near.lines - 1)
-    at = (world * near.lines + line) * near.columns + column
-    return near.start[at], near.start[at + 1]
+    column = min(max(int(x / c.near_cell), 0), c.near_columns - 1)
+    line = min(max(int(y / c.near_cell), 0), c.near_lines - 1)
+    cell = (world * c.near_lines + line) * c.near_columns + column
+    return at(c.near_start, cell, WHOLE).v, at(c.near_start, cell + 1, WHOLE).v
 
 
 @njit(error_model="numpy")
-def sort(robots: Any, first: int, grid: Any) -> None:
+def sort(c: Any, first: int) -> None:
     """Sort the robots of a world, rows from `first` on, into the grid; a counting sort keeps the rows' order."""
-    start, cell_of, spots = grid.start, grid.cell_of, grid.spots
-    count = spots.shape[0]
-    if count == 0:
+    if not c.gridded:
         return
-    cells = start.shape[0] - 1
-    for cell in range(cells + 1):
-        start[cell] = 0
-    per_m = (1 << grid.shift) / grid.cell
-    last_column, last_line = (grid.columns << grid.shift) - 1, (grid.lines << grid.shift) - 1
-    for k in range(count):
-        column = min(max(int(robots[first + k].x * per_m), 0), last_column)
-        line = min(max(int(robots[first + k].y * per_m), 0), last_line)
-        at = small_cell(column, line, grid)
-        cell_of[k] = at
-        start[at] += 1
+    cells = (c.columns * c.lines) << (2 * c.shift)
+    for cell in range(cells):
+        at(c.start, cell, INDEX).v = 0
+    per_m = (1 << c.shift) / c.cell
+    last_column, last_line = (c.columns << c.shift) - 1, (c.lines << c.shift) - 1
+    for k in range(c.count):
+        robot = robot_at(c, first + k)
+        column = min(max(int(robot.x * per_m), 0), last_column)
+        line = min(max(int(robot.y * per_m), 0), last_line)
+        cell = small_cell(c, column, line)
+        at(c.cell_of, k, INDEX).v = cell
+        at(c.start, cell, INDEX).v += 1
     total = 0
     for cell in range(cells):
-        total += start[cell]
-        start[cell] = total
-    start[cells] = count
-    for k in range(count - 1, -1, -1):
-        at = cell_of[k]
-        place = start[at] - 1
-        start[at] = place
-        spot = spots[place]
-        robot = robots[first + k]
-        spot.x, spot.y, spot.row, spot.id = robot.x, robot.y, first + k, robot.id
+        total += at(c.start, cell, INDEX).v
+        at(c.start, cell, INDEX).v = total
+    at(c.start, cells, INDEX).v = c.count
+    for k in range(c.count - 1, -1, -1):
+        cell = at(c.cell_of, k, INDEX).v
+        place = at(c.start, cell, INDEX).v - 1
+        at(c.start, cell, INDEX).v = place
+        spot, robot = at(c.spots, place, SPOT), robot_at(c, first + k)
+        spot.x, spot.y = robot.x, robot.y
+        spot.row, spot.id = first + k, robot.id
 
 
 @njit(error_model="numpy")
-def wanted(robot: Any, own: Any, types: Any, relation: int) -> Any:
+def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
     """Whether a robot is one that is looked for: anyone, a teammate, an opponent, or of team relation - TEAM."""
     if relation == ANYONE:
         return True
-    team = types[robot.type].team
+    team = type_at(c, robot.type).team
     if relation == TEAMMATE:
-        return team == types[own.type].team
+        return team == type_at(c, own.type).team
     if relation == OPPONENT:
-        return team != types[own.type].team
+        return team != type_at(c, own.type).team
     return team == relation - TEAM
 
 
 @njit(error_model="numpy")
-def _nearer(
-    robots: Any, row: int, types: Any, relation: int, grid: Any, begin: int, end: int, found: Any
-) -> Any:
+def _nearer(c: Any, row: int, relation: int, begin: int, end: int, found: Any) -> Any:
     """The nearest so far (row, squared distance) or a nearer one among the spots from begin to end."""
     best, best_squared = found
-    own = robots[row]
+    own = robot_at(c, row)
     for k in range(begin, end):
-        spot = grid.spots[k]
+        spot = at(c.spots, k, SPOT)
         dx, dy = spot.x - own.x, spot.y - own.y
         squared = dx * dx + dy * dy
         if squared <= best_squared and spot.row != row:
-            if squared == best_squared and best >= 0 and robots[best].id < spot.id:
+            if squared == best_squared and best >= 0 and robot_at(c, best).id < spot.id:
                 continue
-            if wanted(robots[spot.row], own, types, relation):
+            if wanted(c, robot_at(c, spot.row), own, relation):
                 best, best_squared = spot.row, squared
     return best, best_squared
 
@@ -112,67 +112,63 @@ def _off(value: float, low: float, high: float) -> float:
 
 
 @njit(error_model="numpy")
-def _nearer_in_cell(
-    robots: Any, row: int, types: Any, relation: int, grid: Any, column: int, line: int, found: Any
-) -> Any:
+def _nearer_in_cell(c: Any, row: int, relation: int, column: int, line: int, found: Any) -> Any:
     """The same, among the robots of one cell; in a crowd, of those small cells that can hold a nearer one."""
-    shift, cell = grid.shift, grid.cell
+    shift, cell = c.shift, c.cell
     small = 1 << (2 * shift)
-    first = (line * grid.columns + column) * small
-    begin, end = grid.start[first], grid.start[first + small]
+    first = (line * c.columns + column) * small
+    begin, end = at(c.start, first, INDEX).v, at(c.start, first + small, INDEX).v
     if begin == end:
         return found
-    x, y = robots[row].x, robots[row].y
+    x, y = robot_at(c, row).x, robot_at(c, row).y
     dx = _off(x, column * cell, (column + 1) * cell)
     dy = _off(y, line * cell, (line + 1) * cell)
     if dx * dx + dy * dy > found[1]:
         return found
     if end - begin <= MANY or shift == 0:
-        return _nearer(robots, row, types, relation, grid, begin, end, found)
+        return _nearer(c, row, relation, begin, end, found)
     fine = cell / (1 << shift)
     for k in range(small):
         low_x = column * cell + (k & ((1 << shift) - 1)) * fine
         low_y = line * cell + (k >> shift) * fine
         dx, dy = _off(x, low_x, low_x + fine), _off(y, low_y, low_y + fine)
         if dx * dx + dy * dy <= found[1]:
-            begin, end = grid.start[first + k], grid.start[first + k + 1]
-            found = _nearer(robots, row, types, relation, grid, begin, end, found)
+            begin, end = at(c.start, first + k, INDEX).v, at(c.start, first + k + 1, INDEX).v
+            found = _nearer(c, row, relation, begin, end, found)
     return found
 
 
 @njit(error_model="numpy")
-def nearest_robot(
-    robots: Any, row: int, first: int, end: int, types: Any, relation: int, limit: float, grid: Any
-) -> Any:
+def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> Any:
     """Row and squared distance of the nearest wanted robot within `limit`; -1 and infinite where none is.
 
-    Of robots equally near, the one with the lowest id. The world's robots are rows `first` to `end`.
+    Of robots equally near, the one with the lowest id.
     """
-    own = robots[row]
-    if grid.spots.shape[0] == 0:
+    own = robot_at(c, row)
+    if not c.gridded:
         best, best_squared = -1, limit * limit
-        for k in range(first, end):
-            dx, dy = robots[k].x - own.x, robots[k].y - own.y
+        for k in range(world * c.count, (world + 1) * c.count):
+            dx, dy = robot_at(c, k).x - own.x, robot_at(c, k).y - own.y
             squared = dx * dx + dy * dy
             if squared <= best_squared and k != row:
-                if squared == best_squared and best >= 0 and robots[best].id < robots[k].id:
+                if squared == best_squared and best >= 0 and robot_at(c, best).id < robot_at(c, k).id:
                     continue
-                if wanted(robots[k], own, types, relation):
+                if wanted(c, robot_at(c, k), own, relation):
                     best, best_squared = k, squared
         return best, best_squared if best >= 0 else math.inf
-    cell = grid.cell
-    column = min(max(int(own.x / cell), 0), grid.columns - 1)
-    line = min(max(int(own.y / cell), 0), grid.lines - 1)
+    cell = c.cell
+    column = min(max(int(own.x / cell), 0), c.columns - 1)
+    line = min(max(int(own.y / cell), 0), c.lines - 1)
     inside = min(own.x - column * cell, (column + 1) * cell - own.x)
     inside = max(0.0, min(inside, own.y - line * cell, (line + 1) * cell - own.y))
-    found = _nearer_in_cell(robots, row, types, relation, grid, column, line, (-1, limit * limit))
-    for ring in range(1, max(grid.columns, grid.lines)):
+    found = _nearer_in_cell(c, row, relation, column, line, (-1, limit * limit))
+    for ring in range(1, max(c.columns, c.lines)):
         away = (ring - 1) * cell + inside
         if away * away > found[1]:
             break
-        for below in range(max(0, line - ring), min(grid.lines - 1, line + ring) + 1):
+        for below in range(max(0, line - ring), min(c.lines - 1, line + ring) + 1):
             step = 1 if abs(below - line) == ring else 2 * ring
             for aside in range(column - ring, column + ring + 1, step):
-                if 0 <= aside < grid.columns:
-                    found = _nearer_in_cell(robots, row, types, relation, grid, aside, below, found)
+                if 0 <= aside < c.columns:
+                    found = _nearer_in_cell(c, row, relation, aside, below, found)
     return found[0], found[1] if found[0] >= 0 else math.inf

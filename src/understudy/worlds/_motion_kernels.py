@@ -12,6 +12,17 @@ from numba import njit
 
 from understudy.worlds._draw_kernels import normal
 from understudy.worlds._grid_kernels import near_range, small_cell, small_cells
+from understudy.worlds._pointer_kernels import (
+    at,
+    class_at,
+    disc_at,
+    move_at,
+    object_at,
+    robot_at,
+    segment_at,
+    type_at,
+)
+from understudy.worlds.records import INDEX, SPOT
 
 TAU = 2.0 * math.pi
 CLEAR = 1e-9  # m; kept free, so that rounding never makes an overlap
@@ -110,71 +121,67 @@ def limited_by_bounds(
 
 
 @njit(error_model="numpy")
-def limited_by_robot(
-    scale: float, robots: Any, row: int, other: int, types: Any, moves: Any, first: int
-) -> float:
-    """The scale that another robot allows, both moving as they mean to; `first` is the world's first row."""
-    own, them = robots[row], robots[other]
-    their_kind = types[them.type]
+def limited_by_robot(c: Any, scale: float, row: int, other: int, world: int) -> float:
+    """The scale that another robot of a world allows, both moving as they mean to."""
+    own, them = robot_at(c, row), robot_at(c, other)
+    their_kind = type_at(c, them.type)
     if not their_kind.collides:
         return scale
     dx, dy = them.x - own.x, them.y - own.y
     squared = dx * dx + dy * dy
     if squared == 0.0:
         return scale
-    move, their_move = moves[row - first], moves[other - first]
+    move, their_move = move_at(c, world, row), move_at(c, world, other)
     distance = math.sqrt(squared)
     nx, ny = dx / distance, dy / distance
     towards = -(their_move.dx * nx + their_move.dy * ny)
-    gap = distance - types[own.type].radius - their_kind.radius
+    gap = distance - type_at(c, own.type).radius - their_kind.radius
     return limited(scale, nx, ny, gap, move.dx, move.dy, towards)
 
 
 @njit(error_model="numpy")
-def limited_by_robots(
-    scale: float, robots: Any, row: int, first: int, end: int, types: Any, moves: Any, grid: Any
-) -> float:
-    """The scale that all other robots of the world, rows `first` to `end`, allow."""
-    own, move = robots[row], moves[row - first]
-    near = types[own.type].radius + grid.most_radius + grid.most_step
+def limited_by_robots(c: Any, scale: float, row: int, world: int) -> float:
+    """The scale that all other robots of a world allow."""
+    own, move = robot_at(c, row), move_at(c, world, row)
+    near = type_at(c, own.type).radius + c.most_radius + c.most_step
     near += math.sqrt(move.dx * move.dx + move.dy * move.dy)
-    if grid.spots.shape[0] == 0:
-        for other in range(first, end):
-            dx, dy = robots[other].x - own.x, robots[other].y - own.y
+    if not c.gridded:
+        for other in range(world * c.count, (world + 1) * c.count):
+            dx, dy = robot_at(c, other).x - own.x, robot_at(c, other).y - own.y
             if dx * dx + dy * dy < near * near and other != row:
-                scale = limited_by_robot(scale, robots, row, other, types, moves, first)
+                scale = limited_by_robot(c, scale, row, other, world)
         return scale
-    low_column, high_column, low_line, high_line = small_cells(own.x, own.y, near, grid)
+    low_column, high_column, low_line, high_line = small_cells(c, own.x, own.y, near)
     for line in range(low_line, high_line + 1):
         for column in range(low_column, high_column + 1):
-            cell = small_cell(column, line, grid)
-            for k in range(grid.start[cell], grid.start[cell + 1]):
-                spot = grid.spots[k]
+            cell = small_cell(c, column, line)
+            for k in range(at(c.start, cell, INDEX).v, at(c.start, cell + 1, INDEX).v):
+                spot = at(c.spots, k, SPOT)
                 dx, dy = spot.x - own.x, spot.y - own.y
                 if dx * dx + dy * dy < near * near and spot.row != row:
-                    scale = limited_by_robot(scale, robots, row, spot.row, types, moves, first)
+                    scale = limited_by_robot(c, scale, row, spot.row, world)
     return scale
 
 
 @njit(error_model="numpy")
-def limited_by_fixed(
-    scale: float, x: float, y: float, radius: float, move: Any, world: int, state: Any, rules: Any, near: Any
-) -> float:
+def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> float:
     """The scale that bounds, walls, obstacles and solid objects that stay allow to a disc."""
-    scale = limited_by_bounds(scale, x, y, radius, move, rules.width, rules.height)
-    begin, end = near_range(x, y, near, world)
+    scale = limited_by_bounds(scale, x, y, radius, move, c.width, c.height)
+    begin, end = near_range(c, x, y, world)
     for k in range(begin, end):
-        item = near.items[k]
+        item = at(c.near_items, k, INDEX).v
         if item >= 0:
-            disc = state.discs[world, item]
+            disc = disc_at(c, world, item)
             scale = limited_by_disc(scale, x, y, radius, move, (disc.x, disc.y, disc.radius))
         else:
-            scale = limited_by_segment(scale, x, y, radius, move, state.segments[world, -1 - item])
-    for c in range(rules.classes.shape[0]):
-        kind = rules.classes[c]
+            scale = limited_by_segment(scale, x, y, radius, move, segment_at(c, world, -1 - item))
+    if not c.solids:
+        return scale
+    for index in range(c.class_count):
+        kind = class_at(c, index)
         if kind.solid and not kind.pushable:
             for slot in range(kind.first, kind.end):
-                thing = state.objects[world, slot]
+                thing = object_at(c, world, slot)
                 if thing.present:
                     scale = limited_by_disc(scale, x, y, radius, move, (thing.x, thing.y, kind.radius))
     return scale

@@ -5,17 +5,17 @@ from typing import Any
 
 from numba import njit
 
-from understudy.worlds._camera_kernels import blob, project, screen
 from understudy.worlds._draw_kernels import normal, uniform
-from understudy.worlds._grid_kernels import near_range, nearest_robot
-from understudy.worlds._sonar_kernels import sector_to_bounds, sector_to_disc, sector_to_segment
+from understudy.worlds._grid_kernels import nearest_robot
+from understudy.worlds._look_kernels import look, scan
+from understudy.worlds._pointer_kernels import at, class_at, object_at, robot_at, type_at
+from understudy.worlds.records import INDEX, NUMBER, PART, STEP, WHOLE
 
 (
     TO_CLASS, TO_OBJECT, TO_ROBOT, SONAR, CAMERA, BUMPER,
     OWN_X, OWN_Y, OWN_HEADING, OWN_SPEED, OWN_TURNING,
     STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, CHANCE, SINCE,
 ) = range(18)  # fmt: skip
-WALLS, OBSTACLES, ROBOTS = 1, 2, 4
 
 TAU = 2.0 * math.pi
 TOUCH = 0.005  # m; nearer than this is touching
@@ -24,12 +24,12 @@ GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and hig
 
 
 @njit(error_model="numpy")
-def nearest_object(x: float, y: float, objects: Any, classes: Any, index: int) -> Any:
+def nearest_object(c: Any, world: int, x: float, y: float, index: int) -> Any:
     """Slot and squared distance of the nearest object of a class (food: with food left); -1 where none is."""
-    kind = classes[index]
+    kind = class_at(c, index)
     best, best_squared = -1, math.inf
     for slot in range(kind.first, kind.end):
-        thing = objects[slot]
+        thing = object_at(c, world, slot)
         dx, dy = thing.x - x, thing.y - y
         squared = dx * dx + dy * dy
         if squared < best_squared and thing.present and (thing.amount > 0 or not kind.food):
@@ -38,23 +38,23 @@ def nearest_object(x: float, y: float, objects: Any, classes: Any, index: int) -
 
 
 @njit(error_model="numpy")
-def nearest_food(x: float, y: float, objects: Any, classes: Any) -> Any:
+def nearest_food(c: Any, world: int, x: float, y: float) -> Any:
     """The same, of all classes of food."""
     best, best_squared = -1, math.inf
-    for index in range(classes.shape[0]):
-        if classes[index].food:
-            slot, squared = nearest_object(x, y, objects, classes, index)
+    for index in range(c.class_count):
+        if class_at(c, index).food:
+            slot, squared = nearest_object(c, world, x, y, index)
             if squared < best_squared:
                 best, best_squared = slot, squared
     return best, best_squared
 
 
 @njit(error_model="numpy")
-def station_here(x: float, y: float, reach: float, objects: Any, classes: Any) -> bool:
+def station_here(c: Any, world: int, x: float, y: float, reach: float) -> bool:
     """Whether a home is within reach."""
-    for index in range(classes.shape[0]):
-        if classes[index].home:
-            _, squared = nearest_object(x, y, objects, classes, index)
+    for index in range(c.class_count):
+        if class_at(c, index).home:
+            _, squared = nearest_object(c, world, x, y, index)
             if squared <= reach * reach:
                 return True
     return False
@@ -71,141 +71,7 @@ def bearing(robot: Any, x: float, y: float) -> float:
 
 
 @njit(error_model="numpy")
-def _all_to_disc(plan: Any, step: Any, best: Any, x: float, y: float, radius: float) -> None:
-    """Shorten the distances of all sectors of a step by a disc in the robot frame."""
-    for k in range(step.first, step.end):
-        s = plan.sectors[k]
-        best[k - step.first] = sector_to_disc(
-            x, y, radius, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best[k - step.first]
-        )
-
-
-@njit(error_model="numpy")
-def scan(row: int, world: int, plan: Any, step: Any, limit: float, state: Any, rules: Any, grid: Any, near: Any, best: Any) -> None:
-    """The distance (m, from the robot's center, at most `limit`) to what is nearest in each sector of a step."""
-    robot = state.robots[row]
-    x, y = robot.x, robot.y
-    cosine, sine = math.cos(robot.heading), math.sin(robot.heading)
-    for k in range(step.first, step.end):
-        best[k - step.first] = limit
-    if step.sees & WALLS and min(x, y, rules.width - x, rules.height - y) < limit:
-        for k in range(step.first, step.end):
-            s = plan.sectors[k]
-            best[k - step.first] = sector_to_bounds(
-                x, y, cosine, sine, rules.width, rules.height,
-                s.from_x, s.from_y, s.to_x, s.to_y, s.span, best[k - step.first],
-            )  # fmt: skip
-    begin, end = near_range(x, y, near, world)
-    for at in range(begin, end):
-        item = near.items[at]
-        if item >= 0:
-            if step.sees & OBSTACLES:
-                disc = state.discs[world, item]
-                dx, dy = disc.x - x, disc.y - y
-                if dx * dx + dy * dy < (limit + disc.radius) ** 2:
-                    _all_to_disc(plan, step, best, cosine * dx + sine * dy, cosine * dy - sine * dx, disc.radius)
-            continue
-        piece = state.segments[world, -1 - item]
-        if step.sees & (WALLS if piece.wall else OBSTACLES):
-            dx, dy, ex, ey = piece.x0 - x, piece.y0 - y, piece.x1 - x, piece.y1 - y
-            x0, y0 = cosine * dx + sine * dy, cosine * dy - sine * dx
-            x1, y1 = cosine * ex + sine * ey, cosine * ey - sine * ex
-            for k in range(step.first, step.end):
-                s = plan.sectors[k]
-                best[k - step.first] = sector_to_segment(
-                    x0, y0, x1, y1, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best[k - step.first]
-                )
-    if step.sees & OBSTACLES:
-        for index in range(rules.classes.shape[0]):
-            kind = rules.classes[index]
-            if kind.solid:
-                for slot in range(kind.first, kind.end):
-                    thing = state.objects[world, slot]
-                    dx, dy = thing.x - x, thing.y - y
-                    if thing.present and dx * dx + dy * dy < (limit + kind.radius) ** 2:
-                        _all_to_disc(plan, step, best, cosine * dx + sine * dy, cosine * dy - sine * dx, kind.radius)
-    if not step.sees & ROBOTS:
-        return
-    reach = limit + grid.most_radius
-    first = world * rules.robots
-    if grid.spots.shape[0] == 0:
-        for other in range(first, first + rules.robots):
-            dx, dy = state.robots[other].x - x, state.robots[other].y - y
-            if dx * dx + dy * dy < reach * reach and other != row:
-                radius = rules.types[state.robots[other].type].radius
-                _all_to_disc(plan, step, best, cosine * dx + sine * dy, cosine * dy - sine * dx, radius)
-        return
-    low, high = max(int((x - reach) / grid.cell), 0), min(int((x + reach) / grid.cell), grid.columns - 1)
-    for line in range(max(int((y - reach) / grid.cell), 0), min(int((y + reach) / grid.cell), grid.lines - 1) + 1):
-        small = 2 * grid.shift
-        begin = grid.start[(line * grid.columns + low) << small]
-        for at in range(begin, grid.start[(line * grid.columns + high + 1) << small]):
-            spot = grid.spots[at]
-            dx, dy = spot.x - x, spot.y - y
-            if dx * dx + dy * dy < reach * reach and spot.row != row:
-                radius = rules.types[state.robots[spot.row].type].radius
-                _all_to_disc(plan, step, best, cosine * dx + sine * dy, cosine * dy - sine * dx, radius)
-
-
-@njit(error_model="numpy")
-def _put(things: Any, count: int, robot: Any, x: float, y: float, radius: float, height: float, color: int, opaque: int) -> int:
-    """Add something at a place in the world to the things a camera may see."""
-    cosine, sine = math.cos(robot.heading), math.sin(robot.heading)
-    dx, dy = x - robot.x, y - robot.y
-    thing = things[count]
-    thing.x, thing.y = cosine * dx + sine * dy, cosine * dy - sine * dx
-    thing.radius, thing.height, thing.color, thing.opaque = radius, height, color, opaque
-    return count + 1
-
-
-@njit(error_model="numpy")
-def look(row: int, world: int, step: Any, state: Any, rules: Any, grid: Any, near: Any, scratch: Any) -> Any:
-    """What a robot's camera has in view: how many VIEW and SCREEN of the scratch hold it."""
-    robot, limit = state.robots[row], step.range
-    count = 0
-    for k in range(state.discs.shape[1]):
-        disc = state.discs[world, k]
-        if disc.radius > 0.0:
-            count = _put(scratch.things, count, robot, disc.x, disc.y, disc.radius, disc.height, disc.color, 1)
-    for index in range(rules.classes.shape[0]):
-        kind = rules.classes[index]
-        if kind.color >= 0 or kind.solid:
-            for slot in range(kind.first, kind.end):
-                thing = state.objects[world, slot]
-                if thing.present:
-                    count = _put(
-                        scratch.things, count, robot, thing.x, thing.y, kind.radius, kind.height, kind.color, kind.solid
-                    )
-    first = world * rules.robots
-    if grid.spots.shape[0] == 0 or limit > 8.0 * grid.cell:
-        for other in range(first, first + rules.robots):
-            if other != row:
-                them = state.robots[other]
-                kind = rules.types[them.type]
-                count = _put(scratch.things, count, robot, them.x, them.y, kind.radius, kind.height, kind.color, 1)
-    else:
-        low, high = max(int((robot.x - limit) / grid.cell), 0), min(int((robot.x + limit) / grid.cell), grid.columns - 1)
-        last = min(int((robot.y + limit) / grid.cell), grid.lines - 1)
-        for line in range(max(int((robot.y - limit) / grid.cell), 0), last + 1):
-            begin = grid.start[(line * grid.columns + low) << (2 * grid.shift)]
-            for at in range(begin, grid.start[(line * grid.columns + high + 1) << (2 * grid.shift)]):
-                spot = grid.spots[at]
-                if spot.row != row:
-                    kind = rules.types[state.robots[spot.row].type]
-                    count = _put(scratch.things, count, robot, spot.x, spot.y, kind.radius, kind.height, kind.color, 1)
-    views = project(scratch.things, count, step.tan_half, step.width_px, step.height_px, limit, scratch.views)
-    cosine, sine = math.cos(robot.heading), math.sin(robot.heading)
-    count = state.segments.shape[1]
-    for k in range(count):
-        piece, local = state.segments[world, k], scratch.segments[k]
-        dx, dy, ex, ey = piece.x0 - robot.x, piece.y0 - robot.y, piece.x1 - robot.x, piece.y1 - robot.y
-        local.x0, local.y0 = cosine * dx + sine * dy, cosine * dy - sine * dx
-        local.x1, local.y1 = cosine * ex + sine * ey, cosine * ey - sine * ex
-    return views, screen(scratch.segments, count, step.tan_half, scratch.screens)
-
-
-@njit(error_model="numpy")
-def own(robot: Any, world: int, step: Any, tick: int, state: Any, rules: Any) -> float:
+def own(c: Any, robot: Any, world: int, step: Any) -> float:
     """A reading of the robot itself."""
     what = step.what
     if what == OWN_X:
@@ -215,75 +81,74 @@ def own(robot: Any, world: int, step: Any, tick: int, state: Any, rules: Any) ->
     if what == OWN_HEADING:
         return robot.heading
     if what == OWN_SPEED:
-        return robot.speed / rules.tick_s
+        return robot.speed / c.tick_s
     if what == OWN_TURNING:
-        return robot.spin / rules.tick_s
+        return robot.spin / c.tick_s
     if what == STUCK:
         return 1.0 if robot.blocked >= step.ticks else 0.0
     if what == STORED:
         return float(robot.stored)
-    objects, reach = state.objects[world], rules.types[robot.type].reach
+    reach = type_at(c, robot.type).reach
     if what == STATION_HERE:
-        return 1.0 if station_here(robot.x, robot.y, reach, objects, rules.classes) else 0.0
-    slot, squared = nearest_food(robot.x, robot.y, objects, rules.classes)
+        return 1.0 if station_here(c, world, robot.x, robot.y, reach) else 0.0
+    slot, squared = nearest_food(c, world, robot.x, robot.y)
     if what == FOOD_LEFT:
         return 1.0 if slot >= 0 else 0.0
-    return float(objects[slot].amount) if slot >= 0 and squared <= reach * reach else 0.0
+    return float(object_at(c, world, slot).amount) if slot >= 0 and squared <= reach * reach else 0.0
 
 
 @njit(error_model="numpy")
-def measure(row: int, world: int, plan: Any, index: int, state: Any, rules: Any, grid: Any, near: Any, scratch: Any) -> None:
-    """Measure one step now, without noise: its parts' readings a and b go to scratch.a and scratch.b."""
-    step, robot = plan.steps[index], state.robots[row]
-    a, b = scratch.a, scratch.b
-    a[0] = b[0] = math.nan
-    if step.what == TO_CLASS or step.what == TO_OBJECT:
-        objects = state.objects[world]
-        slot, squared = step.index, 0.0
-        if step.what == TO_CLASS:
-            slot, squared = nearest_object(robot.x, robot.y, objects, rules.classes, step.index)
-        elif objects[slot].present:
-            dx, dy = objects[slot].x - robot.x, objects[slot].y - robot.y
-            squared = dx * dx + dy * dy
-        else:
-            slot = -1
-        if slot >= 0 and squared <= step.range * step.range:
-            a[0] = math.sqrt(squared)
-            if plan.parts[step.first].b >= 0:
-                b[0] = bearing(robot, objects[slot].x, objects[slot].y)
-    elif step.what == TO_ROBOT:
-        first = world * rules.robots
+def locate(c: Any, row: int, world: int, step: Any) -> Any:
+    """Range (m) and bearing (rad) of what a step is to locate; NaN where it is not there, or too far off."""
+    robot = robot_at(c, row)
+    squared = math.inf
+    x, y = math.nan, math.nan
+    if step.what == TO_ROBOT:
+        other = -1
         if step.index >= 0:
-            other, squared = nearest_robot(
-                state.robots, row, first, first + rules.robots, rules.types, step.index, step.range, grid
-            )
-            if other >= 0:
-                a[0] = math.sqrt(squared)
-                if plan.parts[step.first].b >= 0:
-                    b[0] = bearing(robot, state.robots[other].x, state.robots[other].y)
-    elif step.what == SONAR:
-        radius = rules.types[robot.type].radius
-        scan(row, world, plan, step, step.range + radius, state, rules, grid, near, a)
-        for k in range(step.end - step.first):
-            a[k] = min(step.range, max(0.0, a[k] - radius))
-    elif step.what == BUMPER:
-        radius = rules.types[robot.type].radius
-        scan(row, world, plan, step, radius + TOUCH, state, rules, grid, near, a)
-        for k in range(step.end - step.first):
-            a[k] = 1.0 if a[k] < radius + TOUCH else 0.0
-    elif step.what == CAMERA:
-        views, screens = look(row, world, step, state, rules, grid, near, scratch)
-        for k in range(step.first, step.end):
-            a[k - step.first] = b[k - step.first] = math.nan
-            if plan.parts[k].color >= 0:
-                a[k - step.first], b[k - step.first] = blob(
-                    scratch.views, views, scratch.screens, screens, plan.parts[k].color, step.tan_half,
-                    step.width_px, step.nearest != 0, step.least_px, scratch.cuts,
-                )  # fmt: skip
-    elif step.what == CHANCE:
-        a[0] = uniform(state.seeds[world], robot.id, state.tick[world] // step.ticks, step.stream + GHOST)
+            other, squared = nearest_robot(c, row, world, step.index, step.range)
+        if other >= 0:
+            x, y = robot_at(c, other).x, robot_at(c, other).y
+    elif step.what == TO_CLASS:
+        slot, squared = nearest_object(c, world, robot.x, robot.y, step.index)
+        if slot >= 0:
+            x, y = object_at(c, world, slot).x, object_at(c, world, slot).y
     else:
-        a[0] = own(robot, world, step, state.tick[world], state, rules)
+        thing = object_at(c, world, step.index)
+        if thing.present:
+            x, y = thing.x, thing.y
+            squared = (x - robot.x) * (x - robot.x) + (y - robot.y) * (y - robot.y)
+    if x != x or squared > step.range * step.range:
+        return math.nan, math.nan
+    return math.sqrt(squared), bearing(robot, x, y) if at(c.parts, step.first, PART).b >= 0 else math.nan
+
+
+@njit(error_model="numpy")
+def measure(c: Any, row: int, world: int, step: Any) -> None:
+    """Measure one step now, without noise: its parts' readings a and b go to `c.a` and `c.b`."""
+    robot = robot_at(c, row)
+    a = at(c.a, 0, NUMBER)
+    if step.what <= TO_ROBOT:
+        a.v, at(c.b, 0, NUMBER).v = locate(c, row, world, step)
+    elif step.what == SONAR:
+        radius = type_at(c, robot.type).radius
+        scan(c, row, world, step, step.range + radius)
+        for k in range(step.end - step.first):
+            best = at(c.a, k, NUMBER)
+            best.v = min(step.range, max(0.0, best.v - radius))
+    elif step.what == BUMPER:
+        touching = type_at(c, robot.type).radius + TOUCH
+        scan(c, row, world, step, touching)
+        for k in range(step.end - step.first):
+            best = at(c.a, k, NUMBER)
+            best.v = 1.0 if best.v < touching else 0.0
+    elif step.what == CAMERA:
+        look(c, row, world, step)
+    elif step.what == CHANCE:
+        time = at(c.tick, world, WHOLE).v // step.ticks
+        a.v = uniform(at(c.seeds, world, WHOLE).v, robot.id, time, step.stream + GHOST)
+    else:
+        a.v = own(c, robot, world, step)
 
 
 @njit(error_model="numpy")
@@ -316,41 +181,51 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
 
 
 @njit(error_model="numpy")
-def sense(row: int, world: int, plan: Any, state: Any, rules: Any, grid: Any, near: Any, scratch: Any, out: Any, keep: bool) -> None:
-    """The readings of one robot in this tick, to `out` [plan.width]; NaN where it has none.
+def _since(c: Any, row: int, step: Any, tick: int, keep: bool) -> None:
+    """Seconds since the reading that a step is about was last there."""
+    part = at(c.parts, step.first, PART)
+    source = at(c.row, step.index, NUMBER).v
+    there = source == 1.0 if step.nearest else source == source
+    last = at(c.memory, row * c.memory_count + part.held, NUMBER)
+    since = 0.0 if there else tick - last.v
+    if part.a >= 0:
+        at(c.row, part.a, NUMBER).v = math.floor(since * c.tick_s * 1e9 + 0.5) / 1e9
+    if keep and there:
+        last.v = float(tick)
+
+
+@njit(error_model="numpy")
+def sense(c: Any, row: int, world: int, keep: bool) -> None:
+    """The readings of one robot in this tick, to `c.row`; NaN where it has none.
 
     Where `keep`, what it has to remember of this tick is kept: once a tick, before it moves.
     """
-    for column in range(plan.width):
-        out[column] = math.nan
-    robot, tick, seed = state.robots[row], state.tick[world], state.seeds[world]
+    for column in range(c.width_of_row):
+        at(c.row, column, NUMBER).v = math.nan
+    robot, tick, seed = robot_at(c, row), at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v
     if robot.frozen:
         return
-    for index in range(plan.of_type[robot.type, 0], plan.of_type[robot.type, 1]):
-        step = plan.steps[index]
+    steps = at(c.of_type, 2 * robot.type, INDEX).v, at(c.of_type, 2 * robot.type + 1, INDEX).v
+    for index in range(steps[0], steps[1]):
+        step = at(c.steps, index, STEP)
         if step.what == SINCE:
-            part = plan.parts[step.first]
-            source = out[step.index]
-            there = source == 1.0 if step.nearest else source == source
-            last = tick if there else state.memory[row, part.held]
-            if part.a >= 0:
-                out[part.a] = math.floor((tick - last) * rules.tick_s * 1e9 + 0.5) / 1e9
-            if keep and there:
-                state.memory[row, part.held] = tick
+            _since(c, row, step, tick, keep)
             continue
-        due = tick % step.period == 0
+        due = step.period == 1 or tick % step.period == 0
         if due:
-            measure(row, world, plan, index, state, rules, grid, near, scratch)
+            measure(c, row, world, step)
         for k in range(step.first, step.end):
-            part = plan.parts[k]
+            part = at(c.parts, k, PART)
+            held = row * c.memory_count + part.held
             if due:
-                a, b = scratch.a[k - step.first], scratch.b[k - step.first]
-                a, b = disturb(step, part, seed, robot.id, tick, a, b)
+                a, b = at(c.a, k - step.first, NUMBER).v, at(c.b, k - step.first, NUMBER).v
+                if step.noisy:
+                    a, b = disturb(step, part, seed, robot.id, tick, a, b)
                 if keep and part.held >= 0:
-                    state.memory[row, part.held], state.memory[row, part.held + 1] = a, b
+                    at(c.memory, held, NUMBER).v, at(c.memory, held + 1, NUMBER).v = a, b
             else:
-                a, b = state.memory[row, part.held], state.memory[row, part.held + 1]
+                a, b = at(c.memory, held, NUMBER).v, at(c.memory, held + 1, NUMBER).v
             if part.a >= 0:
-                out[part.a] = a
+                at(c.row, part.a, NUMBER).v = a
             if part.b >= 0:
-                out[part.b] = b
+                at(c.row, part.b, NUMBER).v = b

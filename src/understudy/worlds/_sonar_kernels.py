@@ -92,10 +92,14 @@ def sector_to_segment(
     best: float,
 ) -> float:
     """The smaller of `best` and the distance (m) to what of a segment lies in a sector; ends on NaN: `best`."""
-    if span == BEAM:
-        return ray_to_segment(from_x, from_y, x0, y0, x1, y1, best)
     across_x, across_y = x1 - x0, y1 - y0
     length_squared = across_x * across_x + across_y * across_y
+    aside = x0 * across_y - y0 * across_x
+    # Its line is too far off: most are, and this is cheap to foresee.
+    if not aside * aside < best * best * length_squared and length_squared > 0.0:
+        return best
+    if span == BEAM:
+        return ray_to_segment(from_x, from_y, x0, y0, x1, y1, best)
     along = -(x0 * across_x + y0 * across_y)
     # The direction of its nearest point, and that point's distance squared times `scale`.
     if along <= 0.0:
@@ -105,7 +109,6 @@ def sector_to_segment(
         x, y, scale = x1, y1, 1.0
         squared = x1 * x1 + y1 * y1
     else:
-        aside = x0 * across_y - y0 * across_x
         x, y, scale = aside * across_y, -aside * across_x, length_squared
         squared = aside * aside
     if not squared < best * best * scale:

@@ -20,14 +20,14 @@ X, Y, ANGLE, COUNT, AMOUNT, DUE, BESIDE, APPEAR_X, APPEAR_Y = 0, 1, 2, 3, 4, 5, 
 """Streams of draws, of each sort: clear of those that a running world draws from."""
 
 
-@njit()
+@njit(_nrt=False)
 def _mix(word):  # type: ignore[no-untyped-def]
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return word ^ (word >> np.uint64(31))
 
 
-@njit()
+@njit(_nrt=False)
 def draw(seed: int, item: int, tick: int, stream: int) -> float:
     """A number in [0, 1), the same as `draws.uniform` gives for this key."""
     weyl = np.uint64(0x9E3779B97F4A7C15)
@@ -38,13 +38,13 @@ def draw(seed: int, item: int, tick: int, stream: int) -> float:
     return float(np.int64(_mix(word + weyl) >> np.uint64(11))) * 2.0**-53
 
 
-@njit()
+@njit(_nrt=False)
 def draw_whole(low: int, high: int, drawn: float) -> int:
     """The whole number from low to high that a number in [0, 1) stands for."""
     return low + math.floor(drawn * (high - low + 1))
 
 
-@njit()
+@njit(_nrt=False)
 def to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
     """Distance of a point from a segment; NaN where there is none."""
     dx, dy = x1 - x0, y1 - y0
@@ -55,7 +55,7 @@ def to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -
     return math.sqrt(dx * dx + dy * dy)
 
 
-@njit()
+@njit(_nrt=False)
 def is_inside(x: float, y: float, segments: Records, first: int, end: int) -> bool:
     """Whether a point lies inside the polygons among these segments of a world (counter-clockwise edges)."""
     winding = 0
@@ -70,7 +70,7 @@ def is_inside(x: float, y: float, segments: Records, first: int, end: int) -> bo
     return winding != 0
 
 
-@njit()
+@njit(_nrt=False)
 def clear_of_segments(x: float, y: float, radius: float, segments: Records, first: int, end: int) -> bool:
     """Whether a disc touches none of these segments of a world and lies in none of their polygons."""
     for index in range(first, end):
@@ -80,7 +80,7 @@ def clear_of_segments(x: float, y: float, radius: float, segments: Records, firs
     return not is_inside(x, y, segments, first, end)
 
 
-@njit()
+@njit(_nrt=False)
 def free_place(
     seed: int,
     slot: int,
@@ -116,7 +116,7 @@ def free_place(
     return False, math.nan, math.nan
 
 
-@njit()
+@njit(_nrt=False)
 def _is_free_now(
     x: float,
     y: float,

@@ -9,15 +9,17 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.runtime.body import FusedPlan
-from understudy.runtime.tables import Stacks
+from understudy.runtime.compiler import compile_programs
+from understudy.runtime.program import IDLE_PROGRAM
+from understudy.runtime.tables import Stacks, Tables
 from understudy.worlds import _kernels
-from understudy.worlds.grids import Grid, Near, Scratch, grid_for, scratch_for
+from understudy.worlds.contexts import Context, Stage, shared
+from understudy.worlds.grids import Grid, Near, grid_for
 from understudy.worlds.plans import Plan
 from understudy.worlds.state import Rules, State
 
@@ -33,25 +35,14 @@ ROBOT_TICKS = 2_000_000
 MOST_TICKS = 100
 
 
-class Features(NamedTuple):
-    """What there is in a scenario that takes time in every tick."""
-
-    boxes: bool
-    cargo: bool
-    living: bool
-
-
-class Stage(NamedTuple):
-    """The worlds that are to advance."""
-
-    state: State
-    rules: Rules
-    near: Near
-    features: Features
-
-
 def advance(
-    stage: Stage, sensing: Plan, fused: FusedPlan, ticks: int, threads: int | None, *, until_finished: bool = False
+    stage: Stage,
+    sensing: Plan,
+    fused: FusedPlan,
+    ticks: int,
+    threads: int | None,
+    *,
+    until_finished: bool = False,
 ) -> None:
     """Advance all worlds so many ticks; a world ends early once it is finished where `until_finished`."""
     rows, worlds = len(stage.state.robots), len(stage.state.seeds)
@@ -94,18 +85,17 @@ def _side_by_side(
     if worlds == 1 and rules.robots >= SORTED:
         _together(stage, sensing, fused, ticks, 1, 0, until_finished=until_finished)
         return
-    rooms = [(grid_for(rules), scratch_for(state, rules, sensing)) for _ in range(threads)]
+    contexts = [Context(stage, sensing, shared(stage, grid_for(rules))) for _ in range(threads)]
     commands = _padded(fused.commands)
     pool = _pool(threads)
     try:
         for chunk in _chunks(ticks, len(state.robots)):
 
             def work(part: int, chunk: int = chunk) -> None:
-                grid, scratch = rooms[part]
                 first, end = worlds * part // threads, worlds * (part + 1) // threads
-                _kernels.advance(
-                    first, end, 0, 1, chunk, until_finished, sensing, state, rules, grid, stage.near, scratch,
-                    stage.features, fused.tables, fused.stacks, commands, fused.running,
+                run(
+                    contexts[part], fused.tables, fused.stacks, commands, fused.running, first=first, end=end,
+                    ticks=chunk, until_finished=until_finished,
                 )  # fmt: skip
 
             _run(pool, threads, work)
@@ -115,31 +105,39 @@ def _side_by_side(
 
 
 def _together(
-    stage: Stage, sensing: Plan, fused: FusedPlan, ticks: int, threads: int, world: int, *, until_finished: bool
+    stage: Stage,
+    sensing: Plan,
+    fused: FusedPlan,
+    ticks: int,
+    threads: int,
+    world: int,
+    *,
+    until_finished: bool,
 ) -> None:
     """All threads work on one world, each on a share of its robots, and wait for each other in every tick.
 
     The robots of a large world are put in the order of their places meanwhile, so that those who look at each
     other are side by side in memory too.
     """
-    state, rules = stage.state, stage.rules
+    rules = stage.rules
     grid = grid_for(rules)
-    scratch = scratch_for(state, rules, sensing)
-    rooms = [scratch, *(scratch_for(state, rules, sensing, beside=scratch) for _ in range(threads - 1))]
     commands = _padded(fused.commands)
     pool = _pool(threads)
     try:
         for chunk in _chunks(ticks, rules.robots):
             rows = np.arange(world * rules.robots, (world + 1) * rules.robots)
             if rules.robots >= SORTED and chunk > 1:
-                rows = rows[order_of_places(state, rules, grid, world)]
-            there = _Sorted(state, fused, rows, world)
+                rows = rows[order_of_places(stage.state, rules, grid, world)]
+            there = _Sorted(stage, fused, rows, world)
+            room = shared(there.stage, grid)
+            contexts = [Context(there.stage, sensing, room) for _ in range(threads)]
 
-            def work(part: int, chunk: int = chunk, there: _Sorted = there) -> None:
-                _kernels.advance(
-                    0, 1, part, threads, chunk, until_finished, sensing, there.state, rules, grid,
-                    there.near(stage.near, world), rooms[part], stage.features, fused.tables, there.stacks,
-                    commands, there.running,
+            def work(
+                part: int, chunk: int = chunk, there: _Sorted = there, contexts: list[Context] = contexts
+            ) -> None:
+                run(
+                    contexts[part], fused.tables, there.stacks, commands, there.running, first=0, end=1,
+                    part=part, parts=threads, ticks=chunk, until_finished=until_finished,
                 )  # fmt: skip
 
             _run(pool, threads, work)
@@ -161,7 +159,8 @@ def order_of_places(state: State, rules: Rules, grid: Grid, world: int) -> NDArr
 class _Sorted:
     """One world's arrays with its robots in another order, to be put back afterwards."""
 
-    def __init__(self, state: State, fused: FusedPlan, rows: NDArray[np.intp], world: int) -> None:
+    def __init__(self, stage: Stage, fused: FusedPlan, rows: NDArray[np.intp], world: int) -> None:
+        state = stage.state
         self.rows, self._fused, self._from = rows, fused, state
         one = slice(world, world + 1)
         self.state = State(
@@ -176,11 +175,9 @@ class _Sorted:
         )
         self.stacks = Stacks(*(array[rows] for array in fused.stacks))
         self.running = fused.running[rows]
-
-    def near(self, near: Near, world: int) -> Near:
-        """The lists of this world alone."""
-        cells = near.columns * near.lines
-        return near._replace(start=near.start[world * cells : (world + 1) * cells + 1])
+        cells = stage.near.columns * stage.near.lines
+        near: Near = stage.near._replace(start=stage.near.start[world * cells : (world + 1) * cells + 1])
+        self.stage = Stage(self.state, stage.rules, near)
 
     def put_back(self) -> None:
         """The robots as they are now, in their own order."""
@@ -198,6 +195,35 @@ def _padded(commands: NDArray[np.float64]) -> NDArray[np.float64]:
     return padded
 
 
-def room(stage: Stage, sensing: Plan) -> tuple[Grid, Scratch]:
-    """A grid and scratch for one thread."""
-    return grid_for(stage.rules), scratch_for(stage.state, stage.rules, sensing)
+NOTHING = (np.zeros((0, 4)), np.zeros(0, np.int32), np.zeros((0, 0)))
+
+
+def run(
+    context: Context, tables: Tables, stacks: Stacks, commands: NDArray[np.float64], running: NDArray[np.int32], *,
+    first: int, end: int, ticks: int, part: int = 0, parts: int = 1, until_finished: bool = False,
+) -> None:  # fmt: skip
+    """Sense, decide and act in the worlds from `first` up to `end`."""
+    _kernels.advance(
+        context.record, _kernels.RUN, first, end, part, parts, context.room.barrier, ticks, until_finished,
+        context.row, tuple(tables), tuple(stacks), commands, running, NOTHING[2],
+    )  # fmt: skip
+
+
+def sense(context: Context, worlds: int, out: NDArray[np.float64]) -> None:
+    """The readings [B*N, F] of all robots, to `out`."""
+    _kernels.advance(
+        context.record, _kernels.SENSE, 0, worlds, 0, 1, context.room.barrier, 1, False,
+        context.row, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out,
+    )  # fmt: skip
+
+
+def obey(context: Context, worlds: int, commands: NDArray[np.float64]) -> None:
+    """One tick with commands [B*N, 4]."""
+    _kernels.advance(
+        context.record, _kernels.OBEY, 0, worlds, 0, 1, context.room.barrier, 1, False,
+        context.row, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2],
+    )  # fmt: skip
+
+
+NO_TABLES = tuple(compile_programs([IDLE_PROGRAM]).tables)
+NO_STACKS = tuple(compile_programs([IDLE_PROGRAM]).stacks())

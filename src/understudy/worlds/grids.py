@@ -9,12 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.kinds import Column
-from understudy.worlds.plans import CAMERA, Plan
-from understudy.worlds.seeing import SCREEN, THING, VIEW
-from understudy.worlds.state import SEGMENT, Records, Rules, State
-
-SPOT = np.dtype([("x", "f8"), ("y", "f8"), ("row", "i4"), ("id", "i4")], align=True)
-"""A robot where a grid keeps it: side by side with those of the same cell."""
+from understudy.worlds.records import SPOT
+from understudy.worlds.state import Rules, State
 
 FEW = 24
 """Up to so many robots in a world, everyone is compared with everyone: a grid would cost more."""
@@ -55,65 +51,6 @@ class Near(NamedTuple):
     start: NDArray[np.int64]
     """Where the list of each cell of each world begins [B * columns * lines + 1]."""
     items: NDArray[np.int32]
-
-
-MOVE = np.dtype(
-    [
-        ("dx", "f8"),
-        ("dy", "f8"),
-        ("heading", "f8"),
-        ("scale", "f8"),  # the share of its step that it may
-        ("load", "f8"),  # as commanded
-        ("unload", "f8"),
-        ("still", "i4"),  # commanded neither to drive nor to turn
-        ("slot", "i4"),  # the source it is about to get a unit of, and how many get one before it
-        ("order", "i4"),
-    ],
-    align=True,
-)
-"""What a robot means to do in a tick."""
-
-PUSH = np.dtype(
-    [("dx", "f8"), ("dy", "f8"), ("scale", "f8"), ("sum_x", "i8"), ("sum_y", "i8"), ("count", "i8")], align=True
-)
-"""How far an object is pushed in a tick: what its pushers sum up to, what it means to do, and may."""
-
-
-class Scratch(NamedTuple):
-    """Room for a thread to work in, and, of the moves and pushes of a world, for threads together."""
-
-    moves: Records
-    """MOVE [N]."""
-    pushes: Records
-    """PUSH [K]."""
-    row: Column
-    a: Column
-    b: Column
-    things: Records
-    views: Records
-    segments: Records
-    screens: Records
-    cuts: NDArray[np.float64]
-    barrier: NDArray[np.int64]
-
-
-def scratch_for(state: State, rules: Rules, plan: Plan, *, beside: Scratch | None = None) -> Scratch:
-    """Room for a thread, at work on worlds of its own or, `beside` another, on the same one."""
-    objects, segments = state.objects.shape[1], state.segments.shape[1]
-    seen = state.discs.shape[1] + objects + rules.robots if CAMERA in plan.steps["what"] else 0
-    return Scratch(
-        moves=beside.moves if beside else np.zeros(rules.robots, MOVE),
-        pushes=beside.pushes if beside else np.zeros(objects, PUSH),
-        row=np.zeros(max(1, plan.width)),
-        a=np.zeros(plan.most_parts),
-        b=np.zeros(plan.most_parts),
-        things=np.zeros(seen, THING),
-        views=np.zeros(seen, VIEW),
-        segments=np.zeros(segments, SEGMENT),
-        screens=np.zeros(segments, SCREEN),
-        cuts=np.zeros((seen + segments + 1, 2)),
-        barrier=beside.barrier if beside else np.zeros(16, np.int64),
-    )
 
 
 def grid_for(rules: Rules) -> Grid:
@@ -160,7 +97,7 @@ def near_for(state: State, rules: Rules, *, reach: float) -> Near:
         x0, y0, x1, y1 = (segments[name] for name in ("x0", "y0", "x1", "y1"))
         ends = _to_segment(center_x[:, None], center_y[:, None], x0, y0, x1, y1) <= reach + half * sqrt(2.0)
         both = np.concatenate([there, ends], axis=1)
-        cells, found = np.nonzero(both)
+        found = np.nonzero(both)[1]
         counts.append(both.sum(axis=1))
         number = np.concatenate([np.arange(len(discs)), -1 - np.arange(len(segments))]).astype(np.int32)
         items.append(number[found])

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.feature import ReadingKey
+from understudy.worlds.records import PART, SECTOR, STEP
 from understudy.worlds.rules import Names
 from understudy.worlds.scenario import (
     Bumper,
@@ -30,7 +31,7 @@ from understudy.worlds.scenario import (
     Stuck,
     TargetOf,
 )
-from understudy.worlds.sectors import SECTOR, sector
+from understudy.worlds.sectors import sector
 from understudy.worlds.state import Records, Rules
 
 (
@@ -40,43 +41,9 @@ from understudy.worlds.state import Records, Rules
 ) = range(18)  # fmt: skip
 """What a step measures; `_sense_kernels` has the same."""
 
-STEP = np.dtype(
-    [
-        ("range", "f8"),
-        ("noise_a", "f8"),
-        ("noise_b", "f8"),
-        ("dropout", "f8"),
-        ("tan_half", "f8"),  # of a camera, as all down to ghosts
-        ("width_px", "f8"),
-        ("height_px", "f8"),
-        ("least_px", "f8"),
-        ("misses", "f8"),
-        ("ghosts", "f8"),
-        ("what", "i4"),
-        ("index", "i4"),  # class, object slot, relation of a robot, source column of SINCE
-        ("nearest", "i4"),
-        ("sees", "i4"),  # walls 1, obstacles 2, robots 4
-        ("period", "i4"),  # ticks between measurements
-        ("ticks", "i4"),  # of STUCK and CHANCE
-        ("stream", "i4"),
-        ("first", "i4"),  # its parts: first, and one after the last
-        ("end", "i4"),
-    ],
-    align=True,
-)
-
-PART = np.dtype(
-    [
-        ("a", "i4"),  # columns that the readings go to; -1 nowhere
-        ("b", "i4"),
-        ("held", "i4"),  # memory slot of a (b's is the next); -1 none
-        ("color", "i4"),
-        ("number", "i4"),
-    ],
-    align=True,
-)
 
 WALLS, OBSTACLES, ROBOTS = 1, 2, 4
+DISTURBING = ("noise_a", "noise_b", "misses", "ghosts")
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
 """Which robots a target means, as `_grid_kernels` has it; a team is TEAM + its index."""
 
@@ -196,6 +163,7 @@ class Planner:
                 "period": self._period(measure.sensor),
                 "stream": 65536 * (1 + measure.number),
                 "first": len(parts),
+                "noisy": measure.sensor.dropout > 0 or any(part.step.get(name, 0) for name in DISTURBING),
             }
             if isinstance(measure.sensor, Since):
                 step["index"] = columns[measure.sensor.of, part.keys[0][1]]

@@ -25,24 +25,16 @@ VIEW = np.dtype(
     [
         ("left", "f8"),  # where it appears, cut by the frame
         ("right", "f8"),
-        ("power", "f8"),  # of the camera with respect to the disc: its tangents' length squared
-        ("squared", "f8"),  # distance to its center, squared
+        ("power", "f8"),  # of the camera with respect to a disc: its tangents' length squared
+        ("squared", "f8"),  # distance to a disc's center, squared
         ("height_px", "f8"),
-        ("color", "i4"),  # -1: no blob, it only hides others
+        ("nearness", "f8"),  # of a segment: 1 / distance along the view, in the middle of the frame
+        ("slope", "f8"),  # and by how much that grows across the frame
+        ("cut_left", "f8"),  # memory for what hides one view: the list of cuts has no relation to this view
+        ("cut_right", "f8"),
+        ("color", "i4"),  # of a disc; -1: no blob, it only hides others
         ("opaque", "i4"),
     ],
     align=True,
 )
-"""A disc in the frame."""
-
-SCREEN = np.dtype(
-    [
-        ("left", "f8"),
-        ("right", "f8"),
-        ("across_x", "f8"),  # from one end to the other
-        ("across_y", "f8"),
-        ("squared", "f8"),  # distance of the camera from its line times its length, squared
-    ],
-    align=True,
-)
-"""A segment in the frame."""
+"""A disc or a segment in the frame."""

@@ -20,10 +20,11 @@ from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.kit import Kit
 from understudy.runtime.body import Channel, Commands, FusedPlan, Reading
-from understudy.worlds import _kernels, snapshots
-from understudy.worlds.advancing import Features, Stage, advance, room
+from understudy.worlds import snapshots
+from understudy.worlds.advancing import advance, obey, sense
 from understudy.worlds.checking import check
-from understudy.worlds.grids import near_for
+from understudy.worlds.contexts import Context, Stage, shared
+from understudy.worlds.grids import grid_for, near_for
 from understudy.worlds.kits import channels_of, kit_of, readings_of, targets_of
 from understudy.worlds.placing import lay_out
 from understudy.worlds.plans import Planner
@@ -46,16 +47,7 @@ class World:
         self.worlds, self.robots = len(seeds), self.rules.robots
         self.agents = self.worlds * self.robots
         self._planner = Planner(scenario, self.rules, self.names)
-        self._kept = self._planner.plan(())
         self._plan = lru_cache(16)(self._planner.plan)
-        classes = self.rules.classes
-        self._features = Features(
-            boxes=bool(classes["pushable"].any()),
-            cargo=bool((self.rules.types["capacity"] > 0).any()),
-            living=bool(
-                (~np.isnan(classes["away_least"]) | ~np.isnan(classes["capture_range"]) | (classes["walk"] > 0)).any()
-            ),
-        )
         self.reset(seeds)
 
     @property
@@ -102,22 +94,22 @@ class World:
     def _begin(self, state: State) -> None:
         self.state = state
         near = near_for(state, self.rules, reach=max(self._planner.reach, self._touch()))
-        self._stage = Stage(state, self.rules, near, self._features)
-        self._grid, _ = room(self._stage, self._kept)
+        self._stage = Stage(state, self.rules, near)
+        self._room = shared(self._stage, grid_for(self.rules))
+        self._context = lru_cache(8)(lambda keys: Context(self._stage, self._plan(keys), self._room))
 
     def _touch(self) -> float:
         types = self.rules.types
-        return float((types["radius"] + 2.0 * types["speed"]).max()) + float(self.rules.classes["radius"].max())
+        return float((types["radius"] + 2.0 * types["speed"]).max()) + float(
+            self.rules.classes["radius"].max()
+        )
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """The columns [B*N] of these keys, absent (NaN) for robots that have no such sensor."""
-        plan = self._plan(self._known(tuple(keys)))
-        out = np.empty((self.agents, max(1, plan.width)))
-        _, scratch = room_of = room(self._stage, plan)
-        _kernels.sense_all(
-            0, self.worlds, plan, self.state, self.rules, room_of[0], self._stage.near, scratch, out
-        )
-        return {key: out[:, column].copy() for column, key in enumerate(keys)}
+        out = np.empty((self.agents, len(keys)))
+        sense(self._context(self._known(tuple(keys))), self.worlds, out)
+        columns = np.ascontiguousarray(out.T)
+        return dict(zip(keys, columns, strict=True))
 
     def act(self, commands: Commands) -> None:
         """Obey for one tick; a channel left out rests. An unusable command raises, and nothing moves."""
@@ -127,11 +119,7 @@ class World:
             if channel not in names:
                 raise UnknownName(what="channel", name=channel, where=self._where, known=names)
             table[:, names.index(channel)] = self._column(channel, column)
-        _, scratch = room(self._stage, self._kept)
-        _kernels.obey(
-            0, self.worlds, self._kept, self.state, self.rules, self._grid, self._stage.near, scratch,
-            self._features, table,
-        )  # fmt: skip
+        obey(self._context(()), self.worlds, table)
 
     def advance(
         self, plan: FusedPlan, ticks: int, threads: int | None = None, *, until_finished: bool = False
@@ -178,7 +166,9 @@ class World:
         things = self.state.objects[world, kind["first"] : kind["end"]]
         free = np.flatnonzero((things["present"] == 0) & (things["due"] < 0))
         if not len(free):
-            raise self._wrong(f"objects {name!r}", f"are {len(things)} already", "remove one, or give more spare_objects")
+            raise self._wrong(
+                f"objects {name!r}", f"are {len(things)} already", "remove one, or give more spare_objects"
+            )
         slot = int(kind["first"]) + int(free[0])
         self.state.objects[world, slot] = np.zeros((), self.state.objects.dtype)
         thing = self.state.objects[world, slot]
@@ -256,4 +246,3 @@ class World:
                 remedy="give finite numbers",
             )
         return values
-

@@ -1,0 +1,94 @@
+"""Contexts: everything a kernel looks at, and room for it to work in, put together for one thread."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.worlds.grids import Grid, Near
+from understudy.worlds.plans import CAMERA, Plan
+from understudy.worlds.records import CONTEXT, MOVE, PUSH, SEGMENT, THING, VIEW
+from understudy.worlds.state import Records, Rules, State
+
+
+class Stage(NamedTuple):
+    """Worlds as kernels see them: what changes, what stays, and what stays near each place."""
+
+    state: State
+    rules: Rules
+    near: Near
+
+
+class Shared(NamedTuple):
+    """What threads at work on the same world have in common: its grid, moves, pushes, and their barrier."""
+
+    grid: Grid
+    moves: Records
+    """MOVE [N]."""
+    pushes: Records
+    """PUSH [K]."""
+    barrier: NDArray[np.int64]
+
+
+def shared(stage: Stage, grid: Grid) -> Shared:
+    """Room for the threads that work on one world at a time."""
+    objects = stage.state.objects.shape[1]
+    return Shared(grid, np.zeros(stage.rules.robots, MOVE), np.zeros(objects, PUSH), np.zeros(16, np.int64))
+
+
+class Context:
+    """A CONTEXT, as `record` [1], and the arrays that it points to, which live as long as it does.
+
+    `row` is where the readings of the robot at work go.
+    """
+
+    def __init__(self, stage: Stage, plan: Plan, room: Shared) -> None:
+        state, rules = stage.state, stage.rules
+        objects, discs, segments = (array.shape[1] for array in (state.objects, state.discs, state.segments))
+        seen = discs + objects + rules.robots if CAMERA in plan.steps["what"] else 0
+        self.room = room
+        self.row = np.full(max(1, plan.width), np.nan)
+        arrays: dict[str, NDArray[Any]] = {
+            **{name: getattr(state, name) for name in _OF_STATE},
+            **{name: getattr(rules, name) for name in ("types", "classes", "class_of")},
+            **{name: getattr(plan, name) for name in ("steps", "parts", "sectors", "of_type")},
+            **{name: getattr(room.grid, name) for name in ("start", "spots", "cell_of")},
+            "near_start": stage.near.start,
+            "near_items": stage.near.items,
+            "moves": room.moves,
+            "pushes": room.pushes,
+            "row": self.row,
+            "a": np.full(plan.most_parts, np.nan),
+            "b": np.full(plan.most_parts, np.nan),
+            "things": np.zeros(seen, THING),
+            "views": np.zeros(seen + segments if seen else 0, VIEW),
+            "pieces": np.zeros(segments if seen else 0, SEGMENT),
+        }
+        self._arrays = arrays
+        self.record = np.zeros(1, CONTEXT)
+        record = self.record[0]
+        for name, array in arrays.items():
+            record[name] = array.ctypes.data
+        for name in ("width", "height", "tick_s", "goal", "goal_target", "goal_within"):
+            record[name] = getattr(rules, name)
+        for name in ("cell", "columns", "lines", "shift", "most_radius", "most_step"):
+            record[name] = getattr(room.grid, name)
+        for name in ("cell", "columns", "lines"):
+            record[f"near_{name}"] = getattr(stage.near, name)
+        classes = rules.classes
+        record["gridded"] = len(room.grid.spots) > 0
+        record["count"] = rules.robots
+        record["type_count"], record["class_count"] = len(rules.types), len(classes)
+        record["object_count"], record["disc_count"], record["segment_count"] = objects, discs, segments
+        record["memory_count"] = state.memory.shape[1]
+        record["width_of_row"] = plan.width
+        record["boxes"] = bool(classes["pushable"].any())
+        record["solids"] = bool(classes["solid"].any())
+        record["cargo"] = bool((rules.types["capacity"] > 0).any())
+        comes, captured = ~np.isnan(classes["away_least"]), ~np.isnan(classes["capture_range"])
+        record["living"] = bool((comes | captured | (classes["walk"] > 0)).any())
+
+
+_OF_STATE = ("robots", "objects", "discs", "segments", "seeds", "tick", "finished", "memory")

@@ -1,0 +1,232 @@
+"""Records: what Python and the kernels of worlds both look at, and where it lies in memory.
+
+Lengths in m, angles in rad; speeds, in TYPE and ROBOT, per tick. A record keeps what is used together in one place.
+"""
+
+import numpy as np
+
+from understudy.worlds.sectors import SECTOR
+from understudy.worlds.seeing import THING, VIEW
+
+ROBOT = np.dtype(
+    [
+        ("x", "f8"),
+        ("y", "f8"),
+        ("heading", "f8"),  # [0, tau)
+        ("speed", "f8"),  # m per tick, along the heading, as its wheels would have it
+        ("spin", "f8"),  # rad per tick
+        ("id", "i4"),  # within its world
+        ("type", "i4"),
+        ("stored", "i4"),  # units of food
+        ("loading", "i4"),  # ticks spent on the unit at hand
+        ("unloading", "i4"),
+        ("delivered", "i4"),
+        ("blocked", "i4"),  # ticks in a row that it drove and got nowhere
+        ("frozen", "i4"),  # 1: neither senses nor moves (a robot that failed)
+    ],
+    align=True,
+)
+
+TYPE = np.dtype(
+    [
+        ("radius", "f8"),
+        ("height", "f8"),
+        ("speed", "f8"),  # m per tick of drive = 1
+        ("turning", "f8"),  # rad per tick of turn = 1
+        ("acceleration", "f8"),  # m per tick, per tick; infinite where there is no limit
+        ("turning_acceleration", "f8"),
+        ("noise_drive", "f8"),  # share of the motion of a tick
+        ("noise_turn", "f8"),
+        ("reach", "f8"),
+        ("color", "i4"),  # index, -1 none
+        ("team", "i4"),  # index
+        ("capacity", "i4"),
+        ("load_ticks", "i4"),
+        ("unload_ticks", "i4"),
+        ("collides", "i4"),
+        ("first_step", "i4"),  # its steps of the sense plan: first, and one after the last
+        ("end_step", "i4"),
+    ],
+    align=True,
+)
+
+OBJECT = np.dtype(
+    [
+        ("x", "f8"),
+        ("y", "f8"),
+        ("heading", "f8"),  # of one that walks
+        ("present", "i4"),
+        ("amount", "i4"),
+        ("at_first", "i4"),
+        ("appeared", "i4"),  # times it has appeared, which keys the next draw of a place
+        ("due", "i8"),  # tick at which it appears or leaves; -1 never
+        ("captured", "i8"),  # tick at which a robot first came within range; -1 not yet
+    ],
+    align=True,
+)
+
+CLASS = np.dtype(
+    [
+        ("radius", "f8"),
+        ("height", "f8"),
+        ("capture_range", "f8"),  # NaN: cannot be captured
+        ("walk", "f8"),  # m per tick; 0 stays
+        ("away_least", "f8"),  # s; NaN: always present
+        ("away_most", "f8"),
+        ("stays_least", "f8"),  # s; NaN: until captured
+        ("stays_most", "f8"),
+        ("apart", "f8"),
+        ("region", "f8", 4),  # box in which it appears and walks
+        ("first", "i4"),  # its slots among the objects of a world: first, and one after the last
+        ("end", "i4"),
+        ("color", "i4"),
+        ("food", "i4"),
+        ("home", "i4"),
+        ("solid", "i4"),
+        ("pushable", "i4"),
+        ("pushers", "i4"),
+        ("capture_ticks", "i4"),
+        ("turn_ticks", "i4"),
+    ],
+    align=True,
+)
+
+DISC = np.dtype([("x", "f8"), ("y", "f8"), ("radius", "f8"), ("height", "f8"), ("color", "i4")], align=True)
+"""A round obstacle; radius 0 is none."""
+
+SEGMENT = np.dtype([("x0", "f8"), ("y0", "f8"), ("x1", "f8"), ("y1", "f8"), ("wall", "i4")], align=True)
+"""A piece of a wall, or (wall 0) an edge of a polygonal obstacle; an end on NaN is none."""
+
+SPOT = np.dtype([("x", "f8"), ("y", "f8"), ("row", "i4"), ("id", "i4")], align=True)
+"""A robot where a grid keeps it: side by side with those of the same cell."""
+
+MOVE = np.dtype(
+    [
+        ("dx", "f8"),
+        ("dy", "f8"),
+        ("heading", "f8"),
+        ("scale", "f8"),  # the share of its step that it may
+        ("load", "f8"),  # as commanded
+        ("unload", "f8"),
+        ("still", "i4"),  # commanded neither to drive nor to turn
+        ("slot", "i4"),  # the source it is about to get a unit of, and how many get one before it
+        ("order", "i4"),
+    ],
+    align=True,
+)
+"""What a robot means to do in a tick."""
+
+PUSH = np.dtype(
+    [("dx", "f8"), ("dy", "f8"), ("scale", "f8"), ("sum_x", "i8"), ("sum_y", "i8"), ("count", "i8")],
+    align=True,
+)
+"""How far an object is pushed in a tick: what its pushers sum up to, what it means to do, and may."""
+
+STEP = np.dtype(
+    [
+        ("range", "f8"),
+        ("noise_a", "f8"),
+        ("noise_b", "f8"),
+        ("dropout", "f8"),
+        ("tan_half", "f8"),  # of a camera, as all down to ghosts
+        ("width_px", "f8"),
+        ("height_px", "f8"),
+        ("least_px", "f8"),
+        ("misses", "f8"),
+        ("ghosts", "f8"),
+        ("noisy", "i4"),  # has noise, dropout or the like
+        ("what", "i4"),
+        ("index", "i4"),  # class, object slot, relation of a robot, source column of SINCE
+        ("nearest", "i4"),
+        ("sees", "i4"),  # walls 1, obstacles 2, robots 4
+        ("period", "i4"),  # ticks between measurements
+        ("ticks", "i4"),  # of STUCK and CHANCE
+        ("stream", "i4"),
+        ("first", "i4"),  # its parts: first, and one after the last
+        ("end", "i4"),
+    ],
+    align=True,
+)
+
+PART = np.dtype(
+    [
+        ("a", "i4"),  # columns that the readings go to; -1 nowhere
+        ("b", "i4"),
+        ("held", "i4"),  # memory slot of a (b's is the next); -1 none
+        ("color", "i4"),
+        ("number", "i4"),
+    ],
+    align=True,
+)
+
+__all__ = ["SECTOR", "THING", "VIEW"]
+
+WHOLE = np.dtype([("v", "i8")])
+INDEX = np.dtype([("v", "i4")])
+NUMBER = np.dtype([("v", "f8")])
+"""A lone number, where an array has nothing else."""
+
+CONTEXT = np.dtype(
+    [
+        # Scalars.
+        ("width", "f8"),
+        ("height", "f8"),
+        ("tick_s", "f8"),
+        ("goal_within", "f8"),
+        ("cell", "f8"),  # of the robots' grid, as all down to gridded
+        ("most_radius", "f8"),
+        ("most_step", "f8"),
+        ("columns", "i8"),
+        ("lines", "i8"),
+        ("shift", "i8"),
+        ("gridded", "i8"),
+        ("near_cell", "f8"),  # of the lists of what stays
+        ("near_columns", "i8"),
+        ("near_lines", "i8"),
+        ("count", "i8"),  # N, robots in a world
+        ("goal", "i8"),
+        ("goal_target", "i8"),
+        ("type_count", "i8"),
+        ("class_count", "i8"),
+        ("object_count", "i8"),
+        ("disc_count", "i8"),
+        ("segment_count", "i8"),
+        ("memory_count", "i8"),
+        ("width_of_row", "i8"),
+        ("boxes", "i8"),
+        ("cargo", "i8"),
+        ("living", "i8"),
+        ("solids", "i8"),
+        # Where arrays lie.
+        ("robots", "i8"),
+        ("types", "i8"),
+        ("objects", "i8"),
+        ("classes", "i8"),
+        ("class_of", "i8"),
+        ("discs", "i8"),
+        ("segments", "i8"),
+        ("seeds", "i8"),
+        ("tick", "i8"),
+        ("finished", "i8"),
+        ("memory", "i8"),
+        ("steps", "i8"),
+        ("parts", "i8"),
+        ("sectors", "i8"),
+        ("of_type", "i8"),
+        ("near_start", "i8"),
+        ("near_items", "i8"),
+        ("start", "i8"),  # of the grid
+        ("spots", "i8"),
+        ("cell_of", "i8"),
+        ("moves", "i8"),  # of the scratch, as all from here on
+        ("pushes", "i8"),
+        ("row", "i8"),
+        ("a", "i8"),
+        ("b", "i8"),
+        ("things", "i8"),
+        ("views", "i8"),
+        ("pieces", "i8"),
+    ],
+    align=True,
+)
+"""All that a kernel may look at: it is given one of these, and finds everything else from there."""
