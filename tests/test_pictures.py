@@ -6,18 +6,27 @@ from collections.abc import Iterator
 from itertools import combinations
 from math import hypot
 from pathlib import Path
+from time import process_time
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from PIL import Image
+from tests.worlds.made import crossing
 
 from understudy.errors import SettingError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.pictures import automaton_svg, path_png, run_gif
 from understudy.pictures.layout import BADGE, place_arrows, place_boxes
-from understudy.worlds.forage import Forage, ForageSettings, Frame
+from understudy.pictures.look import gone, things, total
+from understudy.pictures.recording import Recording
+from understudy.pictures.sheet import scale
+from understudy.pictures.style import COLORS, FOOD, GROUND, INK, PAINTS, PAPER, SOLID, blend, paint
+from understudy.worlds.forage import Forage, ForageSettings
 from understudy.worlds.forage_expert import HandForager
+from understudy.worlds.forage_view import from_forage
+from understudy.worlds.view import Frame
 
 STATES = (
     START,
@@ -34,8 +43,16 @@ def frames(seconds: float) -> Iterator[Frame]:
     forager = HandForager(1, ForageSettings())
     while world.time_s < seconds:
         commands = forager.decide(world.sense(forager.keys))
-        yield Frame(world.view(), "turning" if commands["turn"][0] else "other")
+        yield Frame(from_forage(world.view()), ("turning" if commands["turn"][0] else "other",))
         world.act(commands)
+
+
+def shades(image: Image.Image) -> set[object]:
+    return {color for _, color in image.convert("RGB").getcolors(1_000_000) or ()}
+
+
+def rgb(color: str) -> tuple[int, ...]:
+    return tuple(bytes.fromhex(color[1:]))
 
 
 def test_svg_says_what_it_shows() -> None:
@@ -89,6 +106,76 @@ def test_run_gif(tmp_path: Path) -> None:
     run_gif(list(frames(20.0)), tmp_path / "run.gif", speed=10.0, per_s=10.0)
     with Image.open(tmp_path / "run.gif") as image:
         assert getattr(image, "n_frames", 0) == pytest.approx(20, abs=2)
+
+
+CREWS = [1, 4, 30, 80]
+
+
+@pytest.mark.parametrize("robots", CREWS)
+def test_any_world_as_a_path_and_in_motion(tmp_path: Path, robots: int) -> None:
+    seen = crossing(25, robots=robots)
+    path_png(seen, tmp_path / "path.png", title="A path")
+    run_gif(seen, tmp_path / "run.gif", speed=2.0)
+    with Image.open(tmp_path / "path.png") as image:
+        assert shades(image) >= {rgb(INK), rgb(SOLID), rgb(FOOD), rgb(PAINTS["brown"])}
+    with Image.open(tmp_path / "run.gif") as image:
+        assert getattr(image, "n_frames", 0) == pytest.approx(20, abs=2)
+        assert shades(image) >= {rgb(INK), rgb(SOLID), rgb(PAPER), rgb(GROUND), rgb(COLORS[0])}
+
+
+@pytest.mark.parametrize(("width", "height"), [(40.0, 8.0), (8.0, 40.0), (0.6, 0.5)])
+def test_arenas_of_any_shape(tmp_path: Path, width: float, height: float) -> None:
+    seen = crossing(10, width=width, height=height)
+    path_png(seen, tmp_path / "path.png")
+    run_gif(seen, tmp_path / "run.gif")
+    with Image.open(tmp_path / "path.png") as image:
+        assert max(image.size) < 1700
+    with Image.open(tmp_path / "run.gif") as image:
+        assert max(image.size) < 700
+
+
+def test_a_thousand_robots_are_drawn_at_once(tmp_path: Path) -> None:
+    seen = crossing(30, robots=1000, width=60.0, height=40.0)
+    began = process_time()
+    path_png(seen, tmp_path / "path.png")
+    run_gif(seen, tmp_path / "run.gif", speed=1.0)
+    assert process_time() - began < 20.0
+
+
+def test_what_a_picture_says_of_things() -> None:
+    view = crossing(1, robots=2)[0].view
+    known = {thing.name: thing for thing in things(view)}
+    assert [thing.label for thing in things(view)] == ["3 of 8 units left", "4 units", "base", "box"]
+    assert known["food"].served
+    assert known["base"].square
+    assert known["box"].solid
+    assert gone(things(view), things(view), view) == []
+    assert total(view) == 7
+
+
+def test_scales_are_round() -> None:
+    assert [scale(width) for width in (12.0, 6.0, 3.5, 40.0, 100.0)] == [2.0, 1.0, 0.5, 5.0, 10.0]
+
+
+def test_names_of_colors() -> None:
+    assert paint("red") == PAINTS["red"] == paint("RED")
+    assert paint("#12ab9f") == "#12ab9f"
+    assert paint("mauve") == paint("mauve") in COLORS
+    assert blend("#000000", "#ffffff", 0.0) == "#ffffff"
+
+
+def test_a_recording_keeps_every_so_many_frames_and_both_ends() -> None:
+    seen = crossing(100)
+    for count in range(1, 101):
+        recording = Recording(most=8)
+        for frame in seen[:count]:
+            recording.see(frame)
+        times = [round(frame.view.time_s, 6) for frame in recording.frames]
+        assert times[0] == 0.0
+        assert times[-1] == pytest.approx(0.1 * (count - 1))
+        assert len(times) <= 9
+        assert len({round(step, 6) for step in np.diff(times[:-1])}) <= 1
+    assert Recording().frames == []
 
 
 def test_nothing_recorded(tmp_path: Path) -> None:

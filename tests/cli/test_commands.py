@@ -195,6 +195,15 @@ def test_run(library: Path, tmp_path: Path) -> None:
     assert (tmp_path / "out.gif").read_bytes()[:3] == b"GIF"
 
 
+def test_a_run_leaves_a_trace(library: Path, tmp_path: Path) -> None:
+    told = run("run", "-l", library, "--seconds", "2", "--trace", tmp_path / "out.jsonl")
+    assert "Traced in" in told.stdout
+    header, *rows = [json.loads(line) for line in (tmp_path / "out.jsonl").read_text().splitlines()]
+    assert (header["scenario"], header["seed"], header["robots"]) == ("forage", 0, 1)
+    assert [row["time_s"] for row in rows] == [round(0.1 * tick, 6) for tick in range(1, 21)]
+    assert rows[-1]["doing"].startswith("harvest > ")
+
+
 def test_watching_in_a_terminal(library: Path) -> None:
     master, slave = pty.openpty()
     watching = subprocess.Popen(
@@ -270,6 +279,8 @@ BAD = [  # arguments, what the error says
         ["run", "-l", "{lib}", "--behavior", "goto", "--bind", "A"],
         "'A' is no binding; write PARAMETER=TARGET",
     ),
+    (["run", "-l", "{lib}", "--trace", "x.csv"], "is no trace; name a file that ends in .jsonl"),
+    (["run", "-l", "{lib}", "--trace", "/nowhere/x.jsonl"], "/nowhere/x.jsonl: writing the trace failed"),
     (["run", "-l", "{lib}", "--record", "x.mp4"], "is no picture; name a file that ends in .gif"),
     (
         ["run", "-l", "{lib}", "--record", "/nowhere/x.png", "--seconds", "1"],

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from tests.terminal.desks import GOTO, Wall, plan
+from tests.worlds.made import crossing
 
 from understudy.errors import UnderstudyError
 from understudy.model.automaton import START, State
@@ -16,11 +17,12 @@ from understudy.model.feature import BoundFeature
 from understudy.model.library import Library
 from understudy.terminal import journals, keys, teaching
 from understudy.terminal.pace import Pace
-from understudy.terminal.picture import picture, size
+from understudy.terminal.picture import ARROWS, facts, picture, size
 from understudy.terminal.plan import Choices, checked
 from understudy.terminal.words import clock, signed, spark, value
 from understudy.worlds import forage_kit
 from understudy.worlds.forage import Forage
+from understudy.worlds.forage_view import from_forage
 
 ANGLE = BoundFeature(forage_kit.angle_to, Binding(A="A"))
 DISTANCE = BoundFeature(forage_kit.distance_to, Binding(A="A"))
@@ -113,17 +115,31 @@ def test_bars() -> None:
 
 @pytest.mark.parametrize(("columns", "lines"), [(80, 20), (20, 40), (1, 1)])
 def test_the_picture_keeps_its_size_and_shows_what_there_is(columns: int, lines: int) -> None:
-    view = Forage([5]).view()
+    forage = Forage([5]).view()
+    view = from_forage(forage)
     wide, tall = size(view, columns, lines)
-    drawn = picture(
-        view, [(1.0, 1.0), (99.0, -3.0)], ["station", "nearest_food"], columns=wide, lines=tall
-    ).plain
+    aims = [forage.station, (-4.0, 99.0)]
+    drawn = picture(view, [(1.0, 1.0), (99.0, -3.0)], aims, columns=wide, lines=tall, robot=0).plain
     rows = drawn.split("\n")
     assert len(rows) == tall <= lines
     assert {len(row) for row in rows} == {wide}
     if tall > 10:
         assert "⌂" in drawn
-        assert all(str(source.amount) in drawn for source in view.sources)
+        assert all(str(source.amount) in drawn for source in forage.sources)
+
+
+@pytest.mark.parametrize("robots", [1, 4, 30, 1000])
+def test_any_world_in_characters(robots: int) -> None:
+    view = crossing(3, robots=robots)[-1].view
+    wide, tall = size(view, 90, 30)
+    rows = picture(view, columns=wide, lines=tall).plain.split("\n")
+    assert (len(rows), {len(row) for row in rows}) == (tall, {wide})
+    arrows = sum(row.count(arrow) for row in rows for arrow in ARROWS)
+    assert arrows == 0 if robots == 1000 else 0 < arrows <= robots
+    assert all(sign in "".join(rows) for sign in ("3", "4", "⌂", "■", "⣿"))
+    assert facts(view, 90) == (
+        "" if robots == 1 else f"{'1 000' if robots == 1000 else robots} robots  home 0 of 7"
+    )
 
 
 REFUSED = [

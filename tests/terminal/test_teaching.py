@@ -55,7 +55,7 @@ async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_
         assert "TESTING" in hand.shown("header")
         for _ in range(2):
             await hand.guide()
-            view = hand.desk.view
+            view = hand.desk.body.view()
             assert hypot(view.x - view.station[0], view.y - view.station[1]) < 0.5
             assert hand.desk.screen.mode is Mode.TESTING, "it had to be corrected"
             await hand.press("n")
@@ -169,15 +169,15 @@ async def test_time_stands_still_while_paused_and_a_press_then_is_marked(tmp_pat
 @run
 async def test_driving_into_position_records_nothing(tmp_path: Path) -> None:
     async with trainer(plan(tmp_path)) as hand:
-        start = hand.desk.view
+        start = hand.desk.body.view()
         await hand.press("d")
         await hand.wait(1)
-        assert hand.desk.view == start, "it stands still until a key is pressed"
+        assert hand.desk.body.view() == start, "it stands still until a key is pressed"
         assert "DRIVING" in hand.shown("header")
         await hand.press("up")
         await hand.wait(1)
         await hand.press("enter", "d")
-        assert (hand.desk.view.x, hand.desk.view.y) != (start.x, start.y)
+        assert hand.desk.body.view()[5:7] != (start.x, start.y)
         assert not hand.desk.session.examples
         assert hand.desk.screen.state == "start"
 
@@ -227,7 +227,7 @@ async def test_a_killed_session_is_offered_and_nothing_shown_is_lost(tmp_path: P
         await hand.wait(0.5)
         await hand.press("up")
         await hand.wait(0.2)
-        shown, view = hand.desk.session.examples, hand.desk.view
+        shown, view = hand.desk.session.examples, hand.desk.body.view()
         await hand.press("right")  # acknowledged, but no tick came before the end
         (journal,) = (tmp_path / ".journals").iterdir()
         killed = journal.read_bytes()
@@ -239,7 +239,8 @@ async def test_a_killed_session_is_offered_and_nothing_shown_is_lost(tmp_path: P
         assert hand.desk.session.examples == shown
         assert hand.desk.screen.waiting == "rotate_right"
         assert hand.desk.paused
-        assert hypot(hand.desk.view.x - view.x, hand.desk.view.y - view.y) < 0.2
+        now = hand.desk.body.view()
+        assert hypot(now.x - view.x, now.y - view.y) < 0.2
         await hand.press("space")
         await hand.wait(0.2)
         assert len(hand.desk.session.examples) == 6

@@ -12,6 +12,7 @@ from understudy.cli.parts import LIBRARY, WORLD, Bind, Json, KitName, Library, W
 
 if TYPE_CHECKING:
     from understudy.runtime.run import Run
+    from understudy.traces import TraceWriter
     from understudy.worlds.forage import Forage
     from understudy.worlds.view import Frame
 
@@ -27,6 +28,10 @@ def run(
     record: Annotated[
         Path | None,
         typer.Option("--record", "-r", metavar="OUT.gif|OUT.png", help="Draw it instead of showing it."),
+    ] = None,
+    trace: Annotated[
+        Path | None,
+        typer.Option("--trace", metavar="OUT.jsonl|OUT.parquet", help="Keep where it was and what it did."),
     ] = None,
     seconds: Annotated[
         float, typer.Option("--seconds", min=0.1, help="End after so much simulated time.")
@@ -50,6 +55,7 @@ def run(
     from understudy.errors import SettingError
     from understudy.runtime.program import link
     from understudy.runtime.run import Run
+    from understudy.traces import write_trace
 
     if record is not None and record.suffix.lower() not in PICTURES:
         remedy = "name a file that ends in .gif (in motion) or .png (its path)"
@@ -63,7 +69,12 @@ def run(
     body = where.make([seed])
     running = Run.of(body, program)
     shown = record is None and not as_json and console().is_terminal
-    frames = _watch(running, body, seconds, speed) if shown else _record(running, body, seconds)
+    watch = _watch if shown else _record
+    if trace is None:
+        frames = watch(running, body, seconds, speed, None)
+    else:
+        with write_trace(trace, scenario=world, seed=seed, tick_s=body.tick_s, robots=body.agents) as writer:
+            frames = watch(running, body, seconds, speed, writer)
     if record is not None:
         _draw(frames, record, title=f"{behavior}, seed {seed}", speed=speed)
     facts = _facts(body, running, behavior=behavior, seed=seed, record=record)
@@ -75,6 +86,8 @@ def run(
         console().print(f"{behavior} in world {seed}: {ended} after {facts['seconds']:.1f} s; {brought}")
         if record is not None:
             console().print(f"Drawn in {record}", markup=False, soft_wrap=True)
+        if trace is not None:
+            console().print(f"Traced in {trace}", markup=False, soft_wrap=True)
 
 
 def _facts(body: Forage, running: Run, *, behavior: str, seed: int, record: Path | None) -> dict[str, Any]:
@@ -105,33 +118,50 @@ def _frame(running: Run, body: Forage) -> Frame:
     return Frame(from_forage(body.view()), (active[0].state_name if active else "",))
 
 
-def _record(running: Run, body: Forage, seconds: float) -> list[Frame]:
-    frames = [_frame(running, body)]
+def _tick(running: Run, body: Forage, trace: TraceWriter | None) -> None:
+    running.tick()
+    if trace is not None:
+        from understudy.worlds.forage_view import from_forage
+
+        trace.add(from_forage(body.view()), [interpreter.path for interpreter in running.interpreters])
+
+
+def _record(
+    running: Run, body: Forage, seconds: float, speed: float, trace: TraceWriter | None
+) -> list[Frame]:
+    from understudy.pictures.recording import Recording
+
+    recording = Recording()
+    recording.see(_frame(running, body))
     while not _ended(running, body, seconds):
-        running.tick()
-        frames.append(_frame(running, body))
-    return frames
+        _tick(running, body, trace)
+        recording.see(_frame(running, body))
+    return recording.frames
 
 
-def _watch(running: Run, body: Forage, seconds: float, speed: float) -> list[Frame]:
+def _watch(
+    running: Run, body: Forage, seconds: float, speed: float, trace: TraceWriter | None
+) -> list[Frame]:
     """Show the run in the terminal as it goes; Ctrl-C ends it."""
     from rich.live import Live
 
     from understudy.cli.arena import screen
     from understudy.cli.output import console
+    from understudy.worlds.forage_view import from_forage
 
     out = console()
     step = speed / FRAMES_PER_S
     with Live(console=out, auto_refresh=False, transient=False) as live:
         due = monotonic()
         while True:
-            path = running.interpreters[0].path
-            live.update(screen(body.view(), path, wide=out.width, tall=out.height - 6), refresh=True)
+            paths = [interpreter.path for interpreter in running.interpreters]
+            view = from_forage(body.view())
+            live.update(screen(view, paths, wide=out.width, tall=out.height - 6), refresh=True)
             if _ended(running, body, seconds):
                 return []
             until = body.time_s + step
             while body.time_s < until and not _ended(running, body, seconds):
-                running.tick()
+                _tick(running, body, trace)
             due += 1.0 / FRAMES_PER_S
             sleep(max(0.0, due - monotonic()))
 

@@ -38,14 +38,20 @@ class Caption:
     def draw(self, draw: ImageDraw, at: int) -> None:
         """Write what holds in a frame."""
         view, doing = self._frames[at].view, self._frames[at].doing
-        draw.text((self._right, self._top + FIRST), f"{view.time_s:.0f} s", font=self._large, fill=INK, anchor="ra")
+        draw.text(
+            (self._right, self._top + FIRST), f"{view.time_s:.0f} s", font=self._large, fill=INK, anchor="ra"
+        )
         if self._alone:
             first = (self._left, self._top + FIRST)
             draw.text(first, doing[0], font=self._large, fill=self._colors[doing[0]])
             if self._feeds:
-                draw.text((self._left, self._top + FIRST + LINE), _carries(view), font=self._small, fill=FAINT)
+                draw.text(
+                    (self._left, self._top + FIRST + LINE), _carries(view), font=self._small, fill=FAINT
+                )
             return
-        brought = f"   ·   {int(view.robots.delivered.sum())} of {total(view)} units home" if self._feeds else ""
+        brought = (
+            f"   ·   {int(view.robots.delivered.sum())} of {total(view)} units home" if self._feeds else ""
+        )
         crew = f"{grouped(len(doing))} robots{brought}"
         draw.text((self._left, self._top + FIRST + 2 * FINE), crew, font=self._small, fill=INK)
         counts = Counter(doing)
@@ -54,7 +60,9 @@ class Caption:
             color = self._colors[name]
             draw.ellipse((x, y - DOT, x + 2 * DOT, y + DOT), fill=color)
             text = f"{name or 'idle'} {grouped(counts[name])}"
-            draw.text((x + 3 * DOT, y), text, font=self._small, fill=color if counts[name] else FAINT, anchor="lm")
+            draw.text(
+                (x + 3 * DOT, y), text, font=self._small, fill=color if counts[name] else FAINT, anchor="lm"
+            )
 
     def _laid_out(self) -> dict[str, tuple[float, int]]:
         """Where each doing stands: its left edge and its line, room left for the largest count."""

@@ -23,7 +23,9 @@ MOST_POINTS = 20_000
 class Labels:
     """Places labels one after the other in an arena, beside what was drawn there already."""
 
-    def __init__(self, axes: Axes, size: tuple[float, float], crowd: NDArray[np.float64], *, inch: float) -> None:
+    def __init__(
+        self, axes: Axes, size: tuple[float, float], crowd: NDArray[np.float64], *, inch: float
+    ) -> None:
         """`crowd` are points [P, 2] not to cover, `inch` how many m an inch on paper shows."""
         self._axes, self._size, self._inch = axes, size, inch
         self._crowd = crowd[:: max(1, len(crowd) // MOST_POINTS)]
@@ -51,7 +53,15 @@ class Labels:
         x, y, align = min(sides, key=lambda side: self._cost(self._box(thing.label, *side)))
         self._taken.append(self._box(thing.label, x, y, align))
         text = self._axes.text(
-            x, y, thing.label, color=thing.color, fontsize=9.5, fontweight="bold", zorder=9, ha=align, va="center"
+            x,
+            y,
+            thing.label,
+            color=thing.color,
+            fontsize=9.5,
+            fontweight="bold",
+            zorder=9,
+            ha=align,
+            va="center",
         )
         text.set_path_effects([withStroke(linewidth=3, foreground=GROUND)])
 
@@ -64,7 +74,8 @@ class Labels:
         left, low, right, high = box
         outside = left < 0 or low < 0 or right > self._size[0] or high > self._size[1]
         over = sum(
-            left < other[2] and other[0] < right and low < other[3] and other[1] < high for other in self._taken
+            left < other[2] and other[0] < right and low < other[3] and other[1] < high
+            for other in self._taken
         )
         x, y = self._crowd.T
         wide = 0.06 * self._inch

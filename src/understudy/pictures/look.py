@@ -36,6 +36,8 @@ class Thing:
     color: str
     full: float
     solid: bool
+    units: int | None
+    """The food left in a source; None for what is no source."""
     label: str
     """What stands beside it; empty where its class is in the legend instead."""
     served: bool
@@ -57,14 +59,16 @@ def things(view: WorldView) -> list[Thing]:
     for at, kind in enumerate(kinds):
         name = view.names.classes[kind].replace("_", " ")
         food, home = bool(objects.food[at]), bool(objects.home[at])
-        size, full, label = max(float(objects.radius[at]), 0.08 * one), 1.0, name
+        size, full, units, label = max(float(objects.radius[at]), 0.08 * one), 1.0, None, name
         if food:
             amount, at_first = int(objects.amount[at]), int(objects.at_first[at])
             if not at_first:
                 continue
-            size, full = min(0.1 * at_first**0.5, 0.6) * one, (amount / at_first) ** 0.5
+            size, full, units = min(0.1 * at_first**0.5, 0.6) * one, (amount / at_first) ** 0.5, amount
             part = 0 < amount < at_first
-            label = "" if not labeled else f"{amount} of {at_first} units left" if part else f"{at_first} units"
+            label = (
+                "" if not labeled else f"{amount} of {at_first} units left" if part else f"{at_first} units"
+            )
         elif home:
             size = max(size, 0.24 * one)
         if not food and count[kind] > (MOST_LABELS if home else 1):
@@ -82,6 +86,7 @@ def things(view: WorldView) -> list[Thing]:
                 color=plain if color is None else paint(color),
                 full=full,
                 solid=bool(objects.solid[at]),
+                units=units,
                 label=label,
                 served=(food or home) and bool(view.robots.capacity.any()),
             )

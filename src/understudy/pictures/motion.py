@@ -16,7 +16,7 @@ from understudy.model.atomic import write
 from understudy.pictures.caption import Caption
 from understudy.pictures.look import FEW, doings, own_colors, places, unit
 from understudy.pictures.pen import FINE, Pen
-from understudy.pictures.style import GROUND, INK, PAPER, blend, colors_for
+from understudy.pictures.style import FOOD, GROUND, HOME, INK, PAPER, SOLID, blend, colors_for
 from understudy.worlds.view import Frame
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ TRAIL = 60
 DISCS, TAILS = 60, 2000
 """So many robots are drawn with their headings, more are dots; so many have tails that show where they came from."""
 TAIL, LEAST_DOT = 3, 1.4
-COLORS, SAMPLES, SAME = 128, 8, 6
+COLORS, SAMPLES, SAME = 128, 8, 10
 """Colors of the palette, pictures that it is made of, and how close colors (of 255) are taken for one."""
 
 
@@ -81,8 +81,10 @@ class _Film:
         wide = max(round(arena[0]) + 2 * FINE * MARGIN, FINE * LEAST)
         self._corner = (wide - arena[0]) / 2, float(FINE * MARGIN)
         under = round(self._corner[1] + arena[1])
-        self._caption = Caption(self._colors, frames, left=FINE * MARGIN, right=wide - FINE * MARGIN, top=under)
-        size = tuple(-(-side // FINE) * FINE for side in (wide, under + self._caption.tall))
+        self._caption = Caption(
+            self._colors, frames, left=FINE * MARGIN, right=wide - FINE * MARGIN, top=under
+        )
+        size = -(-wide // FINE) * FINE, -(-(under + self._caption.tall) // FINE) * FINE
         self._blank = Image.new("RGB", size, PAPER)
         self._pen(self._blank).fixed(view)
         at, self._heading = places(frames)
@@ -121,9 +123,11 @@ class _Film:
             together.paste(picture, (at * wide, 0))
         reduced = together.quantize(COLORS)
         known = np.array(reduced.getpalette()).reshape(-1, 3)
-        for exact in self._rgb([*self._palette, INK, GROUND, PAPER]):  # what is close to these becomes them
-            far = np.abs(known - exact.astype(np.int64)).max(axis=1)
-            known[(far < SAME) | (far == far.min())] = exact
+        exact = self._rgb([FOOD, HOME, SOLID, *self._palette, INK, GROUND, PAPER])
+        far = np.abs(known[:, None] - exact.astype(np.int64)).max(axis=2)
+        close = far.min(axis=1) < SAME
+        known[close] = exact[far.argmin(axis=1)[close]]
+        known[far.argmin(axis=0)] = exact  # those that nothing is close to
         reduced.putpalette(known.reshape(-1).tolist())
         return reduced
 
@@ -131,10 +135,8 @@ class _Film:
         return np.array([tuple(bytes.fromhex(color[1:])) for color in colors], np.uint8)
 
     def _pen(self, image: Image) -> Pen:
-        from PIL import ImageDraw
-
         tall = self.frames[-1].view.height
-        return Pen(ImageDraw.Draw(image), tall=tall, scale=self._scale, corner=self._corner)
+        return Pen(image, tall=tall, scale=self._scale, corner=self._corner)
 
     def _trails(self, pen: Pen, at: int, length: int, wide: int, palette: Sequence[str]) -> None:
         """Where the robots came from lately, a line for each stretch of one doing."""
@@ -150,7 +152,9 @@ class _Film:
                     start = end
 
     def _discs(self, pen: Pen, at: int) -> None:
-        rows = zip(self._where[at].tolist(), self._heading[at].tolist(), self._doing[at].tolist(), strict=True)
+        rows = zip(
+            self._where[at].tolist(), self._heading[at].tolist(), self._doing[at].tolist(), strict=True
+        )
         for robot, ((x, y), heading, doing) in enumerate(rows):
             colors = self._palette[doing], self._rims[robot], PAPER
             pen.robot(x, y, heading, self._radius[robot] + 0.05 * unit(self.frames[at].view), colors)
@@ -166,7 +170,9 @@ class _Film:
         for size in np.unique(sizes):
             rows = np.flatnonzero(sizes == size)
             reach = np.arange(-int(size), int(size) + 1)
-            dx, dy = (grid[np.hypot(*np.meshgrid(reach, reach)) <= size] for grid in np.meshgrid(reach, reach))
+            dx, dy = (
+                grid[np.hypot(*np.meshgrid(reach, reach)) <= size] for grid in np.meshgrid(reach, reach)
+            )
             center = self._places[at, rows].round().astype(np.int64)
             x = np.clip(center[:, :1] + dx, 0, wide - 1)
             y = np.clip(center[:, 1:] + dy, 0, tall - 1)

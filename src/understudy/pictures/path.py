@@ -86,7 +86,9 @@ def _markers(view: WorldView, shown: Sequence[Thing], *, crowd: bool) -> list[Ar
     from matplotlib.lines import Line2D
 
     def marker(fill: str, edge: str, label: str, sign: str = "o") -> Artist:
-        return Line2D([], [], marker=sign, ls="", mfc=fill, mec=edge, mew=1.4, ms=5 if crowd else 8, label=label)
+        return Line2D(
+            [], [], marker=sign, ls="", mfc=fill, mec=edge, mew=1.4, ms=5 if crowd else 8, label=label
+        )
 
     made = [marker(INK, INK, "end")] if crowd else [marker(PAPER, INK, "start"), marker(INK, INK, "end")]
     named: dict[tuple[str, str], Thing] = {}
@@ -146,7 +148,9 @@ def _label(
         served = near if thing.served else None
         if served is not None:
             axes.add_patch(
-                Circle((thing.x, thing.y), served, fc="none", ec=thing.color, lw=0.9, ls=REACH_STYLE, zorder=1)
+                Circle(
+                    (thing.x, thing.y), served, fc="none", ec=thing.color, lw=0.9, ls=REACH_STYLE, zorder=1
+                )
             )
         if thing.label:
             around = max(thing.size, served or 0.0, thing.size + 0.02 * unit(view))

@@ -11,7 +11,7 @@ from understudy.pictures.style import EDGE, GROUND, INK, PAPER, SOLID, blend
 from understudy.worlds.view import WorldView
 
 if TYPE_CHECKING:
-    from PIL.ImageDraw import ImageDraw
+    from PIL.Image import Image
 
 FINE = 2
 """Drawn so many times larger, and then reduced."""
@@ -20,8 +20,10 @@ FINE = 2
 class Pen:
     """Draws a world into an image: x to the right, y up, `scale` fine pixels to the m from a corner (fine pixels)."""
 
-    def __init__(self, draw: ImageDraw, *, tall: float, scale: float, corner: tuple[float, float]) -> None:
-        self.draw, self.scale = draw, scale
+    def __init__(self, image: Image, *, tall: float, scale: float, corner: tuple[float, float]) -> None:
+        from PIL import ImageDraw
+
+        self.draw, self.scale, self._size = ImageDraw.Draw(image), scale, image.size
         self._left, self._bottom = corner[0], corner[1] + tall * scale
 
     def at(self, x: float, y: float) -> tuple[float, float]:
@@ -61,7 +63,9 @@ class Pen:
             points = [tuple(point) for point in self.all_at(corners).tolist()]
             self.draw.polygon(points, fill=SOLID, outline=EDGE, width=FINE)
         discs = view.discs
-        rows = zip(discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True)
+        rows = zip(
+            discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True
+        )
         for x, y, radius, color in rows:
             self.circle(x, y, radius, color, blend(color, INK, 0.7))
         for x0, y0, x1, y1 in view.walls.tolist():
@@ -78,12 +82,14 @@ class Pen:
                 self._shape(thing, thing.size, blend(thing.color, GROUND, 0.28), thing.color)
                 self._shape(thing, thing.size * thing.full, thing.color, None)
             else:
-                self._shape(thing, thing.size, thing.color, blend(thing.color, INK, 0.7) if thing.solid else None)
+                self._shape(
+                    thing, thing.size, thing.color, blend(thing.color, INK, 0.7) if thing.solid else None
+                )
 
     def _trim(self, bounds: tuple[float, float, float, float]) -> None:
         """Take away what sticks out of the arena."""
         left, top, right, bottom = bounds
-        wide, tall = self.draw.im.size if self.draw.im else (right, bottom)
+        wide, tall = self._size
         outside = ((0, 0, wide, top), (0, bottom, wide, tall), (0, 0, left, tall), (right, 0, wide, tall))
         for box in outside:
             self.draw.rectangle(box, fill=PAPER)

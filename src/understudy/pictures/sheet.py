@@ -47,7 +47,13 @@ class Sheet:
             (subtitle, 0.58, 10, FAINT, "normal"),
         ):
             self.figure.text(
-                SIDE_IN / page, 1 - down / size[1], text, fontsize=points, fontweight=weight, color=color, va="center"
+                SIDE_IN / page,
+                1 - down / size[1],
+                text,
+                fontsize=points,
+                fontweight=weight,
+                color=color,
+                va="center",
             )
         self._scale(meter, page - SIDE_IN, below - 0.33)
 
@@ -59,7 +65,13 @@ class Sheet:
         bar = Line2D([end / wide for end in ends], [up / tall] * 2, color=INK, lw=2.2, solid_capstyle="butt")
         self.figure.add_artist(bar)
         self.figure.text(
-            (ends[0] - 0.066) / wide, up / tall, f"{meter:g} m", ha="right", va="center", fontsize=9.5, color=INK
+            (ends[0] - 0.066) / wide,
+            up / tall,
+            f"{meter:g} m",
+            ha="right",
+            va="center",
+            fontsize=9.5,
+            color=INK,
         )
 
 

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby
 from math import cos, hypot, sin, tau
 from operator import itemgetter
+from typing import TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
 from rich.text import Text
+
+Floats: TypeAlias = NDArray[np.float64]
+Bools: TypeAlias = NDArray[np.bool_]
 
 BRAILLE = 0x2800
 DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
 """The bit of a dot, by its column and line within a character."""
+DENSE = (2, 6)
+"""More than so many points in a character are dense, densest."""
 
 
 class Canvas:
@@ -56,6 +64,43 @@ class Canvas:
             ),
             style,
         )
+
+    def fill(self, inside: Callable[[Floats, Floats], Bools], style: str = "") -> None:
+        """A dot wherever a test of places holds."""
+        x = (np.arange(self.columns * 2) + 0.5) * self._width / (self.columns * 2)
+        y = self._height - (np.arange(self.lines * 4) + 0.5) * self._height / (self.lines * 4)
+        grid_x, grid_y = np.meshgrid(x, y)
+        chosen = inside(grid_x, grid_y)
+        self.dots(zip(grid_x[chosen].tolist(), grid_y[chosen].tolist(), strict=True), style)
+
+    def disc(self, x: float, y: float, radius: float, style: str = "") -> None:
+        """A circle, filled."""
+        self.fill(lambda px, py: np.hypot(px - x, py - y) <= radius, style)
+
+    def polygon(self, corners: Floats, style: str = "") -> None:
+        """A polygon [P, 2], filled."""
+
+        def inside(x: Floats, y: Floats) -> Bools:
+            odd = np.zeros(x.shape, np.bool_)
+            for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+                if y0 != y1:
+                    odd ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+            return odd
+
+        self.fill(inside, style)
+
+    def crowd(self, x: Floats, y: Floats, styles: Sequence[str]) -> None:
+        """A dot for each of many points [N]; styles from thin to dense, a character each."""
+        column = np.clip(x / self._width * self.columns * 2, 0, self.columns * 2 - 1).astype(np.int64)
+        line = np.clip((self._height - y) / self._height * self.lines * 4, 0, self.lines * 4 - 1).astype(
+            np.int64
+        )
+        cells, counts = np.unique(line // 4 * self.columns + column // 2, return_counts=True)
+        bits = np.zeros(self.lines * self.columns, np.int64)
+        np.bitwise_or.at(bits, line // 4 * self.columns + column // 2, np.array(DOTS)[column % 2, line % 4])
+        dense = np.searchsorted(DENSE, counts).clip(max=len(styles) - 1)
+        for cell, how in zip(cells.tolist(), dense.tolist(), strict=True):
+            self._dots[cell // self.columns, cell % self.columns] = int(bits[cell]), styles[how]
 
     def text(self, x: float, y: float, text: str, style: str = "") -> None:
         """Text whose first character is at a point; it stays inside."""

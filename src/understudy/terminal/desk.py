@@ -24,7 +24,8 @@ from understudy.terminal.why import Switch, Why
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.worlds.forage import Forage
-from understudy.worlds.forage_view import ForageView
+from understudy.worlds.forage_view import from_forage, place_of
+from understudy.worlds.view import WorldView
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +86,16 @@ class Desk:
         return self.session.paused
 
     @property
-    def view(self) -> ForageView:
+    def view(self) -> WorldView:
         """The world, for drawing."""
-        return self.body.view(self.session.agent)
+        return from_forage(self.body.view(self.session.agent))
+
+    @property
+    def aims(self) -> list[tuple[float, float]]:
+        """Where the targets are that parameters stand for now."""
+        view = self.body.view(self.session.agent)
+        places = (place_of(view, target) for target in self.screen.targets.values())
+        return [place for place in places if place is not None]
 
     @property
     def unsaved(self) -> bool:
@@ -124,7 +132,7 @@ class Desk:
         known = len(session.examples)
         session.tick()
         self.screen = after = session.screen()
-        view = self.view
+        view = self.body.view(self.session.agent)
         self.memory.see(view.x, view.y, after)
         shown = [example for example in session.examples[known:] if example.pressed]
         if shown:

@@ -1,78 +1,147 @@
-"""The foraging world as a picture in characters: robot, station, food, what is in reach, and the trail."""
+"""A world as a picture in characters: robots, objects, what is in reach, obstacles, and a robot's trail."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from math import cos, hypot, pi, sin
+from typing import TypeAlias
 
 from rich.text import Text
 
+from understudy.pictures.look import FEW, Thing, grouped, obstacle_colors, reach, things, total
+from understudy.pictures.style import FOOD, HOME, INK, PAINTS, SOLID, THING, paint
 from understudy.terminal.braille import Canvas
-from understudy.worlds.forage_view import ForageView
+from understudy.worlds.view import WorldView
+
+Point: TypeAlias = tuple[float, float]
 
 ARROWS = "→↗↑↖←↙↓↘"
-ROBOT, STATION, FOOD, TRAIL, AIM = "bold reverse", "bold magenta", "bold green", "", "dim"
-GONE = "dim"
-AIM_DOTS_M = 0.55
-NOSE_M = 0.9
+ROBOT, OTHER, TRAIL, AIM, WALL, GONE = "bold reverse", "bold cyan", "", "dim", "bold", "dim"
+CROWD = ("cyan", "bold cyan", "bold yellow")
+"""A crowd where it is thin, denser, and densest."""
+STYLES = {FOOD: "bold green", HOME: "bold magenta", THING: "bold", SOLID: "bright_black", INK: "bold"} | {
+    PAINTS[name]: f"bold {name}" for name in ("red", "green", "yellow", "blue", "magenta", "cyan", "white")
+}
+"""Colors that terminals have their own shades of, which fit light and dark ones."""
+AIM_DOTS_M, NOSE_M = 0.55, 0.9
+MOST_ARROWS = 40
+"""So many robots are arrows; more are dots."""
 
 
-def size(view: ForageView, columns: int, lines: int) -> tuple[int, int]:
+def size(view: WorldView, columns: int, lines: int) -> tuple[int, int]:
     """The most columns and lines that show the arena undistorted: a character is twice as high as wide."""
     lines = max(1, min(lines, int(columns * view.height / view.width / 2)))
     return max(1, min(columns, round(lines * 2 * view.width / view.height))), lines
 
 
 def picture(
-    view: ForageView, trail: Iterable[tuple[float, float]], aims: Iterable[str], *, columns: int, lines: int
+    view: WorldView,
+    trail: Iterable[Point] = (),
+    aims: Iterable[Point] = (),
+    *,
+    columns: int,
+    lines: int,
+    robot: int | None = None,
 ) -> Text:
-    """The world; `aims` are the targets that parameters stand for now, to which dotted lines lead."""
+    """The world. `robot` is the one that is followed: its trail, and dotted lines to the places it aims at."""
     canvas = Canvas(columns, lines, width=view.width, height=view.height)
-    for target in aims:
-        place = _place(view, target)
-        if place is not None:
-            canvas.line((view.x, view.y), place, AIM, every=AIM_DOTS_M)
+    _obstacles(canvas, view)
+    few = 0 < len(view.robots) <= MOST_ARROWS
+    if few and robot is not None:
+        for aim in aims:
+            canvas.line(_place(view, robot), aim, AIM, every=AIM_DOTS_M)
     canvas.dots(trail, TRAIL)
-    canvas.circle(*view.station, view.reach, STATION)
-    for source in view.sources:
-        if source.amount:
-            canvas.circle(source.x, source.y, view.reach, FOOD)
-    nose = view.x + NOSE_M * cos(view.heading), view.y + NOSE_M * sin(view.heading)
-    canvas.line((view.x, view.y), nose, "bold", every=view.width / columns / 2)
-    for source in view.sources:
-        text, style = (f"{source.amount}", FOOD) if source.amount else ("×", GONE)
-        canvas.text(*_beside_robot(view, source.x, source.y), text, style)
-    canvas.text(*_beside_robot(view, *view.station), "⌂", STATION)
-    canvas.text(view.x, view.y, ARROWS[round(view.heading / (pi / 4)) % 8], ROBOT)
+    near, shown = reach(view), things(view)
+    for thing in shown:
+        if thing.served and thing.full and near is not None:
+            canvas.circle(thing.x, thing.y, near, _style(thing.color))
+    if few:
+        _noses(canvas, view, robot)
+    else:
+        canvas.crowd(view.robots.x, view.robots.y, CROWD)
+    for thing in shown:
+        canvas.text(*_beside_robots(view, thing, near or 0.0), *_sign(view, thing))
+    if few:
+        _arrows(canvas, view, robot)
     return canvas.rendered()
 
 
-def facts(view: ForageView, columns: int) -> str:
-    """What the robot carries and has brought home; with a bar where there is room: carries ■■■········· 3."""
-    bar = "■" * view.stored + "·" * (view.capacity - view.stored)
-    long = f"carries {bar} {view.stored}  home {view.delivered}"
-    return (
-        long
-        if len(long) <= columns - 6
-        else f"carries {view.stored} of {view.capacity}  home {view.delivered}"
+def facts(view: WorldView, columns: int, robot: int = 0) -> str:
+    """What there is to know beside the picture: of one robot what it carries, with a bar where there is room."""
+    robots = view.robots
+    feeds = bool(robots.capacity.any())
+    if len(robots) != 1:
+        home = f"  home {int(robots.delivered.sum())} of {total(view)}" if feeds and total(view) else ""
+        return f"{grouped(len(robots))} robots{home}"
+    if not feeds:
+        return ""
+    stored, capacity, delivered = (
+        int(column[robot]) for column in (robots.stored, robots.capacity, robots.delivered)
     )
+    bar = "■" * stored + "·" * (capacity - stored)
+    long = f"carries {bar} {stored}  home {delivered}"
+    return long if len(long) <= columns - 6 else f"carries {stored} of {capacity}  home {delivered}"
 
 
-def _beside_robot(view: ForageView, x: float, y: float) -> tuple[float, float]:
+def _obstacles(canvas: Canvas, view: WorldView) -> None:
+    discs = view.discs
+    rows = zip(discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True)
+    for x, y, radius, color in rows:
+        canvas.disc(x, y, radius, _style(color))
+    for corners in view.polygons:
+        canvas.polygon(corners, _style(SOLID))
+    for x0, y0, x1, y1 in view.walls.tolist():
+        canvas.line((x0, y0), (x1, y1), WALL, every=view.width / canvas.columns / 4)
+
+
+def _noses(canvas: Canvas, view: WorldView, robot: int | None) -> None:
+    """A line ahead of each robot, if they are few; of more, only ahead of the one that is followed."""
+    chosen = range(len(view.robots)) if len(view.robots) <= FEW else [] if robot is None else [robot]
+    for at in chosen:
+        (x, y), heading = _place(view, at), float(view.robots.heading[at])
+        nose = x + NOSE_M * cos(heading), y + NOSE_M * sin(heading)
+        style = "bold" if at == robot else _robot_style(view, at)
+        canvas.line((x, y), nose, style, every=view.width / canvas.columns / 2)
+
+
+def _arrows(canvas: Canvas, view: WorldView, robot: int | None) -> None:
+    """Every robot, the one that is followed on top."""
+    for at in sorted(range(len(view.robots)), key=lambda at: at == robot):
+        style = ROBOT if at == robot else _robot_style(view, at)
+        x, y = _place(view, at)
+        canvas.text(x, y, ARROWS[round(float(view.robots.heading[at]) / (pi / 4)) % 8], style)
+
+
+def _robot_style(view: WorldView, robot: int) -> str:
+    color = view.color(int(view.robots.color[robot]))
+    return OTHER if color is None else _style(paint(color))
+
+
+def _sign(view: WorldView, thing: Thing) -> tuple[str, str]:
+    """The characters that stand for an object, and their style."""
+    if thing.units is not None:
+        return (str(thing.units), _style(thing.color)) if thing.units else ("×", GONE)
+    if thing.square:
+        return "⌂", _style(thing.color)
+    return "■" if thing.solid else "◆", _style(thing.color)
+
+
+def _style(color: str) -> str:
+    return STYLES.get(color, f"bold {color}")
+
+
+def _place(view: WorldView, robot: int) -> Point:
+    return float(view.robots.x[robot]), float(view.robots.y[robot])
+
+
+def _beside_robots(view: WorldView, thing: Thing, near: float) -> Point:
     """Where to write what is at a place, so that a robot there does not cover it."""
-    if hypot(view.x - x, view.y - y) > 2 * view.reach:
-        return x, y
-    above = y + 2 * view.reach
-    return x, above if above < view.height else y - 2 * view.reach
-
-
-def _place(view: ForageView, target: str) -> tuple[float, float] | None:
-    if target == "station":
-        return view.station
-    if target != "nearest_food":
-        return None
-    food = [source for source in view.sources if source.amount]
-    if not food:
-        return None
-    nearest = min(food, key=lambda source: (source.x - view.x) ** 2 + (source.y - view.y) ** 2)
-    return nearest.x, nearest.y
+    if len(view.robots) > MOST_ARROWS or not near:
+        return thing.x, thing.y
+    if (
+        min(hypot(*place) for place in zip(view.robots.x - thing.x, view.robots.y - thing.y, strict=True))
+        > 2 * near
+    ):
+        return thing.x, thing.y
+    above = thing.y + 2 * near
+    return thing.x, above if above < view.height else thing.y - 2 * near

@@ -193,10 +193,10 @@ class Teaching(Screen[str]):
         view = desk.view
         columns, tall = size(view, max(10, width - LEAST_SIDE - 4), lines - 2)
         world.styles.width, world.styles.height = columns + 2, tall + 2
-        aims = desk.screen.targets.values()
         world.border_title = f"forage {desk.seed}" if desk.seed is not None else "forage"
         world.border_subtitle = facts(view, columns)
-        self._show("world", picture(view, desk.memory.trail, aims, columns=columns, lines=tall))
+        drawn = picture(view, desk.memory.trail, desk.aims, columns=columns, lines=tall, robot=0)
+        self._show("world", drawn)
         self._draw_side(width - columns - 4, lines)
 
     def _draw_side(self, width: int, lines: int) -> None:

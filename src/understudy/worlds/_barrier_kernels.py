@@ -15,8 +15,7 @@ _let_others_run = types.ExternalFunction(
 )
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _add(typing: Any, array: Any, index: Any, value: Any) -> Any:
+def _at_once(typing: Any, array: Any, index: Any, value: Any) -> Any:
     """Add to an element of an array at once for all threads; what it was before."""
 
     def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -26,6 +25,9 @@ def _add(typing: Any, array: Any, index: Any, value: Any) -> Any:
         return builder.atomic_rmw("add", place, args[2], "seq_cst")
 
     return types.int64(array, types.intp, types.int64), build
+
+
+_add: Any = intrinsic(_at_once)
 
 
 @njit(error_model="numpy", _nrt=False)

@@ -15,7 +15,7 @@ def mixed(word: Any) -> Any:
 
 
 @njit(error_model="numpy", _nrt=False)
-def uniform(seed: Any, item: Any, tick: Any, stream: Any) -> float:
+def uniform(seed: Any, item: Any, tick: Any, stream: Any) -> Any:
     """One number in [0, 1) for this item of the world with this seed, at this tick, in this stream."""
     weyl = uint64(0x9E3779B97F4A7C15)
     word = mixed(uint64(seed) + weyl) + uint64(item)
@@ -25,7 +25,7 @@ def uniform(seed: Any, item: Any, tick: Any, stream: Any) -> float:
 
 
 @njit(error_model="numpy", _nrt=False)
-def normal(seed: Any, item: Any, tick: Any, stream: Any) -> float:
+def normal(seed: Any, item: Any, tick: Any, stream: Any) -> Any:
     """One number from the standard normal distribution (Box and Muller), keyed likewise; uses streams 2 apart."""
     radius = math.sqrt(-2.0 * math.log(1.0 - uniform(seed, item, tick, stream)))
     return radius * math.cos(2.0 * math.pi * uniform(seed, item, tick, stream + 1))

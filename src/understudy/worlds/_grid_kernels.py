@@ -106,7 +106,7 @@ def _nearer(c: Any, row: int, relation: int, begin: int, end: int, found: Any) -
 
 
 @njit(error_model="numpy")
-def _off(value: float, low: float, high: float) -> float:
+def _off(value: float, low: float, high: float) -> Any:
     """How far a value is from an interval."""
     return max(0.0, low - value, value - high)
 

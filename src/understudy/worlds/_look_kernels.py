@@ -137,7 +137,7 @@ def scan(c: Any, row: int, world: int, step: Any, limit: float) -> None:
 
 
 @njit(error_model="numpy")
-def _put(c: Any, count: int, robot: Any, x: float, y: float, kind: Any, opaque: int) -> int:
+def _put(c: Any, count: int, robot: Any, x: float, y: float, kind: Any, opaque: int) -> Any:
     """Add something at a place in the world to the things that a camera may see."""
     cosine, sine = math.cos(robot.heading), math.sin(robot.heading)
     dx, dy = x - robot.x, y - robot.y
@@ -148,7 +148,7 @@ def _put(c: Any, count: int, robot: Any, x: float, y: float, kind: Any, opaque: 
 
 
 @njit(error_model="numpy")
-def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> int:
+def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
     """Add the other robots."""
     robot = robot_at(c, row)
     if not c.gridded or limit > 8.0 * c.cell:

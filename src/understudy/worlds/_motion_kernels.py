@@ -65,7 +65,7 @@ def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: i
 
 
 @njit(error_model="numpy")
-def limited(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float, other: float) -> float:
+def limited(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float, other: float) -> Any:
     """The scale of a step (dx, dy) that a gap allows; (nx, ny) points to the thing, of unit length.
 
     `other` is how far the thing comes towards the robot in the same tick, if at all.
@@ -80,7 +80,7 @@ def limited(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float
 
 
 @njit(error_model="numpy")
-def limited_by_disc(scale: float, x: float, y: float, radius: float, move: Any, disc: Any) -> float:
+def limited_by_disc(scale: float, x: float, y: float, radius: float, move: Any, disc: Any) -> Any:
     """The scale that a round thing which stays allows (x, y, radius: of it in `disc`)."""
     dx, dy = disc[0] - x, disc[1] - y
     reach = radius + disc[2] + math.sqrt(move.dx * move.dx + move.dy * move.dy)
@@ -93,7 +93,7 @@ def limited_by_disc(scale: float, x: float, y: float, radius: float, move: Any, 
 
 
 @njit(error_model="numpy")
-def limited_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> float:
+def limited_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> Any:
     """The scale that a piece of wall allows."""
     ex, ey = segment.x1 - segment.x0, segment.y1 - segment.y0
     length = ex * ex + ey * ey
@@ -121,7 +121,7 @@ def limited_by_bounds(
 
 
 @njit(error_model="numpy")
-def limited_by_robot(c: Any, scale: float, row: int, other: int, world: int) -> float:
+def limited_by_robot(c: Any, scale: float, row: int, other: int, world: int) -> Any:
     """The scale that another robot of a world allows, both moving as they mean to."""
     own, them = robot_at(c, row), robot_at(c, other)
     their_kind = type_at(c, them.type)
@@ -140,7 +140,7 @@ def limited_by_robot(c: Any, scale: float, row: int, other: int, world: int) -> 
 
 
 @njit(error_model="numpy")
-def limited_by_robots(c: Any, scale: float, row: int, world: int) -> float:
+def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
     """The scale that all other robots of a world allow."""
     own, move = robot_at(c, row), move_at(c, world, row)
     near = type_at(c, own.type).radius + c.most_radius + c.most_step
@@ -164,7 +164,7 @@ def limited_by_robots(c: Any, scale: float, row: int, world: int) -> float:
 
 
 @njit(error_model="numpy")
-def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> float:
+def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
     """The scale that bounds, walls, obstacles and solid objects that stay allow to a disc."""
     scale = limited_by_bounds(scale, x, y, radius, move, c.width, c.height)
     begin, end = near_range(c, x, y, world)

@@ -12,8 +12,7 @@ from numba.extending import intrinsic
 from understudy.worlds.records import CLASS, DISC, MOVE, OBJECT, PUSH, ROBOT, SEGMENT, TYPE
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def at(typing: Any, address: Any, index: Any, dtype: Any) -> Any:
+def _record(typing: Any, address: Any, index: Any, dtype: Any) -> Any:
     """Record `index` of the array of this dtype that lies at an address; nothing checks the bounds."""
     record = dtype.dtype
 
@@ -23,6 +22,10 @@ def at(typing: Any, address: Any, index: Any, dtype: Any) -> Any:
         return builder.inttoptr(place, context.get_value_type(record))
 
     return record(types.int64, types.int64, dtype), build
+
+
+at: Any = intrinsic(_record)
+"""at(address, index, dtype): record `index` of the array of this dtype that lies there."""
 
 
 @njit(error_model="numpy")
@@ -73,14 +76,16 @@ def push_at(c: Any, slot: int) -> Any:
     return at(c.pushes, slot, PUSH)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _pointer(typing: Any, address: Any) -> Any:
+def _void(typing: Any, address: Any) -> Any:
     """An address as a pointer, for `carray`."""
 
     def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return builder.inttoptr(args[0], context.get_value_type(types.voidptr))
 
     return types.voidptr(types.int64), build
+
+
+_pointer: Any = intrinsic(_void)
 
 
 @njit(error_model="numpy")

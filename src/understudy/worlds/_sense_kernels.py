@@ -50,7 +50,7 @@ def nearest_food(c: Any, world: int, x: float, y: float) -> Any:
 
 
 @njit(error_model="numpy")
-def station_here(c: Any, world: int, x: float, y: float, reach: float) -> bool:
+def station_here(c: Any, world: int, x: float, y: float, reach: float) -> Any:
     """Whether a home is within reach."""
     for index in range(c.class_count):
         if class_at(c, index).home:
@@ -61,7 +61,7 @@ def station_here(c: Any, world: int, x: float, y: float, reach: float) -> bool:
 
 
 @njit(error_model="numpy")
-def bearing(robot: Any, x: float, y: float) -> float:
+def bearing(robot: Any, x: float, y: float) -> Any:
     """The bearing (rad, robot frame, [0, tau)) of a place; 0 where the robot is."""
     dx, dy = x - robot.x, y - robot.y
     if dx == 0.0 and dy == 0.0:
@@ -71,7 +71,7 @@ def bearing(robot: Any, x: float, y: float) -> float:
 
 
 @njit(error_model="numpy")
-def own(c: Any, robot: Any, world: int, step: Any) -> float:
+def own(c: Any, robot: Any, world: int, step: Any) -> Any:
     """A reading of the robot itself."""
     what = step.what
     if what == OWN_X:

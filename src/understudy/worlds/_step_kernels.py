@@ -222,7 +222,7 @@ def transfer(c: Any, world: int) -> None:
 
 
 @njit(error_model="numpy")
-def _within(c: Any, world: int, x: float, y: float, reach: float) -> bool:
+def _within(c: Any, world: int, x: float, y: float, reach: float) -> Any:
     """Whether a robot's center is within reach of a place."""
     first = world * c.count
     for row in range(first, first + c.count):
@@ -233,7 +233,7 @@ def _within(c: Any, world: int, x: float, y: float, reach: float) -> bool:
 
 
 @njit(error_model="numpy")
-def _drawn(least: float, most: float, seed: int, item: int, time: int, stream: int, tick_s: float) -> int:
+def _drawn(least: float, most: float, seed: int, item: int, time: int, stream: int, tick_s: float) -> Any:
     """A time in ticks, drawn between two in seconds; at least one."""
     return max(1, round((least + (most - least) * uniform(seed, item, time, stream)) / tick_s))
 
@@ -316,7 +316,7 @@ def _walk(c: Any, thing: Any, slot: int, kind: Any, tick: int, seed: int, world:
 
 
 @njit(error_model="numpy")
-def blocked(c: Any, x: float, y: float, radius: float, world: int, solid: bool) -> bool:
+def blocked(c: Any, x: float, y: float, radius: float, world: int, solid: bool) -> Any:
     """Whether a disc at a place would overlap obstacles or walls, or (if it is solid) robots."""
     for k in range(c.disc_count):
         disc = disc_at(c, world, k)

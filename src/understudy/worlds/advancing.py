@@ -173,7 +173,8 @@ class _Sorted:
             finished=state.finished[one],
             memory=state.memory[rows],
         )
-        self.stacks = Stacks(*(array[rows] for array in fused.stacks))
+        root, state, entered, memory = fused.stacks
+        self.stacks = Stacks(root[rows], state[rows], entered[rows], memory[rows])
         self.running = fused.running[rows]
         cells = stage.near.columns * stage.near.lines
         near: Near = stage.near._replace(start=stage.near.start[world * cells : (world + 1) * cells + 1])
@@ -183,8 +184,9 @@ class _Sorted:
         """The robots as they are now, in their own order."""
         self._from.robots[self.rows] = self.state.robots
         self._from.memory[self.rows] = self.state.memory
-        for array, changed in zip(self._fused.stacks, self.stacks, strict=True):
-            array[self.rows] = changed
+        kept, now = self._fused.stacks, self.stacks
+        kept.root[self.rows], kept.state[self.rows] = now.root, now.state
+        kept.entered[self.rows], kept.memory[self.rows] = now.entered, now.memory
         self._fused.running[self.rows] = self.running
 
 

@@ -51,12 +51,18 @@ def from_forage(view: ForageView) -> WorldView:
     food = np.arange(len(x) + 1) < len(x)
     solid = np.zeros(len(food), np.bool_)
     robots = RobotsView(
-        *(np.array([value]) for value in (view.x, view.y, view.heading, view.radius, view.reach)),
+        x=np.array([view.x]),
+        y=np.array([view.y]),
+        heading=np.array([view.heading]),
+        radius=np.array([view.radius]),
+        reach=np.array([view.reach]),
         color=_NONE,
         team=_ZERO,
         type=_ZERO,
-        **{name: np.array([getattr(view, name)]) for name in ("stored", "capacity", "delivered")},
-        frozen=np.zeros(1, np.bool_),
+        stored=np.array([view.stored]),
+        capacity=np.array([view.capacity]),
+        delivered=np.array([view.delivered]),
+        frozen=_ZERO != 0,
     )
     objects = ObjectsView(
         slot=np.arange(len(food)),
