@@ -21,7 +21,7 @@ def _at_once(typing: Any, array: Any, index: Any, value: Any) -> Any:
     def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         kind = signature.args[0]
         made = context.make_array(kind)(context, builder, args[0])
-        place = cgutils.get_item_pointer(context, builder, kind, made, [args[1]])
+        place = cgutils.get_item_pointer(context, builder, kind, made, [args[1]])  # type: ignore[no-untyped-call]
         return builder.atomic_rmw("add", place, args[2], "seq_cst")
 
     return types.int64(array, types.intp, types.int64), build
@@ -30,7 +30,7 @@ def _at_once(typing: Any, array: Any, index: Any, value: Any) -> Any:
 _add: Any = intrinsic(_at_once)
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def wait(barrier: Any, parts: int) -> None:
     """Wait until all parts have come here; `barrier` is zeros, int64 [16], shared by them."""
     if parts == 1:

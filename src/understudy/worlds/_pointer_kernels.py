@@ -6,7 +6,11 @@ where every array lies; whoever fills it in keeps the arrays alive for as long a
 
 from typing import Any
 
-from numba import carray, njit, types
+from numba import (
+    carray,  # type: ignore[attr-defined]
+    njit,
+    types,
+)
 from numba.extending import intrinsic
 
 from understudy.worlds.records import CLASS, DISC, MOVE, OBJECT, PUSH, ROBOT, SEGMENT, TYPE

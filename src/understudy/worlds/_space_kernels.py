@@ -21,13 +21,13 @@ X, Y, ANGLE, COUNT, AMOUNT, DUE, BESIDE, APPEAR_X, APPEAR_Y = 0, 1, 2, 3, 4, 5, 
 """Streams of draws, of each sort: clear of those that a running world draws from."""
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def draw_whole(low: int, high: int, drawn: float) -> int:
     """The whole number from low to high that a number in [0, 1) stands for."""
     return low + math.floor(drawn * (high - low + 1))
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
     """Distance of a point from a segment; NaN where there is none."""
     dx, dy = x1 - x0, y1 - y0
@@ -38,7 +38,7 @@ def to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -
     return math.sqrt(dx * dx + dy * dy)
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def is_inside(x: float, y: float, segments: Records, first: int, end: int) -> bool:
     """Whether a point lies inside the polygons among these segments of a world (counter-clockwise edges)."""
     winding = 0
@@ -53,7 +53,7 @@ def is_inside(x: float, y: float, segments: Records, first: int, end: int) -> bo
     return winding != 0
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def clear_of_segments(x: float, y: float, radius: float, segments: Records, first: int, end: int) -> bool:
     """Whether a disc touches none of these segments of a world and lies in none of their polygons."""
     for index in range(first, end):
@@ -63,7 +63,7 @@ def clear_of_segments(x: float, y: float, radius: float, segments: Records, firs
     return not is_inside(x, y, segments, first, end)
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def free_place(
     seed: int,
     slot: int,
@@ -99,7 +99,7 @@ def free_place(
     return False, math.nan, math.nan
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def _is_free_now(
     x: float,
     y: float,

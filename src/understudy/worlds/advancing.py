@@ -173,8 +173,8 @@ class _Sorted:
             finished=state.finished[one],
             memory=state.memory[rows],
         )
-        root, state, entered, memory = fused.stacks
-        self.stacks = Stacks(root[rows], state[rows], entered[rows], memory[rows])
+        kept = fused.stacks
+        self.stacks = Stacks(kept.root[rows], kept.state[rows], kept.entered[rows], kept.memory[rows])
         self.running = fused.running[rows]
         cells = stage.near.columns * stage.near.lines
         near: Near = stage.near._replace(start=stage.near.start[world * cells : (world + 1) * cells + 1])

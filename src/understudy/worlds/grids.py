@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.kinds import Column
 from understudy.worlds.records import SPOT
 from understudy.worlds.state import Rules, State
+
+Floats = NDArray[Any]
 
 FEW = 24
 """Up to so many robots in a world, everyone is compared with everyone: a grid would cost more."""
@@ -105,15 +106,15 @@ def near_for(state: State, rules: Rules, *, reach: float) -> Near:
     return Near(cell, columns, lines, start, np.concatenate(items) if items else np.zeros(0, np.int32))
 
 
-def _off(values: Column, low: Column, high: Column) -> Column:
-    outside: Column = np.maximum(0.0, np.maximum(low - values, values - high))
+def _off(values: Floats, low: Floats, high: Floats) -> Floats:
+    outside: Floats = np.maximum(0.0, np.maximum(low - values, values - high))
     return outside
 
 
-def _to_segment(x: Column, y: Column, x0: Column, y0: Column, x1: Column, y1: Column) -> Column:
+def _to_segment(x: Floats, y: Floats, x0: Floats, y0: Floats, x1: Floats, y1: Floats) -> Floats:
     """Distances of places to segments; NaN for a segment that is none."""
     ex, ey = x1 - x0, y1 - y0
     length = np.maximum(ex * ex + ey * ey, 1e-300)
     along = np.clip(((x - x0) * ex + (y - y0) * ey) / length, 0.0, 1.0)
-    distance: Column = np.hypot(x0 + along * ex - x, y0 + along * ey - y)
+    distance: Floats = np.hypot(x0 + along * ex - x, y0 + along * ey - y)
     return distance

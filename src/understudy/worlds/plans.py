@@ -260,8 +260,8 @@ class Planner:
                 yield _Part(((sensor.name, None),), {"what": CHANCE, "ticks": ticks})
             case Since():
                 boolean = self._boolean(type_name, sensor.of)
-                for target in self._targets_of(type_name, sensor.of):
-                    yield _Part(((sensor.name, target),), {"what": SINCE, "nearest": boolean})
+                for of in self._targets_of(type_name, sensor.of):
+                    yield _Part(((sensor.name, of),), {"what": SINCE, "nearest": boolean})
 
     def _targets_of(self, type_name: str, reading: str) -> tuple[str | None, ...]:
         """The targets that a reading of a type is of; (None,) where it is of none."""
