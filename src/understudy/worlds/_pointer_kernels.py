@@ -6,8 +6,8 @@ where every array lies; whoever fills it in keeps the arrays alive for as long a
 
 from typing import Any
 
-from numba import (
-    carray,  # type: ignore[attr-defined]
+from numba import (  # type: ignore[attr-defined]
+    carray,
     njit,
     types,
 )
