@@ -58,7 +58,7 @@ ENTRY = np.dtype(
 """A thing in a cell of the grid, small, since they are many; one that lies in several cells is in each of them."""
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def _crosses(a: Any, b: Any) -> bool:
     """Whether two segments have a point in common, other than an end that just touches."""
     a_x, a_y, b_x, b_y = a.x1 - a.x0, a.y1 - a.y0, b.x1 - b.x0, b.y1 - b.y0
@@ -69,7 +69,7 @@ def _crosses(a: Any, b: Any) -> bool:
     return bool(first * second < 0.0 and third * fourth < 0.0)
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def _polygons_clear(
     segments: Records, first: int, end: int, other: int, end_other: int, apart: float
 ) -> bool:
@@ -95,7 +95,7 @@ def _polygons_clear(
     )
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def _cells(low: float, high: float, cell: float, count: int) -> tuple[int, int]:
     """The first and last cell along an axis that a stretch lies in."""
     first = min(count - 1, max(0, int(low / cell)))
@@ -122,7 +122,7 @@ def insert(grid: Any, x: float, y: float, reach_x: float, reach_y: float, thing:
     return heads, entries, used, cell
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def _keeps_off(
     thing: Any, groups: Records, x: float, y: float, group: Any, segments: Records, first: int, end: int
 ) -> bool:
@@ -148,7 +148,7 @@ def _keeps_off(
     return bool(_polygons_clear(segments, first, end, thing.first, end_thing, apart))
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def is_free(
     grid: Any, groups: Records, x: float, y: float, group: Any, segments: Records, first: int, end: int
 ) -> bool:

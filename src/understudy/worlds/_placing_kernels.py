@@ -35,7 +35,7 @@ Ints: TypeAlias = NDArray[np.int64]
 TAU = 2.0 * math.pi
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: Records, first: int) -> None:
     """Write the edges of a polygon around (x, y) into the segments of a world."""
     cosine, sine = math.cos(turned), math.sin(turned)
@@ -48,7 +48,7 @@ def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: 
         edge.wall = 0
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def _in_bounds(
     x: float, y: float, group: Any, width: float, height: float, segments: Records, first: int
 ) -> bool:
@@ -69,7 +69,7 @@ def _in_bounds(
     return True
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def _propose(
     group: Any, seed: int, item: int, attempt: int, width: float, height: float, objects: Records
 ) -> tuple[float, float]:
@@ -88,7 +88,7 @@ def _propose(
     return x, y0 + uniform(seed, item, attempt, streams + Y) * (y1 - y0)
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def _fill(
     group: Any,
     item: int,
@@ -139,7 +139,7 @@ def _with_walls(grid: Any, walls: Records, segments: Records) -> Any:
     return grid
 
 
-@njit(error_model="numpy", _nrt=False)
+@njit(error_model="numpy")
 def _find_place(
     grid: Any,
     groups: Records,
