@@ -29,11 +29,6 @@ at: Any = intrinsic(_record)
 """at(address, index, dtype): record `index` of the array of this dtype that lies there."""
 
 
-# For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time. Spelled
-# so because Numba's stubs do not know _nrt.
-bare: Any = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)  # type: ignore[call-overload]
-
-
 @njit(error_model="numpy", forceinline=True)
 def robot_at(c: Any, row: int) -> Any:
     """ROBOT `row`."""
