@@ -264,7 +264,7 @@ def test_the_bench_compares_equal_decisions() -> None:
 BAD = [  # arguments, what the error says
     (["show", "nope", "-l", "{lib}"], "no automaton 'nope'; it has deposit, forage, goto and harvest"),
     (["show", "x", "-l", "/nowhere"], "/nowhere: opening the library failed: No such file"),
-    (["list", "-l", "{lib}", "--world", "mars"], "no world 'mars'; it has forage"),
+    (["list", "-l", "{lib}", "--world", "mars"], "no world 'mars'; it has arena, forage"),
     (["list", "-l", "{lib}", "--kit", "nokit"], "--kit: 'nokit' cannot be had"),
     (["list", "-l", "{lib}", "--kit", "json:loads"], "is a function; name a Kit as MODULE:NAME"),
     (["diff", "goto", "-l", "{lib}"], "has no former version"),

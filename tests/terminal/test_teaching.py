@@ -21,7 +21,7 @@ from understudy.terminal.app import Ended
 from understudy.terminal.plan import Choices
 from understudy.terminal.teaching import Teaching
 from understudy.training.trainee import Mode
-from understudy.worlds.catalog import CATALOG
+from understudy.worlds.forage import kit
 
 Test = Callable[..., Coroutine[Any, Any, None]]
 
@@ -37,7 +37,7 @@ def run(test: Test) -> Callable[..., None]:
 
 
 def saved(folder: Path, name: str = "goto") -> Lesson:
-    lesson = open_library(folder, CATALOG["forage"].kit, learn).library.taught[name].lesson
+    lesson = open_library(folder, kit, learn).library.taught[name].lesson
     assert lesson is not None
     return lesson
 

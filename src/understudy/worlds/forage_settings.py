@@ -95,7 +95,10 @@ class ForageSettings:
         """The built-in foraging scenario with these numbers."""
         usual = load_scenario(NAME)
         (kind,), (robots,) = usual.types, usual.robots
-        beside, at_station = {"near": "station", "apart": 0.0}, {"near": "station", "near_m": 0.0, "apart": 0.0}
+        beside, at_station = (
+            {"near": "station", "apart": 0.0},
+            {"near": "station", "near_m": 0.0, "apart": 0.0},
+        )
         station, food = (
             msgspec.structs.replace(thing, radius=self.radius, apart=self.apart) for thing in usual.objects
         )
@@ -165,8 +168,13 @@ WORDS = ("about", "doc", "color", "limit_s")
 
 def _meant(scenario: Scenario) -> Any:
     """What a scenario means for a robot that forages: without words and colors, counts as pairs, floats rounded."""
-    things = (msgspec.structs.replace(each, count=_pair(each.count), amount=_pair(each.amount)) for each in scenario.objects)
-    return _without_words(msgspec.to_builtins(msgspec.structs.replace(scenario, name="", objects=tuple(things))))
+    things = (
+        msgspec.structs.replace(each, count=_pair(each.count), amount=_pair(each.amount))
+        for each in scenario.objects
+    )
+    return _without_words(
+        msgspec.to_builtins(msgspec.structs.replace(scenario, name="", objects=tuple(things)))
+    )
 
 
 def _without_words(value: Any) -> Any:
