@@ -272,7 +272,7 @@ def test_no_values_end_in_anything_but_one_error(content: str) -> None:
 
 
 @pytest.mark.soak
-@settings(deadline=None, max_examples=100_000, suppress_health_check=[HealthCheck.too_slow])
+@settings(deadline=None, max_examples=20_000, suppress_health_check=[HealthCheck.too_slow])
 @given(broken_bytes() | broken_values())
 def test_no_file_ends_in_anything_but_one_error(content: str | bytes) -> None:
     read(content)

@@ -9,7 +9,7 @@ from understudy.runtime._kernels import pulse
 from understudy.worlds._barrier_kernels import wait
 from understudy.worlds._grid_kernels import sort
 from understudy.worlds._motion_kernels import arrive, propose
-from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at
+from understudy.worlds._pointer_kernels import at, bare, move_at, robot_at, type_at
 from understudy.worlds._sense_kernels import sense
 from understudy.worlds._step_kernels import (
     judge,
@@ -70,7 +70,7 @@ def settle(c: Any, world: int, low: int, high: int, part: int, parts: int, barri
 def _keyed(sources: str) -> Any:
     """The kernel, kept by Numba for as long as no file of kernels changes (see `kernel_sources`)."""
 
-    @njit(cache=True, nogil=True, error_model="numpy")
+    @bare  # type: ignore[untyped-decorator]
     def advance(
         contexts: Any, mode: int, first: int, end: int, part: int, parts: int, barrier: Any, ticks: int,
         until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any,

@@ -6,7 +6,7 @@ from typing import Any
 from numba import njit
 
 from understudy.worlds._camera_kernels import blob, project, screen
-from understudy.worlds._grid_kernels import near_range
+from understudy.worlds._grid_kernels import big_cells, near_range, spots_of_line
 from understudy.worlds._pointer_kernels import (
     array_at,
     at,
@@ -105,25 +105,6 @@ def _to_robots(c: Any, step: Any, row: int, world: int, limit: float) -> None:
             dx, dy = spot.x - x, spot.y - y
             if dx * dx + dy * dy < reach * reach and spot.row != row:
                 _to_disc(c, step, robot, dx, dy, type_at(c, robot_at(c, spot.row).type).radius)
-
-
-@njit(error_model="numpy")
-def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
-    """First and last column, first and last line of the grid's cells within `reach` of a place."""
-    return (
-        max(int((x - reach) / c.cell), 0),
-        min(int((x + reach) / c.cell), c.columns - 1),
-        max(int((y - reach) / c.cell), 0),
-        min(int((y + reach) / c.cell), c.lines - 1),
-    )
-
-
-@njit(error_model="numpy")
-def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
-    """Where the spots of the cells `low` to `high` of a line begin and end."""
-    small = 2 * c.shift
-    begin = at(c.start, (line * c.columns + low) << small, INDEX).v
-    return begin, at(c.start, (line * c.columns + high + 1) << small, INDEX).v
 
 
 @njit(error_model="numpy")

@@ -8,6 +8,7 @@ from numba import njit
 from understudy.worlds._draw_kernels import normal, uniform
 from understudy.worlds._grid_kernels import nearest_robot
 from understudy.worlds._look_kernels import look, scan
+from understudy.worlds._motion_kernels import wrapped
 from understudy.worlds._pointer_kernels import at, class_at, object_at, robot_at, type_at
 from understudy.worlds.records import INDEX, NUMBER, PART, STEP, WHOLE
 
@@ -17,7 +18,6 @@ from understudy.worlds.records import INDEX, NUMBER, PART, STEP, WHOLE
     STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, CHANCE, SINCE,
 ) = range(18)  # fmt: skip
 
-TAU = 2.0 * math.pi
 TOUCH = 0.005  # m; nearer than this is touching
 NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams within a part's eight
 GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high
@@ -66,8 +66,7 @@ def bearing(robot: Any, x: float, y: float) -> Any:
     dx, dy = x - robot.x, y - robot.y
     if dx == 0.0 and dy == 0.0:
         return 0.0
-    angle = (math.atan2(dy, dx) - robot.heading) % TAU
-    return angle if angle < TAU else 0.0
+    return wrapped(math.atan2(dy, dx) - robot.heading)
 
 
 @njit(error_model="numpy")
@@ -171,12 +170,12 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
         elif step.what == CAMERA:
             a = min(step.width_px, max(0.0, a))
         elif step.what == OWN_HEADING:
-            a = a % TAU % TAU
+            a = wrapped(a)
         elif step.what == TO_CLASS or step.what == TO_OBJECT or step.what == TO_ROBOT:
             a = max(0.0, a)
     if step.noise_b > 0.0:
         drawn = step.noise_b * normal(seed, item, tick, stream + NOISE_B)
-        b = max(0.0, b * (1.0 + drawn)) if step.what == CAMERA else (b + drawn) % TAU % TAU
+        b = max(0.0, b * (1.0 + drawn)) if step.what == CAMERA else wrapped(b + drawn)
     return a, b
 
 

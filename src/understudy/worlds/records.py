@@ -161,6 +161,7 @@ PART = np.dtype(
 
 __all__ = ["SECTOR", "THING", "VIEW"]
 
+INT = np.dtype("i4")
 WHOLE = np.dtype([("v", "i8")])
 INDEX = np.dtype([("v", "i4")])
 NUMBER = np.dtype([("v", "f8")])
