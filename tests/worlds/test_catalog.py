@@ -49,7 +49,7 @@ def test_a_world_of_ones_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     Path("mine.toml").write_text(scenario_text("patrol").replace("limit_s = 600", "limit_s = 60"))
     assert find_world("mine.toml").limit_s == find_world(Path("mine.toml")).limit_s == 60
     Path("bad.toml").write_text("x = 1")
-    with pytest.raises(FileError, match="bad.toml at understudy: is missing"):
+    with pytest.raises(FileError, match=r"bad\.toml at understudy: is missing"):
         find_world("bad.toml")
 
 
