@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, Bind, Json, KitName, Library, SameWorld, ScenarioName
+from understudy.cli.parts import LIBRARY, WORLD, Bind, Json, KitName, Library, SameWorld, ScenarioName
 
 if TYPE_CHECKING:
     from understudy.evaluation import Evaluation
@@ -53,7 +53,7 @@ def evaluate(
     if as_json:
         print_json({**facts, "results": rows(judged)} if each else facts)
     else:
-        _show(facts, rows(judged) if each else [])
+        _show(facts, rows(judged) if each else [], named)
     raise typer.Exit(0)
 
 
@@ -107,7 +107,9 @@ def rows(judged: Evaluation) -> list[dict[str, Any]]:
     ]
 
 
-def _show(facts: dict[str, Any], each: list[dict[str, Any]]) -> None:
+def _show(facts: dict[str, Any], each: list[dict[str, Any]], named: str) -> None:
+    from rich.markup import escape
+
     from understudy.cli.output import console
 
     out, seeds = console(), f"{facts['seeds'][0]}:{facts['seeds'][1]}"
@@ -115,19 +117,20 @@ def _show(facts: dict[str, Any], each: list[dict[str, Any]]) -> None:
         _show_each(each)
     out.print(f"[bold]{facts['behavior']}[/] on {facts['worlds']} {facts['world']} worlds, seeds {seeds}")
     out.print(f"  finished in time    [bold]{facts['success']:.0%}[/]")
-    taken, beside = _number(facts["median_s"], 0), ""
+    taken = _number(facts["median_s"], 0)
     if facts["expert_median_s"] is not None:
-        relative = _number(facts["relative_to_expert"], 3)
+        relative, expert = _number(facts["relative_to_expert"], 3), facts["expert_median_s"]
         out.print(f"  food per second     [bold]{relative}[/] of the yardstick's (median)")
-        beside = f"; the yardstick {facts['expert_median_s']:.0f} s (medians)"
-    out.print(f"  time to finish      {taken} s{beside or ' (median)'}")
+        out.print(f"  time to finish      {taken} s; the yardstick {expert:.0f} s (medians)")
+    elif facts["median_s"] is not None:
+        out.print(f"  time to finish      {taken} s (median)")
     failed = facts["failed_seeds"]
     if failed:
         shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")
         out.print(f"  not finished        seeds {shown}")
-        world = "" if facts["world"] == "forage" else f"{facts['world']} "
+        world = "" if named == WORLD else f"{named} "
         watch = f"understudy run {world}--behavior {facts['behavior']} --seed {failed[0]}"
-        out.print(f"[dim]Watch one: {watch}[/]")
+        out.print(f"[dim]Watch one: {escape(watch)}[/]", soft_wrap=True)
 
 
 def _show_each(each: list[dict[str, Any]]) -> None:

@@ -132,12 +132,16 @@ def opened(library: Path, kit: Kit) -> OpenedLibrary:
 
 
 def library_for(behavior: str, folder: Path, kit: Kit) -> Taught:
-    """A library that has the behavior: one that the kit has needs no folder."""
+    """The library a behavior is in; a basic one, which the kit has, needs no folder."""
+    from understudy.errors import UnknownName
     from understudy.model.library import Library
 
-    if behavior in kit.behaviors and not folder.exists():
-        return Library(kit)
-    return opened(folder, kit).library
+    if folder.exists():
+        return opened(folder, kit).library
+    if behavior not in kit.behaviors:
+        where = f"there is no folder {folder} with automata, and the kit"
+        raise UnknownName(what="behavior", name=behavior, where=where, known=list(kit.behaviors))
+    return Library(kit)
 
 
 def learner() -> Learn:
