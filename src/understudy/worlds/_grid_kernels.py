@@ -5,7 +5,7 @@ from typing import Any
 
 from numba import njit
 
-from understudy.worlds._pointer_kernels import at, robot_at, type_at
+from understudy.worlds._pointer_kernels import at, index_at, robot_at, type_at
 from understudy.worlds.records import INDEX, SPOT, WHOLE
 
 MANY = 8  # robots in a cell; where there are more, its small cells are looked at one by one
@@ -37,8 +37,8 @@ def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
 def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
     """Where the spots of the cells `low` to `high` of a line begin and end."""
     small = 2 * c.shift
-    begin = at(c.start, (line * c.columns + low) << small, INDEX).v
-    return begin, at(c.start, (line * c.columns + high + 1) << small, INDEX).v
+    begin = index_at(c.start, (line * c.columns + low) << small)
+    return begin, index_at(c.start, (line * c.columns + high + 1) << small)
 
 
 @njit(error_model="numpy")
@@ -82,12 +82,12 @@ def sort(c: Any, first: int) -> None:
         at(c.start, cell, INDEX).v += 1
     total = 0
     for cell in range(cells):
-        total += at(c.start, cell, INDEX).v
+        total += index_at(c.start, cell)
         at(c.start, cell, INDEX).v = total
     at(c.start, cells, INDEX).v = c.count
     for k in range(c.count - 1, -1, -1):
-        cell = at(c.cell_of, k, INDEX).v
-        place = at(c.start, cell, INDEX).v - 1
+        cell = index_at(c.cell_of, k)
+        place = index_at(c.start, cell) - 1
         at(c.start, cell, INDEX).v = place
         spot, robot = at(c.spots, place, SPOT), robot_at(c, first + k)
         spot.x, spot.y = robot.x, robot.y
@@ -126,7 +126,7 @@ def _nearer(c: Any, row: int, relation: int, begin: int, end: int, best: int, be
             if squared == best_squared and best >= 0 and robot_at(c, best).id < spot.id:
                 continue
             if relation == ANYONE or wanted(c, robot_at(c, spot.row), own, relation):
-                best, best_squared = int(spot.row), squared
+                best, best_squared = spot.row, squared
     return best, best_squared
 
 
@@ -143,7 +143,10 @@ def _nearer_in_crowd(
         low_y = line * c.cell + (k >> c.shift) * fine
         dx, dy = _off(own.x, low_x, low_x + fine), _off(own.y, low_y, low_y + fine)
         if dx * dx + dy * dy <= best_squared:
-            begin, end = at(c.start, first + k, INDEX).v, at(c.start, first + k + 1, INDEX).v
+            begin, end = (
+                index_at(c.start, first + k),
+                index_at(c.start, first + k + 1),
+            )
             best, best_squared = _nearer(c, row, relation, begin, end, best, best_squared)
     return best, best_squared
 
@@ -157,8 +160,8 @@ def _nearer_in_line(
         return best, best_squared
     low, high = max(low, 0), min(high, c.columns - 1)
     small = 2 * c.shift
-    begin = at(c.start, (line * c.columns + low) << small, INDEX).v
-    end = at(c.start, (line * c.columns + high + 1) << small, INDEX).v
+    begin = index_at(c.start, (line * c.columns + low) << small)
+    end = index_at(c.start, (line * c.columns + high + 1) << small)
     if end - begin <= MANY * (high - low + 1) or c.shift == 0:
         return _nearer(c, row, relation, begin, end, best, best_squared)
     for column in range(low, high + 1):

@@ -16,13 +16,14 @@ from understudy.worlds._pointer_kernels import (
     at,
     class_at,
     disc_at,
+    index_at,
     move_at,
     object_at,
     robot_at,
     segment_at,
     type_at,
 )
-from understudy.worlds.records import INDEX, SPOT
+from understudy.worlds.records import SPOT
 
 TAU = 2.0 * math.pi
 CROWD = 12  # robots in a line of cells; where there are more, small cells are looked at
@@ -193,7 +194,7 @@ def _limited_in_crowd(c: Any, scale: float, row: int, world: int, near: float) -
     for line in range(lowest, highest + 1):
         for column in range(low, high + 1):
             cell = small_cell(c, column, line)
-            begin, end = at(c.start, cell, INDEX).v, at(c.start, cell + 1, INDEX).v
+            begin, end = index_at(c.start, cell), index_at(c.start, cell + 1)
             scale = _limited_by_spots(c, scale, row, world, near, begin, end)
     return scale
 
@@ -204,7 +205,7 @@ def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, mo
     scale = limited_by_bounds(scale, x, y, radius, move, c.width, c.height)
     begin, end = near_range(c, x, y, world)
     for k in range(begin, end):
-        item = at(c.near_items, k, INDEX).v
+        item = index_at(c.near_items, k)
         if item >= 0:
             disc = disc_at(c, world, item)
             scale = limited_by_disc(scale, x, y, radius, move, (disc.x, disc.y, disc.radius))

@@ -82,15 +82,33 @@ def push_at(c: Any, slot: int) -> Any:
     return at(c.pushes, slot, PUSH)
 
 
+def _index(typing: Any, address: Any, index: Any) -> Any:
+    """Number `index` of the array of whole numbers, 32 bits wide, that lies at an address."""
+
+    def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        size = context.get_constant(types.intp, 4)
+        place = builder.add(args[0], builder.mul(args[1], size))
+        narrow = context.get_value_type(types.int32)
+        found = builder.load(builder.inttoptr(place, narrow.as_pointer()))
+        return builder.sext(found, context.get_value_type(types.int64))
+
+    return types.int64(types.int64, types.int64), build
+
+
+index_at: Any = intrinsic(_index)
+"""index_at(address, index): that number, 64 bits wide as all others in kernels."""
+
+
 def _array(typing: Any, address: Any, count: Any, dtype: Any) -> Any:
     """The array of `count` records of this dtype that lies at an address."""
     kind = types.Array(dtype.dtype, 1, "C")
 
     def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        made = make_array(kind)(context, builder)
+        made = make_array(kind)(context, builder)  # type: ignore[no-untyped-call]
         size = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
         data = builder.inttoptr(args[0], made.data.type)
-        populate_array(made, data=data, shape=[args[1]], strides=[size], itemsize=size, meminfo=None)
+        shape = {"shape": [args[1]], "strides": [size]}
+        populate_array(made, data=data, itemsize=size, meminfo=None, **shape)  # type: ignore[no-untyped-call]
         return made._getvalue()
 
     return kind(types.int64, types.int64, dtype), build

@@ -16,6 +16,7 @@ from understudy.worlds._pointer_kernels import (
     at,
     class_at,
     disc_at,
+    index_at,
     move_at,
     object_at,
     push_at,
@@ -25,7 +26,7 @@ from understudy.worlds._pointer_kernels import (
 )
 from understudy.worlds._sense_kernels import nearest_food, station_here
 from understudy.worlds._space_kernels import free_place
-from understudy.worlds.records import CLASS, DISC, INDEX, INT, MOVE, OBJECT, ROBOT, SEGMENT, TYPE, WHOLE
+from understudy.worlds.records import CLASS, DISC, INT, MOVE, OBJECT, ROBOT, SEGMENT, TYPE, WHOLE
 
 TAU = 2.0 * math.pi
 FINE = 2.0**40  # pushes are summed as whole numbers, so that their order does not matter
@@ -344,7 +345,7 @@ def judge(c: Any, world: int) -> None:
     if c.goal == GOAL_DELIVERED:
         left = 0
         for slot in range(c.object_count):
-            if class_at(c, at(c.class_of, slot, INDEX).v).food:
+            if class_at(c, index_at(c.class_of, slot)).food:
                 left += object_at(c, world, slot).amount
         if left == 0:
             for row in range(first, first + c.count):
