@@ -21,7 +21,7 @@ from understudy.runtime.run import Run
 from understudy.worlds.catalog import find_world
 from understudy.worlds.forage import ForageSettings, kit
 from understudy.worlds.kits import kit_of
-from understudy.worlds.scenario import Goal
+from understudy.worlds.scenario import Goal, Scenario
 from understudy.worlds.scenario_files import dump_scenario
 from understudy.worlds.world import World
 
@@ -41,7 +41,7 @@ def test_side_by_side_as_one_by_one() -> None:
 
 
 @pytest.mark.parametrize("scenario", [FORAGE, TEAM], ids=lambda each: each.name)
-def test_as_interpreters_would(scenario: evaluation.Scenario) -> None:
+def test_as_interpreters_would(scenario: Scenario) -> None:
     """In one go or tick by tick, with limits that some worlds reach and others do not."""
     library = Library.of(kit_of(scenario), *AUTOMATA)
     program, limits = link(library, "forage"), np.array([20.0, 300.0, 95.05, 0.0])

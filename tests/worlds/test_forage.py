@@ -40,7 +40,9 @@ def seen(world: Forage, row: int = 0) -> Seen:
     rows = list(zip(objects.x.tolist(), objects.y.tolist(), objects.amount.tolist(), strict=True))
     (station,) = (each[:2] for each, home in zip(rows, objects.home, strict=True) if home)
     return Seen(
-        *(float(column[0]) for column in (robots.x, robots.y, robots.heading)),
+        float(robots.x[0]),
+        float(robots.y[0]),
+        float(robots.heading[0]),
         int(robots.stored[0]),
         int(robots.delivered[0]),
         station,
