@@ -13,7 +13,7 @@ MANY = 8  # robots in a cell; where there are more, its small cells are looked a
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def small_cell(c: Any, column: int, line: int) -> Any:
     """The index of the small cell in this column and line of small cells."""
     shift = c.shift
@@ -22,18 +22,18 @@ def small_cell(c: Any, column: int, line: int) -> Any:
     return (((big << shift) + (line & mask)) << shift) + (column & mask)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
     """First and last column, first and last line of the cells within `reach` of a place."""
     return (
-        max(int((x - reach) / c.cell), 0),
-        min(int((x + reach) / c.cell), c.columns - 1),
-        max(int((y - reach) / c.cell), 0),
-        min(int((y + reach) / c.cell), c.lines - 1),
+        max(int((x - reach) * c.per_cell), 0),
+        min(int((x + reach) * c.per_cell), c.columns - 1),
+        max(int((y - reach) * c.per_cell), 0),
+        min(int((y + reach) * c.per_cell), c.lines - 1),
     )
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
     """Where the spots of the cells `low` to `high` of a line begin and end."""
     small = 2 * c.shift
@@ -41,10 +41,10 @@ def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
     return begin, index_at(c.start, (line * c.columns + high + 1) << small)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def small_cells(c: Any, x: float, y: float, reach: float) -> Any:
     """First and last column, first and last line of small cells within `reach` of a place."""
-    per_m = (1 << c.shift) / c.cell
+    per_m = (1 << c.shift) * c.per_cell
     last_column, last_line = (c.columns << c.shift) - 1, (c.lines << c.shift) - 1
     return (
         min(max(int((x - reach) * per_m), 0), last_column),
@@ -54,11 +54,11 @@ def small_cells(c: Any, x: float, y: float, reach: float) -> Any:
     )
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def near_range(c: Any, x: float, y: float, world: int) -> Any:
     """Where the list of what stays near a place begins and ends."""
-    column = min(max(int(x / c.near_cell), 0), c.near_columns - 1)
-    line = min(max(int(y / c.near_cell), 0), c.near_lines - 1)
+    column = min(max(int(x * c.near_per_cell), 0), c.near_columns - 1)
+    line = min(max(int(y * c.near_per_cell), 0), c.near_lines - 1)
     cell = (world * c.near_lines + line) * c.near_columns + column
     return at(c.near_start, cell, WHOLE).v, at(c.near_start, cell + 1, WHOLE).v
 
@@ -71,7 +71,7 @@ def sort(c: Any, first: int) -> None:
     cells = (c.columns * c.lines) << (2 * c.shift)
     for cell in range(cells):
         at(c.start, cell, INDEX).v = 0
-    per_m = (1 << c.shift) / c.cell
+    per_m = (1 << c.shift) * c.per_cell
     last_column, last_line = (c.columns << c.shift) - 1, (c.lines << c.shift) - 1
     for k in range(c.count):
         robot = robot_at(c, first + k)
@@ -94,7 +94,7 @@ def sort(c: Any, first: int) -> None:
         spot.row, spot.id = first + k, robot.id
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
     """Whether a robot is one that is looked for: anyone, a teammate, an opponent, or of team relation - TEAM."""
     if relation == ANYONE:
@@ -107,13 +107,13 @@ def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
     return team == relation - TEAM
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _off(value: float, low: float, high: float) -> Any:
     """How far a value is from an interval."""
     return max(0.0, low - value, value - high)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _nearer(c: Any, row: int, relation: int, begin: int, end: int, best: int, best_squared: float) -> Any:
     """The nearest so far (row, squared distance), or a nearer one among the spots from `begin` to `end`."""
     own = robot_at(c, row)
@@ -151,7 +151,7 @@ def _nearer_in_crowd(
     return best, best_squared
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _nearer_in_line(
     c: Any, row: int, relation: int, line: int, low: int, high: int, best: int, best_squared: float
 ) -> Any:
@@ -169,7 +169,23 @@ def _nearer_in_line(
     return best, best_squared
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
+def _nearer_in_ring(
+    c: Any, row: int, relation: int, column: int, line: int, ring: int, best: int, best_squared: float
+) -> Any:
+    """The nearest so far, or a nearer one in the cells that are `ring` cells away."""
+    low, high = column - ring, column + ring
+    best, best_squared = _nearer_in_line(c, row, relation, line - ring, low, high, best, best_squared)
+    best, best_squared = _nearer_in_line(c, row, relation, line + ring, low, high, best, best_squared)
+    for between in range(line - ring + 1, line + ring):
+        if low >= 0:
+            best, best_squared = _nearer_in_line(c, row, relation, between, low, low, best, best_squared)
+        if high < c.columns:
+            best, best_squared = _nearer_in_line(c, row, relation, between, high, high, best, best_squared)
+    return best, best_squared
+
+
+@njit(error_model="numpy", forceinline=True)
 def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> Any:
     """Row and squared distance of the nearest wanted robot within `limit`; -1 and infinite where none is.
 
@@ -189,23 +205,14 @@ def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> 
                     best, best_squared = k, squared
         return best, best_squared if best >= 0 else math.inf
     cell = c.cell
-    column = min(max(int(own.x / cell), 0), c.columns - 1)
-    line = min(max(int(own.y / cell), 0), c.lines - 1)
+    column = min(max(int(own.x * c.per_cell), 0), c.columns - 1)
+    line = min(max(int(own.y * c.per_cell), 0), c.lines - 1)
     inside = min(own.x - column * cell, (column + 1) * cell - own.x)
     inside = max(0.0, min(inside, own.y - line * cell, (line + 1) * cell - own.y))
     best, best_squared = _nearer_in_line(c, row, relation, line, column, column, best, best_squared)
-    for ring in range(1, max(c.columns, c.lines)):
-        away = (ring - 1) * cell + inside
-        if away * away > best_squared:
+    for away in range(max(c.columns, c.lines)):
+        least = away * cell + inside
+        if least * least > best_squared:
             break
-        low, high = column - ring, column + ring
-        best, best_squared = _nearer_in_line(c, row, relation, line - ring, low, high, best, best_squared)
-        best, best_squared = _nearer_in_line(c, row, relation, line + ring, low, high, best, best_squared)
-        for between in range(line - ring + 1, line + ring):
-            if low >= 0:
-                best, best_squared = _nearer_in_line(c, row, relation, between, low, low, best, best_squared)
-            if high < c.columns:
-                best, best_squared = _nearer_in_line(
-                    c, row, relation, between, high, high, best, best_squared
-                )
+        best, best_squared = _nearer_in_ring(c, row, relation, column, line, away + 1, best, best_squared)
     return best, best_squared if best >= 0 else math.inf

@@ -175,6 +175,8 @@ CONTEXT = np.dtype(
         ("height", "f8"),
         ("tick_s", "f8"),
         ("goal_within", "f8"),
+        ("per_cell", "f8"),
+        ("near_per_cell", "f8"),
         ("cell", "f8"),  # of the robots' grid, as all down to gridded
         ("most_radius", "f8"),
         ("most_step", "f8"),
