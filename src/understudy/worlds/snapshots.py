@@ -23,8 +23,18 @@ def pack(world: str, settings: Mapping[str, Any], arrays: Mapping[str, NDArray[A
         "settings": settings,
         "arrays": {name: [array.dtype.newbyteorder("<").str, array.shape] for name, array in arrays.items()},
     }
-    body = b"".join(array.astype(array.dtype.newbyteorder("<")).tobytes() for array in arrays.values())
+    body = b"".join(_little(array).tobytes() for array in arrays.values())
     return json.dumps(header).encode() + b"\n" + body
+
+
+def _little(array: NDArray[Any]) -> NDArray[Any]:
+    """An array as every machine writes it, with zeros between the fields of a record, where memory holds anything."""
+    little = np.zeros(array.shape, array.dtype.newbyteorder("<"))
+    if array.dtype.names is None:
+        little[...] = array
+    for name in array.dtype.names or ():
+        little[name] = array[name]
+    return little
 
 
 def unpack(

@@ -83,6 +83,14 @@ class World:
         delivered: NDArray[np.int64] = self.state.robots["delivered"].reshape(self.worlds, -1).sum(axis=1)
         return delivered
 
+    @property
+    def total(self) -> NDArray[np.int64]:
+        """Units of food there are in each world [B]: in sources, on robots, and brought home."""
+        sources = np.where(self.rules.classes["food"][self.rules.class_of], self.state.objects["amount"], 0)
+        stored: NDArray[np.int64] = self.state.robots["stored"].reshape(self.worlds, -1).sum(axis=1)
+        total: NDArray[np.int64] = sources.sum(axis=1) + stored + self.delivered
+        return total
+
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, one world per seed, as many worlds as before."""
         if len(seeds) != self.worlds or not seeds or not all(0 <= int(seed) < 2**63 for seed in seeds):
