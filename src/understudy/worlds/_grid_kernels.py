@@ -8,6 +8,7 @@ from numba import njit
 from understudy.worlds._pointer_kernels import at, robot_at, type_at
 from understudy.worlds.records import INDEX, SPOT, WHOLE
 
+CLOSE = 1e-9  # m; what rounding may do to the border between two cells
 MANY = 8  # robots in a cell; from there on its small cells are looked at one by one
 
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
@@ -108,7 +109,7 @@ def _nearer(c: Any, row: int, relation: int, begin: int, end: int, found: Any) -
 @njit(error_model="numpy")
 def _off(value: float, low: float, high: float) -> Any:
     """How far a value is from an interval."""
-    return max(0.0, low - value, value - high)
+    return max(0.0, low - CLOSE - value, value - high - CLOSE)
 
 
 @njit(error_model="numpy")
@@ -163,7 +164,7 @@ def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> 
     inside = max(0.0, min(inside, own.y - line * cell, (line + 1) * cell - own.y))
     found = _nearer_in_cell(c, row, relation, column, line, (-1, limit * limit))
     for ring in range(1, max(c.columns, c.lines)):
-        away = (ring - 1) * cell + inside
+        away = max(0.0, (ring - 1) * cell + inside - CLOSE)
         if away * away > found[1]:
             break
         for below in range(max(0, line - ring), min(c.lines - 1, line + ring) + 1):
