@@ -5,11 +5,11 @@ from typing import Any
 
 from numba import njit
 
-from understudy.worlds._pointer_kernels import at, robot_at, type_at
+from understudy.worlds._pointer_kernels import at, index_at, robot_at, type_at
 from understudy.worlds.records import INDEX, SPOT, WHOLE
 
 CLOSE = 1e-9  # m; what rounding may do to the border between two cells
-MANY = 8  # robots in a cell; from there on its small cells are looked at one by one
+MANY = 8  # robots in a cell; where there are more, its small cells are looked at one by one
 
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
 
@@ -21,6 +21,25 @@ def small_cell(c: Any, column: int, line: int) -> Any:
     mask = (1 << shift) - 1
     big = (line >> shift) * c.columns + (column >> shift)
     return (((big << shift) + (line & mask)) << shift) + (column & mask)
+
+
+@njit(error_model="numpy")
+def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
+    """First and last column, first and last line of the cells within `reach` of a place."""
+    return (
+        max(int((x - reach) / c.cell), 0),
+        min(int((x + reach) / c.cell), c.columns - 1),
+        max(int((y - reach) / c.cell), 0),
+        min(int((y + reach) / c.cell), c.lines - 1),
+    )
+
+
+@njit(error_model="numpy")
+def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
+    """Where the spots of the cells `low` to `high` of a line begin and end."""
+    small = 2 * c.shift
+    begin = index_at(c.start, (line * c.columns + low) << small)
+    return begin, index_at(c.start, (line * c.columns + high + 1) << small)
 
 
 @njit(error_model="numpy")
@@ -64,12 +83,12 @@ def sort(c: Any, first: int) -> None:
         at(c.start, cell, INDEX).v += 1
     total = 0
     for cell in range(cells):
-        total += at(c.start, cell, INDEX).v
+        total += index_at(c.start, cell)
         at(c.start, cell, INDEX).v = total
     at(c.start, cells, INDEX).v = c.count
     for k in range(c.count - 1, -1, -1):
-        cell = at(c.cell_of, k, INDEX).v
-        place = at(c.start, cell, INDEX).v - 1
+        cell = index_at(c.cell_of, k)
+        place = index_at(c.start, cell) - 1
         at(c.start, cell, INDEX).v = place
         spot, robot = at(c.spots, place, SPOT), robot_at(c, first + k)
         spot.x, spot.y = robot.x, robot.y
@@ -90,53 +109,65 @@ def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
 
 
 @njit(error_model="numpy")
-def _nearer(c: Any, row: int, relation: int, begin: int, end: int, found: Any) -> Any:
-    """The nearest so far (row, squared distance) or a nearer one among the spots from begin to end."""
-    best, best_squared = found
-    own = robot_at(c, row)
-    for k in range(begin, end):
-        spot = at(c.spots, k, SPOT)
-        dx, dy = spot.x - own.x, spot.y - own.y
-        squared = dx * dx + dy * dy
-        if squared <= best_squared and spot.row != row:
-            if squared == best_squared and best >= 0 and robot_at(c, best).id < spot.id:
-                continue
-            if wanted(c, robot_at(c, spot.row), own, relation):
-                best, best_squared = spot.row, squared
-    return best, best_squared
-
-
-@njit(error_model="numpy")
 def _off(value: float, low: float, high: float) -> Any:
     """How far a value is from an interval."""
     return max(0.0, low - CLOSE - value, value - high - CLOSE)
 
 
 @njit(error_model="numpy")
-def _nearer_in_cell(c: Any, row: int, relation: int, column: int, line: int, found: Any) -> Any:
-    """The same, among the robots of one cell; in a crowd, of those small cells that can hold a nearer one."""
-    shift, cell = c.shift, c.cell
-    small = 1 << (2 * shift)
-    first = (line * c.columns + column) * small
-    begin, end = at(c.start, first, INDEX).v, at(c.start, first + small, INDEX).v
-    if begin == end:
-        return found
-    x, y = robot_at(c, row).x, robot_at(c, row).y
-    dx = _off(x, column * cell, (column + 1) * cell)
-    dy = _off(y, line * cell, (line + 1) * cell)
-    if dx * dx + dy * dy > found[1]:
-        return found
-    if end - begin <= MANY or shift == 0:
-        return _nearer(c, row, relation, begin, end, found)
-    fine = cell / (1 << shift)
-    for k in range(small):
-        low_x = column * cell + (k & ((1 << shift) - 1)) * fine
-        low_y = line * cell + (k >> shift) * fine
-        dx, dy = _off(x, low_x, low_x + fine), _off(y, low_y, low_y + fine)
-        if dx * dx + dy * dy <= found[1]:
-            begin, end = at(c.start, first + k, INDEX).v, at(c.start, first + k + 1, INDEX).v
-            found = _nearer(c, row, relation, begin, end, found)
-    return found
+def _nearer(c: Any, row: int, relation: int, begin: int, end: int, best: int, best_squared: float) -> Any:
+    """The nearest so far (row, squared distance), or a nearer one among the spots from `begin` to `end`."""
+    own = robot_at(c, row)
+    x, y = own.x, own.y
+    for k in range(begin, end):
+        spot = at(c.spots, k, SPOT)
+        dx, dy = spot.x - x, spot.y - y
+        squared = dx * dx + dy * dy
+        if squared <= best_squared and spot.row != row:
+            if squared == best_squared and best >= 0 and robot_at(c, best).id < spot.id:
+                continue
+            if relation == ANYONE or wanted(c, robot_at(c, spot.row), own, relation):
+                best, best_squared = spot.row, squared
+    return best, best_squared
+
+
+@njit(error_model="numpy")
+def _nearer_in_crowd(
+    c: Any, row: int, relation: int, column: int, line: int, best: int, best_squared: float
+) -> Any:
+    """The same, among the robots of one cell: of those small cells that can hold a nearer one."""
+    own = robot_at(c, row)
+    fine, mask = c.cell / (1 << c.shift), (1 << c.shift) - 1
+    first = (line * c.columns + column) << (2 * c.shift)
+    for k in range(1 << (2 * c.shift)):
+        low_x = column * c.cell + (k & mask) * fine
+        low_y = line * c.cell + (k >> c.shift) * fine
+        dx, dy = _off(own.x, low_x, low_x + fine), _off(own.y, low_y, low_y + fine)
+        if dx * dx + dy * dy <= best_squared:
+            begin, end = (
+                index_at(c.start, first + k),
+                index_at(c.start, first + k + 1),
+            )
+            best, best_squared = _nearer(c, row, relation, begin, end, best, best_squared)
+    return best, best_squared
+
+
+@njit(error_model="numpy")
+def _nearer_in_line(
+    c: Any, row: int, relation: int, line: int, low: int, high: int, best: int, best_squared: float
+) -> Any:
+    """The same, among the robots of the cells `low` to `high` of a line, where they lie side by side."""
+    if line < 0 or line >= c.lines:
+        return best, best_squared
+    low, high = max(low, 0), min(high, c.columns - 1)
+    small = 2 * c.shift
+    begin = index_at(c.start, (line * c.columns + low) << small)
+    end = index_at(c.start, (line * c.columns + high + 1) << small)
+    if end - begin <= MANY * (high - low + 1) or c.shift == 0:
+        return _nearer(c, row, relation, begin, end, best, best_squared)
+    for column in range(low, high + 1):
+        best, best_squared = _nearer_in_crowd(c, row, relation, column, line, best, best_squared)
+    return best, best_squared
 
 
 @njit(error_model="numpy")
@@ -146,15 +177,16 @@ def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> 
     Of robots equally near, the one with the lowest id.
     """
     own = robot_at(c, row)
+    best, best_squared = -1, limit * limit
     if not c.gridded:
-        best, best_squared = -1, limit * limit
         for k in range(world * c.count, (world + 1) * c.count):
-            dx, dy = robot_at(c, k).x - own.x, robot_at(c, k).y - own.y
+            them = robot_at(c, k)
+            dx, dy = them.x - own.x, them.y - own.y
             squared = dx * dx + dy * dy
             if squared <= best_squared and k != row:
-                if squared == best_squared and best >= 0 and robot_at(c, best).id < robot_at(c, k).id:
+                if squared == best_squared and best >= 0 and robot_at(c, best).id < them.id:
                     continue
-                if wanted(c, robot_at(c, k), own, relation):
+                if wanted(c, them, own, relation):
                     best, best_squared = k, squared
         return best, best_squared if best >= 0 else math.inf
     cell = c.cell
@@ -162,14 +194,19 @@ def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> 
     line = min(max(int(own.y / cell), 0), c.lines - 1)
     inside = min(own.x - column * cell, (column + 1) * cell - own.x)
     inside = max(0.0, min(inside, own.y - line * cell, (line + 1) * cell - own.y))
-    found = _nearer_in_cell(c, row, relation, column, line, (-1, limit * limit))
+    best, best_squared = _nearer_in_line(c, row, relation, line, column, column, best, best_squared)
     for ring in range(1, max(c.columns, c.lines)):
         away = max(0.0, (ring - 1) * cell + inside - CLOSE)
-        if away * away > found[1]:
+        if away * away > best_squared:
             break
-        for below in range(max(0, line - ring), min(c.lines - 1, line + ring) + 1):
-            step = 1 if abs(below - line) == ring else 2 * ring
-            for aside in range(column - ring, column + ring + 1, step):
-                if 0 <= aside < c.columns:
-                    found = _nearer_in_cell(c, row, relation, aside, below, found)
-    return found[0], found[1] if found[0] >= 0 else math.inf
+        low, high = column - ring, column + ring
+        best, best_squared = _nearer_in_line(c, row, relation, line - ring, low, high, best, best_squared)
+        best, best_squared = _nearer_in_line(c, row, relation, line + ring, low, high, best, best_squared)
+        for between in range(line - ring + 1, line + ring):
+            if low >= 0:
+                best, best_squared = _nearer_in_line(c, row, relation, between, low, low, best, best_squared)
+            if high < c.columns:
+                best, best_squared = _nearer_in_line(
+                    c, row, relation, between, high, high, best, best_squared
+                )
+    return best, best_squared if best >= 0 else math.inf

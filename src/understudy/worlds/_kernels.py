@@ -9,7 +9,7 @@ from understudy.runtime._kernels import pulse
 from understudy.worlds._barrier_kernels import wait
 from understudy.worlds._grid_kernels import sort
 from understudy.worlds._motion_kernels import arrive, propose
-from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at
+from understudy.worlds._pointer_kernels import at, bare, move_at, robot_at, type_at
 from understudy.worlds._sense_kernels import sense
 from understudy.worlds._step_kernels import (
     judge,
@@ -38,13 +38,24 @@ def intend(c: Any, row: int, world: int, commands: Any, which: int) -> None:
 
 
 @njit(error_model="numpy")
-def settle(c: Any, world: int, low: int, high: int, part: int, parts: int, barrier: Any) -> None:
+def settle(
+    c: Any,
+    world: int,
+    low: int,
+    high: int,
+    part: int,
+    parts: int,
+    barrier: Any,
+    boxes: Any,
+    cargo: Any,
+    living: Any,
+) -> None:
     """The rest of a tick, once all robots mean to do something: rows `low` to `high` are this part's."""
     wait(barrier, parts)
     for row in range(low, high):
         limit(c, row, world)
     wait(barrier, parts)
-    if c.boxes:
+    if boxes is not None:
         if part == 0:
             for row in range(world * c.count, (world + 1) * c.count):
                 push(c, row, world)
@@ -57,11 +68,11 @@ def settle(c: Any, world: int, low: int, high: int, part: int, parts: int, barri
         arrive(robot_at(c, row), move_at(c, world, row))
     wait(barrier, parts)
     if part == 0:
-        if c.boxes:
+        if boxes is not None:
             move_boxes(c, world)
-        if c.cargo:
+        if cargo is not None:
             transfer(c, world)
-        if c.living:
+        if living is not None:
             live(c, world)
         at(c.tick, world, WHOLE).v += 1
         judge(c, world)
@@ -70,17 +81,19 @@ def settle(c: Any, world: int, low: int, high: int, part: int, parts: int, barri
 def _keyed(sources: str) -> Any:
     """The kernel, kept by Numba for as long as no file of kernels changes (see `kernel_sources`)."""
 
-    @njit(cache=True, nogil=True, error_model="numpy")
+    @bare  # type: ignore[untyped-decorator]
     def advance(
         contexts: Any, mode: int, first: int, end: int, part: int, parts: int, barrier: Any, ticks: int,
         until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any,
+        camera: Any, ranging: Any, boxes: Any, cargo: Any, living: Any,
     ) -> None:  # fmt: skip
         """So many ticks of the worlds from `first` up to `end`.
 
         SENSE only senses, to `out` [N, F]. OBEY does one tick with `commands` [N, 4]. RUN senses, decides with
         `tables` and `stacks`, and does a row of `commands` [B, 4], which `running` [N] says; `values` is the array
         at the context's `row`. Of each world this part of `parts` threads does its share of the rows. A world ends
-        early once finished where `until_finished`.
+        early once finished where `until_finished`. What a scenario does without is None - cameras, sonars and
+        bumpers, boxes, cargo, objects that come, go or walk - and the kernel is compiled without it.
         """
         sources  # noqa: B018 - Numba keys its cache with what is closed over
         c = contexts[0]
@@ -96,7 +109,7 @@ def _keyed(sources: str) -> Any:
                 wait(barrier, parts)
                 for row in range(low, high):
                     if c.width_of_row > 0 or mode == RUN:
-                        sense(c, row, world, mode != SENSE)
+                        sense(c, row, world, mode != SENSE, camera, ranging)
                     if mode == SENSE:
                         for column in range(out.shape[1]):
                             out[row, column] = values[column]
@@ -107,7 +120,7 @@ def _keyed(sources: str) -> Any:
                         running[row] = basic
                         intend(c, row, world, commands, basic)
                 if mode != SENSE:
-                    settle(c, world, low, high, part, parts, barrier)
+                    settle(c, world, low, high, part, parts, barrier, boxes, cargo, living)
                     wait(barrier, parts)
 
     return advance

@@ -6,19 +6,20 @@ from typing import Any
 from numba import njit
 
 from understudy.worlds._camera_kernels import blob, project, screen
-from understudy.worlds._grid_kernels import near_range
+from understudy.worlds._grid_kernels import big_cells, near_range, spots_of_line
 from understudy.worlds._pointer_kernels import (
     array_at,
     at,
     class_at,
     disc_at,
+    index_at,
     object_at,
     robot_at,
     segment_at,
     type_at,
 )
 from understudy.worlds._sonar_kernels import sector_to_bounds, sector_to_disc, sector_to_segment
-from understudy.worlds.records import INDEX, NUMBER, PART, SECTOR, SEGMENT, SPOT, THING, VIEW
+from understudy.worlds.records import NUMBER, PART, SECTOR, SEGMENT, SPOT, THING, VIEW
 
 WALLS, OBSTACLES, ROBOTS = 1, 2, 4
 
@@ -64,7 +65,7 @@ def _to_fixed(c: Any, step: Any, robot: Any, world: int, limit: float) -> None:
         _to_bounds(c, step, robot)
     begin, end = near_range(c, x, y, world)
     for k in range(begin, end):
-        item = at(c.near_items, k, INDEX).v
+        item = index_at(c.near_items, k)
         if item < 0:
             piece = segment_at(c, world, -1 - item)
             if step.sees & (WALLS if piece.wall else OBSTACLES):
@@ -108,25 +109,6 @@ def _to_robots(c: Any, step: Any, row: int, world: int, limit: float) -> None:
 
 
 @njit(error_model="numpy")
-def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
-    """First and last column, first and last line of the grid's cells within `reach` of a place."""
-    return (
-        max(int((x - reach) / c.cell), 0),
-        min(int((x + reach) / c.cell), c.columns - 1),
-        max(int((y - reach) / c.cell), 0),
-        min(int((y + reach) / c.cell), c.lines - 1),
-    )
-
-
-@njit(error_model="numpy")
-def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
-    """Where the spots of the cells `low` to `high` of a line begin and end."""
-    small = 2 * c.shift
-    begin = at(c.start, (line * c.columns + low) << small, INDEX).v
-    return begin, at(c.start, (line * c.columns + high + 1) << small, INDEX).v
-
-
-@njit(error_model="numpy")
 def scan(c: Any, row: int, world: int, step: Any, limit: float) -> None:
     """The distance (m, from the robot's center, at most `limit`) to what is nearest in each sector, to `c.a`."""
     for k in range(step.end - step.first):
@@ -137,13 +119,15 @@ def scan(c: Any, row: int, world: int, step: Any, limit: float) -> None:
 
 
 @njit(error_model="numpy")
-def _put(c: Any, count: int, robot: Any, x: float, y: float, kind: Any, opaque: int) -> Any:
+def _put(
+    c: Any, count: int, robot: Any, x: float, y: float, radius: float, height: float, color: int, opaque: int
+) -> Any:
     """Add something at a place in the world to the things that a camera may see."""
     cosine, sine = math.cos(robot.heading), math.sin(robot.heading)
     dx, dy = x - robot.x, y - robot.y
     thing = at(c.things, count, THING)
     thing.x, thing.y = cosine * dx + sine * dy, cosine * dy - sine * dx
-    thing.radius, thing.height, thing.color, thing.opaque = kind.radius, kind.height, kind.color, opaque
+    thing.radius, thing.height, thing.color, thing.opaque = radius, height, color, opaque
     return count + 1
 
 
@@ -155,7 +139,8 @@ def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
         for other in range(world * c.count, (world + 1) * c.count):
             if other != row:
                 them = robot_at(c, other)
-                count = _put(c, count, robot, them.x, them.y, type_at(c, them.type), 1)
+                kind = type_at(c, them.type)
+                count = _put(c, count, robot, them.x, them.y, kind.radius, kind.height, kind.color, 1)
         return count
     low, high, lowest, highest = big_cells(c, robot.x, robot.y, limit + c.most_radius)
     for line in range(lowest, highest + 1):
@@ -164,7 +149,7 @@ def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
             spot = at(c.spots, k, SPOT)
             if spot.row != row:
                 kind = type_at(c, robot_at(c, spot.row).type)
-                count = _put(c, count, robot, spot.x, spot.y, kind, 1)
+                count = _put(c, count, robot, spot.x, spot.y, kind.radius, kind.height, kind.color, 1)
     return count
 
 
@@ -175,14 +160,16 @@ def look(c: Any, row: int, world: int, step: Any) -> None:
     for k in range(c.disc_count):
         disc = disc_at(c, world, k)
         if disc.radius > 0.0:
-            count = _put(c, count, robot, disc.x, disc.y, disc, 1)
+            count = _put(c, count, robot, disc.x, disc.y, disc.radius, disc.height, disc.color, 1)
     for index in range(c.class_count):
         kind = class_at(c, index)
         if kind.color >= 0 or kind.solid:
             for slot in range(kind.first, kind.end):
                 thing = object_at(c, world, slot)
                 if thing.present:
-                    count = _put(c, count, robot, thing.x, thing.y, kind, kind.solid)
+                    count = _put(
+                        c, count, robot, thing.x, thing.y, kind.radius, kind.height, kind.color, kind.solid
+                    )
     count = _put_robots(c, count, row, world, step.range)
     cosine, sine = math.cos(robot.heading), math.sin(robot.heading)
     for k in range(c.segment_count):

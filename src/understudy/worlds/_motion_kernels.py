@@ -11,22 +11,36 @@ from typing import Any
 from numba import njit
 
 from understudy.worlds._draw_kernels import normal
-from understudy.worlds._grid_kernels import near_range, small_cell, small_cells
+from understudy.worlds._grid_kernels import big_cells, near_range, small_cell, small_cells, spots_of_line
 from understudy.worlds._pointer_kernels import (
     at,
     class_at,
     disc_at,
+    index_at,
     move_at,
     object_at,
     robot_at,
     segment_at,
     type_at,
 )
-from understudy.worlds.records import INDEX, SPOT
+from understudy.worlds.records import SPOT
 
 TAU = 2.0 * math.pi
+CROWD = 12  # robots in a line of cells; where there are more, small cells are looked at
 CLEAR = 1e-9  # m; kept free, so that rounding never makes an overlap
 DRIVING, TURNING = 16, 18  # streams of random draws, two each
+
+
+@njit(error_model="numpy")
+def wrapped(angle: float) -> Any:
+    """An angle in [0, tau): as the remainder is, but by turns, since most are less than a turn off."""
+    if not -4.0 * TAU < angle < 4.0 * TAU:
+        angle %= TAU
+    while angle < 0.0:
+        angle += TAU
+    while angle >= TAU:
+        angle -= TAU
+    return angle
 
 
 @njit(error_model="numpy")
@@ -60,8 +74,7 @@ def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: i
         move.dy = chord * math.sin(robot.heading + half)
     move.heading = robot.heading
     if angle != 0.0:
-        turned = (robot.heading + angle) % TAU
-        move.heading = turned if turned < TAU else 0.0
+        move.heading = wrapped(robot.heading + angle)
 
 
 @njit(error_model="numpy")
@@ -151,15 +164,38 @@ def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
             if dx * dx + dy * dy < near * near and other != row:
                 scale = limited_by_robot(c, scale, row, other, world)
         return scale
-    low_column, high_column, low_line, high_line = small_cells(c, own.x, own.y, near)
-    for line in range(low_line, high_line + 1):
-        for column in range(low_column, high_column + 1):
+    low, high, lowest, highest = big_cells(c, own.x, own.y, near)
+    for line in range(lowest, highest + 1):
+        begin, end = spots_of_line(c, line, low, high)
+        if end - begin > CROWD:
+            return _limited_in_crowd(c, scale, row, world, near)
+        scale = _limited_by_spots(c, scale, row, world, near, begin, end)
+    return scale
+
+
+@njit(error_model="numpy")
+def _limited_by_spots(c: Any, scale: float, row: int, world: int, near: float, begin: int, end: int) -> Any:
+    """The scale that the robots at the spots from `begin` to `end` allow, nearer than `near`."""
+    own = robot_at(c, row)
+    x, y, near_squared = own.x, own.y, near * near
+    for k in range(begin, end):
+        spot = at(c.spots, k, SPOT)
+        dx, dy = spot.x - x, spot.y - y
+        if dx * dx + dy * dy < near_squared and spot.row != row:
+            scale = limited_by_robot(c, scale, row, spot.row, world)
+    return scale
+
+
+@njit(error_model="numpy")
+def _limited_in_crowd(c: Any, scale: float, row: int, world: int, near: float) -> Any:
+    """The scale that all other robots allow, looking at small cells only."""
+    own = robot_at(c, row)
+    low, high, lowest, highest = small_cells(c, own.x, own.y, near)
+    for line in range(lowest, highest + 1):
+        for column in range(low, high + 1):
             cell = small_cell(c, column, line)
-            for k in range(at(c.start, cell, INDEX).v, at(c.start, cell + 1, INDEX).v):
-                spot = at(c.spots, k, SPOT)
-                dx, dy = spot.x - own.x, spot.y - own.y
-                if dx * dx + dy * dy < near * near and spot.row != row:
-                    scale = limited_by_robot(c, scale, row, spot.row, world)
+            begin, end = index_at(c.start, cell), index_at(c.start, cell + 1)
+            scale = _limited_by_spots(c, scale, row, world, near, begin, end)
     return scale
 
 
@@ -169,7 +205,7 @@ def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, mo
     scale = limited_by_bounds(scale, x, y, radius, move, c.width, c.height)
     begin, end = near_range(c, x, y, world)
     for k in range(begin, end):
-        item = at(c.near_items, k, INDEX).v
+        item = index_at(c.near_items, k)
         if item >= 0:
             disc = disc_at(c, world, item)
             scale = limited_by_disc(scale, x, y, radius, move, (disc.x, disc.y, disc.radius))

@@ -6,12 +6,9 @@ where every array lies; whoever fills it in keeps the arrays alive for as long a
 
 from typing import Any
 
-from numba import (  # type: ignore[attr-defined]
-    carray,
-    njit,
-    types,
-)
+from numba import njit, types
 from numba.extending import intrinsic
+from numba.np.arrayobj import make_array, populate_array
 
 from understudy.worlds.records import CLASS, DISC, MOVE, OBJECT, PUSH, ROBOT, SEGMENT, TYPE
 
@@ -30,6 +27,11 @@ def _record(typing: Any, address: Any, index: Any, dtype: Any) -> Any:
 
 at: Any = intrinsic(_record)
 """at(address, index, dtype): record `index` of the array of this dtype that lies there."""
+
+
+# For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time. Spelled
+# so because Numba's stubs do not know _nrt.
+bare: Any = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)  # type: ignore[call-overload]
 
 
 @njit(error_model="numpy")
@@ -80,19 +82,37 @@ def push_at(c: Any, slot: int) -> Any:
     return at(c.pushes, slot, PUSH)
 
 
-def _void(typing: Any, address: Any) -> Any:
-    """An address as a pointer, for `carray`."""
+def _index(typing: Any, address: Any, index: Any) -> Any:
+    """Number `index` of the array of whole numbers, 32 bits wide, that lies at an address."""
 
     def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.inttoptr(args[0], context.get_value_type(types.voidptr))
+        size = context.get_constant(types.intp, 4)
+        place = builder.add(args[0], builder.mul(args[1], size))
+        narrow = context.get_value_type(types.int32)
+        found = builder.load(builder.inttoptr(place, narrow.as_pointer()))
+        return builder.sext(found, context.get_value_type(types.int64))
 
-    return types.voidptr(types.int64), build
+    return types.int64(types.int64, types.int64), build
 
 
-_pointer: Any = intrinsic(_void)
+index_at: Any = intrinsic(_index)
+"""index_at(address, index): that number, 64 bits wide as all others in kernels."""
 
 
-@njit(error_model="numpy")
-def array_at(address: int, count: int, dtype: Any) -> Any:
-    """The array of so many records of this dtype that lies at an address."""
-    return carray(_pointer(address), count, dtype)
+def _array(typing: Any, address: Any, count: Any, dtype: Any) -> Any:
+    """The array of `count` records of this dtype that lies at an address."""
+    kind = types.Array(dtype.dtype, 1, "C")
+
+    def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        made = make_array(kind)(context, builder)  # type: ignore[no-untyped-call]
+        size = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+        data = builder.inttoptr(args[0], made.data.type)
+        shape = {"shape": [args[1]], "strides": [size]}
+        populate_array(made, data=data, itemsize=size, meminfo=None, **shape)  # type: ignore[no-untyped-call]
+        return made._getvalue()
+
+    return kind(types.int64, types.int64, dtype), build
+
+
+array_at: Any = intrinsic(_array)
+"""array_at(address, count, dtype): the array of so many records of this dtype that lies there."""

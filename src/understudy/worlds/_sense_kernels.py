@@ -8,8 +8,9 @@ from numba import njit
 from understudy.worlds._draw_kernels import normal, uniform
 from understudy.worlds._grid_kernels import nearest_robot
 from understudy.worlds._look_kernels import look, scan
+from understudy.worlds._motion_kernels import wrapped
 from understudy.worlds._pointer_kernels import at, class_at, object_at, robot_at, type_at
-from understudy.worlds.records import INDEX, NUMBER, PART, STEP, WHOLE
+from understudy.worlds.records import NUMBER, PART, STEP, WHOLE
 
 (
     TO_CLASS, TO_OBJECT, TO_ROBOT, SONAR, CAMERA, BUMPER,
@@ -17,7 +18,6 @@ from understudy.worlds.records import INDEX, NUMBER, PART, STEP, WHOLE
     STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, CHANCE, SINCE,
 ) = range(18)  # fmt: skip
 
-TAU = 2.0 * math.pi
 TOUCH = 0.005  # m; nearer than this is touching
 NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams within a part's eight
 GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high
@@ -66,8 +66,7 @@ def bearing(robot: Any, x: float, y: float) -> Any:
     dx, dy = x - robot.x, y - robot.y
     if dx == 0.0 and dy == 0.0:
         return 0.0
-    angle = (math.atan2(dy, dx) - robot.heading) % TAU
-    return angle if angle < TAU else 0.0
+    return wrapped(math.atan2(dy, dx) - robot.heading)
 
 
 @njit(error_model="numpy")
@@ -124,31 +123,40 @@ def locate(c: Any, row: int, world: int, step: Any) -> Any:
 
 
 @njit(error_model="numpy")
-def measure(c: Any, row: int, world: int, step: Any) -> None:
-    """Measure one step now, without noise: its parts' readings a and b go to `c.a` and `c.b`."""
+def feel(c: Any, row: int, world: int, step: Any) -> None:
+    """What a sonar or bumper measures, from the robot's rim."""
+    radius = type_at(c, robot_at(c, row).type).radius
+    limit = radius + (step.range if step.what == SONAR else TOUCH)
+    scan(c, row, world, step, limit)
+    for k in range(step.end - step.first):
+        best = at(c.a, k, NUMBER)
+        if step.what == SONAR:
+            best.v = min(step.range, max(0.0, best.v - radius))
+        else:
+            best.v = 1.0 if best.v < limit else 0.0
+
+
+@njit(error_model="numpy")
+def measure(c: Any, row: int, world: int, step: Any, camera: Any, ranging: Any) -> None:
+    """Measure one step now, without noise: its parts' readings a and b go to `c.a` and `c.b`.
+
+    Where nobody has a camera, or nothing that ranges, these are None, and no code is made for them.
+    """
     robot = robot_at(c, row)
     a = at(c.a, 0, NUMBER)
     if step.what <= TO_ROBOT:
         a.v, at(c.b, 0, NUMBER).v = locate(c, row, world, step)
-    elif step.what == SONAR:
-        radius = type_at(c, robot.type).radius
-        scan(c, row, world, step, step.range + radius)
-        for k in range(step.end - step.first):
-            best = at(c.a, k, NUMBER)
-            best.v = min(step.range, max(0.0, best.v - radius))
-    elif step.what == BUMPER:
-        touching = type_at(c, robot.type).radius + TOUCH
-        scan(c, row, world, step, touching)
-        for k in range(step.end - step.first):
-            best = at(c.a, k, NUMBER)
-            best.v = 1.0 if best.v < touching else 0.0
-    elif step.what == CAMERA:
-        look(c, row, world, step)
     elif step.what == CHANCE:
         time = at(c.tick, world, WHOLE).v // step.ticks
         a.v = uniform(at(c.seeds, world, WHOLE).v, robot.id, time, step.stream + GHOST)
-    else:
+    elif step.what > BUMPER:
         a.v = own(c, robot, world, step)
+    if ranging is not None:  # noqa: SIM102 - apart, so that Numba leaves out what follows from None
+        if step.what == SONAR or step.what == BUMPER:
+            feel(c, row, world, step)
+    if camera is not None:  # noqa: SIM102
+        if step.what == CAMERA:
+            look(c, row, world, step)
 
 
 @njit(error_model="numpy")
@@ -171,12 +179,12 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
         elif step.what == CAMERA:
             a = min(step.width_px, max(0.0, a))
         elif step.what == OWN_HEADING:
-            a = a % TAU % TAU
+            a = wrapped(a)
         elif step.what == TO_CLASS or step.what == TO_OBJECT or step.what == TO_ROBOT:
             a = max(0.0, a)
     if step.noise_b > 0.0 and b == b:
         drawn = step.noise_b * normal(seed, item, tick, stream + NOISE_B)
-        b = max(0.0, b * (1.0 + drawn)) if step.what == CAMERA else (b + drawn) % TAU % TAU
+        b = max(0.0, b * (1.0 + drawn)) if step.what == CAMERA else wrapped(b + drawn)
     return a, b
 
 
@@ -195,7 +203,7 @@ def _since(c: Any, row: int, step: Any, tick: int, keep: bool) -> None:
 
 
 @njit(error_model="numpy")
-def sense(c: Any, row: int, world: int, keep: bool) -> None:
+def sense(c: Any, row: int, world: int, keep: bool, camera: Any, ranging: Any) -> None:
     """The readings of one robot in this tick, to `c.row`; NaN where it has none.
 
     Where `keep`, what it has to remember of this tick is kept: once a tick, before it moves.
@@ -205,7 +213,7 @@ def sense(c: Any, row: int, world: int, keep: bool) -> None:
     robot, tick, seed = robot_at(c, row), at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v
     if robot.frozen:
         return
-    steps = at(c.of_type, 2 * robot.type, INDEX).v, at(c.of_type, 2 * robot.type + 1, INDEX).v
+    steps = int(at(c.of_type, 2 * robot.type, WHOLE).v), int(at(c.of_type, 2 * robot.type + 1, WHOLE).v)
     for index in range(steps[0], steps[1]):
         step = at(c.steps, index, STEP)
         if step.what == SINCE:
@@ -213,7 +221,7 @@ def sense(c: Any, row: int, world: int, keep: bool) -> None:
             continue
         due = step.period == 1 or tick % step.period == 0
         if due:
-            measure(c, row, world, step)
+            measure(c, row, world, step, camera, ranging)
         for k in range(step.first, step.end):
             part = at(c.parts, k, PART)
             held = row * c.memory_count + part.held

@@ -3,7 +3,6 @@
 import math
 from typing import Any
 
-import numpy as np
 from numba import njit
 
 from understudy.worlds._draw_kernels import uniform
@@ -17,6 +16,7 @@ from understudy.worlds._pointer_kernels import (
     array_at,
     at,
     class_at,
+    index_at,
     move_at,
     object_at,
     push_at,
@@ -25,7 +25,7 @@ from understudy.worlds._pointer_kernels import (
 )
 from understudy.worlds._sense_kernels import nearest_food, station_here
 from understudy.worlds._space_kernels import free_place
-from understudy.worlds.records import CLASS, DISC, INDEX, MOVE, OBJECT, ROBOT, SEGMENT, TYPE, WHOLE
+from understudy.worlds.records import CLASS, DISC, INT, MOVE, OBJECT, ROBOT, SEGMENT, TYPE, WHOLE
 
 TAU = 2.0 * math.pi
 FINE = 2.0**40  # pushes are summed as whole numbers, so that their order does not matter
@@ -244,7 +244,7 @@ def _new_place(c: Any, world: int, slot: int, turn: int, kind: Any) -> Any:
     return free_place(
         at(c.seeds, world, WHOLE).v, slot, turn, kind,
         array_at(c.types, c.type_count, TYPE), array_at(c.classes, c.class_count, CLASS),
-        array_at(c.class_of, c.object_count, np.int32), c.width, c.height,
+        array_at(c.class_of, c.object_count, INT), c.width, c.height,
         array_at(c.robots + size, c.count, ROBOT),
         array_at(c.objects + OBJECT_SIZE * c.object_count * world, c.object_count, OBJECT),
         array_at(c.discs + DISC_SIZE * c.disc_count * world, c.disc_count, DISC),
@@ -355,7 +355,7 @@ def judge(c: Any, world: int) -> None:
     if c.goal == GOAL_DELIVERED:
         left = 0
         for slot in range(c.object_count):
-            if class_at(c, at(c.class_of, slot, INDEX).v).food:
+            if class_at(c, index_at(c.class_of, slot)).food:
                 left += object_at(c, world, slot).amount
         if left == 0:
             for row in range(first, first + c.count):

@@ -178,7 +178,7 @@ class _Sorted:
         self.running = fused.running[rows]
         cells = stage.near.columns * stage.near.lines
         near: Near = stage.near._replace(start=stage.near.start[world * cells : (world + 1) * cells + 1])
-        self.stage = Stage(self.state, stage.rules, near)
+        self.stage = Stage(self.state, stage.rules, near, stage.has)
 
     def put_back(self) -> None:
         """The robots as they are now, in their own order."""
@@ -207,7 +207,7 @@ def run(
     """Sense, decide and act in the worlds from `first` up to `end`."""
     _kernels.advance(
         context.record, _kernels.RUN, first, end, part, parts, context.room.barrier, ticks, until_finished,
-        context.row, tuple(tables), tuple(stacks), commands, running, NOTHING[2],
+        context.row, tuple(tables), tuple(stacks), commands, running, NOTHING[2], *context.has,
     )  # fmt: skip
 
 
@@ -215,7 +215,7 @@ def sense(context: Context, worlds: int, out: NDArray[np.float64]) -> None:
     """The readings [B*N, F] of all robots, to `out`."""
     _kernels.advance(
         context.record, _kernels.SENSE, 0, worlds, 0, 1, context.room.barrier, 1, False,
-        context.row, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out,
+        context.row, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out, *context.has,
     )  # fmt: skip
 
 
@@ -223,7 +223,7 @@ def obey(context: Context, worlds: int, commands: NDArray[np.float64]) -> None:
     """One tick with commands [B*N, 4]."""
     _kernels.advance(
         context.record, _kernels.OBEY, 0, worlds, 0, 1, context.room.barrier, 1, False,
-        context.row, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2],
+        context.row, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2], *context.has,
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from understudy.worlds.grids import Grid, Near
 from understudy.worlds.plans import CAMERA, Plan
 from understudy.worlds.records import CONTEXT, MOVE, PUSH, SEGMENT, THING, VIEW
+from understudy.worlds.scenario import Bumper, Camera, Scenario, Sonar
 from understudy.worlds.state import Records, Rules, State
 
 
@@ -19,6 +20,8 @@ class Stage(NamedTuple):
     state: State
     rules: Rules
     near: Near
+    has: tuple[bool | None, ...]
+    """What kernels are compiled for; see `has`."""
 
 
 class Shared(NamedTuple):
@@ -84,11 +87,23 @@ class Context:
         record["object_count"], record["disc_count"], record["segment_count"] = objects, discs, segments
         record["memory_count"] = state.memory.shape[1]
         record["width_of_row"] = plan.width
-        record["boxes"] = bool(classes["pushable"].any())
         record["solids"] = bool(classes["solid"].any())
-        record["cargo"] = bool((rules.types["capacity"] > 0).any())
-        comes, captured = ~np.isnan(classes["away_least"]), ~np.isnan(classes["capture_range"])
-        record["living"] = bool((comes | captured | (classes["walk"] > 0)).any())
+        self.has = stage.has
+
+
+def has(scenario: Scenario, rules: Rules) -> tuple[bool | None, ...]:
+    """What there is - cameras, what ranges, boxes, cargo, objects that come, go or walk: True, or None."""
+    sensors = [sensor for kind in scenario.types.values() for sensor in kind.sensors]
+    classes = rules.classes
+    comes, captured = ~np.isnan(classes["away_least"]), ~np.isnan(classes["capture_range"])
+    found = (
+        any(isinstance(sensor, Camera) for sensor in sensors),
+        any(isinstance(sensor, Sonar | Bumper) for sensor in sensors),
+        classes["pushable"].any(),
+        (rules.types["capacity"] > 0).any(),
+        (comes | captured | (classes["walk"] > 0)).any(),
+    )
+    return tuple(True if there else None for there in found)
 
 
 _OF_STATE = ("robots", "objects", "discs", "segments", "seeds", "tick", "finished", "memory")

@@ -58,7 +58,7 @@ class Plan(NamedTuple):
     parts: Records
     sectors: Records
     """SECTOR of each part; a sonar's or bumper's."""
-    of_type: NDArray[np.int32]
+    of_type: NDArray[np.int64]
     """First step of each type, and one after its last [T, 2]."""
     width: int
     most_parts: int
@@ -152,7 +152,7 @@ class Planner:
             steps=made,
             parts=np.array(parts, PART) if parts else np.zeros(0, PART),
             sectors=np.array(sectors, SECTOR) if sectors else np.zeros(0, SECTOR),
-            of_type=np.array(of_type, np.int32).reshape(-1, 2),
+            of_type=np.array(of_type, np.int64).reshape(-1, 2),
             width=width,
             most_parts=max([1, *(step["end"] - step["first"] for step in steps)]),
         )

@@ -1,6 +1,7 @@
 """Records: what Python and the kernels of worlds both look at, and where it lies in memory.
 
 Lengths in m, angles in rad; speeds, in TYPE and ROBOT, per tick. A record keeps what is used together in one place.
+Whole numbers are 64 bits wide, as those in kernels are, so that no kernel is compiled once more for narrow ones.
 """
 
 import numpy as np
@@ -15,14 +16,14 @@ ROBOT = np.dtype(
         ("heading", "f8"),  # [0, tau)
         ("speed", "f8"),  # m per tick, along the heading, as its wheels would have it
         ("spin", "f8"),  # rad per tick
-        ("id", "i4"),  # within its world
-        ("type", "i4"),
-        ("stored", "i4"),  # units of food
-        ("loading", "i4"),  # ticks spent on the unit at hand
-        ("unloading", "i4"),
-        ("delivered", "i4"),
-        ("blocked", "i4"),  # ticks in a row that it drove and got nowhere
-        ("frozen", "i4"),  # 1: neither senses nor moves (a robot that failed)
+        ("id", "i8"),  # within its world
+        ("type", "i8"),
+        ("stored", "i8"),  # units of food
+        ("loading", "i8"),  # ticks spent on the unit at hand
+        ("unloading", "i8"),
+        ("delivered", "i8"),
+        ("blocked", "i8"),  # ticks in a row that it drove and got nowhere
+        ("frozen", "i8"),  # 1: neither senses nor moves (a robot that failed)
     ],
     align=True,
 )
@@ -38,14 +39,14 @@ TYPE = np.dtype(
         ("noise_drive", "f8"),  # share of the motion of a tick
         ("noise_turn", "f8"),
         ("reach", "f8"),
-        ("color", "i4"),  # index, -1 none
-        ("team", "i4"),  # index
-        ("capacity", "i4"),
-        ("load_ticks", "i4"),
-        ("unload_ticks", "i4"),
-        ("collides", "i4"),
-        ("first_step", "i4"),  # its steps of the sense plan: first, and one after the last
-        ("end_step", "i4"),
+        ("color", "i8"),  # index, -1 none
+        ("team", "i8"),  # index
+        ("capacity", "i8"),
+        ("load_ticks", "i8"),
+        ("unload_ticks", "i8"),
+        ("collides", "i8"),
+        ("first_step", "i8"),  # its steps of the sense plan: first, and one after the last
+        ("end_step", "i8"),
     ],
     align=True,
 )
@@ -55,10 +56,10 @@ OBJECT = np.dtype(
         ("x", "f8"),
         ("y", "f8"),
         ("heading", "f8"),  # of one that walks
-        ("present", "i4"),
-        ("amount", "i4"),
-        ("at_first", "i4"),
-        ("appeared", "i4"),  # times it has appeared, which keys the next draw of a place
+        ("present", "i8"),
+        ("amount", "i8"),
+        ("at_first", "i8"),
+        ("appeared", "i8"),  # times it has appeared, which keys the next draw of a place
         ("due", "i8"),  # tick at which it appears or leaves; -1 never
         ("captured", "i8"),  # tick at which a robot first came within range; -1 not yet
     ],
@@ -77,27 +78,27 @@ CLASS = np.dtype(
         ("stays_most", "f8"),
         ("apart", "f8"),
         ("region", "f8", 4),  # box in which it appears and walks
-        ("first", "i4"),  # its slots among the objects of a world: first, and one after the last
-        ("end", "i4"),
-        ("color", "i4"),
-        ("food", "i4"),
-        ("home", "i4"),
-        ("solid", "i4"),
-        ("pushable", "i4"),
-        ("pushers", "i4"),
-        ("capture_ticks", "i4"),
-        ("turn_ticks", "i4"),
+        ("first", "i8"),  # its slots among the objects of a world: first, and one after the last
+        ("end", "i8"),
+        ("color", "i8"),
+        ("food", "i8"),
+        ("home", "i8"),
+        ("solid", "i8"),
+        ("pushable", "i8"),
+        ("pushers", "i8"),
+        ("capture_ticks", "i8"),
+        ("turn_ticks", "i8"),
     ],
     align=True,
 )
 
-DISC = np.dtype([("x", "f8"), ("y", "f8"), ("radius", "f8"), ("height", "f8"), ("color", "i4")], align=True)
+DISC = np.dtype([("x", "f8"), ("y", "f8"), ("radius", "f8"), ("height", "f8"), ("color", "i8")], align=True)
 """A round obstacle; radius 0 is none."""
 
-SEGMENT = np.dtype([("x0", "f8"), ("y0", "f8"), ("x1", "f8"), ("y1", "f8"), ("wall", "i4")], align=True)
+SEGMENT = np.dtype([("x0", "f8"), ("y0", "f8"), ("x1", "f8"), ("y1", "f8"), ("wall", "i8")], align=True)
 """A piece of a wall, or (wall 0) an edge of a polygonal obstacle; an end on NaN is none."""
 
-SPOT = np.dtype([("x", "f8"), ("y", "f8"), ("row", "i4"), ("id", "i4")], align=True)
+SPOT = np.dtype([("x", "f8"), ("y", "f8"), ("row", "i8"), ("id", "i8")], align=True)
 """A robot where a grid keeps it: side by side with those of the same cell."""
 
 MOVE = np.dtype(
@@ -108,9 +109,9 @@ MOVE = np.dtype(
         ("scale", "f8"),  # the share of its step that it may
         ("load", "f8"),  # as commanded
         ("unload", "f8"),
-        ("still", "i4"),  # commanded neither to drive nor to turn
-        ("slot", "i4"),  # the source it is about to get a unit of, and how many get one before it
-        ("order", "i4"),
+        ("still", "i8"),  # commanded neither to drive nor to turn
+        ("slot", "i8"),  # the source it is about to get a unit of, and how many get one before it
+        ("order", "i8"),
     ],
     align=True,
 )
@@ -134,33 +135,34 @@ STEP = np.dtype(
         ("least_px", "f8"),
         ("misses", "f8"),
         ("ghosts", "f8"),
-        ("noisy", "i4"),  # has noise, dropout or the like
-        ("what", "i4"),
-        ("index", "i4"),  # class, object slot, relation of a robot, source column of SINCE
-        ("nearest", "i4"),
-        ("sees", "i4"),  # walls 1, obstacles 2, robots 4
-        ("period", "i4"),  # ticks between measurements
-        ("ticks", "i4"),  # of STUCK and CHANCE
-        ("stream", "i4"),
-        ("first", "i4"),  # its parts: first, and one after the last
-        ("end", "i4"),
+        ("noisy", "i8"),  # has noise, dropout or the like
+        ("what", "i8"),
+        ("index", "i8"),  # class, object slot, relation of a robot, source column of SINCE
+        ("nearest", "i8"),
+        ("sees", "i8"),  # walls 1, obstacles 2, robots 4
+        ("period", "i8"),  # ticks between measurements
+        ("ticks", "i8"),  # of STUCK and CHANCE
+        ("stream", "i8"),
+        ("first", "i8"),  # its parts: first, and one after the last
+        ("end", "i8"),
     ],
     align=True,
 )
 
 PART = np.dtype(
     [
-        ("a", "i4"),  # columns that the readings go to; -1 nowhere
-        ("b", "i4"),
-        ("held", "i4"),  # memory slot of a (b's is the next); -1 none
-        ("color", "i4"),
-        ("number", "i4"),
+        ("a", "i8"),  # columns that the readings go to; -1 nowhere
+        ("b", "i8"),
+        ("held", "i8"),  # memory slot of a (b's is the next); -1 none
+        ("color", "i8"),
+        ("number", "i8"),
     ],
     align=True,
 )
 
 __all__ = ["SECTOR", "THING", "VIEW"]
 
+INT = np.dtype("i4")
 WHOLE = np.dtype([("v", "i8")])
 INDEX = np.dtype([("v", "i4")])
 NUMBER = np.dtype([("v", "f8")])
@@ -193,9 +195,6 @@ CONTEXT = np.dtype(
         ("segment_count", "i8"),
         ("memory_count", "i8"),
         ("width_of_row", "i8"),
-        ("boxes", "i8"),
-        ("cargo", "i8"),
-        ("living", "i8"),
         ("solids", "i8"),
         # Where arrays lie.
         ("robots", "i8"),

@@ -23,7 +23,7 @@ from understudy.runtime.body import Channel, Commands, FusedPlan, Reading
 from understudy.worlds import snapshots
 from understudy.worlds.advancing import advance, obey, sense
 from understudy.worlds.checking import check
-from understudy.worlds.contexts import Context, Stage, shared
+from understudy.worlds.contexts import Context, Stage, has, shared
 from understudy.worlds.grids import grid_for, near_for
 from understudy.worlds.kits import channels_of, kit_of, readings_of, targets_of
 from understudy.worlds.placing import lay_out
@@ -48,6 +48,7 @@ class World:
         self.worlds, self.robots = len(seeds), self.rules.robots
         self.agents = self.worlds * self.robots
         self._planner = Planner(scenario, self.rules, self.names)
+        self._has = has(scenario, self.rules)
         self._plan = lru_cache(16)(self._planner.plan)
         self.reset(seeds)
 
@@ -95,7 +96,7 @@ class World:
     def _begin(self, state: State) -> None:
         self.state = state
         near = near_for(state, self.rules, reach=max(self._planner.reach, self._touch()))
-        self._stage = Stage(state, self.rules, near)
+        self._stage = Stage(state, self.rules, near, self._has)
         self._room = shared(self._stage, grid_for(self.rules))
         self._context = lru_cache(8)(lambda keys: Context(self._stage, self._plan(keys), self._room))
 
