@@ -168,7 +168,8 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
     if step.what == CAMERA:
         if step.misses > 0.0 and uniform(seed, item, tick, stream + MISS) < step.misses:
             a = b = math.nan
-        if a != a and step.ghosts > 0.0 and uniform(seed, item, tick, stream + GHOST) < step.ghosts:
+        ghosts = step.ghosts if part.color >= 0 else 0.0  # what has no color is never seen
+        if a != a and ghosts > 0.0 and uniform(seed, item, tick, stream + GHOST) < ghosts:
             a = step.width_px * uniform(seed, item, tick, stream + GHOST_X)
             b = step.least_px + (GHOST_PX * GHOST_PX) * uniform(seed, item, tick, stream + NOISE_B)
             return a, b
