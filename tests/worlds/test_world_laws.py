@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from tests.worlds.laws import check_percept, check_state, check_tick, kept
-from tests.worlds.random_scenarios import random_commands, random_world
+from tests.worlds.random_scenarios import made, random_commands, random_world
 
 from understudy.runtime.body import every_key
 from understudy.worlds.world import World
@@ -75,7 +75,7 @@ def test_a_snapshot_goes_on_bit_for_bit(number: int) -> None:
     for each in commands:
         world.act(each)
     after = states(world)
-    for other in (world, World(world.scenario, world.seeds[::-1])):
+    for other in (world, made(world.scenario, world.seeds[::-1])):
         other.restore(there)
         assert other.snapshot() == there
         again = other.sense(keys)
@@ -88,8 +88,8 @@ def test_a_snapshot_goes_on_bit_for_bit(number: int) -> None:
 @pytest.mark.parametrize("number", range(1040, 1080))
 def test_a_world_runs_alone_as_among_others_and_again_by_its_seed(number: int) -> None:
     among = random_world(number, worlds=3)
-    again = World(among.scenario, among.seeds)
-    alone = World(among.scenario, among.seeds[1:2])
+    again = made(among.scenario, among.seeds)
+    alone = made(among.scenario, among.seeds[1:2])
     draw, keys = np.random.default_rng(number), every_key(among)
     own = slice(among.robots, 2 * among.robots)
     for _ in range(25):
@@ -127,4 +127,4 @@ def test_some_readings_are_as_among_all(number: int) -> None:
 def test_other_seeds_other_worlds() -> None:
     world = random_world(3, worlds=2)
     scenario = replace(world.scenario, name="other")
-    assert states(World(scenario, (1,))) != states(World(scenario, (2,)))
+    assert states(made(scenario, (1,))) != states(made(scenario, (2,)))
