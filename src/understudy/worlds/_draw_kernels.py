@@ -6,7 +6,7 @@ from typing import Any
 from numba import njit, uint64
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def mixed(word: Any) -> Any:
     """SplitMix64's finalizer."""
     word = (word ^ (word >> uint64(30))) * uint64(0xBF58476D1CE4E5B9)
@@ -14,7 +14,7 @@ def mixed(word: Any) -> Any:
     return word ^ (word >> uint64(31))
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def uniform(seed: Any, item: Any, tick: Any, stream: Any) -> Any:
     """One number in [0, 1) for this item of the world with this seed, at this tick, in this stream."""
     weyl = uint64(0x9E3779B97F4A7C15)
@@ -24,7 +24,7 @@ def uniform(seed: Any, item: Any, tick: Any, stream: Any) -> Any:
     return float(mixed(word + weyl) >> uint64(11)) * 2.0**-53
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def normal(seed: Any, item: Any, tick: Any, stream: Any) -> Any:
     """One number from the standard normal distribution (Box and Muller), keyed likewise; uses streams 2 apart."""
     radius = math.sqrt(-2.0 * math.log(1.0 - uniform(seed, item, tick, stream)))

@@ -14,7 +14,7 @@ MANY = 8  # robots in a cell; where there are more, its small cells are looked a
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def small_cell(c: Any, column: int, line: int) -> Any:
     """The index of the small cell in this column and line of small cells."""
     shift = c.shift
@@ -23,7 +23,7 @@ def small_cell(c: Any, column: int, line: int) -> Any:
     return (((big << shift) + (line & mask)) << shift) + (column & mask)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
     """First and last column, first and last line of the cells within `reach` of a place."""
     return (
@@ -34,7 +34,7 @@ def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
     )
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
     """Where the spots of the cells `low` to `high` of a line begin and end."""
     small = 2 * c.shift
@@ -42,7 +42,7 @@ def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
     return begin, index_at(c.start, (line * c.columns + high + 1) << small)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def small_cells(c: Any, x: float, y: float, reach: float) -> Any:
     """First and last column, first and last line of small cells within `reach` of a place."""
     per_m = (1 << c.shift) / c.cell
@@ -55,7 +55,7 @@ def small_cells(c: Any, x: float, y: float, reach: float) -> Any:
     )
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def near_range(c: Any, x: float, y: float, world: int) -> Any:
     """Where the list of what stays near a place begins and ends."""
     column = min(max(int(x / c.near_cell), 0), c.near_columns - 1)
@@ -95,7 +95,7 @@ def sort(c: Any, first: int) -> None:
         spot.row, spot.id = first + k, robot.id
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
     """Whether a robot is one that is looked for: anyone, a teammate, an opponent, or of team relation - TEAM."""
     if relation == ANYONE:
@@ -108,13 +108,13 @@ def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
     return team == relation - TEAM
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _off(value: float, low: float, high: float) -> Any:
     """How far a value is from an interval."""
     return max(0.0, low - CLOSE - value, value - high - CLOSE)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _nearer(c: Any, row: int, relation: int, begin: int, end: int, best: int, best_squared: float) -> Any:
     """The nearest so far (row, squared distance), or a nearer one among the spots from `begin` to `end`."""
     own = robot_at(c, row)
@@ -152,7 +152,7 @@ def _nearer_in_crowd(
     return best, best_squared
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _nearer_in_line(
     c: Any, row: int, relation: int, line: int, low: int, high: int, best: int, best_squared: float
 ) -> Any:
@@ -170,7 +170,7 @@ def _nearer_in_line(
     return best, best_squared
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> Any:
     """Row and squared distance of the nearest wanted robot within `limit`; -1 and infinite where none is.
 

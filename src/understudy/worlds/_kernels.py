@@ -26,7 +26,7 @@ from understudy.worlds.records import WHOLE
 SENSE, OBEY, RUN = 0, 1, 2
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def intend(c: Any, row: int, world: int, commands: Any, which: int) -> None:
     """What a robot means to do with its commands: drive, turn, load, unload."""
     robot, move = robot_at(c, row), move_at(c, world, row)
@@ -37,7 +37,7 @@ def intend(c: Any, row: int, world: int, commands: Any, which: int) -> None:
     move.load, move.unload = commands[which, 2], commands[which, 3]
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def settle(
     c: Any,
     world: int,

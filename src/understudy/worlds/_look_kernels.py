@@ -57,7 +57,7 @@ def _to_bounds(c: Any, step: Any, robot: Any) -> None:
         )
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _to_fixed(c: Any, step: Any, robot: Any, world: int, limit: float) -> None:
     """Shorten them by walls, obstacles and solid objects."""
     x, y = robot.x, robot.y
@@ -108,7 +108,7 @@ def _to_robots(c: Any, step: Any, row: int, world: int, limit: float) -> None:
                 _to_disc(c, step, robot, dx, dy, type_at(c, robot_at(c, spot.row).type).radius)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def scan(c: Any, row: int, world: int, step: Any, limit: float) -> None:
     """The distance (m, from the robot's center, at most `limit`) to what is nearest in each sector, to `c.a`."""
     for k in range(step.end - step.first):

@@ -31,7 +31,7 @@ CLEAR = 1e-9  # m; kept free, so that rounding never makes an overlap
 DRIVING, TURNING = 16, 18  # streams of random draws, two each
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def wrapped(angle: float) -> Any:
     """An angle in [0, tau): as the remainder is, but by turns, since most are less than a turn off."""
     if not -4.0 * TAU < angle < 4.0 * TAU:
@@ -43,7 +43,7 @@ def wrapped(angle: float) -> Any:
     return angle
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: int, move: Any) -> None:
     """What a robot means to do in a tick with these commands: `move` gets dx, dy, heading; scale is 1.
 
@@ -77,7 +77,7 @@ def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: i
         move.heading = wrapped(robot.heading + angle)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def limited(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float, other: float) -> Any:
     """The scale of a step (dx, dy) that a gap allows; (nx, ny) points to the thing, of unit length.
 
@@ -92,7 +92,7 @@ def limited(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float
     return min(scale, max(0.0, gap - CLEAR) / both)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def limited_by_disc(scale: float, x: float, y: float, radius: float, move: Any, disc: Any) -> Any:
     """The scale that a round thing which stays allows (x, y, radius: of it in `disc`)."""
     dx, dy = disc[0] - x, disc[1] - y
@@ -105,7 +105,7 @@ def limited_by_disc(scale: float, x: float, y: float, radius: float, move: Any, 
     return limited(scale, dx / distance, dy / distance, gap, move.dx, move.dy, 0.0)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def limited_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> Any:
     """The scale that a piece of wall allows."""
     ex, ey = segment.x1 - segment.x0, segment.y1 - segment.y0
@@ -117,7 +117,7 @@ def limited_by_segment(scale: float, x: float, y: float, radius: float, move: An
     return limited_by_disc(scale, x, y, radius, move, disc)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def limited_by_bounds(
     scale: float, x: float, y: float, radius: float, move: Any, width: float, height: float
 ) -> float:
@@ -133,7 +133,7 @@ def limited_by_bounds(
     return scale
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def limited_by_robot(c: Any, scale: float, row: int, other: int, world: int) -> Any:
     """The scale that another robot of a world allows, both moving as they mean to."""
     own, them = robot_at(c, row), robot_at(c, other)
@@ -152,7 +152,7 @@ def limited_by_robot(c: Any, scale: float, row: int, other: int, world: int) -> 
     return limited(scale, nx, ny, gap, move.dx, move.dy, towards)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
     """The scale that all other robots of a world allow."""
     own, move = robot_at(c, row), move_at(c, world, row)
@@ -173,7 +173,7 @@ def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
     return scale
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _limited_by_spots(c: Any, scale: float, row: int, world: int, near: float, begin: int, end: int) -> Any:
     """The scale that the robots at the spots from `begin` to `end` allow, nearer than `near`."""
     own = robot_at(c, row)
@@ -199,7 +199,7 @@ def _limited_in_crowd(c: Any, scale: float, row: int, world: int, near: float) -
     return scale
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
     """The scale that bounds, walls, obstacles and solid objects that stay allow to a disc."""
     scale = limited_by_bounds(scale, x, y, radius, move, c.width, c.height)
@@ -223,7 +223,7 @@ def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, mo
     return scale
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def arrive(robot: Any, move: Any) -> None:
     """Move a robot as far as it may."""
     if robot.frozen:

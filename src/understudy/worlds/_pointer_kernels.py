@@ -34,49 +34,49 @@ at: Any = intrinsic(_record)
 bare: Any = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)  # type: ignore[call-overload]
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def robot_at(c: Any, row: int) -> Any:
     """ROBOT `row`."""
     return at(c.robots, row, ROBOT)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def type_at(c: Any, index: int) -> Any:
     """TYPE `index`."""
     return at(c.types, index, TYPE)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def class_at(c: Any, index: int) -> Any:
     """CLASS `index`."""
     return at(c.classes, index, CLASS)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def object_at(c: Any, world: int, slot: int) -> Any:
     """The OBJECT in a slot of a world."""
     return at(c.objects, world * c.object_count + slot, OBJECT)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def disc_at(c: Any, world: int, index: int) -> Any:
     """DISC `index` of a world."""
     return at(c.discs, world * c.disc_count + index, DISC)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def segment_at(c: Any, world: int, index: int) -> Any:
     """SEGMENT `index` of a world."""
     return at(c.segments, world * c.segment_count + index, SEGMENT)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def move_at(c: Any, world: int, row: int) -> Any:
     """The MOVE of a robot; there is room for those of one world."""
     return at(c.moves, row - world * c.count, MOVE)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def push_at(c: Any, slot: int) -> Any:
     """The PUSH of the object in a slot."""
     return at(c.pushes, slot, PUSH)

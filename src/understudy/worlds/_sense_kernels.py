@@ -23,7 +23,7 @@ NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams wi
 GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def nearest_object(c: Any, world: int, x: float, y: float, index: int) -> Any:
     """Slot and squared distance of the nearest object of a class (food: with food left); -1 where none is."""
     kind = class_at(c, index)
@@ -60,7 +60,7 @@ def station_here(c: Any, world: int, x: float, y: float, reach: float) -> Any:
     return False
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def bearing(robot: Any, x: float, y: float) -> Any:
     """The bearing (rad, robot frame, [0, tau)) of a place; 0 where the robot is."""
     dx, dy = x - robot.x, y - robot.y
@@ -96,7 +96,7 @@ def own(c: Any, robot: Any, world: int, step: Any) -> Any:
     return float(object_at(c, world, slot).amount) if slot >= 0 and squared <= reach * reach else 0.0
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def locate(c: Any, row: int, world: int, step: Any) -> Any:
     """Range (m) and bearing (rad) of what a step is to locate; NaN where it is not there, or too far off."""
     robot = robot_at(c, row)
@@ -122,7 +122,7 @@ def locate(c: Any, row: int, world: int, step: Any) -> Any:
     return math.sqrt(squared), bearing(robot, x, y) if at(c.parts, step.first, PART).b >= 0 else math.nan
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def feel(c: Any, row: int, world: int, step: Any) -> None:
     """What a sonar or bumper measures, from the robot's rim."""
     radius = type_at(c, robot_at(c, row).type).radius
@@ -136,7 +136,7 @@ def feel(c: Any, row: int, world: int, step: Any) -> None:
             best.v = 1.0 if best.v < limit else 0.0
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def measure(c: Any, row: int, world: int, step: Any, camera: Any, ranging: Any) -> None:
     """Measure one step now, without noise: its parts' readings a and b go to `c.a` and `c.b`.
 
@@ -159,7 +159,7 @@ def measure(c: Any, row: int, world: int, step: Any, camera: Any, ranging: Any) 
             look(c, row, world, step)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: float) -> Any:
     """The readings a and b of a part as they come out: with noise, misdetection and dropout."""
     stream = step.stream + 8 * part.number
@@ -189,7 +189,7 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
     return a, b
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _since(c: Any, row: int, step: Any, tick: int, keep: bool) -> None:
     """Seconds since the reading that a step is about was last there."""
     part = at(c.parts, step.first, PART)

@@ -154,7 +154,7 @@ def move_boxes(c: Any, world: int) -> None:
         box.sum_x = box.sum_y = box.count = 0
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def limit(c: Any, row: int, world: int) -> None:
     """How far a robot may go: as far as the gaps to all that is solid let it, boxes left aside."""
     robot, move = robot_at(c, row), move_at(c, world, row)
