@@ -155,7 +155,8 @@ def blob(
 
     `views` are discs up to `discs`, and segments up to `end`; only their cuts are written to. A blob is the widest
     visible piece of a disc, as high as the disc appears, and at least `least_px` large. Of several the largest
-    counts, or the one with the `nearest` center; of equals the first.
+    counts, or the one with the `nearest` center; of equals the one farthest left, in
+    whatever order they come.
     """
     focal_px = 0.5 * width_px / tan_half
     best_x, best_size, best_squared = math.nan, 0.0, math.inf
@@ -165,11 +166,17 @@ def blob(
             continue
         scale = focal_px * view.height_px
         most = (view.right - view.left) * scale
-        if most < least_px or (view.squared >= best_squared if nearest else most <= best_size):
+        if most < least_px or (view.squared > best_squared if nearest else most < best_size):
             continue
         left, right = piece(views, discs, end, index)
         size = (right - left) * scale
-        if size <= 0.0 or size < least_px or (not nearest and size <= best_size):
+        if size <= 0.0 or size < least_px:
             continue
-        best_x, best_size, best_squared = 0.5 * width_px + focal_px * 0.5 * (left + right), size, view.squared
+        x = 0.5 * width_px + focal_px * 0.5 * (left + right)
+        if view.squared == best_squared if nearest else size == best_size:
+            better = x < best_x
+        else:
+            better = nearest or size > best_size
+        if better:
+            best_x, best_size, best_squared = x, size, view.squared
     return best_x, best_size if best_size > 0.0 else math.nan

@@ -8,6 +8,7 @@ from numba import njit
 from understudy.worlds._pointer_kernels import at, index_at, robot_at, type_at
 from understudy.worlds.records import INDEX, SPOT, WHOLE
 
+CLOSE = 1e-9  # m; what rounding may do to the border between two cells
 MANY = 8  # robots in a cell; where there are more, its small cells are looked at one by one
 
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
@@ -111,7 +112,7 @@ def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
 @njit(error_model="numpy", forceinline=True)
 def _off(value: float, low: float, high: float) -> Any:
     """How far a value is from an interval."""
-    return max(0.0, low - value, value - high)
+    return max(0.0, low - CLOSE - value, value - high - CLOSE)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -243,7 +244,7 @@ def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> 
         best, best_squared = _nearer_in_line(c, row, relation, line, column, column, best, best_squared)
         best, best_squared = _nearer_in_ring(c, row, relation, column, line, 1, best, best_squared)
     for away in range(1, max(c.columns, c.lines)):
-        least = away * cell + inside
+        least = max(0.0, away * cell + inside - CLOSE)
         if least * least > best_squared:
             break
         best, best_squared = _nearer_in_ring(c, row, relation, column, line, away + 1, best, best_squared)

@@ -146,7 +146,7 @@ def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
                 kind = type_at(c, them.type)
                 count = _put(c, count, robot, them.x, them.y, kind.radius, kind.height, kind.color, 1)
         return count
-    low, high, lowest, highest = big_cells(c, robot.x, robot.y, limit)
+    low, high, lowest, highest = big_cells(c, robot.x, robot.y, limit + c.most_radius)
     for line in range(lowest, highest + 1):
         begin, end = spots_of_line(c, line, low, high)
         for k in range(begin, end):

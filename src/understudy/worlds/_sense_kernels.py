@@ -168,11 +168,12 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
     if step.what == CAMERA:
         if step.misses > 0.0 and uniform(seed, item, tick, stream + MISS) < step.misses:
             a = b = math.nan
-        if a != a and step.ghosts > 0.0 and uniform(seed, item, tick, stream + GHOST) < step.ghosts:
+        ghosts = step.ghosts if part.color >= 0 else 0.0  # what has no color is never seen
+        if a != a and ghosts > 0.0 and uniform(seed, item, tick, stream + GHOST) < ghosts:
             a = step.width_px * uniform(seed, item, tick, stream + GHOST_X)
             b = step.least_px + (GHOST_PX * GHOST_PX) * uniform(seed, item, tick, stream + NOISE_B)
             return a, b
-    if step.noise_a > 0.0:
+    if step.noise_a > 0.0 and a == a:  # what is absent stays so: the largest of 0 and NaN would be 0
         a += step.noise_a * normal(seed, item, tick, stream + NOISE_A)
         if step.what == SONAR:
             a = min(step.range, max(0.0, a))
@@ -182,7 +183,7 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
             a = wrapped(a)
         elif step.what == TO_CLASS or step.what == TO_OBJECT or step.what == TO_ROBOT:
             a = max(0.0, a)
-    if step.noise_b > 0.0:
+    if step.noise_b > 0.0 and b == b:
         drawn = step.noise_b * normal(seed, item, tick, stream + NOISE_B)
         b = max(0.0, b * (1.0 + drawn)) if step.what == CAMERA else wrapped(b + drawn)
     return a, b
@@ -196,7 +197,7 @@ def _since(c: Any, row: int, step: Any, tick: int, keep: bool) -> None:
     there = source == 1.0 if step.nearest else source == source
     last = at(c.memory, row * c.memory_count + part.held, NUMBER)
     since = 0.0 if there else tick - last.v
-    if part.a >= 0:
+    if part.a >= 0 and since == since:
         at(c.row, part.a, NUMBER).v = math.floor(since * c.tick_s * 1e9 + 0.5) / 1e9
     if keep and there:
         last.v = float(tick)
@@ -230,7 +231,9 @@ def sense(c: Any, row: int, world: int, keep: bool, camera: Any, ranging: Any) -
                 if step.noisy:
                     a, b = disturb(step, part, seed, robot.id, tick, a, b)
                 if keep and part.held >= 0:
-                    at(c.memory, held, NUMBER).v, at(c.memory, held + 1, NUMBER).v = a, b
+                    at(c.memory, held, NUMBER).v = a
+                    if part.b >= 0:  # else b is whatever was measured before
+                        at(c.memory, held + 1, NUMBER).v = b
             else:
                 a, b = at(c.memory, held, NUMBER).v, at(c.memory, held + 1, NUMBER).v
             if part.a >= 0:

@@ -117,7 +117,9 @@ def _is_free_now(
     away = kind.radius + kind.apart
     for n in range(robots.shape[0]):
         least = away + types[robots[n].type].radius
-        if types[robots[n].type].collides and (x - robots[n].x) ** 2 + (y - robots[n].y) ** 2 < least * least:
+        if (types[robots[n].type].collides or kind.solid) and (
+            (x - robots[n].x) ** 2 + (y - robots[n].y) ** 2 < least * least
+        ):
             return False
     for n in range(objects.shape[0]):
         other = classes[class_of[n]]

@@ -8,6 +8,7 @@ from numba import njit
 from understudy.worlds._draw_kernels import uniform
 from understudy.worlds._motion_kernels import (
     limited,
+    limited_by_disc,
     limited_by_fixed,
     limited_by_robots,
 )
@@ -15,13 +16,11 @@ from understudy.worlds._pointer_kernels import (
     array_at,
     at,
     class_at,
-    disc_at,
     index_at,
     move_at,
     object_at,
     push_at,
     robot_at,
-    segment_at,
     type_at,
 )
 from understudy.worlds._sense_kernels import nearest_food, station_here
@@ -302,37 +301,48 @@ def _walk(c: Any, thing: Any, slot: int, kind: Any, tick: int, seed: int, world:
     """An object walks a step, in a new direction every now and then and wherever something is in its way."""
     if tick % kind.turn_ticks == 0:
         thing.heading = TAU * uniform(seed, slot, tick, WALKS)
-    x = thing.x + kind.walk * math.cos(thing.heading)
-    y = thing.y + kind.walk * math.sin(thing.heading)
-    low_x, low_y, high_x, high_y = kind.region[0], kind.region[1], kind.region[2], kind.region[3]
-    clear = (
-        low_x + kind.radius <= x <= high_x - kind.radius and low_y + kind.radius <= y <= high_y - kind.radius
-    )
-    clear = clear and not blocked(c, x, y, kind.radius, world, kind.solid != 0)
-    if clear:
-        thing.x, thing.y = x, y
-    else:
+    step, x, y = push_at(c, slot), thing.x, thing.y
+    step.dx, step.dy = kind.walk * math.cos(thing.heading), kind.walk * math.sin(thing.heading)
+    scale = limited_by_region(1.0, x, y, step, kind)
+    scale = limited_by_fixed(c, scale, x, y, kind.radius, step, world)
+    if kind.solid:
+        scale = limited_by_others(c, scale, x, y, kind.radius, step, world)
+    thing.x += scale * step.dx
+    thing.y += scale * step.dy
+    step.dx = step.dy = 0.0
+    if scale < 1.0:
         thing.heading = TAU * uniform(seed, slot, tick, PLACE)
 
 
 @njit(error_model="numpy")
-def blocked(c: Any, x: float, y: float, radius: float, world: int, solid: bool) -> Any:
-    """Whether a disc at a place would overlap obstacles or walls, or (if it is solid) robots."""
-    for k in range(c.disc_count):
-        disc = disc_at(c, world, k)
-        dx, dy = disc.x - x, disc.y - y
-        if disc.radius > 0.0 and dx * dx + dy * dy < (disc.radius + radius) ** 2:
-            return True
-    for k in range(c.segment_count):
-        piece = segment_at(c, world, k)
-        ex, ey = piece.x1 - piece.x0, piece.y1 - piece.y0
-        length = ex * ex + ey * ey
-        if length > 0.0:
-            along = min(1.0, max(0.0, ((x - piece.x0) * ex + (y - piece.y0) * ey) / length))
-            dx, dy = piece.x0 + along * ex - x, piece.y0 + along * ey - y
-            if dx * dx + dy * dy < radius * radius:
-                return True
-    return solid and _within(c, world, x, y, radius + 0.5)
+def limited_by_region(scale: float, x: float, y: float, move: Any, kind: Any) -> Any:
+    """The scale that keeps the center of an object in its region; from outside it may come in."""
+    if move.dx < 0.0:
+        scale = limited(scale, -1.0, 0.0, x - kind.region[0], move.dx, move.dy, 0.0)
+    elif move.dx > 0.0:
+        scale = limited(scale, 1.0, 0.0, kind.region[2] - x, move.dx, move.dy, 0.0)
+    if move.dy < 0.0:
+        scale = limited(scale, 0.0, -1.0, y - kind.region[1], move.dx, move.dy, 0.0)
+    elif move.dy > 0.0:
+        scale = limited(scale, 0.0, 1.0, kind.region[3] - y, move.dx, move.dy, 0.0)
+    return scale
+
+
+@njit(error_model="numpy")
+def limited_by_others(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
+    """The scale that robots and boxes, all at rest, allow a solid object."""
+    for row in range(world * c.count, (world + 1) * c.count):
+        robot = robot_at(c, row)
+        disc = (robot.x, robot.y, type_at(c, robot.type).radius)
+        scale = limited_by_disc(scale, x, y, radius, move, disc)
+    for index in range(c.class_count):
+        kind = class_at(c, index)
+        if kind.pushable:
+            for slot in range(kind.first, kind.end):
+                box = object_at(c, world, slot)
+                if box.present:
+                    scale = limited_by_disc(scale, x, y, radius, move, (box.x, box.y, kind.radius))
+    return scale
 
 
 @njit(error_model="numpy")

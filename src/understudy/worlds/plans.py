@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from math import inf, radians, tan
 from typing import Any, NamedTuple
 
@@ -43,6 +44,8 @@ from understudy.worlds.state import Records, Rules
 
 
 WALLS, OBSTACLES, ROBOTS = 1, 2, 4
+STREAMS = 65536
+"""Streams of random draws for a sensor; the first are those of motion, the next those of placing."""
 DISTURBING = ("noise_a", "noise_b", "misses", "ghosts")
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
 """Which robots a target means, as `_grid_kernels` has it; a team is TEAM + its index."""
@@ -116,14 +119,22 @@ class Planner:
 
     def plan(self, keys: Sequence[ReadingKey]) -> Plan:
         """The plan whose first columns are these readings."""
-        columns = {key: at for at, key in enumerate(keys)}
-        for key in self.kept:
-            columns.setdefault(key, len(columns))
+        columns: dict[ReadingKey, list[int]] = {}
+        for at, key in enumerate(keys):  # two features may be of one reading
+            columns.setdefault(key, []).append(at)
+        needed = list(self.kept)
         for measures in self._by_type:
             for measure in measures:
                 for part in measure.parts:
-                    if isinstance(measure.sensor, Since) and part.keys[0] in columns:
-                        columns.setdefault((measure.sensor.of, part.keys[0][1]), len(columns))
+                    if isinstance(measure.sensor, Since) and (
+                        part.keys[0] in columns or part.keys[0] in needed
+                    ):
+                        needed.append((measure.sensor.of, part.keys[0][1]))
+        width = len(keys)
+        for key in dict.fromkeys(needed):
+            if key not in columns:
+                columns[key] = [width]
+                width += 1
         steps: list[dict[str, Any]] = []
         parts: list[tuple[int, int, int, int, int]] = []
         sectors: list[Any] = []
@@ -142,38 +153,36 @@ class Planner:
             parts=np.array(parts, PART) if parts else np.zeros(0, PART),
             sectors=np.array(sectors, SECTOR) if sectors else np.zeros(0, SECTOR),
             of_type=np.array(of_type, np.int64).reshape(-1, 2),
-            width=len(columns),
+            width=width,
             most_parts=max([1, *(step["end"] - step["first"] for step in steps)]),
         )
 
     def _add(
-        self, kind: int, measure: _Measure, columns: dict[ReadingKey, int], steps: list[dict[str, Any]],
+        self, kind: int, measure: _Measure, columns: dict[ReadingKey, list[int]], steps: list[dict[str, Any]],
         parts: list[tuple[int, int, int, int, int]], sectors: list[Any],
     ) -> None:  # fmt: skip
         """Add the steps of one sensor: one for all its parts where they are measured together."""
         together = isinstance(measure.sensor, Sonar | Camera | Bumper)
         opened = False
         for number, part in enumerate(measure.parts):
-            found = [columns.get(key, -1) for key in part.keys]
-            if max(found) < 0:
-                continue
+            found = [columns.get(key, []) for key in part.keys]
             step = {
                 **part.step,
                 "dropout": measure.sensor.dropout,
                 "period": self._period(measure.sensor),
-                "stream": 65536 * (1 + measure.number),
-                "first": len(parts),
+                "stream": STREAMS * (2 + measure.number),
                 "noisy": measure.sensor.dropout > 0 or any(part.step.get(name, 0) for name in DISTURBING),
             }
-            if isinstance(measure.sensor, Since):
-                step["index"] = columns[measure.sensor.of, part.keys[0][1]]
-            if not (together and opened):
-                steps.append(step)
-                opened = True
             held = self._slots.get((kind, part.keys[0]), -1)
-            parts.append((found[0], found[1] if len(found) > 1 else -1, held, part.color, number))
-            sectors.append(part.sector if part.sector is not None else np.zeros((), SECTOR)[()])
-            steps[-1]["end"] = len(parts)
+            for copy in zip_longest(*found, fillvalue=-1):
+                if isinstance(measure.sensor, Since):
+                    step["index"] = columns[measure.sensor.of, part.keys[0][1]][0]
+                if not (together and opened):
+                    steps.append({**step, "first": len(parts)})
+                    opened = True
+                parts.append((copy[0], copy[1] if len(copy) > 1 else -1, held, part.color, number))
+                sectors.append(part.sector if part.sector is not None else np.zeros((), SECTOR)[()])
+                steps[-1]["end"] = len(parts)
 
     def _period(self, sensor: Sensor) -> int:
         return 1 if sensor.rate_hz is None else max(1, round(1.0 / (sensor.rate_hz * self.scenario.tick_s)))

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import DefinitionError, SettingError, UnknownName
+from understudy.errors import DefinitionError, FileError, SettingError, UnknownName, listed
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.kit import Kit
@@ -30,6 +30,7 @@ from understudy.worlds.placing import lay_out
 from understudy.worlds.plans import Planner
 from understudy.worlds.rules import names_of, rules_of
 from understudy.worlds.scenario import MOUSE, Scenario
+from understudy.worlds.standing import in_the_way
 from understudy.worlds.state import DISC, State
 from understudy.worlds.view import WorldView, view
 
@@ -110,14 +111,16 @@ class World:
 
     def _touch(self) -> float:
         types = self.rules.types
+        classes = self.rules.classes
         return float((types["radius"] + 2.0 * types["speed"]).max()) + float(
-            self.rules.classes["radius"].max()
+            (classes["radius"] + classes["walk"]).max()
         )
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """The columns [B*N] of these keys, absent (NaN) for robots that have no such sensor."""
+        keys = tuple(dict.fromkeys(keys))
         out = np.empty((self.agents, len(keys)))
-        sense(self._context(self._known(tuple(keys))), self.worlds, out)
+        sense(self._context(self._known(keys)), self.worlds, out)
         columns = np.ascontiguousarray(out.T)
         return dict(zip(keys, columns, strict=True))
 
@@ -151,8 +154,18 @@ class World:
 
     def restore(self, snapshot: bytes) -> None:
         """Go back to a snapshot, bit for bit; FileError where it is not one of such worlds."""
-        arrays = snapshots.unpack(snapshot, self.scenario.name, self._settings(), self.state._asdict())
-        self._begin(State(**arrays))
+        like = self.state._asdict()
+        arrays = snapshots.unpack(snapshot, self.scenario.name, self._settings(), like, growing=("discs",))
+        state = State(**arrays)
+        ids, types = state.robots["id"], state.robots["type"]
+        if not (
+            np.array_equal(ids, np.tile(np.arange(self.robots), self.worlds))
+            and np.all((types >= 0) & (types < len(self.rules.types)))
+        ):
+            raise FileError(
+                path="snapshot", place="robots", problem="are none of this world", remedy="take it again"
+            )
+        self._begin(state)
 
     def _settings(self) -> dict[str, Any]:
         settings: dict[str, Any] = msgspec.to_builtins(self.scenario)
@@ -163,23 +176,33 @@ class World:
         return view(self.state, self.rules, self.names, world)
 
     def place(self, agent: int, x: float, y: float, heading: float) -> None:
-        """Put a robot somewhere, as a demonstrator drives it into position; the unit at hand is broken off."""
-        self._refuse_outside("place", x, y, heading)
-        robot = self.state.robots[agent]
+        """Put a robot somewhere free, as a demonstrator drives it into position; the unit at hand is broken off."""
+        robot = self.state.robots[self._index("agent", agent, self.agents)]
+        kind, world = self.rules.types[robot["type"]], agent // self.robots
+        self._finite(f"place of robot {agent}", x, y, heading)
+        self._free(
+            f"place of robot {agent}", x, y, kind["radius"], world=world,
+            robot=int(robot["id"]), collides=bool(kind["collides"]),
+        )  # fmt: skip
         robot["x"], robot["y"], robot["heading"] = x, y, heading % tau % tau
         for name in ("speed", "spin", "loading", "unloading", "blocked"):
             robot[name] = 0
 
     def move_object(self, slot: int, x: float, y: float, *, world: int = 0) -> None:
-        """Put an object somewhere; slots are those of `view`."""
-        self._refuse_outside("move_object", x, y, 0.0)
-        thing = self.state.objects[world, slot]
+        """Put an object that is there somewhere; slots are those of `view`."""
+        thing = self._object(slot, world)
+        self._free_for(f"place of object {slot}", self.rules.class_of[slot], x, y, world=world, slot=slot)
         thing["x"], thing["y"] = x, y
 
     def add_object(self, name: str, x: float, y: float, *, amount: int = 0, world: int = 0) -> int:
         """Add an object of a class; its slot. SettingError where the world has no room for more of it."""
         kind = self._class(name)
-        self._refuse_outside("add_object", x, y, 0.0)
+        self._index("world", world, self.worlds)
+        self._free_for(f"place of {name!r}", self.names.classes.index(name), x, y, world=world)
+        most = 2**31 - 1 if kind["food"] else 0
+        if not isinstance(amount, int | np.integer) or not 0 <= amount <= most:
+            remedy = "give a whole number from 0 up" if kind["food"] else "leave it out: it is no food"
+            raise self._wrong(f"amount of {name!r}", f"is {amount}", remedy)
         things = self.state.objects[world, kind["first"] : kind["end"]]
         free = np.flatnonzero((things["present"] == 0) & (things["due"] < 0))
         if not len(free):
@@ -195,13 +218,17 @@ class World:
         return slot
 
     def remove_object(self, slot: int, *, world: int = 0) -> None:
-        """Remove an object; it does not come again."""
-        thing = self.state.objects[world, slot]
+        """Remove an object that is there; it does not come again."""
+        thing = self._object(slot, world)
         thing["present"], thing["due"], thing["amount"] = 0, -1, 0
 
     def add_obstacle(self, x: float, y: float, radius: float, *, world: int = 0) -> None:
-        """Add a round obstacle to a world."""
-        self._refuse_outside("add_obstacle", x, y, radius)
+        """Add a round obstacle to a world, where it overlaps no robot and no solid object."""
+        self._index("world", world, self.worlds)
+        self._finite("place of an obstacle", x, y, radius)
+        if not radius > 0:
+            raise self._wrong("radius of an obstacle", f"is {radius}", "give a number above 0")
+        self._free("place of an obstacle", x, y, radius, world=world, stays=True)
         discs = np.zeros((self.worlds, self.state.discs.shape[1] + 1), DISC)
         discs[:, :-1] = self.state.discs
         discs["color"][:, -1] = -1
@@ -210,6 +237,9 @@ class World:
 
     def point(self, x: float | None, y: float | None = None, *, world: int = 0) -> None:
         """Put the mouse pointer somewhere, as the target `mouse`; None takes it away."""
+        self._index("world", world, self.worlds)
+        if x is not None and y is not None:
+            self._finite("pointer", x, y, 0.0)
         thing = self.state.objects[world, self._class(MOUSE)["first"]]
         thing["present"] = x is not None and y is not None
         if x is not None and y is not None:
@@ -217,7 +247,7 @@ class World:
 
     def freeze(self, agent: int) -> None:
         """Let a robot fail: it senses nothing and moves no more."""
-        self.state.robots["frozen"][agent] = 1
+        self.state.robots["frozen"][self._index("agent", agent, self.agents)] = 1
 
     # What is refused.
 
@@ -233,10 +263,39 @@ class World:
             raise UnknownName(what="class of objects", name=name, where=self._where, known=self.names.classes)
         return self.rules.classes[self.names.classes.index(name)]
 
-    def _refuse_outside(self, what: str, x: float, y: float, third: float) -> None:
-        if not (0 <= x <= self.rules.width and 0 <= y <= self.rules.height and isfinite(third)):
-            where = f"x in [0, {self.rules.width}] and y in [0, {self.rules.height}]"
-            raise self._wrong(what, f"is ({x}, {y})", f"give {where}, all finite")
+    def _index(self, what: str, index: int, count: int) -> int:
+        if not isinstance(index, int | np.integer) or not 0 <= index < count:
+            raise self._wrong(what, f"is {index!r}", f"give one from 0 to {count - 1}")
+        return int(index)
+
+    def _object(self, slot: int, world: int) -> Any:
+        """The object in a slot, which has to be there."""
+        things = self.state.objects[self._index("world", world, self.worlds)]
+        if not things[self._index("slot", slot, len(things))]["present"]:
+            there = listed(map(str, np.flatnonzero(things["present"])))
+            raise self._wrong("slot", f"is {slot}, where no object is", f"give one of {there}")
+        return things[slot]
+
+    def _finite(self, what: str, x: float, y: float, third: float) -> None:
+        width, height = self.rules.width, self.rules.height
+        numbers = all(isinstance(each, int | float | np.floating) for each in (x, y, third))
+        if not (numbers and 0 <= x <= width and 0 <= y <= height and isfinite(third)):
+            problem = f"is ({x}, {y}{f', {third}' if third else ''})"
+            where = f"x in [0, {width}] and y in [0, {height}]"
+            raise self._wrong(what, problem, f"give {where}, all finite")
+
+    def _free_for(self, what: str, index: int, x: float, y: float, *, world: int, slot: int = -1) -> None:
+        """Refuse a place for an object of a class where it cannot be."""
+        self._finite(what, x, y, 0.0)
+        kind = self.rules.classes[index]
+        if kind["solid"]:
+            self._free(what, x, y, kind["radius"], world=world, slot=slot)
+
+    def _free(self, what: str, x: float, y: float, radius: float, *, world: int, **but: Any) -> None:
+        """Refuse a place for something solid where it overlaps something else."""
+        found = in_the_way(self.state, self.rules, self.names, world, x, y, radius, **but)
+        if found is not None:
+            raise self._wrong(what, f"is ({x}, {y}), which overlaps {found}", "give a free place")
 
     def _known(self, keys: tuple[ReadingKey, ...]) -> tuple[ReadingKey, ...]:
         of_targets = {reading.name: reading.of_targets for reading in self.readings}

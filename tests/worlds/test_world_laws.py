@@ -1,0 +1,130 @@
+"""Laws that hold in any world: random scenarios, random commands, tick after tick."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from tests.worlds.laws import check_percept, check_state, check_tick, kept
+from tests.worlds.random_scenarios import made, random_commands, random_world
+
+from understudy.runtime.body import every_key
+from understudy.worlds.world import World
+
+TICKS = 40
+
+
+def states(world: World) -> dict[str, bytes]:
+    """All that changes, in plain bytes."""
+    return {
+        f"{name}.{field}": np.ascontiguousarray(array[field] if field else array).tobytes()
+        for name, array in world.state._asdict().items()
+        for field in (array.dtype.names or ("",))
+    }
+
+
+def check_scene(number: int, *, ticks: int = TICKS) -> None:
+    """Every law in one random world."""
+    world = random_world(number)
+    draw, keys = np.random.default_rng(number), every_key(world)
+    check_state(world)
+    commands = random_commands(draw, world)
+    for tick in range(ticks):
+        if tick == ticks // 2:
+            world.freeze(int(draw.integers(world.agents)))
+            world.point(*draw.uniform(0, 1, 2) * world.scenario.size)
+        if tick % 8 == 0:
+            check_percept(world, world.sense(keys))
+        if tick % 6 == 0:
+            commands = random_commands(draw, world)
+        before = kept(world)
+        world.act(commands)
+        check_tick(world, before, commands)
+        check_state(world)
+
+
+@pytest.mark.parametrize("first", range(0, 200, 25))
+def test_laws(first: int) -> None:
+    for number in range(first, first + 25):
+        try:
+            check_scene(number)
+        except Exception as error:
+            raise AssertionError(f"scene {number}: {error!r}") from error
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("first", range(0, 10_000, 250))
+def test_laws_of_ten_thousand_scenes(first: int) -> None:
+    for number in range(first, first + 250):
+        try:
+            check_scene(number, ticks=60)
+        except Exception as error:
+            raise AssertionError(f"scene {number}: {error!r}") from error
+
+
+@pytest.mark.parametrize("number", range(1000, 1040))
+def test_a_snapshot_goes_on_bit_for_bit(number: int) -> None:
+    world = random_world(number, worlds=2)
+    keys, draw = every_key(world), np.random.default_rng(number)
+    drawn = [random_commands(draw, world) for _ in range(4)]
+    commands = [each for each in drawn for _ in range(5)]
+    for each in commands:
+        world.act(each)
+    there = world.snapshot()
+    before = world.sense(keys)
+    for each in commands:
+        world.act(each)
+    after = states(world)
+    for other in (world, made(world.scenario, world.seeds[::-1])):
+        other.restore(there)
+        assert other.snapshot() == there
+        again = other.sense(keys)
+        assert all(np.array_equal(again[key], before[key], equal_nan=True) for key in keys)
+        for each in commands:
+            other.act(each)
+        assert states(other) == after
+
+
+@pytest.mark.parametrize("number", range(1040, 1080))
+def test_a_world_runs_alone_as_among_others_and_again_by_its_seed(number: int) -> None:
+    among = random_world(number, worlds=3)
+    again = made(among.scenario, among.seeds)
+    alone = made(among.scenario, among.seeds[1:2])
+    draw, keys = np.random.default_rng(number), every_key(among)
+    own = slice(among.robots, 2 * among.robots)
+    for _ in range(25):
+        commands = random_commands(draw, among)
+        percepts = [each.sense(keys) for each in (among, again, alone)]
+        for key in keys:
+            assert np.array_equal(percepts[0][key], percepts[1][key], equal_nan=True)
+            assert np.array_equal(percepts[0][key][own], percepts[2][key], equal_nan=True)
+        among.act(commands)
+        again.act(commands)
+        alone.act({name: column[own] for name, column in commands.items()})
+    assert states(among) == states(again)
+    for name in ("robots", "memory"):
+        both = getattr(among.state, name)[own], getattr(alone.state, name)
+        assert both[0].tobytes() == both[1].tobytes()
+    for field in ("x", "y", "heading", "present", "amount", "appeared", "due", "captured"):
+        assert (among.state.objects[field][1] == alone.state.objects[field][0]).all()
+
+
+@pytest.mark.parametrize("number", range(1080, 1110))
+def test_some_readings_are_as_among_all(number: int) -> None:
+    """Draws are keyed by what they are for, so that it does not matter what else is sensed."""
+    world = random_world(number)
+    keys, draw = every_key(world), np.random.default_rng(number)
+    for _ in range(12):
+        whole = world.sense(keys)
+        for some in ([keys[draw.integers(len(keys))]], draw.permutation(len(keys))[: len(keys) // 2 + 1]):
+            chosen = [keys[int(each)] if not isinstance(each, tuple) else each for each in some]
+            found = world.sense(chosen)
+            for key in chosen:
+                assert np.array_equal(found[key], whole[key], equal_nan=True), key
+        world.act(random_commands(draw, world))
+
+
+def test_other_seeds_other_worlds() -> None:
+    world = random_world(3, worlds=2)
+    scenario = replace(world.scenario, name="other")
+    assert states(made(scenario, (1,))) != states(made(scenario, (2,)))
