@@ -14,6 +14,9 @@ ROBOT = np.dtype(
         ("x", "f8"),
         ("y", "f8"),
         ("heading", "f8"),  # [0, tau)
+        ("aim", "f8"),  # the heading whose cosine and sine are kept; NaN none yet
+        ("cosine", "f8"),
+        ("sine", "f8"),
         ("speed", "f8"),  # m per tick, along the heading, as its wheels would have it
         ("spin", "f8"),  # rad per tick
         ("id", "i8"),  # within its world

@@ -97,6 +97,7 @@ class World:
             count = max(1, self.worlds)
             raise self._wrong("seeds", f"are {list(seeds)}", f"give {count} from 0 to 2**63 - 1")
         state = lay_out(self.scenario, self.rules, np.asarray(seeds, np.int64))
+        state.robots["aim"] = np.nan
         memory = np.full((self.agents, self._planner.slots), np.nan)
         self._begin(state._replace(memory=memory))
 
@@ -139,7 +140,14 @@ class World:
 
     def snapshot(self) -> bytes:
         """The whole state, for `restore`."""
-        return snapshots.pack(self.scenario.name, self._settings(), self.state._asdict())
+        robots = self.state.robots.copy()
+        robots["aim"], robots["cosine"], robots["sine"] = (
+            np.nan,
+            0.0,
+            0.0,
+        )  # at hand for speed, no part of the state
+        state = self.state._replace(robots=robots)
+        return snapshots.pack(self.scenario.name, self._settings(), state._asdict())
 
     def restore(self, snapshot: bytes) -> None:
         """Go back to a snapshot, bit for bit; FileError where it is not one of such worlds."""
