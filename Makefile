@@ -50,7 +50,7 @@ format: $(VENV)/.dev ## put the source in order
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
-# Valid on every platform and Python; the second holds the first, so both can share one environment.
+# Valid on every platform and Python; each holds the one before, so that all can share one environment.
 COMPILE = $(UV) pip compile pyproject.toml --group build --universal --python-version 3.11 --generate-hashes \
 	--no-header --no-annotate --quiet $(ARGS)
 
@@ -58,6 +58,7 @@ lock: ## lock what pyproject.toml asks for, keeping versions that still fit (ARG
 	@command -v $(UV) >/dev/null || { echo "Locking needs uv: pip install uv, then run make lock again." >&2; exit 1; }
 	$(COMPILE) --output-file requirements.lock
 	$(COMPILE) --extra dev --constraints requirements.lock --output-file requirements-dev.lock
+	$(COMPILE) --extra dev --extra bench --constraints requirements-dev.lock --output-file requirements-bench.lock
 
 clean: ## remove everything that make made here
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
@@ -79,3 +80,8 @@ $(VENV)/.dev: $(VENV)/.place requirements-dev.lock pyproject.toml
 	@$(PIP_INSTALL) --require-hashes -r requirements-dev.lock
 	@$(PIP_INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $@ $(VENV)/.run
+
+$(VENV)/.bench: $(VENV)/.dev requirements-bench.lock
+	@echo "Installing requirements-bench.lock into $(VENV) (once)"
+	@$(PIP_INSTALL) --require-hashes -r requirements-bench.lock
+	@touch $@

@@ -25,7 +25,6 @@ from understudy.pictures.sheet import scale
 from understudy.pictures.style import COLORS, FOOD, GROUND, INK, PAINTS, PAPER, SOLID, blend, paint
 from understudy.worlds.forage import Forage, ForageSettings
 from understudy.worlds.forage_expert import HandForager
-from understudy.worlds.forage_view import from_forage
 from understudy.worlds.view import Frame
 
 STATES = (
@@ -43,7 +42,7 @@ def frames(seconds: float) -> Iterator[Frame]:
     forager = HandForager(1, ForageSettings())
     while world.time_s < seconds:
         commands = forager.decide(world.sense(forager.keys))
-        yield Frame(from_forage(world.view()), ("turning" if commands["turn"][0] else "other",))
+        yield Frame(world.view(), ("turning" if commands["turn"][0] else "other",))
         world.act(commands)
 
 

@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
-LOCKS = ("requirements.lock", "requirements-dev.lock")
+LOCKS = ("requirements.lock", "requirements-dev.lock", "requirements-bench.lock")
 PIN = re.compile(r"^(?P<name>[A-Za-z0-9._-]+)==(?P<version>\S+)( ; .+)? \\$")
 HASH = re.compile(r"^    --hash=sha256:[0-9a-f]{64}( \\)?$")
 MAX_LINES = 400
@@ -99,9 +99,9 @@ def test_lock_holds_pins_and_hashes_only(lock: str) -> None:
     assert [line for line in lines if not PIN.match(line) and not HASH.match(line)] == []
 
 
-def test_development_lock_holds_the_other() -> None:
-    """`make demo` and `make test` share one environment."""
-    assert pins("requirements.lock") <= pins("requirements-dev.lock")
+def test_each_lock_holds_the_one_before() -> None:
+    """`make demo`, `make test` and `make bench` share one environment."""
+    assert pins("requirements.lock") <= pins("requirements-dev.lock") <= pins("requirements-bench.lock")
 
 
 def test_locks_hold_what_the_project_asks_for() -> None:

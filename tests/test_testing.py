@@ -141,7 +141,7 @@ class Shared(Forage):
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         percept = dict(super().sense(keys))
         if ("range", "nearest_food") in percept:
-            percept["range", "nearest_food"] = self._nearest()[1]
+            percept["range", "nearest_food"] = self.state.robots["x"]
         return percept
 
 
@@ -176,9 +176,9 @@ class Forgetful(Forage):
     """Leaves the clock out of its snapshots."""
 
     def restore(self, snapshot: bytes) -> None:
-        tick = self._state["tick"]
+        tick = self.state.tick
         super().restore(snapshot)
-        self._state["tick"] = tick
+        self.state.tick[:] = tick
 
 
 class Coupled(Forage):
@@ -186,7 +186,7 @@ class Coupled(Forage):
 
     def act(self, commands: Commands) -> None:
         super().act(commands)
-        self._state["heading"][:] = self._state["heading"][0]
+        self.state.robots["heading"] = self.state.robots["heading"][0]
 
 
 class Lost(Forage):

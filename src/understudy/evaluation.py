@@ -1,14 +1,15 @@
-"""Batches of runs, measured: time to finish, food per second, beside the yardstick on the same worlds.
+"""Batches of runs, measured: time to reach the scenario's goal, and food per second beside the yardstick.
 
-Whatever decides - a forager written by hand, or a run of a taught library - is a function from a percept to
-commands, so that `measure` treats all alike.
+The yardstick is a forager written by hand; it is there for the foraging scenario and what differs from it in numbers
+only. Every world of it has three times the yardstick's time, one of another scenario the scenario's own limit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,26 +19,27 @@ from understudy.model.binding import NOTHING_BOUND
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.library import Library
-from understudy.runtime.body import Body, Commands
-from understudy.runtime.program import link
-from understudy.runtime.run import Run
-from understudy.worlds.catalog import CatalogWorld, find_world
+from understudy.runtime.body import Commands
+from understudy.runtime.engine import Engine
+from understudy.runtime.program import Program, link
+from understudy.worlds.catalog import find_world
 from understudy.worlds.forage_expert import HandForager, lower_bound
+from understudy.worlds.forage_settings import ForageSettings, settings_of
+from understudy.worlds.scenario import Scenario
+from understudy.worlds.world import World
 
 Decide: TypeAlias = Callable[[Percept], Commands]
+Progress: TypeAlias = Callable[[int, int], None]
+"""Called now and then with how many worlds are through, and how many there are."""
 
+LENIENCE = 3.0
+"""How many times the yardstick's time a taught robot is given."""
 
-class Task(Body, Protocol):
-    """A body whose worlds have something to finish."""
+TICKS_AT_ONCE = 200
+"""After so many ticks of all worlds in one go there is a look at who has finished, and at the keyboard."""
 
-    @property
-    def delivered(self) -> NDArray[np.int64]:
-        """Units brought so far [N]."""
-        ...
-
-    def success(self) -> NDArray[np.bool_]:
-        """Whether each world is finished [N]."""
-        ...
+WORLDS_AT_ONCE = 5_000
+"""So many worlds lie side by side in memory."""
 
 
 @dataclass(frozen=True)
@@ -63,69 +65,108 @@ class Outcomes:
 
     @property
     def food_per_s(self) -> Column:
-        """Units per second until finished, or until the limit [N]; absent where no time passed."""
+        """Units per second until finished, or until the limit [N]; absent where there is nothing to bring."""
         spent = np.where(self.finished, self.seconds, self.limit_s)
         rate: Column = np.divide(self.delivered, spent, out=np.full(len(spent), np.nan), where=spent > 0)
         return rate
 
+    @classmethod
+    def joined(cls, parts: Sequence[Outcomes]) -> Outcomes:
+        """Those of several batches as one."""
+        return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
 
-def measure(body: Task, decide: Decide, keys: Sequence[ReadingKey], *, limit_s: float | Column) -> Outcomes:
-    """Run until each world has finished or reached its limit (one for all, or a column [N]).
 
-    A world that has finished, or is past its limit, runs on unobserved until all are through.
+def measure(world: World, decide: Decide, keys: Sequence[ReadingKey], *, limit_s: float | Column) -> Outcomes:
+    """Run until each world has reached its goal or its limit (one for all, or a column [B]), tick by tick.
+
+    A world that is through runs on unobserved until all are.
     """
-    limits = np.broadcast_to(np.asarray(limit_s, np.float64), (body.agents,)).copy()
+
+    def advance(ticks: int) -> None:
+        for _ in range(ticks):
+            world.act(decide(world.sense(keys)))
+
+    return _measured(world, advance, limit_s, at_once=1)
+
+
+def measure_program(
+    world: World,
+    program: Program,
+    *,
+    limit_s: float | Column,
+    progress: Progress = lambda through, worlds: None,
+) -> Outcomes:
+    """As `measure`, for robots that all run one program: many ticks in one go where all of it is data."""
+    engine = Engine.of(world, program)
+    plan = engine.plan()
+
+    def advance(ticks: int) -> None:
+        if plan is not None:
+            world.advance(plan, ticks, until_finished=True)
+        else:
+            for _ in range(ticks):
+                engine.tick()
+
+    at_once = 1 if plan is None else TICKS_AT_ONCE
+    return _measured(world, advance, limit_s, at_once=at_once, progress=progress)
+
+
+def _measured(
+    world: World,
+    advance: Callable[[int], None],
+    limit_s: float | Column,
+    *,
+    at_once: int,
+    progress: Progress = lambda through, worlds: None,
+) -> Outcomes:
+    limits = np.broadcast_to(np.asarray(limit_s, np.float64), (world.worlds,)).copy()
     if not (np.isfinite(limits) & (limits >= 0)).all():
         raise SettingError(where="measure", setting="limit_s", problem="is not a time", remedy="give seconds")
-    last = np.floor(limits / body.tick_s + 1e-9).astype(np.int64)  # each world's last tick
-    seconds, delivered = np.full(body.agents, np.nan), body.delivered
-    running = np.ones(body.agents, np.bool_)
+    last = np.floor(limits / world.tick_s + 1e-9).astype(np.int64)  # each world's last tick
+    seconds, delivered = np.full(world.worlds, np.nan), world.delivered
+    running = np.ones(world.worlds, np.bool_)
     tick = 0
     while True:
-        finished = running & body.success()
-        seconds[finished] = tick * body.tick_s
-        delivered = np.where(running, body.delivered, delivered)
-        running &= ~finished & (tick < last)
+        finished_s = world.finished_s
+        through = running & (~np.isnan(finished_s) | (tick >= last))
+        seconds[through], delivered[through] = finished_s[through], world.delivered[through]
+        running &= ~through
+        progress(world.worlds - int(running.sum()), world.worlds)
         if not running.any():
             return Outcomes(seconds, limits, delivered)
-        body.act(decide(body.sense(keys)))
-        tick += 1
-
-
-LENIENCE = 3.0
-"""How many times the yardstick's time a taught robot is given."""
-
-Progress: TypeAlias = Callable[[int, int], None]
-"""Called now and then with how many worlds are finished, and how many there are."""
+        ticks = min(at_once, int(last[running].min()) - tick)
+        advance(ticks)
+        tick += ticks
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A taught behavior judged on N worlds beside the yardstick on the same ones: columns [N]."""
+    """A behavior judged on N worlds, beside the yardstick on the same ones where there is one: columns [N]."""
 
     behavior: str
     world: str
     seeds: tuple[int, ...]
     taught: Outcomes
-    expert: Outcomes
+    expert: Outcomes | None
 
     @property
     def success(self) -> float:
-        """The share of worlds that the taught robot finished within three times the yardstick's time."""
+        """The share of worlds that were finished in time."""
         return self.taught.success
 
     @property
     def relative(self) -> Column:
-        """Taught food per second as a share of the yardstick's [N]; absent where there is no food."""
+        """Taught food per second as a share of the yardstick's [N]; absent where there is no food, or no yardstick."""
+        absent = np.full(len(self.seeds), np.nan)
+        if self.expert is None:
+            return absent
         expert = self.expert.food_per_s
-        ratio: Column = np.divide(
-            self.taught.food_per_s, expert, out=np.full(len(expert), np.nan), where=expert > 0
-        )
+        ratio: Column = np.divide(self.taught.food_per_s, expert, out=absent, where=expert > 0)
         return ratio
 
     @property
     def relative_to_expert(self) -> float:
-        """The median of `relative` over the worlds that have food; absent where none has."""
+        """The median of `relative` over the worlds that have it; absent where none has."""
         known = self.relative[~np.isnan(self.relative)]
         return float(np.median(known)) if len(known) else float("nan")
 
@@ -133,45 +174,52 @@ class Evaluation:
 def evaluate(
     library: Library,
     behavior: str,
-    world: CatalogWorld | str,
+    world: Scenario | Path | str,
     seeds: Sequence[int],
     *,
     binding: Mapping[str, str] = NOTHING_BOUND,
     progress: Progress | None = None,
 ) -> Evaluation:
-    """Judge a behavior of a library on one world per seed, all side by side; a world may be given by name."""
-    world = find_world(world) if isinstance(world, str) else world
+    """Judge a behavior of a library on one world per seed; all robots run it. A world may be given by name or path."""
+    scenario = world if isinstance(world, Scenario) else find_world(world)
     if not seeds:
         raise SettingError(
             where="evaluation", setting="seeds", problem="are none", remedy="give at least one"
         )
+    if scenario.goal is None:
+        raise SettingError(
+            where=f"scenario {scenario.name!r}",
+            setting="goal",
+            problem="is missing, so that no run of it can be judged",
+            remedy="give it a [goal], or watch it with understudy run",
+        )
     program = link(library, behavior, binding)
-    expert = judge_expert(world, seeds)
-    limits = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
-    body = world.make(list(seeds))
-    run = Run.of(body, program)
-    decide = run.decide if progress is None else _reporting(body, run.decide, progress)
-    taught = measure(body, decide, run.keys, limit_s=limits)
-    if progress is not None:
-        progress(len(seeds), len(seeds))
-    return Evaluation(behavior, world.name, tuple(seeds), taught, expert)
+    settings = settings_of(scenario)
+    taught, expert = list[Outcomes](), list[Outcomes]()
+    for first, batch in _batches(seeds):
+        limits: float | Column = scenario.limit_s
+        if settings is not None:
+            by_hand = judge_expert(settings, batch)
+            expert.append(by_hand)
+            limits = LENIENCE * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
+
+        def report(through: int, _: int, first: int = first) -> None:
+            if progress is not None:
+                progress(first + through, len(seeds))
+
+        taught.append(measure_program(World(scenario, batch), program, limit_s=limits, progress=report))
+    joined = Outcomes.joined(expert) if expert else None
+    return Evaluation(behavior, scenario.name, tuple(seeds), Outcomes.joined(taught), joined)
 
 
-def judge_expert(world: CatalogWorld, seeds: Sequence[int]) -> Outcomes:
+def judge_expert(settings: ForageSettings, seeds: Sequence[int]) -> Outcomes:
     """The yardstick on one world per seed, given ample time."""
-    body = world.make(list(seeds))
-    hand = HandForager(body.agents, body.settings)
-    return measure(body, hand.decide, hand.keys, limit_s=10.0 * lower_bound(body) + 60.0)
+    world = World(settings.scenario(), seeds)
+    hand = HandForager(world.agents, settings)
+    return measure(world, hand.decide, hand.keys, limit_s=10.0 * lower_bound(world) + 60.0)
 
 
-def _reporting(body: Task, decide: Decide, progress: Progress) -> Decide:
-    calls = 0
-
-    def reporting(percept: Percept) -> Commands:
-        nonlocal calls
-        if calls % 50 == 0:
-            progress(int(body.success().sum()), body.agents)
-        calls += 1
-        return decide(percept)
-
-    return reporting
+def _batches(seeds: Sequence[int]) -> Iterator[tuple[int, list[int]]]:
+    """So many seeds at a time as lie side by side, each with how many came before."""
+    for first in range(0, len(seeds), WORLDS_AT_ONCE):
+        yield first, list(seeds[first : first + WORLDS_AT_ONCE])

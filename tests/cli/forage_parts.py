@@ -8,11 +8,15 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.feature import BoundFeature
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
-from understudy.worlds.forage_kit import angle_to, distance_to, done, food_below_me, food_left, food_stored
+from understudy.worlds.forage import kit
 
 A = Binding(A="A")
+angle_to, distance_to = kit.features["angle_to"], kit.features["distance_to"]
+food_below_me, food_left, food_stored = (
+    kit.features[name] for name in ("food_below_me", "food_left", "food_stored")
+)
 ALWAYS = Tree((leaf(1),))
-DONE = BoundFeature(done)
+DONE = BoundFeature(kit.features["done"])
 
 
 def steer(width: float) -> Tree:

@@ -184,6 +184,57 @@ def test_eval(library: Path) -> None:
     assert "finished in time    100%" in run("eval", "-l", library, "--seeds", "0:2").stdout
 
 
+def test_eval_elsewhere(library: Path, tmp_path: Path) -> None:
+    mine = tmp_path / "mine.toml"
+    mine.write_text(run("worlds", "forage-team").stdout.replace("limit_s = 1800", "limit_s = 60"))
+    told = said("eval", mine, "-l", library, "--seeds", "0:2", "--each")
+    assert (told["world"], told["worlds"], told["expert_median_s"]) == ("forage-team", 2, None)
+    assert [set(row) for row in told["results"]] == [{"seed", "success", "seconds", "delivered"}] * 2
+    text = run("eval", mine, "-l", library, "--seeds", "0:2", "--each").stdout
+    assert "yardstick" not in text
+    assert f"understudy run {mine} --behavior forage --seed" in text
+
+
+def test_worlds(tmp_path: Path) -> None:
+    told = said("worlds")
+    assert [(row["name"], row["robots"]) for row in told] == [
+        ("arena", 1), ("forage", 1), ("forage-team", 4), ("patrol", 4), ("rooms", 1), ("soccer", 1),
+    ]  # fmt: skip
+    text = run("worlds").stdout
+    assert max(map(len, text.splitlines())) <= 80
+    assert "Bring food from sources" in text
+    printed = run("worlds", "patrol").stdout
+    assert printed == (ROOT / "src/understudy/worlds/scenarios/patrol.toml").read_text(encoding="utf-8")
+    mine = tmp_path / "mine.toml"
+    mine.write_text(printed)
+    assert run("worlds", mine).stdout == printed
+    assert said("worlds", mine)["name"] == "patrol"
+
+
+def test_run_elsewhere(library: Path, tmp_path: Path) -> None:
+    """Basic behaviors need no library; every robot runs what is asked for, and several are drawn."""
+    nowhere = tmp_path / "nowhere"
+    arguments = ("run", "patrol", "-l", nowhere, "--behavior", "forwards", "--seconds", "3")
+    told = said(*arguments, "--record", tmp_path / "out.png", "--trace", tmp_path / "out.jsonl")
+    assert (told["world"], told["robots"], told["success"]) == ("patrol", 4, None)
+    assert (told["doing"], told["path"]) == ({"forwards": 4}, None)
+    assert (tmp_path / "out.png").read_bytes()[:4] == b"\x89PNG"
+    header, *rows = [json.loads(line) for line in (tmp_path / "out.jsonl").read_text().splitlines()]
+    assert (header["scenario"], header["robots"], len(rows)) == ("patrol", 4, 4 * 30)
+    assert "forwards in patrol world 0: 4 robots: forwards 4 after 3.0 s\n" in run(*arguments).stdout
+    assert said(*arguments[:1], *arguments[2:], "--world", "patrol")["world"] == "patrol"
+    told = said("run", "forage-team", "-l", library, "--seconds", "30", "--record", tmp_path / "out.gif")
+    assert told["total"] > 0
+    assert sum(told["doing"].values()) == 4
+
+
+def test_a_goal_is_reached(library: Path, tmp_path: Path) -> None:
+    mine = tmp_path / "mine.toml"
+    mine.write_text(run("worlds", "forage").stdout.replace("delivered = true", 'target = "station"'))
+    told = run("run", mine, "-l", library, "--behavior", "goto", "--bind", "A=station")
+    assert "goal reached after" in told.stdout
+
+
 def test_run(library: Path, tmp_path: Path) -> None:
     told = said("run", "-l", library, "--seed", "1", "--record", tmp_path / "out.png")
     assert told["success"]
@@ -264,7 +315,7 @@ def test_the_bench_compares_equal_decisions() -> None:
 BAD = [  # arguments, what the error says
     (["show", "nope", "-l", "{lib}"], "no automaton 'nope'; it has deposit, forage, goto and harvest"),
     (["show", "x", "-l", "/nowhere"], "/nowhere: opening the library failed: No such file"),
-    (["list", "-l", "{lib}", "--world", "mars"], "no world 'mars'; it has forage"),
+    (["list", "-l", "{lib}", "--world", "mars"], "no world 'mars'; it has arena, forage"),
     (["list", "-l", "{lib}", "--kit", "nokit"], "--kit: 'nokit' cannot be had"),
     (["list", "-l", "{lib}", "--kit", "json:loads"], "is a function; name a Kit as MODULE:NAME"),
     (["diff", "goto", "-l", "{lib}"], "has no former version"),
@@ -279,6 +330,18 @@ BAD = [  # arguments, what the error says
         ["run", "-l", "{lib}", "--behavior", "goto", "--bind", "A"],
         "'A' is no binding; write PARAMETER=TARGET",
     ),
+    (["run", "moon", "-l", "{lib}"], "no world 'moon'; it has arena"),
+    (["run", "moon.toml", "-l", "{lib}"], "moon.toml: there is no such file"),
+    (["run", "patrol", "--world", "rooms"], "'rooms' is another scenario than 'patrol'; name one"),
+    (
+        ["run", "patrol", "-l", "{lib}/no", "--behavior", "fly"],
+        "the kit has no behavior 'fly'; it has forwards",
+    ),
+    (["run", "-l", "{lib}", "--behavior", "fly"], "no behavior 'fly'"),
+    (["run", "patrol", "-l", "{lib}"], "open it with the kit it was taught with"),
+    (["eval", "patrol", "-l", "{lib}/no", "--behavior", "stop"], "goal is missing, so that no run of it can"),
+    (["eval", "moon", "-l", "{lib}"], "no world 'moon'"),
+    (["worlds", "moon"], "no world 'moon'; it has arena"),
     (["run", "-l", "{lib}", "--trace", "x.csv"], "is no trace; name a file that ends in .jsonl"),
     (["run", "-l", "{lib}", "--trace", "/nowhere/x.jsonl"], "/nowhere/x.jsonl: writing the trace failed"),
     (["run", "-l", "{lib}", "--record", "x.mp4"], "is no picture; name a file that ends in .gif"),

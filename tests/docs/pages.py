@@ -56,7 +56,7 @@ def commands(page: Path) -> Iterator[str]:
         if block.language == "sh":
             for line in block.text.splitlines():
                 if line.startswith("understudy "):
-                    yield line.partition("#")[0].strip()
+                    yield re.split("[#>]", line)[0].strip()
 
 
 def said(lines: Sequence[str]) -> list[str]:

@@ -22,7 +22,7 @@ RESULTS = (
     "<!-- end of results -->",
 )
 METHODS = ("watched", "plain")
-PATH_SEED = 4
+PATH_SEED = 8
 """The teaching whose path is the README's picture: one that shows much of the arena."""
 
 

@@ -118,7 +118,7 @@ def test_lessons_learn_what_is_shown(lesson: Block, rows: Block | None, shown: B
 
 
 def test_five_presses_teach_what_the_readme_says() -> None:
-    """37 of the 40 worlds from 100 on."""
+    """All of the 40 worlds from 200 on."""
     lesson = new_lesson(
         Library(kit),
         "goto",
@@ -127,21 +127,21 @@ def test_five_presses_teach_what_the_readme_says() -> None:
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
     )
-    session = Session(Forage([9]), Library(kit), lesson, targets={"A": "station"})
-    presses = [("rotate_left", 0.9), ("forward", 4.9), ("rotate_left", 0.5), ("forward", 1.7), ("done", 0.1)]
+    session = Session(Forage([42]), Library(kit), lesson, targets={"A": "station"})
+    presses = [("rotate_left", 0.9), ("forward", 3.0), ("rotate_left", 0.5), ("forward", 0.5), ("done", 0.1)]
     for state, seconds in presses:
         session.direct(state)
         session.run_for(seconds)
     session.test()
     arrived = 0
-    for world in range(100, 140):
+    for world in range(200, 240):
         session.reset(world)
         session.run_for(60.0)
         screen = session.screen()
         arrived += screen.state == "done" and screen.features["distance_to(A)"] < 0.5
-    assert arrived == 37
+    assert arrived == 40
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert "In 37 of the 40 worlds 100 to 139" in readme
+    assert "In all of the 40 worlds 200 to 239" in readme
     assert all(f'("{state}", {seconds})' in readme for state, seconds in presses)
 
 

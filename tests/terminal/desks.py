@@ -20,7 +20,8 @@ from understudy.terminal.plan import Choices, Plan
 from understudy.terminal.teaching import Teaching
 from understudy.training.screen import Screen
 from understudy.training.trainee import Mode
-from understudy.worlds.catalog import CATALOG
+from understudy.worlds.catalog import find_world
+from understudy.worlds.forage import kit
 
 GOTO = Choices(
     states=["forward", "rotate_left", "rotate_right"],
@@ -42,9 +43,8 @@ class Wall:
 
 
 def plan(folder: Path, name: str = "goto", choices: Choices = GOTO, seed: int = 0) -> Plan:
-    world = CATALOG["forage"]
-    library = open_library(folder, world.kit, learn).library if folder.exists() else Library(world.kit)
-    return Plan(name, folder, world, library, choices, seed)
+    library = open_library(folder, kit, learn).library if folder.exists() else Library(kit)
+    return Plan(name, folder, find_world("forage"), library, choices, seed)
 
 
 class Hand:

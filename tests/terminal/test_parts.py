@@ -20,14 +20,13 @@ from understudy.terminal.pace import Pace
 from understudy.terminal.picture import ARROWS, facts, picture, size
 from understudy.terminal.plan import Choices, checked
 from understudy.terminal.words import clock, signed, spark, value
-from understudy.worlds import forage_kit
-from understudy.worlds.forage import Forage
-from understudy.worlds.forage_view import from_forage
+from understudy.worlds.finding import place_of
+from understudy.worlds.forage import Forage, kit
 
-ANGLE = BoundFeature(forage_kit.angle_to, Binding(A="A"))
-DISTANCE = BoundFeature(forage_kit.distance_to, Binding(A="A"))
-FOOD = BoundFeature(forage_kit.food_stored)
-LEFT = BoundFeature(forage_kit.food_left)
+ANGLE = BoundFeature(kit.features["angle_to"], Binding(A="A"))
+DISTANCE = BoundFeature(kit.features["distance_to"], Binding(A="A"))
+FOOD = BoundFeature(kit.features["food_stored"])
+LEFT = BoundFeature(kit.features["food_left"])
 
 
 def test_ticks_are_due_in_real_time_and_time_stops_while_it_stands() -> None:
@@ -69,7 +68,7 @@ def test_no_key_of_a_state_is_a_key_of_a_command() -> None:
 
 
 def test_keys_of_states() -> None:
-    library = Library(forage_kit.kit)
+    library = Library(kit)
     states = (
         START,
         State("ahead", "forward"),
@@ -115,17 +114,18 @@ def test_bars() -> None:
 
 @pytest.mark.parametrize(("columns", "lines"), [(80, 20), (20, 40), (1, 1)])
 def test_the_picture_keeps_its_size_and_shows_what_there_is(columns: int, lines: int) -> None:
-    forage = Forage([5]).view()
-    view = from_forage(forage)
+    world = Forage([5])
+    view, station = world.view(), place_of(world, "station")
+    assert station is not None
     wide, tall = size(view, columns, lines)
-    aims = [forage.station, (-4.0, 99.0)]
+    aims = [station, (-4.0, 99.0)]
     drawn = picture(view, [(1.0, 1.0), (99.0, -3.0)], aims, columns=wide, lines=tall, robot=0).plain
     rows = drawn.split("\n")
     assert len(rows) == tall <= lines
     assert {len(row) for row in rows} == {wide}
     if tall > 10:
         assert "⌂" in drawn
-        assert all(str(source.amount) in drawn for source in forage.sources)
+        assert all(str(amount) in drawn for amount in view.objects.amount[view.objects.food].tolist())
 
 
 @pytest.mark.parametrize("robots", [1, 4, 30, 1000])

@@ -1,31 +1,64 @@
-"""Everything that ships in the catalog keeps the laws, its kit too."""
+"""Everything that ships keeps the laws: the built-in scenarios, and their kits; and worlds are found by name."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import pytest
 
+from understudy.errors import FileError, UnknownName
 from understudy.model.behavior import Behavior
 from understudy.model.feature import AnyFeature
 from understudy.testing import check_behavior, check_feature, check_world
-from understudy.worlds.catalog import CATALOG
+from understudy.worlds.catalog import find_world
+from understudy.worlds.kits import kit_of
+from understudy.worlds.scenario_files import builtin_scenarios, scenario_text
+from understudy.worlds.world import World
 
-FEATURES = [(name, part) for name, world in CATALOG.items() for part in world.kit.features.values()]
-BEHAVIORS = [(name, part) for name, world in CATALOG.items() for part in world.kit.behaviors.values()]
+NAMES = builtin_scenarios()
+KITS = {name: kit_of(find_world(name)) for name in NAMES}
+FEATURES = [(name, part) for name, kit in KITS.items() for part in kit.features.values()]
+BEHAVIORS = [(name, part) for name, kit in KITS.items() for part in kit.behaviors.values()]
 
 
-@pytest.mark.parametrize("name", CATALOG)
+def world(name: str, seeds: Sequence[int] = (1, 2, 3)) -> World:
+    return World(find_world(name), seeds)
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_world(name: str) -> None:
-    check_world(CATALOG[name].make)
-    assert CATALOG[name].name == name
-    assert CATALOG[name].doc
+    check_world(lambda seeds: world(name, seeds))
+    assert find_world(name).name == name
+    assert find_world(name).about
 
 
 @pytest.mark.parametrize(("name", "feature"), FEATURES)
 def test_feature(name: str, feature: AnyFeature) -> None:
-    check_feature(feature, CATALOG[name].make([1, 2, 3]))
+    check_feature(feature, world(name))
 
 
 @pytest.mark.parametrize(("name", "behavior"), BEHAVIORS)
 def test_behavior(name: str, behavior: Behavior) -> None:
-    check_behavior(behavior, CATALOG[name].make([1, 2, 3]))
+    check_behavior(behavior, world(name))
     assert behavior.doc
+
+
+def test_a_world_of_ones_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(scenario_text("patrol").replace("limit_s = 600", "limit_s = 60"))
+    assert find_world("mine.toml").limit_s == find_world(Path("mine.toml")).limit_s == 60
+    Path("bad.toml").write_text("x = 1")
+    with pytest.raises(FileError, match=r"bad\.toml at understudy: is missing"):
+        find_world("bad.toml")
+
+
+@pytest.mark.parametrize("name", ["none.toml", "no/where", Path("moon")])
+def test_a_file_that_is_not_there(name: str | Path) -> None:
+    with pytest.raises(FileError, match="there is no such file"):
+        find_world(name)
+
+
+def test_a_name_that_is_none() -> None:
+    with pytest.raises(UnknownName, match="no world 'moon'; it has arena, forage"):
+        find_world("moon")

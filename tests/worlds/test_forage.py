@@ -3,25 +3,55 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import atan2, cos, hypot, isnan, pi, sin, tau
-from typing import Any
+from math import atan2, cos, hypot, inf, isnan, nan, pi, sin, tau
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace as replace_parts
 
 from understudy.errors import DefinitionError, FileError, SettingError, UnknownName
 from understudy.runtime.body import every_key
-from understudy.worlds import _forage_kernels as _kernels
 from understudy.worlds.draws import uniform
 from understudy.worlds.forage import Forage, ForageSettings, corner_cases, kit
+from understudy.worlds.forage_settings import practices, settings_of
+from understudy.worlds.scenario_files import load_scenario
 
-ON, OFF = np.ones(1), np.zeros(1)
+ON = np.ones(1)
+
+
+class Seen(NamedTuple):
+    """What tests look at in a world of one robot."""
+
+    x: float
+    y: float
+    heading: float
+    stored: int
+    delivered: int
+    station: tuple[float, float]
+    sources: list[tuple[float, float, int]]  # place and amount
+
+
+def seen(world: Forage, row: int = 0) -> Seen:
+    view = world.view(row)
+    robots, objects = view.robots, view.objects
+    rows = list(zip(objects.x.tolist(), objects.y.tolist(), objects.amount.tolist(), strict=True))
+    (station,) = (each[:2] for each, home in zip(rows, objects.home, strict=True) if home)
+    return Seen(
+        float(robots.x[0]),
+        float(robots.y[0]),
+        float(robots.heading[0]),
+        int(robots.stored[0]),
+        int(robots.delivered[0]),
+        station,
+        [each for each, food in zip(rows, objects.food, strict=True) if food],
+    )
 
 
 def at_food(world: Forage) -> None:
-    x, y, *_ = world.view().sources[0]
+    x, y, _ = seen(world).sources[0]
     world.place(0, x, y, 0.0)
 
 
@@ -35,20 +65,20 @@ def test_forward_drives_straight() -> None:
     world.place(0, 2.0, 3.0, pi / 6)
     for _ in range(20):
         world.act(kit_command("forward"))
-    view = world.view()
+    view = seen(world)
     assert (view.x, view.y) == pytest.approx((2.0 + cos(pi / 6), 3.0 + sin(pi / 6)))
     assert view.heading == pytest.approx(pi / 6)
-    assert view.time_s == pytest.approx(2.0)
+    assert world.time_s == pytest.approx(2.0)
 
 
 def test_rotating_left_grows_the_heading_and_wraps() -> None:
     world = Forage([1])
     world.place(0, 2.0, 3.0, tau - 0.06)
     world.act(kit_command("rotate_left"))
-    assert world.view().heading == pytest.approx(0.06)
+    assert seen(world).heading == pytest.approx(0.06)
     world.act(kit_command("rotate_right"))
-    assert world.view().heading == pytest.approx(tau - 0.06)
-    assert (world.view().x, world.view().y) == (2.0, 3.0)
+    assert seen(world).heading == pytest.approx(tau - 0.06)
+    assert (seen(world).x, seen(world).y) == (2.0, 3.0)
 
 
 def test_driving_and_turning_is_an_arc() -> None:
@@ -57,18 +87,18 @@ def test_driving_and_turning_is_an_arc() -> None:
     for _ in range(10):
         world.act({"drive": ON, "turn": ON})
     radius, angle = 0.5 / 1.2, 1.2  # v / w; w t
-    view = world.view()
+    view = seen(world)
     assert (view.x, view.y) == pytest.approx((6 + radius * sin(angle), 6 + radius * (1 - cos(angle))))
     assert view.heading == pytest.approx(angle)
 
 
-def test_walls_stop_the_robot_and_let_it_slide() -> None:
+def test_walls_stop_the_robot() -> None:
     world = Forage([1])
-    world.place(0, 11.7, 3.0, pi / 4)
+    world.place(0, 11.5, 3.0, pi / 4)
     for _ in range(20):
         world.act({"drive": ON})
-    assert world.view().x == 11.8
-    assert world.view().y == pytest.approx(3.0 + sin(pi / 4))
+    way = (11.8 - 11.5) / cos(pi / 4)  # until its rim is at the wall
+    assert (seen(world).x, seen(world).y) == pytest.approx((11.8, 3.0 + way * sin(pi / 4)), abs=1e-6)
 
 
 def test_what_is_not_driven_stays() -> None:
@@ -82,7 +112,7 @@ def test_what_is_not_driven_stays() -> None:
 
 def test_bearings_are_in_the_robot_frame() -> None:
     world = Forage([4])
-    x, y = world.view().station
+    x, y = seen(world).station
     for heading, bearing in ((0.0, 0.0), (pi / 2, 3 * pi / 2), (pi, pi), (3 * pi / 2, pi / 2)):
         world.place(0, x - 0.4, y, heading)
         percept = world.sense([("bearing", "station"), ("range", "station"), ("station_here", None)])
@@ -104,7 +134,7 @@ def test_loading_takes_its_time(ticks: int, stored: int) -> None:
     world = Forage([2])
     at_food(world)
     load(world, ticks)
-    assert world.view().stored == stored
+    assert seen(world).stored == stored
 
 
 def test_work_broken_off_is_lost() -> None:
@@ -113,7 +143,7 @@ def test_work_broken_off_is_lost() -> None:
     load(world, 9)
     world.act({})
     load(world, 9)
-    assert world.view().stored == 0
+    assert seen(world).stored == 0
 
 
 def test_loading_needs_standing_still_and_reach() -> None:
@@ -121,10 +151,10 @@ def test_loading_needs_standing_still_and_reach() -> None:
     at_food(world)
     for _ in range(20):
         world.act({"load": ON, "turn": ON})
-    x, y = world.view().station
+    x, y = seen(world).station
     world.place(0, x, y, 0.0)
     load(world, 20)
-    assert world.view().stored == 0
+    assert seen(world).stored == 0
 
 
 def test_full_robot_loads_no_more_and_unloads_only_at_the_station() -> None:
@@ -133,11 +163,11 @@ def test_full_robot_loads_no_more_and_unloads_only_at_the_station() -> None:
     for channel in ("load", "unload"):
         for _ in range(30):
             world.act({channel: ON})
-        assert (world.view().stored, world.view().delivered) == (12, 0)
-    world.place(0, *world.view().station, 0.0)
+        assert (seen(world).stored, seen(world).delivered) == (12, 0)
+    world.place(0, *seen(world).station, 0.0)
     for _ in range(30):
         world.act({"unload": ON})
-    assert (world.view().stored, world.view().delivered) == (9, 3)
+    assert (seen(world).stored, seen(world).delivered) == (9, 3)
 
 
 def test_an_empty_source_is_no_longer_nearest() -> None:
@@ -148,10 +178,8 @@ def test_an_empty_source_is_no_longer_nearest() -> None:
     percept = world.sense(every_key(world))
     assert percept["food_here", None][0] == 0.0
     assert percept["food_left", None][0] == 1.0
-    other = world.view().sources[1]
-    assert percept["range", "nearest_food"][0] == pytest.approx(
-        hypot(other.x - world.view().x, other.y - world.view().y)
-    )
+    x, y, _ = seen(world).sources[1]
+    assert percept["range", "nearest_food"][0] == pytest.approx(hypot(x - seen(world).x, y - seen(world).y))
 
 
 def test_corner_cases_are_what_they_say() -> None:
@@ -161,40 +189,53 @@ def test_corner_cases_are_what_they_say() -> None:
     assert (
         worlds["starts empty at the station"].sense([("range", "station")])["range", "station"] == 0
     ).all()
-    beside = worlds["food beside the station"]
     for row in range(20):
-        view = beside.view(row)
-        assert (
-            hypot(view.sources[0].x - view.station[0], view.sources[0].y - view.station[1]) < 2 * view.reach
-        )
+        view = seen(worlds["food beside the station"], row)
+        ways = [hypot(x - view.station[0], y - view.station[1]) for x, y, _ in view.sources]
+        assert ways == pytest.approx([0.6] * len(ways))  # between two reaches of 0.5 m and one
     assert (worlds["one last unit left"].total == 1).all()
     small = worlds["source empties before the robot is full"]
-    assert all(source.amount < 12 for row in range(20) for source in small.view(row).sources)
+    assert all(amount < 12 for row in range(20) for _, _, amount in seen(small, row).sources)
     nothing = worlds["no food at all"]
     percept = nothing.sense(every_key(nothing))
     assert np.isnan(percept["range", "nearest_food"]).all()
     assert np.isnan(percept["bearing", "nearest_food"]).all()
     assert (percept["food_left", None] == 0).all()
     assert nothing.success().all()
+    nothing.act({})
+    assert (nothing.finished_s == 0.1).all()
 
 
 def test_layout_keeps_things_apart_and_off_the_walls() -> None:
     world = Forage(range(200))
     for row in range(200):
-        view = world.view(row)
-        things = [view.station, *((source.x, source.y) for source in view.sources)]
+        view = seen(world, row)
+        things = [view.station, *((x, y) for x, y, _ in view.sources)]
         assert 2 <= len(view.sources) <= 4
-        assert all(4 <= source.amount <= 16 for source in view.sources)
-        assert all(0.7 <= x <= 11.3 and 0.7 <= y <= 11.3 for x, y in things)
-        assert all(
-            hypot(a[0] - b[0], a[1] - b[1]) >= 2 * view.reach
-            for i, a in enumerate(things)
-            for b in things[:i]
-        )
+        assert all(4 <= amount <= 16 for _, _, amount in view.sources)
+        assert all(0.9 <= x <= 11.1 and 0.9 <= y <= 11.1 for x, y in things)
+        assert all(hypot(a[0] - b[0], a[1] - b[1]) >= 1.1 for i, a in enumerate(things) for b in things[:i])
 
 
 def test_a_world_is_the_same_alone_and_among_others() -> None:
-    assert Forage([7]).view() == Forage(range(10)).view(7)
+    assert seen(Forage([7])) == seen(Forage(range(10)), 7)
+
+
+def test_there_is_one_description() -> None:
+    assert ForageSettings().scenario() == load_scenario("forage")
+
+
+@pytest.mark.parametrize("name", [*corner_cases(), *practices()])
+def test_settings_are_found_again(name: str) -> None:
+    made = {**corner_cases(), **practices()}[name]
+    scenario = made.scenario()
+    assert settings_of(replace_parts(scenario, name="mine", about="Hm.", limit_s=5.0)) == made
+    assert settings_of(replace_parts(scenario, obstacles=load_scenario("rooms").obstacles)) is None
+
+
+def test_other_scenarios_are_no_settings() -> None:
+    others = ("arena", "forage-team", "patrol", "rooms", "soccer")
+    assert [settings_of(load_scenario(name)) for name in others] == [None] * 5
 
 
 def test_draws_are_spread_evenly_and_keyed_by_everything() -> None:
@@ -240,7 +281,7 @@ def test_settings_that_make_no_sense(wrong: dict[str, Any], named: str) -> None:
 
 
 def test_too_many_things_for_the_room() -> None:
-    with pytest.raises(SettingError, match="do not fit"):
+    with pytest.raises(SettingError, match="does not fit"):
         Forage([1], ForageSettings(width=3.0, height=3.0, sources=(9, 9)))
 
 
@@ -249,18 +290,18 @@ def test_bad_seeds_places_and_commands() -> None:
     for seeds in ([-1], [2**63], [1, 2]):
         with pytest.raises(SettingError, match="seeds"):
             world.reset(seeds)
-    for place in ((0.0, 5.0, 0.0), (5.0, 12.0, 0.0), (5.0, 5.0, float("nan"))):
+    for place in ((-0.1, 5.0, 0.0), (5.0, 12.1, 0.0), (5.0, 5.0, nan)):
         with pytest.raises(SettingError, match="place"):
             world.place(0, *place)
     with pytest.raises(UnknownName, match="'sonar'"):
         world.sense([("sonar", None)])
-    with pytest.raises(UnknownName, match="range of food"):
+    with pytest.raises(UnknownName, match="no target 'food'"):
         world.sense([("range", "food")])
     with pytest.raises(UnknownName, match="'fly'"):
         world.act({"fly": ON})
     with pytest.raises(DefinitionError, match="shape"):
         world.act({"drive": np.ones(2)})
-    with pytest.raises(DefinitionError, match="nan for agent 0"):
+    with pytest.raises(DefinitionError, match="nan for robot 0"):
         world.act({"drive": np.array([np.nan])})
 
 
@@ -277,11 +318,11 @@ def test_a_snapshot_is_refused_elsewhere() -> None:
 
 def test_a_snapshot_goes_back() -> None:
     world = Forage([1])
-    view, snapshot = world.view(), world.snapshot()
+    before, snapshot = seen(world), world.snapshot()
     at_food(world)
     load(world, 25)
     world.restore(snapshot)
-    assert world.view() == view
+    assert (seen(world), world.snapshot()) == (before, snapshot)
 
 
 commands = st.lists(
@@ -303,11 +344,11 @@ def test_food_is_conserved_and_the_robot_stays_inside(
     total = int(world.total[0])
     for command in script:
         world.act({name: np.array([value]) for name, value in command.items()})
-        view = world.view()
-        assert sum(source.amount for source in view.sources) + view.stored + view.delivered == total
-        assert 0 <= view.stored <= view.capacity
-        assert view.radius <= view.x <= view.width - view.radius
-        assert view.radius <= view.y <= view.height - view.radius
+        view = seen(world)
+        assert sum(amount for _, _, amount in view.sources) + view.stored + view.delivered == total
+        assert world.total[0] == total
+        assert 0 <= view.stored <= quick.capacity
+        assert all(0.2 - 1e-9 <= at <= 11.8 + 1e-9 for at in (view.x, view.y))
         assert 0 <= view.heading < tau
 
 
@@ -315,15 +356,14 @@ def test_food_is_conserved_and_the_robot_stays_inside(
 @given(seed=st.integers(0, 10_000), heading=st.floats(0, tau))
 def test_sensing_equals_a_plain_reference(seed: int, heading: float) -> None:
     world = Forage([seed, seed + 1], replace(ForageSettings(), sources=(0, 3)))
-    world.place(0, world.view(0).x, world.view(0).y, heading)
+    world.place(0, seen(world).x, seen(world).y, heading)
     percept = world.sense(every_key(world))
     for row in range(2):
-        view = world.view(row)
+        view = seen(world, row)
         spots = {"station": view.station}
-        ranges = [hypot(s.x - view.x, s.y - view.y) if s.amount else float("inf") for s in view.sources]
+        ranges = [hypot(x - view.x, y - view.y) if amount else inf for x, y, amount in view.sources]
         if ranges:
-            nearest = view.sources[ranges.index(min(ranges))]
-            spots["nearest_food"] = (nearest.x, nearest.y)
+            spots["nearest_food"] = view.sources[ranges.index(min(ranges))][:2]
         for target in ("station", "nearest_food"):
             found = percept["range", target][row], percept["bearing", target][row]
             if target not in spots:
@@ -338,12 +378,20 @@ def test_sensing_equals_a_plain_reference(seed: int, heading: float) -> None:
 
 
 def test_equally_near_sources_go_by_id() -> None:
-    index, found = np.empty(1, np.int64), np.empty(1)
-    x, y = np.array([[1.0, -1.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
-    for amount, nearest in (([1, 1, 1], 0), ([0, 1, 1], 1), ([0, 0, 1], 2), ([0, 0, 0], -1)):
-        _kernels.nearest(np.zeros(1), np.zeros(1), x, y, np.array([amount]), index, found)
-        assert index[0] == nearest
-        assert isnan(found[0]) == (nearest == -1)
+    world = Forage([1], ForageSettings(sources=(3, 3)))
+    food = np.flatnonzero(world.view().objects.food)
+    world.place(0, 6.0, 6.0, 0.0)
+    for slot, (x, y) in zip(
+        world.view().objects.slot[food], [(7.0, 6.0), (5.0, 6.0), (6.0, 7.0)], strict=True
+    ):
+        world.move_object(slot, x, y)
+    keys = [("bearing", "nearest_food"), ("range", "nearest_food")]
+    for empty, bearing in ((None, 0.0), (0, pi), (1, pi / 2), (2, nan)):
+        if empty is not None:
+            world.state.objects["amount"][0, world.view().objects.slot[food[empty]]] = 0
+        found = world.sense(keys)
+        assert found[keys[0]][0] == pytest.approx(bearing, nan_ok=True)
+        assert isnan(found[keys[1]][0]) == isnan(bearing)
 
 
 def kit_command(name: str) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:

@@ -10,8 +10,7 @@ from msgspec.structs import replace
 from understudy.errors import SettingError
 from understudy.model.behavior import Command
 from understudy.model.feature import Feature, Flag, TimeInState
-from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
-from understudy.worlds.forage_kit import kit as forage_kit
+from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.worlds.kits import channels_of, kit_of, readings_of, targets_of
 from understudy.worlds.scenario import (
     Bumper,
@@ -163,14 +162,29 @@ def test_behaviors_say_what_they_do() -> None:
 def test_foraging_comes_with_the_names_that_lessons_use() -> None:
     """Lessons name features, behaviors and targets: those of today's kit are all there, of the same kinds."""
     kit = kit_of(load_scenario("forage"))
-    for name, feature in forage_kit.features.items():
-        found = kit.features[name]
-        assert (found.kind, found.unit, found.parameters) == (feature.kind, feature.unit, feature.parameters)
-        assert getattr(found, "reading", None) == getattr(feature, "reading", None)
-    assert {name: each.command for name, each in kit.behaviors.items()} == {
-        name: each.command for name, each in forage_kit.behaviors.items()
+    found = {name: str(kit.features[name].kind) for name in FORAGING}
+    assert found == {name: str(kind) for name, (kind, _) in FORAGING.items()}
+    readings = {name: getattr(kit.features[name], "reading", None) for name in FORAGING}
+    assert readings == {name: reading for name, (_, reading) in FORAGING.items()}
+    assert {name: dict(each.command) for name, each in kit.behaviors.items()} == {
+        "forward": {"drive": 1.0},
+        "rotate_left": {"turn": 1.0},
+        "rotate_right": {"turn": -1.0},
+        "load_food": {"load": 1.0},
+        "unload_food": {"unload": 1.0},
     }
-    assert set(kit.targets) == set(forage_kit.targets)
+    assert set(kit.targets) == {"station", "nearest_food"}
+
+
+FORAGING: dict[str, tuple[Kind, str | None]] = {
+    "distance_to": (Continuous(), "range"),
+    "angle_to": (Toroidal(), "bearing"),
+    "food_below_me": (Continuous(), "food_here"),
+    "food_stored": (Continuous(), "food_stored"),
+    "food_left": (BOOLEAN, "food_left"),
+    "at_station": (BOOLEAN, "station_here"),
+    "done": (BOOLEAN, None),
+}
 
 
 @pytest.mark.parametrize("name", builtin_scenarios())

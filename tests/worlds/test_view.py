@@ -7,8 +7,6 @@ from time import process_time
 import numpy as np
 from tests.worlds.made import SQUARE, crossing, scenario, state_of
 
-from understudy.worlds.forage import Forage
-from understudy.worlds.forage_view import from_forage, place_of
 from understudy.worlds.rules import names_of, rules_of
 from understudy.worlds.view import view
 
@@ -60,19 +58,3 @@ def test_ten_thousand_robots_cost_no_more_than_their_columns() -> None:
     for _ in range(20):
         view(state, rules, names, 1)
     assert (process_time() - began) / 20 < 0.02
-
-
-def test_the_foraging_world_as_any_world() -> None:
-    forage = Forage([5]).view()
-    seen = from_forage(forage)
-    assert (seen.width, seen.height, seen.robots.reach.tolist()) == (
-        forage.width,
-        forage.height,
-        [forage.reach],
-    )
-    assert seen.objects.food.tolist() == [True] * len(forage.sources) + [False]
-    assert (seen.objects.x[-1], seen.objects.y[-1]) == forage.station
-    assert place_of(forage, "station") == forage.station
-    assert place_of(forage, "nearest_food") in [source[:2] for source in forage.sources]
-    assert place_of(forage._replace(sources=()), "nearest_food") is None
-    assert len(from_forage(forage._replace(sources=())).objects) == 1

@@ -48,9 +48,9 @@ class Goal:
     most: float | None = None
 
     def of(self, rows: Sequence[Row]) -> Row:
-        """The goal beside what was reached; NaN is never enough."""
+        """The goal beside what was reached; where that could not be measured, `passed` is None."""
         value = self.value(rows)
-        passed = value == value and (self.least or value) <= value <= (self.most or value)
+        passed = (self.least or value) <= value <= (self.most or value) if value == value else None
         limits = {"least": self.least, "most": self.most}
         given = {key: limit for key, limit in limits.items() if limit is not None}
         return {"what": self.what, "value": value, **given, "passed": passed}
@@ -61,7 +61,7 @@ def measure(cases: Sequence[Case], *, rounds: int) -> list[Row]:
 
     A round before them does not count: it compiles, and fills caches. `spread` is the range between the quartiles
     as a share of the median; `slowest` and `fastest` are the rounds at the ends. A peer that is not installed has no
-    row, and a goal that needs one is not reached.
+    row, and a goal that needs one is not measured.
     """
     runs = [_Run(case, subject) for case in cases if (subject := _made(case)) is not None]
     for _ in range(rounds + 1):
@@ -119,6 +119,6 @@ def speed(rows: Iterable[Row], task: str, robots: int, *, threads: int | None = 
 
 
 def result(rows: Sequence[Row], goals: Sequence[Goal]) -> Row:
-    """What a measurement tells: rows, goals, and whether all were reached."""
+    """What a measurement tells: rows, goals, and whether all that were measured were reached."""
     told = [goal.of(rows) for goal in goals]
-    return {"results": list(rows), "goals": told, "passed": all(goal["passed"] for goal in told)}
+    return {"results": list(rows), "goals": told, "passed": all(goal["passed"] is not False for goal in told)}

@@ -18,6 +18,7 @@ from understudy.cli import (
     show,
     teach,
     validate,
+    worlds,
 )
 from understudy.cli.failing import Group
 
@@ -62,6 +63,7 @@ app.command("teach", rich_help_panel=TEACHING)(teach.teach)
 app.command("learn", rich_help_panel=TEACHING)(learn.learn)
 app.command("run", rich_help_panel=RUNNING)(run.run)
 app.command("eval", rich_help_panel=RUNNING)(evaluate.evaluate)
+app.command("worlds", rich_help_panel=RUNNING)(worlds.worlds)
 app.command("list", rich_help_panel=LIBRARY)(libraries.list_)
 app.command("show", rich_help_panel=LIBRARY)(show.show)
 app.command("diff", rich_help_panel=LIBRARY)(diff.diff)

@@ -1,4 +1,4 @@
-"""`understudy eval`: how good a taught behavior is, beside the hand-coded yardstick."""
+"""`understudy eval`: how often a behavior reaches a scenario's goal, and how fast beside the yardstick."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Bind, Json, KitName, Library, World
+from understudy.cli.parts import LIBRARY, WORLD, Bind, Json, KitName, Library, SameWorld, ScenarioName
 
 if TYPE_CHECKING:
     from understudy.evaluation import Evaluation
@@ -16,9 +16,10 @@ MOST_SEEDS = 1_000_000
 
 
 def evaluate(
+    scenario: ScenarioName = None,
     behavior: Annotated[str, typer.Option("--behavior", help="The behavior to judge.")] = "forage",
     library: Library = LIBRARY,
-    world: World = WORLD,
+    world: SameWorld = None,
     seeds: Annotated[
         str, typer.Option("--seeds", metavar="A:B", help="One world per seed from A up to, not including, B.")
     ] = "0:100",
@@ -27,28 +28,32 @@ def evaluate(
     each: Annotated[bool, typer.Option("--each", help="A row for every world.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Judge a taught behavior on many worlds, beside the hand-coded yardstick on the same ones.
+    """Judge a behavior on many worlds of a scenario that has a goal; all its robots run it.
 
-    Success: all food is at the station within three times the yardstick's time.
+    Success: the goal is reached within the scenario's limit. For foraging alone: within three times the time of a
+    forager written by hand, the yardstick, on the same worlds.
 
     [dim]understudy eval --library demo/library --behavior forage --seeds 1000:1100[/]
+
+    [dim]understudy eval arena --library mine --behavior goto --bind A=red_flag[/]
     """
     from understudy.cli.output import print_json
-    from understudy.cli.parts import bindings, find_kit, find_world, opened
+    from understudy.cli.parts import bindings, chosen_world, find_kit, find_world, library_for
     from understudy.cli.progress import compile_once, progress
     from understudy.evaluation import evaluate as judge
 
-    chosen = parse_seeds(seeds)
-    where, found = find_world(world), opened(library, find_kit(kit, world))
+    chosen, named = parse_seeds(seeds), chosen_world(scenario, world)
+    where, parts = find_world(named), find_kit(kit, named)
+    found = library_for(behavior, library, parts)
     compile_once(world=where, quiet=as_json)
     began = perf_counter()
-    with progress("Worlds finished", quiet=as_json) as report:
-        judged = judge(found.library, behavior, where, chosen, binding=bindings(bind), progress=report)
+    with progress("Worlds run", quiet=as_json) as report:
+        judged = judge(found, behavior, where, chosen, binding=bindings(bind), progress=report)
     facts = result(judged, seconds=perf_counter() - began)
     if as_json:
         print_json({**facts, "results": rows(judged)} if each else facts)
     else:
-        _show(facts, rows(judged) if each else [])
+        _show(facts, rows(judged) if each else [], named)
     raise typer.Exit(0)
 
 
@@ -83,7 +88,7 @@ def result(judged: Evaluation, *, seconds: float) -> dict[str, Any]:
         "success": judged.success,
         "relative_to_expert": judged.relative_to_expert,
         "median_s": float(np.median(times)) if len(times) else None,
-        "expert_median_s": float(np.median(expert.seconds)),
+        "expert_median_s": None if expert is None else float(np.nanmedian(expert.seconds)),
         "failed_seeds": [seed for seed, done in zip(judged.seeds, taught.finished, strict=True) if not done],
         "seconds": round(seconds, 3),
     }
@@ -91,39 +96,54 @@ def result(judged: Evaluation, *, seconds: float) -> dict[str, Any]:
 
 def rows(judged: Evaluation) -> list[dict[str, Any]]:
     """One world each."""
-    columns = (judged.taught.seconds, judged.expert.seconds, judged.taught.delivered, judged.relative)
-    names = ("seconds", "expert_seconds", "delivered", "relative")
-    lists = [column.tolist() for column in columns]
+    taught, expert = judged.taught, judged.expert
+    columns = {"seconds": taught.seconds, "delivered": taught.delivered}
+    if expert is not None:
+        columns |= {"expert_seconds": expert.seconds, "relative": judged.relative}
+    lists = [column.tolist() for column in columns.values()]
     return [
-        {"seed": seed, "success": bool(done), **dict(zip(names, values, strict=True))}
-        for seed, done, *values in zip(judged.seeds, judged.taught.finished, *lists, strict=True)
+        {"seed": seed, "success": bool(done), **dict(zip(columns, values, strict=True))}
+        for seed, done, *values in zip(judged.seeds, taught.finished, *lists, strict=True)
     ]
 
 
-def _show(facts: dict[str, Any], each: list[dict[str, Any]]) -> None:
-    from understudy.cli.output import console, table
+def _show(facts: dict[str, Any], each: list[dict[str, Any]], named: str) -> None:
+    from rich.markup import escape
 
-    out = console()
+    from understudy.cli.output import console
+
+    out, seeds = console(), f"{facts['seeds'][0]}:{facts['seeds'][1]}"
     if each:
-        made = table("#seed", "finished", "#seconds", "#yardstick", "#delivered", "#relative")
-        for row in each:
-            ended = "[green]yes[/]" if row["success"] else "[red]no[/]"
-            numbers = [_number(row[key], 1) for key in ("seconds", "expert_seconds")]
-            made.add_row(
-                str(row["seed"]), ended, *numbers, str(row["delivered"]), _number(row["relative"], 2)
-            )
-        out.print(made)
-    seeds = f"{facts['seeds'][0]}:{facts['seeds'][1]}"
+        _show_each(each)
     out.print(f"[bold]{facts['behavior']}[/] on {facts['worlds']} {facts['world']} worlds, seeds {seeds}")
     out.print(f"  finished in time    [bold]{facts['success']:.0%}[/]")
-    relative, taken = _number(facts["relative_to_expert"], 3), _number(facts["median_s"], 0)
-    out.print(f"  food per second     [bold]{relative}[/] of the yardstick's (median)")
-    out.print(f"  time to finish      {taken} s; the yardstick {facts['expert_median_s']:.0f} s (medians)")
+    taken = _number(facts["median_s"], 0)
+    if facts["expert_median_s"] is not None:
+        relative, expert = _number(facts["relative_to_expert"], 3), facts["expert_median_s"]
+        out.print(f"  food per second     [bold]{relative}[/] of the yardstick's (median)")
+        out.print(f"  time to finish      {taken} s; the yardstick {expert:.0f} s (medians)")
+    elif facts["median_s"] is not None:
+        out.print(f"  time to finish      {taken} s (median)")
     failed = facts["failed_seeds"]
     if failed:
         shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")
         out.print(f"  not finished        seeds {shown}")
-        out.print(f"[dim]Watch one: understudy run --behavior {facts['behavior']} --seed {failed[0]}[/]")
+        world = "" if named == WORLD else f"{named} "
+        watch = f"understudy run {world}--behavior {facts['behavior']} --seed {failed[0]}"
+        out.print(f"[dim]Watch one: {escape(watch)}[/]", soft_wrap=True)
+
+
+def _show_each(each: list[dict[str, Any]]) -> None:
+    from understudy.cli.output import console, table
+
+    columns = {"seconds": "#seconds", "expert_seconds": "#yardstick", "delivered": "#delivered"}
+    columns = {key: title for key, title in {**columns, "relative": "#relative"}.items() if key in each[0]}
+    made = table("#seed", "finished", *columns.values())
+    for row in each:
+        ended = "[green]yes[/]" if row["success"] else "[red]no[/]"
+        cells = (_number(row[key], {"delivered": 0, "relative": 2}.get(key, 1)) for key in columns)
+        made.add_row(str(row["seed"]), ended, *cells)
+    console().print(made)
 
 
 def _number(value: float | None, digits: int) -> str:

@@ -19,15 +19,33 @@ if TYPE_CHECKING:
     from understudy.model.folder import OpenedLibrary
     from understudy.model.kit import Kit
     from understudy.model.lesson import Lesson
-    from understudy.worlds.catalog import CatalogWorld
+    from understudy.model.library import Library as Taught
+    from understudy.worlds.scenario import Scenario
 
 Library: TypeAlias = Annotated[Path, typer.Option("--library", "-l", help="The folder the automata are in.")]
+ScenarioName: TypeAlias = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="[SCENARIO]",
+        help="A built-in scenario (understudy worlds lists them), or a file of one; forage if left out.",
+        show_default=False,
+    ),
+]
 World: TypeAlias = Annotated[
-    str, typer.Option("--world", "-w", help="The world, and the kit that goes with it.")
+    str,
+    typer.Option("--world", "-w", metavar="SCENARIO", help="The scenario, and the kit that goes with it."),
 ]
 SomeWorld: TypeAlias = Annotated[
     str | None,
-    typer.Option("--world", "-w", help="Look features up in this world's kit, not in the documents."),
+    typer.Option(
+        "--world",
+        "-w",
+        metavar="SCENARIO",
+        help="Look features up in this scenario's kit, not in the documents.",
+    ),
+]
+SameWorld: TypeAlias = Annotated[
+    str | None, typer.Option("--world", "-w", metavar="SCENARIO", help="The scenario, as an option.")
 ]
 KitName: TypeAlias = Annotated[
     str | None,
@@ -50,19 +68,33 @@ LIBRARY = Path("library")
 WORLD = "forage"
 
 
-def find_world(name: str) -> CatalogWorld:
-    """The world of this name."""
+def find_world(name: str) -> Scenario:
+    """The built-in scenario of this name, or that of a file."""
     from understudy.worlds.catalog import find_world as find
 
     return find(name)
 
 
+def chosen_world(argument: str | None, option: str | None) -> str:
+    """The scenario that was named, as an argument or as an option."""
+    if argument is not None and option is not None and argument != option:
+        raise SettingError(
+            where="--world",
+            setting=repr(option),
+            problem=f"is another scenario than {argument!r}",
+            remedy="name one of them",
+        )
+    return argument or option or WORLD
+
+
 def find_kit(named: str | None, world: str) -> Kit:
-    """The kit named as MODULE:NAME, otherwise the world's."""
+    """The kit named as MODULE:NAME, otherwise the scenario's."""
     from understudy.model.kit import Kit
 
     if named is None:
-        return find_world(world).kit
+        from understudy.worlds.kits import kit_of
+
+        return kit_of(find_world(world))
     module, _, name = named.partition(":")
     here = str(Path.cwd())
     if here not in sys.path:
@@ -97,6 +129,19 @@ def opened(library: Path, kit: Kit) -> OpenedLibrary:
         if "classifier" not in reason:
             typer.echo(f"Note: {name} was learned again from its examples: {reason}.", err=True)
     return found
+
+
+def library_for(behavior: str, folder: Path, kit: Kit) -> Taught:
+    """The library a behavior is in; a basic one, which the kit has, needs no folder."""
+    from understudy.errors import UnknownName
+    from understudy.model.library import Library
+
+    if folder.exists():
+        return opened(folder, kit).library
+    if behavior not in kit.behaviors:
+        where = f"there is no folder {folder} with automata, and the kit"
+        raise UnknownName(what="behavior", name=behavior, where=where, known=list(kit.behaviors))
+    return Library(kit)
 
 
 def learner() -> Learn:

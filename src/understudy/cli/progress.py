@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from understudy.worlds.catalog import CatalogWorld
+    from understudy.worlds.scenario import Scenario
 
 SLOW_S = 2.0
 
@@ -27,7 +27,7 @@ def progress(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int],
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def compile_once(*, learner: bool = False, world: CatalogWorld | None = None, quiet: bool = False) -> None:
+def compile_once(*, learner: bool = False, world: Scenario | None = None, quiet: bool = False) -> None:
     """Have compiled what a command is going to need, and say so where that takes its time."""
     from understudy.cli.output import console
 

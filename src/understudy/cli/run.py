@@ -1,29 +1,31 @@
-"""`understudy run`: watch a taught behavior, or draw what it did."""
+"""`understudy run`: watch robots do what they were taught, or draw what they did."""
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from time import monotonic, sleep
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Bind, Json, KitName, Library, World
+from understudy.cli.parts import LIBRARY, Bind, Json, KitName, Library, SameWorld, ScenarioName
 
 if TYPE_CHECKING:
-    from understudy.runtime.run import Run
+    from understudy.model.library import Library as Opened
     from understudy.traces import TraceWriter
-    from understudy.worlds.forage import Forage
     from understudy.worlds.view import Frame
+    from understudy.worlds.world import World
 
 PICTURES = (".gif", ".png")
 FRAMES_PER_S = 12.0
 
 
 def run(
+    scenario: ScenarioName = None,
     behavior: Annotated[str, typer.Option("--behavior", help="The behavior to run.")] = "forage",
     library: Library = LIBRARY,
-    world: World = WORLD,
+    world: SameWorld = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
     record: Annotated[
         Path | None,
@@ -31,11 +33,17 @@ def run(
     ] = None,
     trace: Annotated[
         Path | None,
-        typer.Option("--trace", metavar="OUT.jsonl|OUT.parquet", help="Keep where it was and what it did."),
+        typer.Option("--trace", metavar="OUT.jsonl|OUT.parquet", help="Keep where robots were, doing what."),
     ] = None,
     seconds: Annotated[
-        float, typer.Option("--seconds", min=0.1, help="End after so much simulated time.")
-    ] = 600.0,
+        float | None,
+        typer.Option(
+            "--seconds",
+            min=0.1,
+            help="End after so much simulated time, not at the scenario's limit.",
+            show_default=False,
+        ),
+    ] = None,
     speed: Annotated[
         float, typer.Option("--speed", min=0.1, max=1000, help="Times as fast as in life.")
     ] = 8.0,
@@ -43,125 +51,168 @@ def run(
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Run a behavior in a world: watch it in the terminal, or write a moving GIF or a PNG of its path.
+    """Run a behavior in a scenario's world, on all its robots: watch it in the terminal, or draw a GIF or PNG of it.
+
+    Behaviors are those of the library, and the basic ones of the scenario's robots.
 
     [dim]understudy run --library demo/library --behavior forage --seed 7[/]
 
     [dim]understudy run --behavior goto --bind A=station --record goto.gif[/]
+
+    [dim]understudy run patrol --behavior forwards --seconds 20[/]
     """
     from understudy.cli.output import console, print_json
-    from understudy.cli.parts import bindings, find_kit, find_world, opened
+    from understudy.cli.parts import bindings, chosen_world, find_kit, find_world, library_for
     from understudy.cli.progress import compile_once
     from understudy.errors import SettingError
-    from understudy.runtime.program import link
-    from understudy.runtime.run import Run
     from understudy.traces import write_trace
+    from understudy.worlds.world import World
 
     if record is not None and record.suffix.lower() not in PICTURES:
         remedy = "name a file that ends in .gif (in motion) or .png (its path)"
         raise SettingError(
             where="--record", setting=repr(str(record)), problem="is no picture", remedy=remedy
         )
-    where = find_world(world)
+    named = chosen_world(scenario, world)
+    where, parts = find_world(named), find_kit(kit, named)
+    found, bound = library_for(behavior, library, parts), bindings(bind)
     compile_once(world=where, quiet=as_json)
-    found = opened(library, find_kit(kit, world)).library
-    program = link(found, behavior, bindings(bind))
-    body = where.make([seed])
-    running = Run.of(body, program)
+    running = Running(World(where, [seed]), found, behavior, bound, seconds or where.limit_s)
     shown = record is None and not as_json and console().is_terminal
     watch = _watch if shown else _record
     if trace is None:
-        frames = watch(running, body, seconds, speed, None)
+        frames = watch(running, speed, None)
     else:
-        with write_trace(trace, scenario=world, seed=seed, tick_s=body.tick_s, robots=body.agents) as writer:
-            frames = watch(running, body, seconds, speed, writer)
+        body = running.body
+        with write_trace(
+            trace, scenario=where.name, seed=seed, tick_s=body.tick_s, robots=body.robots
+        ) as writer:
+            frames = watch(running, speed, writer)
     if record is not None:
-        _draw(frames, record, title=f"{behavior}, seed {seed}", speed=speed)
-    facts = _facts(body, running, behavior=behavior, seed=seed, record=record)
+        _draw(frames, record, title=f"{behavior} in {where.name}, seed {seed}", speed=speed)
+    facts = running.facts(seed=seed, record=record)
     if as_json:
         print_json(facts)
     else:
-        ended = "[green]all food is home[/]" if facts["success"] else f"[yellow]in {facts['path'][-1]}[/]"
-        brought = f"brought {facts['delivered']} of {facts['total']} units home"
-        console().print(f"{behavior} in world {seed}: {ended} after {facts['seconds']:.1f} s; {brought}")
+        console().print(_told(facts))
         if record is not None:
             console().print(f"Drawn in {record}", markup=False, soft_wrap=True)
         if trace is not None:
             console().print(f"Traced in {trace}", markup=False, soft_wrap=True)
 
 
-def _facts(body: Forage, running: Run, *, behavior: str, seed: int, record: Path | None) -> dict[str, Any]:
-    return {
-        "behavior": behavior,
-        "seed": seed,
-        "seconds": round(body.time_s, 6),
-        "success": bool(body.success()[0]),
-        "delivered": int(body.delivered[0]),
-        "total": int(body.total[0]),
-        "path": list(running.interpreters[0].path) or ["idle"],
-        "record": None if record is None else str(record),
-    }
+class Running:
+    """One world whose robots all run a behavior."""
+
+    def __init__(
+        self, body: World, library: Opened, behavior: str, bound: dict[str, str], limit_s: float
+    ) -> None:
+        from understudy.model.automaton import Automaton
+        from understudy.runtime.engine import Engine
+        from understudy.runtime.program import link
+
+        self.body, self.behavior, self._limit_s = body, behavior, limit_s
+        self._engine = Engine.of(body, link(library, behavior, bound))
+        root = library.behavior(behavior)
+        states = root.states if isinstance(root, Automaton) else ()
+        self._flags = {state.name for state in states if state.flag is not None}
+
+    @property
+    def paths(self) -> list[tuple[str, ...]]:
+        """What each robot is doing, outermost first; a basic behavior is all there is of itself."""
+        return [self._engine.path(robot) or (self.behavior,) for robot in range(self.body.robots)]
+
+    @property
+    def frame(self) -> Frame:
+        """This moment, for drawing."""
+        from understudy.worlds.view import Frame
+
+        return Frame(self.body.view(), [path[0] for path in self.paths])
+
+    @property
+    def finished(self) -> bool:
+        """Whether the scenario's goal was reached."""
+        return bool(self.body.finished_s[0] >= 0)
+
+    @property
+    def ended(self) -> bool:
+        """Whether all is done: the goal is reached, the time is over, or every robot rests with its flag up."""
+        if self.finished or self.body.time_s >= self._limit_s - 1e-9:
+            return True
+        return bool(self._flags) and all(path[0] in self._flags for path in self.paths)
+
+    def tick(self, trace: TraceWriter | None) -> None:
+        """One tick."""
+        self._engine.tick()
+        if trace is not None:
+            trace.add(self.body.view(), self.paths)
+
+    def facts(self, *, seed: int, record: Path | None) -> dict[str, Any]:
+        """How it ended, as plain data."""
+        body, paths = self.body, self.paths
+        goal = body.scenario.goal
+        return {
+            "behavior": self.behavior,
+            "world": body.scenario.name,
+            "seed": seed,
+            "robots": body.robots,
+            "seconds": round(body.time_s, 6),
+            "goal": None if goal is None else "delivered" if goal.delivered else goal.target,
+            "success": None if goal is None else self.finished,
+            "delivered": int(body.delivered[0]),
+            "total": int(body.total[0]),
+            "path": list(paths[0]) if body.robots == 1 else None,
+            "doing": dict(Counter(path[0] for path in paths).most_common()),
+            "record": None if record is None else str(record),
+        }
 
 
-def _ended(running: Run, body: Forage, seconds: float) -> bool:
-    """Whether all is done: the food is home, the root rests with its flag up, or the time is over."""
-    active = running.interpreters[0].active
-    rests = bool(active) and active[0].flag is not None
-    return rests or body.time_s >= seconds - 1e-9 or bool(body.success()[0] and body.total[0])
+def _told(facts: dict[str, Any]) -> str:
+    """How it ended, in a sentence."""
+    from rich.markup import escape
+
+    if facts["success"]:
+        ended = "[green]all food is home[/]" if facts["goal"] == "delivered" else "[green]goal reached[/]"
+    elif facts["path"]:
+        ended = f"[yellow]in {escape(facts['path'][-1])}[/]"
+    else:
+        doing = ", ".join(f"{name} {number}" for name, number in facts["doing"].items())
+        ended = f"[yellow]{facts['robots']} robots: {escape(doing)}[/]"
+    brought = f"; brought {facts['delivered']} of {facts['total']} units home" if facts["total"] else ""
+    where = "world" if facts["world"] == "forage" else f"{facts['world']} world"
+    return f"{facts['behavior']} in {where} {facts['seed']}: {ended} after {facts['seconds']:.1f} s{brought}"
 
 
-def _frame(running: Run, body: Forage) -> Frame:
-    from understudy.worlds.forage_view import from_forage
-    from understudy.worlds.view import Frame
-
-    active = running.interpreters[0].active
-    return Frame(from_forage(body.view()), (active[0].state_name if active else "",))
-
-
-def _tick(running: Run, body: Forage, trace: TraceWriter | None) -> None:
-    running.tick()
-    if trace is not None:
-        from understudy.worlds.forage_view import from_forage
-
-        trace.add(from_forage(body.view()), [interpreter.path for interpreter in running.interpreters])
-
-
-def _record(
-    running: Run, body: Forage, seconds: float, speed: float, trace: TraceWriter | None
-) -> list[Frame]:
+def _record(running: Running, speed: float, trace: TraceWriter | None) -> list[Frame]:
     from understudy.pictures.recording import Recording
 
     recording = Recording()
-    recording.see(_frame(running, body))
-    while not _ended(running, body, seconds):
-        _tick(running, body, trace)
-        recording.see(_frame(running, body))
+    recording.see(running.frame)
+    while not running.ended:
+        running.tick(trace)
+        recording.see(running.frame)
     return recording.frames
 
 
-def _watch(
-    running: Run, body: Forage, seconds: float, speed: float, trace: TraceWriter | None
-) -> list[Frame]:
+def _watch(running: Running, speed: float, trace: TraceWriter | None) -> list[Frame]:
     """Show the run in the terminal as it goes; Ctrl-C ends it."""
     from rich.live import Live
 
     from understudy.cli.arena import screen
     from understudy.cli.output import console
-    from understudy.worlds.forage_view import from_forage
 
-    out = console()
+    out, body = console(), running.body
     step = speed / FRAMES_PER_S
     with Live(console=out, auto_refresh=False, transient=False) as live:
         due = monotonic()
         while True:
-            paths = [interpreter.path for interpreter in running.interpreters]
-            view = from_forage(body.view())
-            live.update(screen(view, paths, wide=out.width, tall=out.height - 6), refresh=True)
-            if _ended(running, body, seconds):
+            view = body.view()
+            live.update(screen(view, running.paths, wide=out.width, tall=out.height - 6), refresh=True)
+            if running.ended:
                 return []
             until = body.time_s + step
-            while body.time_s < until and not _ended(running, body, seconds):
-                _tick(running, body, trace)
+            while body.time_s < until and not running.ended:
+                running.tick(trace)
             due += 1.0 / FRAMES_PER_S
             sleep(max(0.0, due - monotonic()))
 

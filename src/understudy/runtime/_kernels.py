@@ -22,6 +22,10 @@ within: "decorators._JITWrapper" = njit(  # type: ignore[call-overload]
     cache=True, nogil=True, _nrt=False, inline="always"
 )
 
+joined: "decorators._JITWrapper" = njit(  # type: ignore[call-overload]
+    cache=True, nogil=True, _nrt=False, forceinline=True
+)
+
 # As in tables.py, which a kernel file cannot import.
 STAY = -1
 FLAG, COUNTER, TIMER, TIME = 0, 1, 2, 3
@@ -115,7 +119,7 @@ def descend(agent: int, level: int, row: Floats, now: float, tables: Tables, sta
         level += 1
 
 
-@bare
+@joined
 def pulse(agent: int, row: Floats, now: float, tables: Tables, stacks: Stacks) -> int:
     """One tick of one agent on its feature vector [F]: the basic behavior to run.
 

@@ -23,9 +23,9 @@ from understudy.terminal.plan import Choices
 from understudy.terminal.why import Switch, Why
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
-from understudy.worlds.forage import Forage
-from understudy.worlds.forage_view import from_forage, place_of
+from understudy.worlds.finding import place_of
 from understudy.worlds.view import WorldView
+from understudy.worlds.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,12 +37,12 @@ class Said:
 
 
 class Desk:
-    """A session in a foraging world, in real time. `saved` is the lesson as the library has it."""
+    """A session in a world, in real time. `saved` is the lesson as the library has it."""
 
     def __init__(
         self,
         session: Session,
-        body: Forage,
+        body: World,
         pace: Pace,
         *,
         folder: Path,
@@ -88,13 +88,18 @@ class Desk:
     @property
     def view(self) -> WorldView:
         """The world, for drawing."""
-        return from_forage(self.body.view(self.session.agent))
+        return self.body.view(self.session.agent // self.body.robots)
+
+    @property
+    def robot(self) -> int:
+        """Which robot of its world is taught."""
+        return self.session.agent % self.body.robots
 
     @property
     def aims(self) -> list[tuple[float, float]]:
         """Where the targets are that parameters stand for now."""
-        view = self.body.view(self.session.agent)
-        places = (place_of(view, target) for target in self.screen.targets.values())
+        agent, targets = self.session.agent, self.screen.targets.values()
+        places = (place_of(self.body, target, agent) for target in targets)
         return [place for place in places if place is not None]
 
     @property
@@ -132,8 +137,8 @@ class Desk:
         known = len(session.examples)
         session.tick()
         self.screen = after = session.screen()
-        view = self.body.view(self.session.agent)
-        self.memory.see(view.x, view.y, after)
+        robot = self.body.state.robots[session.agent]
+        self.memory.see(float(robot["x"]), float(robot["y"]), after)
         shown = [example for example in session.examples[known:] if example.pressed]
         if shown:
             tone = "correction" if shown[0].correction else "recorded"

@@ -12,6 +12,7 @@ from understudy.terminal.journals import Lock, new_path
 from understudy.terminal.pace import Pace, Wall
 from understudy.terminal.plan import Plan, Start
 from understudy.training.session import Session
+from understudy.worlds.world import World
 
 
 class Opened:
@@ -31,7 +32,7 @@ class Opened:
 
 def begun(plan: Plan, start: Start, wall: Wall, *, now: datetime | None = None) -> Opened:
     """A new session, with a journal that begins now."""
-    body = plan.world.make([plan.seed])
+    body = World(plan.world, [plan.seed])
     pace = Pace(wall, tick_s=body.tick_s)
     journal = new_path(plan.folder, plan.name, now=now or datetime.now())
     session = Session(
@@ -51,7 +52,7 @@ def begun(plan: Plan, start: Start, wall: Wall, *, now: datetime | None = None) 
 def resumed(plan: Plan, journal: Path, wall: Wall) -> Opened:
     """A session that was cut off goes on, paused."""
     lock = _locked(journal)
-    body = plan.world.make([plan.seed])
+    body = World(plan.world, [plan.seed])
     pace = Pace(wall, tick_s=body.tick_s)
     session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
     desk = Desk(session, body, pace, folder=plan.folder, seed=None, saved=_saved(plan))

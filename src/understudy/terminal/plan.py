@@ -15,7 +15,7 @@ from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library, Taught
 from understudy.training.design import chosen_feature, new_lesson
 from understudy.training.edits import Choice, rechosen
-from understudy.worlds.catalog import CatalogWorld
+from understudy.worlds.scenario import Scenario
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Plan:
 
     name: str
     folder: Path
-    world: CatalogWorld
+    world: Scenario
     library: Library
     choices: Choices = Choices()
     seed: int = 0

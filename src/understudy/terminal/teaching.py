@@ -193,9 +193,10 @@ class Teaching(Screen[str]):
         view = desk.view
         columns, tall = size(view, max(10, width - LEAST_SIDE - 4), lines - 2)
         world.styles.width, world.styles.height = columns + 2, tall + 2
-        world.border_title = f"forage {desk.seed}" if desk.seed is not None else "forage"
-        world.border_subtitle = facts(view, columns)
-        drawn = picture(view, desk.memory.trail, desk.aims, columns=columns, lines=tall, robot=0)
+        name = desk.body.scenario.name
+        world.border_title = name if desk.seed is None else f"{name} {desk.seed}"
+        world.border_subtitle = facts(view, columns, desk.robot)
+        drawn = picture(view, desk.memory.trail, desk.aims, columns=columns, lines=tall, robot=desk.robot)
         self._show("world", drawn)
         self._draw_side(width - columns - 4, lines)
 

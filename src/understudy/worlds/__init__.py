@@ -1,4 +1,4 @@
-"""Worlds: simulated bodies, many worlds side by side as rows. The catalog lists those that ship."""
+"""Worlds: simulated robots, many worlds side by side, made from scenarios, of which some are built in."""
 
 from understudy.compiling import find_cache
 

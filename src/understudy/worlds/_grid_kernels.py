@@ -12,6 +12,7 @@ CLOSE = 1e-9  # m; what rounding may do to the border between two cells
 MANY = 8  # robots in a cell; where there are more, its small cells are looked at one by one
 
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
+CROWDED = -2
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -27,10 +28,10 @@ def small_cell(c: Any, column: int, line: int) -> Any:
 def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
     """First and last column, first and last line of the cells within `reach` of a place."""
     return (
-        max(int((x - reach) / c.cell), 0),
-        min(int((x + reach) / c.cell), c.columns - 1),
-        max(int((y - reach) / c.cell), 0),
-        min(int((y + reach) / c.cell), c.lines - 1),
+        max(int((x - reach) * c.per_cell), 0),
+        min(int((x + reach) * c.per_cell), c.columns - 1),
+        max(int((y - reach) * c.per_cell), 0),
+        min(int((y + reach) * c.per_cell), c.lines - 1),
     )
 
 
@@ -45,7 +46,7 @@ def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
 @njit(error_model="numpy", forceinline=True)
 def small_cells(c: Any, x: float, y: float, reach: float) -> Any:
     """First and last column, first and last line of small cells within `reach` of a place."""
-    per_m = (1 << c.shift) / c.cell
+    per_m = (1 << c.shift) * c.per_cell
     last_column, last_line = (c.columns << c.shift) - 1, (c.lines << c.shift) - 1
     return (
         min(max(int((x - reach) * per_m), 0), last_column),
@@ -58,8 +59,8 @@ def small_cells(c: Any, x: float, y: float, reach: float) -> Any:
 @njit(error_model="numpy", forceinline=True)
 def near_range(c: Any, x: float, y: float, world: int) -> Any:
     """Where the list of what stays near a place begins and ends."""
-    column = min(max(int(x / c.near_cell), 0), c.near_columns - 1)
-    line = min(max(int(y / c.near_cell), 0), c.near_lines - 1)
+    column = min(max(int(x * c.near_per_cell), 0), c.near_columns - 1)
+    line = min(max(int(y * c.near_per_cell), 0), c.near_lines - 1)
     cell = (world * c.near_lines + line) * c.near_columns + column
     return at(c.near_start, cell, WHOLE).v, at(c.near_start, cell + 1, WHOLE).v
 
@@ -72,7 +73,7 @@ def sort(c: Any, first: int) -> None:
     cells = (c.columns * c.lines) << (2 * c.shift)
     for cell in range(cells):
         at(c.start, cell, INDEX).v = 0
-    per_m = (1 << c.shift) / c.cell
+    per_m = (1 << c.shift) * c.per_cell
     last_column, last_line = (c.columns << c.shift) - 1, (c.lines << c.shift) - 1
     for k in range(c.count):
         robot = robot_at(c, first + k)
@@ -171,6 +172,46 @@ def _nearer_in_line(
 
 
 @njit(error_model="numpy", forceinline=True)
+def _nearest_around(c: Any, row: int, column: int, line: int, limit_squared: float) -> Any:
+    """The nearest of all others in a cell and the eight around it, without a guess on the way: that is quick.
+
+    CROWDED where those are many, or two are equally near, and a closer look is needed.
+    """
+    low, high = max(column - 1, 0), min(column + 1, c.columns - 1)
+    own = robot_at(c, row)
+    x, y, best, best_squared, tied = own.x, own.y, -1, limit_squared, False
+    for around in range(max(line - 1, 0), min(line + 1, c.lines - 1) + 1):
+        begin, end = spots_of_line(c, around, low, high)
+        if end - begin > 3 * MANY:
+            return CROWDED, limit_squared
+        for k in range(begin, end):
+            spot = at(c.spots, k, SPOT)
+            dx, dy = spot.x - x, spot.y - y
+            squared = math.inf if spot.row == row else dx * dx + dy * dy
+            nearer = squared < best_squared
+            tied = (tied and not nearer) or squared == best_squared
+            best = spot.row if nearer else best
+            best_squared = squared if nearer else best_squared
+    return CROWDED if tied else best, best_squared
+
+
+@njit(error_model="numpy", forceinline=True)
+def _nearer_in_ring(
+    c: Any, row: int, relation: int, column: int, line: int, ring: int, best: int, best_squared: float
+) -> Any:
+    """The nearest so far, or a nearer one in the cells that are `ring` cells away."""
+    low, high = column - ring, column + ring
+    best, best_squared = _nearer_in_line(c, row, relation, line - ring, low, high, best, best_squared)
+    best, best_squared = _nearer_in_line(c, row, relation, line + ring, low, high, best, best_squared)
+    for between in range(line - ring + 1, line + ring):
+        if low >= 0:
+            best, best_squared = _nearer_in_line(c, row, relation, between, low, low, best, best_squared)
+        if high < c.columns:
+            best, best_squared = _nearer_in_line(c, row, relation, between, high, high, best, best_squared)
+    return best, best_squared
+
+
+@njit(error_model="numpy", forceinline=True)
 def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> Any:
     """Row and squared distance of the nearest wanted robot within `limit`; -1 and infinite where none is.
 
@@ -190,23 +231,21 @@ def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> 
                     best, best_squared = k, squared
         return best, best_squared if best >= 0 else math.inf
     cell = c.cell
-    column = min(max(int(own.x / cell), 0), c.columns - 1)
-    line = min(max(int(own.y / cell), 0), c.lines - 1)
+    column = min(max(int(own.x * c.per_cell), 0), c.columns - 1)
+    line = min(max(int(own.y * c.per_cell), 0), c.lines - 1)
     inside = min(own.x - column * cell, (column + 1) * cell - own.x)
     inside = max(0.0, min(inside, own.y - line * cell, (line + 1) * cell - own.y))
-    best, best_squared = _nearer_in_line(c, row, relation, line, column, column, best, best_squared)
-    for ring in range(1, max(c.columns, c.lines)):
-        away = max(0.0, (ring - 1) * cell + inside - CLOSE)
-        if away * away > best_squared:
+    looked = -1
+    if relation == ANYONE:
+        looked, around = _nearest_around(c, row, column, line, best_squared)
+        if looked != CROWDED:
+            best, best_squared = looked, around
+    if relation != ANYONE or looked == CROWDED:
+        best, best_squared = _nearer_in_line(c, row, relation, line, column, column, best, best_squared)
+        best, best_squared = _nearer_in_ring(c, row, relation, column, line, 1, best, best_squared)
+    for away in range(1, max(c.columns, c.lines)):
+        least = max(0.0, away * cell + inside - CLOSE)
+        if least * least > best_squared:
             break
-        low, high = column - ring, column + ring
-        best, best_squared = _nearer_in_line(c, row, relation, line - ring, low, high, best, best_squared)
-        best, best_squared = _nearer_in_line(c, row, relation, line + ring, low, high, best, best_squared)
-        for between in range(line - ring + 1, line + ring):
-            if low >= 0:
-                best, best_squared = _nearer_in_line(c, row, relation, between, low, low, best, best_squared)
-            if high < c.columns:
-                best, best_squared = _nearer_in_line(
-                    c, row, relation, between, high, high, best, best_squared
-                )
+        best, best_squared = _nearer_in_ring(c, row, relation, column, line, away + 1, best, best_squared)
     return best, best_squared if best >= 0 else math.inf

@@ -9,7 +9,7 @@ from understudy.runtime._kernels import pulse
 from understudy.worlds._barrier_kernels import wait
 from understudy.worlds._grid_kernels import sort
 from understudy.worlds._motion_kernels import arrive, propose
-from understudy.worlds._pointer_kernels import at, bare, move_at, robot_at, type_at
+from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at
 from understudy.worlds._sense_kernels import sense
 from understudy.worlds._step_kernels import (
     judge,
@@ -24,6 +24,10 @@ from understudy.worlds._step_kernels import (
 from understudy.worlds.records import WHOLE
 
 SENSE, OBEY, RUN = 0, 1, 2
+
+# For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time. Spelled
+# so because Numba's stubs do not know _nrt.
+bare: Any = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)  # type: ignore[call-overload]
 
 
 @njit(error_model="numpy", forceinline=True)

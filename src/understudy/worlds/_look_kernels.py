@@ -12,6 +12,7 @@ from understudy.worlds._pointer_kernels import (
     at,
     class_at,
     disc_at,
+    face,
     index_at,
     object_at,
     robot_at,
@@ -27,7 +28,8 @@ WALLS, OBSTACLES, ROBOTS = 1, 2, 4
 @njit(error_model="numpy")
 def _to_disc(c: Any, step: Any, robot: Any, dx: float, dy: float, radius: float) -> None:
     """Shorten the distances of all sectors of a step by a disc whose center is (dx, dy) off."""
-    cosine, sine = math.cos(robot.heading), math.sin(robot.heading)
+    face(robot)
+    cosine, sine = robot.cosine, robot.sine
     x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
     for k in range(step.first, step.end):
         s, best = at(c.sectors, k, SECTOR), at(c.a, k - step.first, NUMBER)
@@ -37,7 +39,8 @@ def _to_disc(c: Any, step: Any, robot: Any, dx: float, dy: float, radius: float)
 @njit(error_model="numpy")
 def _to_segment(c: Any, step: Any, robot: Any, piece: Any) -> None:
     """Shorten them by a segment."""
-    cosine, sine = math.cos(robot.heading), math.sin(robot.heading)
+    face(robot)
+    cosine, sine = robot.cosine, robot.sine
     dx, dy, ex, ey = piece.x0 - robot.x, piece.y0 - robot.y, piece.x1 - robot.x, piece.y1 - robot.y
     x0, y0 = cosine * dx + sine * dy, cosine * dy - sine * dx
     x1, y1 = cosine * ex + sine * ey, cosine * ey - sine * ex
@@ -49,7 +52,8 @@ def _to_segment(c: Any, step: Any, robot: Any, piece: Any) -> None:
 @njit(error_model="numpy")
 def _to_bounds(c: Any, step: Any, robot: Any) -> None:
     """Shorten them by the arena's own walls."""
-    x, y, cosine, sine = robot.x, robot.y, math.cos(robot.heading), math.sin(robot.heading)
+    face(robot)
+    x, y, cosine, sine = robot.x, robot.y, robot.cosine, robot.sine
     for k in range(step.first, step.end):
         s, best = at(c.sectors, k, SECTOR), at(c.a, k - step.first, NUMBER)
         best.v = sector_to_bounds(
@@ -123,7 +127,7 @@ def _put(
     c: Any, count: int, robot: Any, x: float, y: float, radius: float, height: float, color: int, opaque: int
 ) -> Any:
     """Add something at a place in the world to the things that a camera may see."""
-    cosine, sine = math.cos(robot.heading), math.sin(robot.heading)
+    cosine, sine = robot.cosine, robot.sine
     dx, dy = x - robot.x, y - robot.y
     thing = at(c.things, count, THING)
     thing.x, thing.y = cosine * dx + sine * dy, cosine * dy - sine * dx
@@ -157,6 +161,7 @@ def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
 def look(c: Any, row: int, world: int, step: Any) -> None:
     """The blobs (x and size, pixels) of the colors that the parts of a camera's step ask for, to `c.a` and `c.b`."""
     robot, count = robot_at(c, row), 0
+    face(robot)
     for k in range(c.disc_count):
         disc = disc_at(c, world, k)
         if disc.radius > 0.0:
@@ -171,7 +176,7 @@ def look(c: Any, row: int, world: int, step: Any) -> None:
                         c, count, robot, thing.x, thing.y, kind.radius, kind.height, kind.color, kind.solid
                     )
     count = _put_robots(c, count, row, world, step.range)
-    cosine, sine = math.cos(robot.heading), math.sin(robot.heading)
+    cosine, sine = robot.cosine, robot.sine
     for k in range(c.segment_count):
         piece, local = segment_at(c, world, k), at(c.pieces, k, SEGMENT)
         dx, dy, ex, ey = piece.x0 - robot.x, piece.y0 - robot.y, piece.x1 - robot.x, piece.y1 - robot.y

@@ -16,6 +16,7 @@ from understudy.worlds._pointer_kernels import (
     at,
     class_at,
     disc_at,
+    face,
     index_at,
     move_at,
     object_at,
@@ -68,10 +69,14 @@ def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: i
         angle *= 1.0 + kind.noise_turn * normal(seed, robot.id, tick, TURNING)
     move.dx = move.dy = 0.0
     if distance != 0.0:
-        half = 0.5 * angle
-        chord = distance if half == 0.0 else distance * math.sin(half) / half
-        move.dx = chord * math.cos(robot.heading + half)
-        move.dy = chord * math.sin(robot.heading + half)
+        if angle == 0.0:
+            face(robot)
+            move.dx, move.dy = distance * robot.cosine, distance * robot.sine
+        else:
+            half = 0.5 * angle
+            chord = distance * math.sin(half) / half
+            move.dx = chord * math.cos(robot.heading + half)
+            move.dy = chord * math.sin(robot.heading + half)
     move.heading = robot.heading
     if angle != 0.0:
         move.heading = wrapped(robot.heading + angle)

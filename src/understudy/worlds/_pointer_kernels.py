@@ -4,6 +4,7 @@ A kernel that is handed dozens of arrays spends its time passing them on. So ker
 where every array lies; whoever fills it in keeps the arrays alive for as long as the call lasts.
 """
 
+import math
 from typing import Any
 
 from numba import njit, types
@@ -29,15 +30,18 @@ at: Any = intrinsic(_record)
 """at(address, index, dtype): record `index` of the array of this dtype that lies there."""
 
 
-# For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time. Spelled
-# so because Numba's stubs do not know _nrt.
-bare: Any = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)  # type: ignore[call-overload]
-
-
 @njit(error_model="numpy", forceinline=True)
 def robot_at(c: Any, row: int) -> Any:
     """ROBOT `row`."""
     return at(c.robots, row, ROBOT)
+
+
+@njit(error_model="numpy", forceinline=True)
+def face(robot: Any) -> None:
+    """Have the cosine and sine of a robot's heading at hand: most drive straight on, or stand."""
+    if robot.aim != robot.heading:
+        robot.aim = robot.heading
+        robot.cosine, robot.sine = math.cos(robot.heading), math.sin(robot.heading)
 
 
 @njit(error_model="numpy", forceinline=True)

@@ -1,48 +1,32 @@
-"""The worlds that ship, by name: a plain mapping."""
+"""Worlds by name: the built-in scenarios, and any file of a scenario by its path."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
-
-import numpy as np
+from pathlib import Path
 
 from understudy.errors import UnknownName
-from understudy.model.kit import Kit
-from understudy.runtime.body import every_key
-from understudy.worlds.forage import Forage
-from understudy.worlds.forage import kit as forage_kit
+from understudy.runtime.engine import Engine
+from understudy.runtime.program import IDLE_PROGRAM
+from understudy.worlds.scenario import Scenario
+from understudy.worlds.scenario_files import SUFFIX, builtin_scenarios, load_scenario
+from understudy.worlds.world import World
 
 
-@dataclass(frozen=True)
-class CatalogWorld:
-    """A world by name: what it is, the parts that go with it, and what makes a row per seed."""
+def find_world(name: str | Path) -> Scenario:
+    """The built-in scenario of this name, or that of a file.
 
-    name: str
-    doc: str
-    kit: Kit
-    make: Callable[[Sequence[int]], Forage]
-
-
-CATALOG: Mapping[str, CatalogWorld] = MappingProxyType(
-    {
-        "forage": CatalogWorld(
-            "forage", "Bring food from sources that deplete to the station.", forage_kit, Forage
-        )
-    }
-)
+    UnknownName for what is neither a name nor looks like a path; FileError for a file that is no scenario.
+    """
+    path = Path(name)
+    known = builtin_scenarios()
+    if isinstance(name, str) and name not in known and path.suffix != SUFFIX and len(path.parts) < 2:
+        where = f"Understudy, which takes a path ending in {SUFFIX} too,"
+        raise UnknownName(what="world", name=name, where=where, known=known)
+    return load_scenario(name)
 
 
-def prepare(world: CatalogWorld) -> None:
-    """Have the world's kernels compiled or loaded, so that no later call waits (seconds, once per installation)."""
-    body = world.make([0])
-    body.sense(every_key(body))
-    body.act({channel.name: np.ones(1) for channel in body.channels})
-
-
-def find_world(name: str) -> CatalogWorld:
-    """The world of this name; UnknownName where there is none."""
-    if name not in CATALOG:
-        raise UnknownName(what="world", name=name, where="Understudy", known=list(CATALOG))
-    return CATALOG[name]
+def prepare(scenario: Scenario) -> None:
+    """Have the kernels compiled or loaded, so that no later call waits (a minute, once per installation)."""
+    engine = Engine.of(World(scenario), IDLE_PROGRAM)
+    engine.run(1)
+    engine.tick()

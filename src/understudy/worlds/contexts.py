@@ -80,6 +80,7 @@ class Context:
             record[name] = getattr(room.grid, name)
         for name in ("cell", "columns", "lines"):
             record[f"near_{name}"] = getattr(stage.near, name)
+        record["per_cell"], record["near_per_cell"] = 1.0 / room.grid.cell, 1.0 / stage.near.cell
         classes = rules.classes
         record["gridded"] = len(room.grid.spots) > 0
         record["count"] = rules.robots

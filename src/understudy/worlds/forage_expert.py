@@ -11,7 +11,10 @@ import numpy as np
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
-from understudy.worlds.forage import Forage, ForageSettings, ForageView
+from understudy.worlds.forage_settings import ForageSettings
+from understudy.worlds.scenario import RobotType
+from understudy.worlds.view import WorldView
+from understudy.worlds.world import World
 
 Point: TypeAlias = tuple[float, float]
 
@@ -62,8 +65,8 @@ class HandForager:
         }
 
 
-def lower_bound(world: Forage) -> Column:
-    """Seconds [N] that no robot can beat which visits the places nearest-first, from where it stands now.
+def lower_bound(world: World) -> Column:
+    """Seconds [B] that no robot can beat which visits the places nearest-first, from where it stands now.
 
     A trip goes to the nearest source with food, and on to the next nearest while there is room and food, then
     to the station; what is nearest is judged from where a straight way comes within reach. Counted are the
@@ -71,26 +74,30 @@ def lower_bound(world: Forage) -> Column:
     unloading each unit. Turning costs nothing and ticks need not be whole, so for that order of visits it is
     a true bound. A robot that chooses another order may beat it.
     """
-    return np.array([_bound(world.view(agent), world.settings) for agent in range(world.agents)])
+    (robot,) = world.scenario.types.values()
+    return np.array([_bound(world.view(row), robot) for row in range(world.worlds)])
 
 
-def _bound(view: ForageView, settings: ForageSettings) -> float:
-    amounts = [source.amount for source in view.sources]
-    unload = sum(amounts) + view.stored
-    route = _Route(view.reach, (view.x, view.y))
-    stored = view.stored
+def _bound(view: WorldView, robot: RobotType) -> float:
+    places = list(zip(view.objects.x.tolist(), view.objects.y.tolist(), strict=True))
+    sources = [place for place, food in zip(places, view.objects.food, strict=True) if food]
+    (station,) = (place for place, home in zip(places, view.objects.home, strict=True) if home)
+    amounts: list[int] = view.objects.amount[view.objects.food].tolist()
+    stored = at_first = int(view.robots.stored[0])
+    unload = sum(amounts) + stored
+    route = _Route(robot.reach, (float(view.robots.x[0]), float(view.robots.y[0])))
     while stored or any(amounts):
-        while stored < view.capacity and any(amounts):
+        while stored < robot.capacity and any(amounts):
             with_food = [k for k, amount in enumerate(amounts) if amount]
-            nearest = min(with_food, key=lambda k: dist(route.spot, view.sources[k][:2]))
-            route.go(view.sources[nearest][:2])
-            taken = min(amounts[nearest], view.capacity - stored)
+            nearest = min(with_food, key=lambda k: dist(route.spot, sources[k]))
+            route.go(sources[nearest])
+            taken = min(amounts[nearest], robot.capacity - stored)
             amounts[nearest] -= taken
             stored += taken
-        route.go(view.station)
+        route.go(station)
         stored = 0
-    work = (unload - view.stored) * settings.load_s + unload * settings.unload_s
-    return route.meters / settings.forward_speed + work
+    work = (unload - at_first) * robot.load_s + unload * robot.unload_s
+    return route.meters / robot.speed + work
 
 
 class _Route:

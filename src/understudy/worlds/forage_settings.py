@@ -1,14 +1,21 @@
-"""Settings of the foraging world, and the paper's corner cases as settings (paper section 4.1)."""
+"""Foraging as settings: the built-in scenario with other numbers, and the paper's corner cases (paper section 4.1)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import isfinite, pi
+from math import degrees, isfinite, pi, radians
 from types import MappingProxyType
+from typing import Any
+
+import msgspec
 
 from understudy.errors import SettingError
+from understudy.worlds.scenario import Scenario
+from understudy.worlds.scenario_files import load_scenario
 
+NAME = "forage"
+"""The built-in scenario that settings change."""
 WHERE = "the foraging world"
 BESIDE = 1.2
 """How far food beside the station is from it, in reaches: one place serves both."""
@@ -75,24 +82,107 @@ class ForageSettings:
                 raise wrong(name, f"leaves no room between the walls: it {problem}", remedy)
 
     @property
-    def load_ticks(self) -> int:
-        """Ticks to load a unit."""
-        return round(self.load_s / self.tick_s)
-
-    @property
-    def unload_ticks(self) -> int:
-        """Ticks to unload a unit."""
-        return round(self.unload_s / self.tick_s)
+    def apart(self) -> float:
+        """The free space around station and sources, m: no place is within reach of two of them."""
+        return round(2.0 * self.reach + 0.1 - 2.0 * self.radius, 9)
 
     @property
     def margin(self) -> float:
-        """How far station and food stay from the walls, m: the robot can reach them from every side."""
-        return self.reach + self.radius
+        """How far the middles of station and food are from the walls at least, m."""
+        return self.radius + self.apart
 
-    @property
-    def apart(self) -> float:
-        """How far station and sources stay from each other, m: no place is within reach of two."""
-        return 2.0 * self.reach + 0.1
+    def scenario(self) -> Scenario:
+        """The built-in foraging scenario with these numbers."""
+        usual = load_scenario(NAME)
+        (kind,), (robots,) = usual.types, usual.robots
+        beside, at_station = (
+            {"near": "station", "apart": 0.0},
+            {"near": "station", "near_m": 0.0, "apart": 0.0},
+        )
+        station, food = (
+            msgspec.structs.replace(thing, radius=self.radius, apart=self.apart) for thing in usual.objects
+        )
+        food = msgspec.structs.replace(food, count=self.sources, amount=self.amounts)
+        if self.food_beside_station:
+            food = msgspec.structs.replace(food, **beside, near_m=BESIDE * self.reach)
+        robots = msgspec.structs.replace(robots, apart=self.apart, stored=self.stored)
+        if self.starts_at_station:
+            robots = msgspec.structs.replace(robots, **at_station)
+        forager = msgspec.structs.replace(
+            usual.types[kind],
+            radius=self.radius,
+            speed=self.forward_speed,
+            turning_deg=degrees(self.turning_speed),
+            capacity=self.capacity,
+            reach=self.reach,
+            load_s=self.load_s,
+            unload_s=self.unload_s,
+        )
+        return msgspec.structs.replace(
+            usual,
+            size=(self.width, self.height),
+            tick_s=self.tick_s,
+            objects=(station, food),
+            types={kind: forager},
+            robots=(robots,),
+        )
+
+
+def settings_of(scenario: Scenario) -> ForageSettings | None:
+    """The settings that make a scenario, but for words, colors and its limit; None where there are none."""
+    try:
+        (forager,), (robots,), (_, food) = scenario.types.values(), scenario.robots, scenario.objects
+        found = ForageSettings(
+            *scenario.size,
+            sources=_pair(food.count),
+            amounts=_pair(food.amount),
+            capacity=forager.capacity,
+            stored=robots.stored,
+            starts_at_station=robots.near is not None,
+            food_beside_station=food.near is not None,
+            forward_speed=forager.speed,
+            turning_speed=radians(forager.turning_deg),
+            load_s=forager.load_s,
+            unload_s=forager.unload_s,
+            reach=forager.reach,
+            radius=forager.radius,
+            tick_s=scenario.tick_s,
+        )
+    except (ValueError, SettingError):
+        return None
+    return found if _meant(found.scenario()) == _meant(scenario) else None
+
+
+def _pair(count: object) -> tuple[int, int]:
+    """A count as (least, most)."""
+    match count:
+        case (int(least), int(most)):
+            return least, most
+        case int(number):
+            return number, number
+    return 1, 1
+
+
+WORDS = ("about", "doc", "color", "limit_s")
+
+
+def _meant(scenario: Scenario) -> Any:
+    """What a scenario means for a robot that forages: without words and colors, counts as pairs, floats rounded."""
+    things = (
+        msgspec.structs.replace(each, count=_pair(each.count), amount=_pair(each.amount))
+        for each in scenario.objects
+    )
+    return _without_words(
+        msgspec.to_builtins(msgspec.structs.replace(scenario, name="", objects=tuple(things)))
+    )
+
+
+def _without_words(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _without_words(inside) for key, inside in value.items() if key not in WORDS}
+    if isinstance(value, list | tuple):
+        return [_without_words(inside) for inside in value]
+    return round(value, 9) if isinstance(value, float) else value
 
 
 _SIZES = (

@@ -14,6 +14,9 @@ ROBOT = np.dtype(
         ("x", "f8"),
         ("y", "f8"),
         ("heading", "f8"),  # [0, tau)
+        ("aim", "f8"),  # the heading whose cosine and sine are kept; NaN none yet
+        ("cosine", "f8"),
+        ("sine", "f8"),
         ("speed", "f8"),  # m per tick, along the heading, as its wheels would have it
         ("spin", "f8"),  # rad per tick
         ("id", "i8"),  # within its world
@@ -175,6 +178,8 @@ CONTEXT = np.dtype(
         ("height", "f8"),
         ("tick_s", "f8"),
         ("goal_within", "f8"),
+        ("per_cell", "f8"),
+        ("near_per_cell", "f8"),
         ("cell", "f8"),  # of the robots' grid, as all down to gridded
         ("most_radius", "f8"),
         ("most_step", "f8"),

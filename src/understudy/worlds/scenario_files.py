@@ -30,13 +30,23 @@ MIGRATIONS: Mapping[int, Callable[[Document], Document]] = MappingProxyType({})
 
 def load_scenario(source: Path | str) -> Scenario:
     """The built-in scenario of this name, or that of a file; FileError where it cannot be read or cannot be."""
+    return parse_scenario(*_content(source))
+
+
+def scenario_text(source: Path | str) -> str:
+    """The file of a scenario as it is, with its comments; FileError where it cannot be read."""
+    content, path = _content(source)
+    return _decoded(content, path)
+
+
+def _content(source: Path | str) -> tuple[bytes, Path | str]:
+    """What a scenario's file holds, and how to call it."""
     names = builtin_scenarios()
     if isinstance(source, str) and source in names:
-        file = _folder().joinpath(source + SUFFIX)
-        return parse_scenario(file.read_bytes(), f"{source}{SUFFIX}")
+        return _folder().joinpath(source + SUFFIX).read_bytes(), f"{source}{SUFFIX}"
     path = Path(source)
     try:
-        content = path.read_bytes()
+        return path.read_bytes(), path
     except FileNotFoundError:
         remedy = f"give a file, or a built-in scenario: {suggestion(str(source), names, what='scenario')}"
         raise FileError(path=path, place="", problem="there is no such file", remedy=remedy) from None
@@ -44,7 +54,6 @@ def load_scenario(source: Path | str) -> Scenario:
         raise FileError(
             path=path, place="", problem=f"cannot be read ({error})", remedy="give a file"
         ) from None
-    return parse_scenario(content, path)
 
 
 def builtin_scenarios() -> tuple[str, ...]:
@@ -79,18 +88,22 @@ def _folder() -> Any:
     return resources.files("understudy.worlds").joinpath("scenarios")
 
 
+def _decoded(content: bytes, path: Path | str) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise FileError(
+            path=path,
+            place=f"line {line}",
+            problem="is no text in UTF-8",
+            remedy="save it as UTF-8, or give another file",
+        ) from None
+
+
 def _table(content: str | bytes, path: Path | str) -> Document:
     if isinstance(content, bytes):
-        try:
-            content = content.decode("utf-8-sig")
-        except UnicodeDecodeError as error:
-            line = error.object[: error.start].count(b"\n") + 1
-            raise FileError(
-                path=path,
-                place=f"line {line}",
-                problem="is no text in UTF-8",
-                remedy="save it as UTF-8, or give another file",
-            ) from None
+        content = _decoded(content, path)
     try:
         return tomllib.loads(content.replace("\r\n", "\n"))
     except RecursionError:

@@ -84,12 +84,21 @@ class World:
         delivered: NDArray[np.int64] = self.state.robots["delivered"].reshape(self.worlds, -1).sum(axis=1)
         return delivered
 
+    @property
+    def total(self) -> NDArray[np.int64]:
+        """Units of food there are in each world [B]: in sources, on robots, and brought home."""
+        sources = np.where(self.rules.classes["food"][self.rules.class_of], self.state.objects["amount"], 0)
+        stored: NDArray[np.int64] = self.state.robots["stored"].reshape(self.worlds, -1).sum(axis=1)
+        total: NDArray[np.int64] = sources.sum(axis=1) + stored + self.delivered
+        return total
+
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, one world per seed, as many worlds as before."""
         if len(seeds) != self.worlds or not seeds or not all(0 <= int(seed) < 2**63 for seed in seeds):
             count = max(1, self.worlds)
             raise self._wrong("seeds", f"are {list(seeds)}", f"give {count} from 0 to 2**63 - 1")
         state = lay_out(self.scenario, self.rules, np.asarray(seeds, np.int64))
+        state.robots["aim"] = np.nan
         memory = np.full((self.agents, self._planner.slots), np.nan)
         self._begin(state._replace(memory=memory))
 
@@ -134,7 +143,14 @@ class World:
 
     def snapshot(self) -> bytes:
         """The whole state, for `restore`."""
-        return snapshots.pack(self.scenario.name, self._settings(), self.state._asdict())
+        robots = self.state.robots.copy()
+        robots["aim"], robots["cosine"], robots["sine"] = (
+            np.nan,
+            0.0,
+            0.0,
+        )  # at hand for speed, no part of the state
+        state = self.state._replace(robots=robots)
+        return snapshots.pack(self.scenario.name, self._settings(), state._asdict())
 
     def restore(self, snapshot: bytes) -> None:
         """Go back to a snapshot, bit for bit; FileError where it is not one of such worlds."""

@@ -83,7 +83,7 @@ def _parts(robots_each: int) -> tuple[Any, Any]:
         base = import_module("vmas.simulator.scenario").BaseScenario
         motion = import_module("vmas.simulator.dynamics.holonomic_with_rot").HolonomicWithRotation
     except ImportError:
-        raise PeerMissing(peer="VMAS with PyTorch") from None
+        raise PeerMissing(peer="VMAS with PyTorch", extra="bench-vmas") from None
     side = standard.side(robots_each)
     force = standard.STEP / standard.TICK_S**2
     torque = 0.5 * standard.RADIUS**2 * standard.TURN / standard.TICK_S**2

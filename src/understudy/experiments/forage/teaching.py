@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from typing import Any
 
 from understudy.evaluation import Evaluation, Progress, evaluate
 from understudy.model.lesson import Options
 from understudy.model.library import Library
+from understudy.runtime.engine import Engine
 from understudy.runtime.program import link
-from understudy.runtime.run import Run
 from understudy.training.demonstrators.forager import PLAIN, TOPICS, WATCHED
 from understudy.training.demonstrators.teacher import Progress as TeachingProgress
 from understudy.training.demonstrators.teacher import Teacher, Teaching
-from understudy.worlds.catalog import CATALOG
 from understudy.worlds.forage import Forage, corner_cases, kit
-from understudy.worlds.forage_settings import practices
-from understudy.worlds.forage_view import from_forage
+from understudy.worlds.forage_settings import NAME, practices
 from understudy.worlds.view import Frame
 
 WORLDS = 100
@@ -58,17 +55,16 @@ def teach(seed: int, *, method: str = "watched", progress: TeachingProgress | No
 
 def judge(library: Library, seed: int, *, progress: Progress | None = None) -> Evaluation:
     """How well a library forages on the unseen worlds of a teaching seed."""
-    return evaluate(library, "forage", CATALOG["forage"], worlds_of(seed), progress=progress)
+    return evaluate(library, "forage", NAME, worlds_of(seed), progress=progress)
 
 
 def judge_corners(library: Library, seed: int) -> dict[str, float]:
     """Success in each of the paper's corner cases."""
     seeds = worlds_of(seed)[:CORNER_WORLDS]
-    success = {}
-    for name, settings in corner_cases().items():
-        world = replace(CATALOG["forage"], name=name, make=partial(Forage, settings=settings))
-        success[name] = evaluate(library, "forage", world, seeds).success
-    return success
+    return {
+        name: evaluate(library, "forage", settings.scenario(), seeds).success
+        for name, settings in corner_cases().items()
+    }
 
 
 def teach_and_judge(seed: int, *, method: str = "watched") -> Judged:
@@ -80,13 +76,13 @@ def teach_and_judge(seed: int, *, method: str = "watched") -> Judged:
 def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[Frame]:
     """One run of a library's Forage in one world, moment by moment, until all food is home."""
     body = Forage([seed])
-    run = Run.of(body, link(library, "forage"))
-    frames: list[Frame] = []
-    while not body.success()[0] and body.time_s < limit_s:
-        view = from_forage(body.view())
-        run.tick()
-        frames.append(Frame(view, (run.interpreters[0].path[0],)))
-    return [*frames, Frame(from_forage(body.view()), frames[-1].doing if frames else ("",))]
+    engine = Engine.of(body, link(library, "forage"))
+    frames = []
+    while True:
+        frames.append(Frame(body.view(), (*engine.path(0)[:1], "")[:1]))
+        if body.success()[0] or body.time_s >= limit_s:
+            return frames
+        engine.tick()
 
 
 def summary(judged: Judged) -> dict[str, Any]:
