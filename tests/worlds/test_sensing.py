@@ -319,7 +319,7 @@ def test_a_camera_sees_colors_and_their_range() -> None:
     assert read(world, "blob_x", "blues") == 50.0
     assert isnan(read(world, "blob_x", "red"))  # itself it does not see
     assert isnan(read(world, "blob_x", "anyone"))  # no color in particular
-    drive(world, 1, drive=-1.0)
+    drive(world, 1, drive=np.array([-1.0, 0.0, 0.0]))
     assert isnan(read(world, "blob_x", "blue"))  # 3.01 m
 
 
