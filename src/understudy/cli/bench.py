@@ -113,8 +113,8 @@ def _interpreter(result: dict[str, Any]) -> None:
     console().print(made)
 
 
-def _mark(reached: bool) -> str:
-    return "[green]yes[/]" if reached else "[red]no[/]"
+def _mark(reached: bool | None) -> str:
+    return "[dim]not measured[/]" if reached is None else "[green]yes[/]" if reached else "[red]no[/]"
 
 
 def _speeds(result: dict[str, Any]) -> None:
@@ -133,10 +133,13 @@ def _speeds(result: dict[str, Any]) -> None:
     goals = table("goal", "#wanted", "#measured", "reached")
     for row in result["goals"]:
         wanted = f"at least {row['least']:g}" if "least" in row else f"at most {row['most']:g}"
-        goals.add_row(row["what"], wanted, f"{row['value']:.3g}", _mark(row["passed"]))
+        goals.add_row(
+            row["what"], wanted, "-" if row["passed"] is None else f"{row['value']:.3g}", _mark(row["passed"])
+        )
     console().print(goals)
     for peer in result.get("missing", ()):
-        console().print(f"Not measured: {peer}. Install it with: pip install 'understudy\\[bench]'")
+        extra = "bench-vmas" if "VMAS" in peer else "bench"
+        console().print(f"Not measured: {peer}. Install it with: pip install 'understudy\\[{extra}]'")
 
 
 MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(
