@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from understudy.model.feature import Percept
 from understudy.model.kinds import TAU, Categorical, Toroidal
 from understudy.runtime.body import Commands
+from understudy.worlds.kits import readings_of_type
 from understudy.worlds.scenario import Camera, Chance, Locator, Measuring, Sonar, Stuck
 from understudy.worlds.world import World
 
@@ -104,7 +105,8 @@ def pieces(world: World, index: int) -> Floats:
     """Segments that are there [S, 4]."""
     segments = world.state.segments[index]
     found = np.stack([segments[name] for name in ("x0", "y0", "x1", "y1")], axis=1)
-    return found[~np.isnan(found).any(axis=1)]
+    there: Floats = found[~np.isnan(found).any(axis=1)]
+    return there
 
 
 def to_segments(x: Floats, y: Floats, segments: Floats) -> Floats:
@@ -160,11 +162,11 @@ def _check_paths(world: World, index: int, then: Floats, now: Floats, objects: F
     both = collides[first] & collides[second]
     first, second = first[both], second[both]
     relative = ways[first] - ways[second]
-    zero = np.zeros(len(first))
     along = relative[:, 2:] - relative[:, :2]
     squared = np.maximum((along**2).sum(axis=1), 1e-300)
     share = np.clip(-(relative[:, :2] * along).sum(axis=1) / squared, 0.0, 1.0)
-    nearest = np.hypot(*(relative[:, :2] + share[:, None] * along).T, out=zero)
+    nearest_x, nearest_y = (relative[:, :2] + share[:, None] * along).T
+    nearest = np.hypot(nearest_x, nearest_y)
     assert (nearest >= radius[first] + radius[second] - SLACK).all()
 
 
@@ -221,8 +223,6 @@ def check_percept(world: World, percept: Percept) -> None:
 
 
 def _by_reading(world: World, type_name: str) -> dict[str, Measuring]:
-    from understudy.worlds.kits import readings_of_type
-
     kind = world.scenario.types[type_name]
     return {reading.name: kind.sensors[index] for index, reading in readings_of_type(kind)}
 

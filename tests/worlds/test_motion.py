@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 from tests.worlds.random_scenarios import made
 
-from understudy.worlds.scenario import Objects, Obstacle, Robots, RobotType, Scenario, Wall
+from understudy.worlds.scenario import (
+    Objects,
+    Obstacle,
+    Region,
+    Robots,
+    RobotType,
+    Scenario,
+    Walk,
+    Wall,
+)
 from understudy.worlds.world import World
 
 RADIUS, STEP = 0.2, 0.05
@@ -77,7 +86,8 @@ def test_straight_ahead_and_back() -> None:
 def test_on_the_spot() -> None:
     world = arena((5.0, 4.0, 0.0))
     drive(world, 10, drive=0.0, turn=1.0)
-    assert robot(world) == (5.0, 4.0, pytest.approx(pi / 2))
+    assert robot(world)[:2] == (5.0, 4.0)
+    assert robot(world)[2] == pytest.approx(pi / 2)
     drive(world, 40, drive=0.0, turn=-1.0)
     assert robot(world)[2] == pytest.approx(pi / 2)
 
@@ -100,7 +110,7 @@ def test_accelerations() -> None:
     assert robot(world)[2] == pytest.approx(radians(1.0 + 2.0))
 
 
-def noisy(count: int, **noise: float) -> World:
+def noisy(count: int, **noise: Any) -> World:
     """Robots side by side, far from each other."""
     scenario = Scenario(
         size=(10.0, 2.0 * count),
@@ -151,7 +161,8 @@ def test_noise_without_a_command_is_none() -> None:
     world = noisy(5, noise_drive=0.5, noise_turn=0.5)
     before = world.state.robots.copy()
     drive(world, 20, drive=0.0)
-    assert (world.state.robots == before).all()
+    for field in ("x", "y", "heading", "speed", "spin"):
+        assert (world.state.robots[field] == before[field]).all()
 
 
 PILLAR = Objects(name="pillar", solid=True, radius=0.5, at=((7.0, 4.0),))
@@ -187,7 +198,7 @@ def test_it_stops_at_contact_and_can_leave(
     drive(world, 3)
     assert robot(world) == pytest.approx(stopped, abs=GAP)
     drive(world, 20, drive=0.0, turn=1.0)  # turns around
-    assert robot(world)[:2] == robot(world)[:2]
+    assert robot(world)[:2] == pytest.approx(stopped[:2], abs=GAP)
     drive(world, 1)
     assert robot(world)[0] < ends - 0.04
 
@@ -383,8 +394,6 @@ def walking(**more: Any) -> World:
 
 
 def walker(speed: float, *, solid: bool = True) -> Objects:
-    from understudy.worlds.scenario import Walk
-
     return Objects(name="dog", solid=solid, radius=0.3, count=3, walk=Walk(speed=speed, turn_s=1.0))
 
 
@@ -394,7 +403,7 @@ def test_what_walks_goes_through_no_wall(speed: float, solid: bool) -> None:
     wall = Wall(points=((5.0, 0.0), (5.0, 8.0)))
     dogs = walker(speed, solid=solid)
     world = walking(objects=(dogs,), walls=(wall,))
-    side = world.state.objects["x"][0, :3] > 5.0
+    side, moved = world.state.objects["x"][0, :3] > 5.0, False
     for _ in range(300):
         before = world.state.objects["x"][0, :3].copy()
         drive(world, 1, drive=0.0)
@@ -402,7 +411,8 @@ def test_what_walks_goes_through_no_wall(speed: float, solid: bool) -> None:
         assert ((now > 5.0) == side).all()
         assert (np.abs(now - 5.0) >= 0.3).all()
         assert ((now >= 0.3) & (now <= 9.7)).all()
-    assert (before != now).any()
+        moved |= bool((before != now).any())
+    assert moved
 
 
 def test_a_large_robot_is_not_walked_over() -> None:
@@ -415,8 +425,6 @@ def test_a_large_robot_is_not_walked_over() -> None:
 
 
 def test_what_walks_keeps_to_its_region_and_comes_back_to_it() -> None:
-    from understudy.worlds.scenario import Region, Walk
-
     dog = Objects(name="dog", radius=0.3, walk=Walk(speed=1.0, turn_s=0.5), within="yard")
     narrow = Region(box=(2.0, 2.0, 4.0, 2.2))  # narrower than the dog
     world = walking(objects=(dog,), regions={"yard": narrow})

@@ -14,6 +14,8 @@ from tests.worlds.test_motion import drive
 
 from understudy.model.feature import ReadingKey
 from understudy.runtime.body import every_key
+from understudy.worlds.advancing import sense
+from understudy.worlds.contexts import Context
 from understudy.worlds.scenario import (
     Bumper,
     Camera,
@@ -288,9 +290,6 @@ def test_one_reading_behind_two_keys_of_a_plan() -> None:
     keys: list[ReadingKey] = [("range", "flag"), ("bearing", "flag"), ("ahead", None), ("blob_x", "flag"),
                               ("random", None), ("unseen", "flag")]  # fmt: skip
     plan = world._planner.plan((*keys, *keys[::-1]))
-    from understudy.worlds.advancing import sense
-    from understudy.worlds.contexts import Context
-
     out = np.zeros((world.agents, 2 * len(keys)))
     sense(Context(world._stage, plan, world._room), 1, out)
     assert np.array_equal(out[:, : len(keys)], out[:, : len(keys) - 1 : -1], equal_nan=True)
@@ -320,7 +319,7 @@ def test_a_camera_sees_colors_and_their_range() -> None:
     assert read(world, "blob_x", "blues") == 50.0
     assert isnan(read(world, "blob_x", "red"))  # itself it does not see
     assert isnan(read(world, "blob_x", "anyone"))  # no color in particular
-    drive(world, 1, drive=-1.0)
+    drive(world, 1, drive=np.array([-1.0, 0.0, 0.0]))
     assert isnan(read(world, "blob_x", "blue"))  # 3.01 m
 
 

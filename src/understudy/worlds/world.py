@@ -200,7 +200,7 @@ class World:
         self._index("world", world, self.worlds)
         self._free_for(f"place of {name!r}", self.names.classes.index(name), x, y, world=world)
         most = 2**31 - 1 if kind["food"] else 0
-        if not isinstance(amount, int | np.integer) or not 0 <= amount <= most:
+        if not _is_whole(amount, most):
             remedy = "give a whole number from 0 up" if kind["food"] else "leave it out: it is no food"
             raise self._wrong(f"amount of {name!r}", f"is {amount}", remedy)
         things = self.state.objects[world, kind["first"] : kind["end"]]
@@ -264,7 +264,7 @@ class World:
         return self.rules.classes[self.names.classes.index(name)]
 
     def _index(self, what: str, index: int, count: int) -> int:
-        if not isinstance(index, int | np.integer) or not 0 <= index < count:
+        if not _is_whole(index, count - 1):
             raise self._wrong(what, f"is {index!r}", f"give one from 0 to {count - 1}")
         return int(index)
 
@@ -322,3 +322,8 @@ class World:
                 remedy="give finite numbers",
             )
         return values
+
+
+def _is_whole(value: object, most: int) -> bool:
+    """Whether something is a whole number from 0 to `most`."""
+    return isinstance(value, int | np.integer) and 0 <= int(value) <= most
