@@ -278,7 +278,7 @@ MADE: list[tuple[Mapping[str, Any], str, str]] = [  # changes of a plain scenari
     ({"size": "large"}, "size", "give a list"),
     ({"tick_s": None}, "tick_s", "give a number"),
     ({"types": {"rover": "fast"}}, "types.rover", "give a table"),
-    pytest.param({"types": {"rover": object()}}, "scenario", "plain numbers", id="no plain value"),
+    ({"types": {"rover": object()}}, "scenario", "plain numbers"),
     ({"goal": Goal(delivered=True)}, "goal.delivered", "no robot can carry"),
     (
         {"goal": Goal(delivered=True), "types": {"rover": RobotType(capacity=1)}},
