@@ -8,7 +8,7 @@ from understudy.compiling import kernel_sources
 from understudy.runtime._kernels import pulse
 from understudy.worlds._barrier_kernels import wait
 from understudy.worlds._grid_kernels import sort
-from understudy.worlds._motion_kernels import arrive, propose
+from understudy.worlds._motion_kernels import arrive, propose, slide
 from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at
 from understudy.worlds._sense_kernels import sense
 from understudy.worlds._step_kernels import (
@@ -37,6 +37,7 @@ def intend(c: Any, row: int, world: int, commands: Any, which: int) -> None:
     drive, turn = commands[which, 0], commands[which, 1]
     seed, tick = at(c.seeds, world, WHOLE).v, at(c.tick, world, WHOLE).v
     propose(robot, type_at(c, robot.type), drive, turn, seed, tick, move)
+    slide(c, row, world)
     move.still = 1 if drive == 0.0 and turn == 0.0 else 0
     move.load, move.unload = commands[which, 2], commands[which, 3]
 

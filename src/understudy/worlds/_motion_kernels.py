@@ -2,7 +2,7 @@
 
 A step is limited by the gap to everything solid: along the line to the nearest point of it, robot and thing may
 together close the gap and no more. Since all solid things are convex, nothing overlaps and nothing tunnels,
-whatever the order in which robots are looked at.
+whatever the order in which robots are looked at. Along what stays where it is, a robot slides.
 """
 
 import math
@@ -28,6 +28,7 @@ from understudy.worlds.records import SPOT
 
 TAU = 2.0 * math.pi
 CROWD = 12  # robots in a line of cells; where there are more, small cells are looked at
+STUCK = 0.1  # less than so much of the way it wanted to go, and it got nowhere
 CLEAR = 1e-9  # m; kept free, so that rounding never makes an overlap
 DRIVING, TURNING = 16, 18  # streams of random draws, two each
 
@@ -52,6 +53,7 @@ def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: i
     accelerations let them.
     """
     move.scale = 1.0
+    move.wanted = 0.0
     if robot.frozen:
         robot.speed = robot.spin = 0.0
         move.dx = move.dy = 0.0
@@ -75,8 +77,10 @@ def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: i
         else:
             half = 0.5 * angle
             chord = distance * math.sin(half) / half
+            distance = chord
             move.dx = chord * math.cos(robot.heading + half)
             move.dy = chord * math.sin(robot.heading + half)
+    move.wanted = abs(distance)
     move.heading = robot.heading
     if angle != 0.0:
         move.heading = wrapped(robot.heading + angle)
@@ -111,15 +115,21 @@ def limited_by_disc(scale: float, x: float, y: float, radius: float, move: Any, 
 
 
 @njit(error_model="numpy", forceinline=True)
-def limited_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> Any:
-    """The scale that a piece of wall allows."""
+def nearest_of_segment(x: float, y: float, segment: Any) -> Any:
+    """The point of a segment that is nearest to a place."""
     ex, ey = segment.x1 - segment.x0, segment.y1 - segment.y0
     length = ex * ex + ey * ey
     along = 0.0
     if length > 0.0:
         along = min(1.0, max(0.0, ((x - segment.x0) * ex + (y - segment.y0) * ey) / length))
-    disc = (segment.x0 + along * ex, segment.y0 + along * ey, 0.0)
-    return limited_by_disc(scale, x, y, radius, move, disc)
+    return segment.x0 + along * ex, segment.y0 + along * ey
+
+
+@njit(error_model="numpy", forceinline=True)
+def limited_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> Any:
+    """The scale that a piece of wall allows."""
+    near_x, near_y = nearest_of_segment(x, y, segment)
+    return limited_by_disc(scale, x, y, radius, move, (near_x, near_y, 0.0))
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -229,14 +239,73 @@ def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, mo
 
 
 @njit(error_model="numpy", forceinline=True)
+def _slid(move: Any, nx: float, ny: float, gap: float) -> Any:
+    """Take from a step what would go deeper than the gap, along (nx, ny) to the thing; whether there was any."""
+    deep = move.dx * nx + move.dy * ny - max(0.0, gap - CLEAR)
+    if deep <= 0.0:
+        return False
+    move.dx -= deep * nx
+    move.dy -= deep * ny
+    return True
+
+
+@njit(error_model="numpy", forceinline=True)
+def _slid_along(
+    move: Any, x: float, y: float, radius: float, to_x: float, to_y: float, to_radius: float
+) -> Any:
+    """The same, for a round thing or the nearest point of another."""
+    dx, dy = to_x - x, to_y - y
+    reach = radius + to_radius + move.wanted
+    squared = dx * dx + dy * dy
+    if squared >= reach * reach * 1.0001 or squared == 0.0:
+        return False
+    distance = math.sqrt(squared)
+    return _slid(move, dx / distance, dy / distance, distance - radius - to_radius)
+
+
+@njit(error_model="numpy")
+def slide(c: Any, row: int, world: int) -> None:
+    """Let a robot slide along walls, obstacles and solid objects: of its step only what leads into them is lost."""
+    robot, move = robot_at(c, row), move_at(c, world, row)
+    if move.dx == 0.0 and move.dy == 0.0:
+        return
+    x, y, radius = robot.x, robot.y, type_at(c, robot.type).radius
+    met = _slid(move, -1.0, 0.0, x - radius) or _slid(move, 1.0, 0.0, c.width - radius - x)
+    met = _slid(move, 0.0, -1.0, y - radius) or _slid(move, 0.0, 1.0, c.height - radius - y) or met
+    begin, end = near_range(c, x, y, world)
+    for k in range(begin, end):
+        item = index_at(c.near_items, k)
+        if item >= 0:
+            disc = disc_at(c, world, item)
+            met = _slid_along(move, x, y, radius, disc.x, disc.y, disc.radius) or met
+        else:
+            piece = segment_at(c, world, -1 - item)
+            near_x, near_y = nearest_of_segment(x, y, piece)
+            met = _slid_along(move, x, y, radius, near_x, near_y, 0.0) or met
+    if c.solids:
+        for index in range(c.class_count):
+            kind = class_at(c, index)
+            if kind.solid and not kind.pushable:
+                for slot in range(kind.first, kind.end):
+                    thing = object_at(c, world, slot)
+                    if thing.present:
+                        met = _slid_along(move, x, y, radius, thing.x, thing.y, kind.radius) or met
+    if met:  # in a corner, what slides along one may lead into another
+        move.scale = limited_by_fixed(c, 1.0, x, y, radius, move, world)
+
+
+@njit(error_model="numpy", forceinline=True)
 def arrive(robot: Any, move: Any) -> None:
     """Move a robot as far as it may."""
     if robot.frozen:
         return
-    drives = robot.speed != 0.0
-    robot.x += move.scale * move.dx
-    robot.y += move.scale * move.dy
+    dx, dy = move.scale * move.dx, move.scale * move.dy
+    robot.x += dx
+    robot.y += dy
     robot.heading = move.heading
-    if move.scale < 1.0:
-        robot.speed *= move.scale
-    robot.blocked = robot.blocked + 1 if drives and move.scale < 0.1 else 0
+    robot.blocked = 0 if move.wanted == 0.0 else robot.blocked
+    if move.wanted > 0.0:
+        share = math.sqrt(dx * dx + dy * dy) / move.wanted
+        if share < 1.0 - CLEAR:
+            robot.speed *= share
+        robot.blocked = robot.blocked + 1 if share < STUCK else 0

@@ -156,15 +156,13 @@ def move_boxes(c: Any, world: int) -> None:
 
 @njit(error_model="numpy", forceinline=True)
 def limit(c: Any, row: int, world: int) -> None:
-    """How far a robot may go: as far as the gaps to all that is solid let it, boxes left aside."""
+    """How far a robot may go beside the others, having slid along all that stays; boxes are left aside."""
     robot, move = robot_at(c, row), move_at(c, world, row)
     if move.dx == 0.0 and move.dy == 0.0:
         return
     kind = type_at(c, robot.type)
-    scale = limited_by_fixed(c, 1.0, robot.x, robot.y, kind.radius, move, world)
-    if scale > 0.0 and kind.collides:
-        scale = limited_by_robots(c, scale, row, world)
-    move.scale = scale
+    if move.scale > 0.0 and kind.collides:
+        move.scale = limited_by_robots(c, move.scale, row, world)
 
 
 @njit(error_model="numpy")

@@ -109,6 +109,7 @@ MOVE = np.dtype(
         ("dx", "f8"),
         ("dy", "f8"),
         ("heading", "f8"),
+        ("wanted", "f8"),  # how far it would go if nothing were in its way
         ("scale", "f8"),  # the share of its step that it may
         ("load", "f8"),  # as commanded
         ("unload", "f8"),
