@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from understudy.compiling import undisturbed
 from understudy.errors import UnknownName
 from understudy.runtime.engine import Engine
 from understudy.runtime.program import IDLE_PROGRAM
@@ -27,6 +28,7 @@ def find_world(name: str | Path) -> Scenario:
 
 def prepare(scenario: Scenario) -> None:
     """Have the kernels compiled or loaded, so that no later call waits (a minute, once per installation)."""
-    engine = Engine.of(World(scenario), IDLE_PROGRAM)
-    engine.run(1)
-    engine.tick()
+    with undisturbed():
+        engine = Engine.of(World(scenario), IDLE_PROGRAM)
+        engine.run(1)
+        engine.tick()
