@@ -48,7 +48,7 @@ def forage(
 
     Exit code 1 if the result falls short of what it must reach.
 
-    [dim]understudy experiment forage --seeds 40000:40020[/]
+    [dim]understudy experiment forage --seeds 41000:41020[/]
     """
     import msgspec
 
