@@ -430,3 +430,9 @@ def test_as_a_process(library: Path) -> None:
         check=True,
     )
     assert done.stderr == ""
+
+
+def test_a_run_without_an_end_is_refused() -> None:
+    result = run("run", "patrol", "--behavior", "stop", "--seconds", "inf")
+    assert result.exit_code == 2
+    assert "--seconds" in result.stderr
