@@ -94,7 +94,11 @@ class World:
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, one world per seed, as many worlds as before."""
-        if len(seeds) != self.worlds or not len(seeds) or not all(_is_whole(seed, 2**63 - 1) for seed in seeds):
+        if (
+            len(seeds) != self.worlds
+            or not len(seeds)
+            or not all(_is_whole(seed, 2**63 - 1) for seed in seeds)
+        ):
             count = max(1, self.worlds)
             raise self._wrong("seeds", f"are {list(seeds)}", f"give {count} from 0 to 2**63 - 1")
         state = lay_out(self.scenario, self.rules, np.asarray(seeds, np.int64))
