@@ -430,3 +430,23 @@ def test_as_a_process(library: Path) -> None:
         check=True,
     )
     assert done.stderr == ""
+
+
+def test_a_run_without_an_end_is_refused() -> None:
+    result = run("run", "patrol", "--behavior", "stop", "--seconds", "inf")
+    assert result.exit_code == 2
+    assert "--seconds" in result.stderr
+
+
+def test_what_a_table_taught_runs_in_a_scenario(tmp_path: Path) -> None:
+    table, folder, picture = tmp_path / "table.csv", tmp_path / "library", tmp_path / "out.png"
+    table.write_text(
+        "state,next,kind,sonar_ahead:continuous\n"
+        "start,forward,directive,3\n"
+        "forward,rotate_left,directive,0.3\n"
+        "rotate_left,forward,directive,1.5\n"
+    )
+    assert run("learn", table, "-l", folder, "-n", "wander").exit_code == 0
+    options = ("-l", folder, "--behavior", "wander", "--seconds", "2", "--record", picture)
+    assert run("run", "arena", *options).exit_code == 0
+    assert picture.exists()

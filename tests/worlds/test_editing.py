@@ -180,8 +180,12 @@ NONSENSE: list[tuple[str, str, Callable[[World], Any]]] = [
     ("radius of an obstacle", "is -0.2", lambda body: body.add_obstacle(1.0, 1.0, -0.2)),
     ("radius of an obstacle", "is 0", lambda body: body.add_obstacle(1.0, 1.0, 0.0)),
     ("pointer", "nan", lambda body: body.point(nan, 1.0)),
+    ("pointer", "nan", lambda body: body.point(1.0)),
+    ("pointer", "nan", lambda body: body.point(None, 1.0)),
     ("pointer", "11.0", lambda body: body.point(11.0, 1.0)),
     ("seeds", "are [-1]", lambda body: body.reset([-1])),
+    ("seeds", "are [1.5]", lambda body: body.reset([1.5])),  # type: ignore[list-item]
+    ("seeds", "are ['a']", lambda body: body.reset(["a"])),  # type: ignore[list-item]
     ("seeds", "are [0, 1]", lambda body: body.reset([0, 1])),
 ]
 
@@ -338,3 +342,17 @@ def test_functions_that_are_wrong_are_named(
         run(body, program(asked, does))
     assert all(word in str(refusal.value) for word in named), str(refusal.value)
     assert states(body) == before
+
+
+def test_a_command_of_words_is_refused_by_its_name() -> None:
+    body = world()
+    before = states(body)
+    with pytest.raises(DefinitionError, match="command 'drive': it is 'fast'"):
+        body.act({"drive": "fast"})  # type: ignore[dict-item]
+    assert states(body) == before
+
+
+@pytest.mark.parametrize("nothing", ["a", None, 3])
+def test_what_is_no_bytes_is_no_snapshot(nothing: Any) -> None:
+    with pytest.raises(FileError, match="is not a snapshot"):
+        world().restore(nothing)

@@ -438,6 +438,24 @@ def test_since() -> None:
     assert read(world, "free") == pytest.approx(1.0)
 
 
+def test_since_has_a_rate_and_drops_out_like_any_sensor() -> None:
+    sensors = (
+        Locator(),
+        Since(name="lost", of="range", rate_hz=2.5, dropout=0.0),
+        Since(name="fresh", of="range", dropout=0.3),
+    )
+    world = world_of(*sensors, targets={"pointer": TARGETS["pointer"]})
+    world.point(9.0, 5.0)
+    drive(world, 2, drive=0.0)
+    world.point(None)
+    lost = repeated(world, "lost", 11, "pointer")  # from tick 2 on; measured at 0, 4, 8 and 12
+    assert lost.tolist() == pytest.approx([0.0] * 2 + [0.3] * 4 + [0.7] * 4 + [1.1])
+    fresh = repeated(world, "fresh", 2000, "pointer")
+    assert np.isnan(fresh).mean() == pytest.approx(0.3, abs=0.04)
+    there = ~np.isnan(fresh)
+    assert fresh[there] == pytest.approx(1.2 + 0.1 * np.arange(2000)[there])
+
+
 def test_a_rate_holds_the_last_answer() -> None:
     """At 2.5 Hz and 0.1 s a tick every fourth tick measures, whether anyone asks or not."""
     world = world_of(Pose(rate_hz=2.5), Locator(rate_hz=5.0, noise_range=0.1))

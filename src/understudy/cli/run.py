@@ -40,6 +40,7 @@ def run(
         typer.Option(
             "--seconds",
             min=0.1,
+            max=86_400,
             help="End after so much simulated time, not at the scenario's limit.",
             show_default=False,
         ),

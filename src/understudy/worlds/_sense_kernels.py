@@ -190,15 +190,25 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
 
 
 @njit(error_model="numpy", forceinline=True)
-def _since(c: Any, row: int, step: Any, tick: int, keep: bool) -> None:
+def _since(c: Any, row: int, step: Any, tick: int, seed: int, item: int, keep: bool) -> None:
     """Seconds since the reading that a step is about was last there."""
     part = at(c.parts, step.first, PART)
     source = at(c.row, step.index, NUMBER).v
     there = source == 1.0 if step.nearest else source == source
     last = at(c.memory, row * c.memory_count + part.held, NUMBER)
-    since = 0.0 if there else tick - last.v
-    if part.a >= 0 and since == since:
-        at(c.row, part.a, NUMBER).v = math.floor(since * c.tick_s * 1e9 + 0.5) / 1e9
+    answer = at(c.memory, row * c.memory_count + part.held + 1, NUMBER)
+    since = answer.v
+    if step.period == 1 or tick % step.period == 0:
+        since = 0.0 if there else tick - last.v
+        if since == since:  # the floor of what is absent would be a number
+            since = math.floor(since * c.tick_s * 1e9 + 0.5) / 1e9
+        stream = step.stream + 8 * part.number + DROPOUT
+        if step.dropout > 0.0 and uniform(seed, item, tick, stream) < step.dropout:
+            since = math.nan
+        if keep:
+            answer.v = since
+    if part.a >= 0:
+        at(c.row, part.a, NUMBER).v = since
     if keep and there:
         last.v = float(tick)
 
@@ -218,7 +228,7 @@ def sense(c: Any, row: int, world: int, keep: bool, camera: Any, ranging: Any) -
     for index in range(steps[0], steps[1]):
         step = at(c.steps, index, STEP)
         if step.what == SINCE:
-            _since(c, row, step, tick, keep)
+            _since(c, row, step, tick, seed, robot.id, keep)
             continue
         due = step.period == 1 or tick % step.period == 0
         if due:

@@ -46,6 +46,7 @@ class Limit(NamedTuple):
 
 POSITIVE = Limit(lambda number: number > 0, "a number above 0")
 NOT_NEGATIVE = Limit(lambda number: number >= 0, "0 or more")
+TICK = Limit(lambda number: number >= 0.0001, "0.0001 or more")
 AT_LEAST_1 = Limit(lambda number: number >= 1, "1 or more")
 CHANCE = Limit(lambda number: 0 <= number <= 1, "a probability from 0 to 1")
 VIEW = Limit(lambda number: 0 < number < 180, "more than 0 and less than 180 degrees")
@@ -55,7 +56,7 @@ THINGS = Limit(
 PIXELS = Limit(lambda number: 1 <= number <= 100_000, "1 to 100 000 pixels")
 
 LIMITS: Mapping[type[Part], Mapping[str, Limit]] = {
-    Scenario: {"size": POSITIVE, "tick_s": POSITIVE, "limit_s": POSITIVE, "spare_objects": THINGS},
+    Scenario: {"size": POSITIVE, "tick_s": TICK, "limit_s": POSITIVE, "spare_objects": THINGS},
     Region: {"radius": POSITIVE},
     Placing: {"count": THINGS, "apart": NOT_NEGATIVE, "near_m": NOT_NEGATIVE},
     Obstacle: {"radius": POSITIVE, "height": POSITIVE},

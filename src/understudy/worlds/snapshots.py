@@ -42,6 +42,8 @@ def unpack(
 
     Arrays [B, K] that are `growing` may be of another length K.
     """
+    if not isinstance(snapshot, bytes):
+        raise _refused("", "is not a snapshot", "give the bytes that snapshot() gave")
     line, _, body = snapshot.partition(b"\n")
     wanted = json.loads(pack(world, settings, like).partition(b"\n")[0])
     try:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from math import isfinite, tau
+from math import isfinite, nan, tau
 from typing import Any
 
 import msgspec
@@ -94,7 +94,11 @@ class World:
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, one world per seed, as many worlds as before."""
-        if len(seeds) != self.worlds or not seeds or not all(0 <= int(seed) < 2**63 for seed in seeds):
+        if (
+            len(seeds) != self.worlds
+            or not len(seeds)
+            or not all(_is_whole(seed, 2**63 - 1) for seed in seeds)
+        ):
             count = max(1, self.worlds)
             raise self._wrong("seeds", f"are {list(seeds)}", f"give {count} from 0 to 2**63 - 1")
         state = lay_out(self.scenario, self.rules, np.asarray(seeds, np.int64))
@@ -238,12 +242,13 @@ class World:
     def point(self, x: float | None, y: float | None = None, *, world: int = 0) -> None:
         """Put the mouse pointer somewhere, as the target `mouse`; None takes it away."""
         self._index("world", world, self.worlds)
-        if x is not None and y is not None:
-            self._finite("pointer", x, y, 0.0)
         thing = self.state.objects[world, self._class(MOUSE)["first"]]
-        thing["present"] = x is not None and y is not None
-        if x is not None and y is not None:
-            thing["x"], thing["y"] = x, y
+        if x is None and y is None:
+            thing["present"] = 0
+            return
+        x, y = nan if x is None else x, nan if y is None else y  # one of the two alone is no place
+        self._finite("pointer", x, y, 0.0)
+        thing["x"], thing["y"], thing["present"] = x, y, 1
 
     def freeze(self, agent: int) -> None:
         """Let a robot fail: it senses nothing and moves no more."""
@@ -307,7 +312,14 @@ class World:
         return keys
 
     def _column(self, channel: str, column: Column) -> Column:
-        values: Column = np.asarray(column, np.float64)
+        try:
+            values: Column = np.asarray(column, np.float64)
+        except (TypeError, ValueError) as error:
+            raise DefinitionError(
+                what=f"command {channel!r}",
+                problem=f"it is {column!r:.60}",
+                remedy="give one finite number per robot",
+            ) from error
         if values.shape != (self.agents,):
             raise DefinitionError(
                 what=f"command {channel!r}",
