@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from tests.worlds.laws import check_percept, check_state, check_tick, kept
+from tests.worlds.laws import Kept, check_percept, check_state, check_tick, kept
 from tests.worlds.random_scenarios import made, random_commands, random_world
 
-from understudy.runtime.body import every_key
+from understudy.runtime.body import Commands, every_key
+from understudy.worlds.scenario import Objects, Obstacle, Robots, RobotType, Scenario, Wall
 from understudy.worlds.world import World
 
 TICKS = 40
@@ -131,3 +134,61 @@ def test_other_seeds_other_worlds() -> None:
     world = random_world(3, worlds=2)
     scenario = replace(world.scenario, name="other")
     assert states(made(scenario, (1,))) != states(made(scenario, (2,)))
+
+
+def onto_another(world: World) -> None:
+    world.state.robots["x"][0] = world.state.robots["x"][1] + 2 * 0.2 - 1e-6
+    world.state.robots["y"][0] = world.state.robots["y"][1]
+
+
+def change(field: str, index: int, value: float, *, objects: bool = False) -> Callable[[World], None]:
+    def apply(world: World) -> None:
+        (world.state.objects[0] if objects else world.state.robots)[field][index] = value
+
+    return apply
+
+
+LIARS: dict[str, Callable[[World], None]] = {
+    "a robot overlaps another": onto_another,
+    "a robot is partly outside": change("x", 0, 0.2 - 1e-6),
+    "a robot is nowhere": change("y", 0, np.nan),
+    "a robot turned around without a command": change("heading", 1, 3.0),
+    "a robot without a command moved": change("x", 1, 5.0 + 1e-6),
+    "a robot went through a wall": change("x", 0, 2.5),
+    "a robot went too far": change("y", 0, 1.5),
+    "a robot is in an obstacle": change("y", 1, 4.5),
+    "a robot is in a box": change("x", 1, 5.7),
+    "food was made": change("amount", 0, 4, objects=True),
+    "food was lost": change("amount", 0, 2, objects=True),
+    "a robot carries too much": change("stored", 0, 9),
+    "what stays has moved": change("x", 0, 9.0, objects=True),
+}
+
+
+def check_both(world: World, before: Kept, commands: Commands) -> None:
+    check_tick(world, before, commands)
+    check_state(world)
+
+
+@pytest.mark.parametrize("what", LIARS)
+def test_the_laws_catch_what_breaks_them(what: str) -> None:
+    scenario = Scenario(
+        size=(10.0, 8.0),
+        types={"rover": RobotType(radius=0.2, capacity=2)},
+        robots=(Robots(type="rover", at=((1.0, 1.0, 0.0), (5.0, 4.0, 0.0))),),
+        walls=(Wall(points=((2.0, 0.0), (2.0, 4.0))),),
+        obstacles=(Obstacle(radius=0.5, at=((5.0, 5.0),)),),
+        objects=(
+            Objects(name="food", amount=3, at=((7.0, 1.0),)),
+            Objects(name="box", pushable=True, radius=0.3, at=((6.0, 4.0),)),
+        ),
+    )
+    world = made(scenario, (0,))
+    commands = {"drive": np.array([1.0, 0.0]), "turn": np.zeros(2)}
+    before = kept(world)
+    world.act(commands)
+    check_tick(world, before, commands)
+    check_state(world)
+    LIARS[what](world)
+    with pytest.raises(AssertionError):
+        check_both(world, before, commands)

@@ -265,11 +265,17 @@ def _slid_along(
 
 @njit(error_model="numpy")
 def slide(c: Any, row: int, world: int) -> None:
-    """Let a robot slide along walls, obstacles and solid objects: of its step only what leads into them is lost."""
+    """Let a robot slide along walls, obstacles and solid objects: of its step only what leads into them is lost.
+
+    In a step longer than its radius it slides along nothing, since what it would meet first is not looked for.
+    """
     robot, move = robot_at(c, row), move_at(c, world, row)
     if move.dx == 0.0 and move.dy == 0.0:
         return
     x, y, radius = robot.x, robot.y, type_at(c, robot.type).radius
+    if move.wanted > radius:
+        move.scale = limited_by_fixed(c, 1.0, x, y, radius, move, world)
+        return
     met = _slid(move, -1.0, 0.0, x - radius) or _slid(move, 1.0, 0.0, c.width - radius - x)
     met = _slid(move, 0.0, -1.0, y - radius) or _slid(move, 0.0, 1.0, c.height - radius - y) or met
     begin, end = near_range(c, x, y, world)
