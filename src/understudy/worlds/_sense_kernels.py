@@ -173,7 +173,10 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
             a = step.width_px * uniform(seed, item, tick, stream + GHOST_X)
             b = step.least_px + (GHOST_PX * GHOST_PX) * uniform(seed, item, tick, stream + NOISE_B)
             return a, b
-    if step.noise_a > 0.0 and a == a:  # what is absent stays so: the largest of 0 and NaN would be 0
+    silent = step.what == SONAR and a >= step.range  # nothing was heard, and there is nothing to be noisy
+    if (
+        step.noise_a > 0.0 and a == a and not silent
+    ):  # what is absent stays so: the largest of 0 and NaN would be 0
         a += step.noise_a * normal(seed, item, tick, stream + NOISE_A)
         if step.what == SONAR:
             a = min(step.range, max(0.0, a))
