@@ -26,7 +26,7 @@ from understudy.worlds.records import WHOLE
 SENSE, OBEY, RUN = 0, 1, 2
 
 # For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time. Spelled
-# so because Numba's stubs do not know _nrt.
+# so because Numba declares no type for _nrt.
 bare: Any = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)  # type: ignore[call-overload]
 
 
