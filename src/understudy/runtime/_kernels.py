@@ -15,8 +15,8 @@ Stacks = tuple[Ints, Ints, Floats, Floats]
 """root [N], state [N, D], entered [N, D], memory [N, M]"""
 
 # Nothing here makes an array, so none need be counted: with reference counts (nrt) a pulse takes ten times as long.
-# What is `within` becomes part of its callers; they must be `bare` too, since it then counts as they do. What is `joined` is compiled
-# by itself and then made part of them. The types are spelled because Numba declares none for _nrt.
+# What is `within` becomes part of its callers; they must be `bare` too, since it then counts as they do. What is
+# `joined` is compiled by itself first. The types are spelled because Numba declares none for _nrt.
 bare: "decorators._JITWrapper" = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]
 within: "decorators._JITWrapper" = njit(  # type: ignore[call-overload]
     cache=True, nogil=True, _nrt=False, inline="always"
