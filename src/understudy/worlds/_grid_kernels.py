@@ -70,28 +70,29 @@ def sort(c: Any, first: int) -> None:
     """Sort the robots of a world, rows from `first` on, into the grid; a counting sort keeps the rows' order."""
     if not c.gridded:
         return
-    cells = (c.columns * c.lines) << (2 * c.shift)
+    cells, count = (c.columns * c.lines) << (2 * c.shift), c.count
+    start, cell_of, spots = c.start, c.cell_of, c.spots  # else they are looked up anew after every change
     for cell in range(cells):
-        at(c.start, cell, INDEX).v = 0
+        at(start, cell, INDEX).v = 0
     per_m = (1 << c.shift) * c.per_cell
     last_column, last_line = (c.columns << c.shift) - 1, (c.lines << c.shift) - 1
-    for k in range(c.count):
+    for k in range(count):
         robot = robot_at(c, first + k)
         column = min(max(int(robot.x * per_m), 0), last_column)
         line = min(max(int(robot.y * per_m), 0), last_line)
         cell = small_cell(c, column, line)
-        at(c.cell_of, k, INDEX).v = cell
-        at(c.start, cell, INDEX).v += 1
+        at(cell_of, k, INDEX).v = cell
+        at(start, cell, INDEX).v += 1
     total = 0
     for cell in range(cells):
-        total += index_at(c.start, cell)
-        at(c.start, cell, INDEX).v = total
-    at(c.start, cells, INDEX).v = c.count
-    for k in range(c.count - 1, -1, -1):
-        cell = index_at(c.cell_of, k)
-        place = index_at(c.start, cell) - 1
-        at(c.start, cell, INDEX).v = place
-        spot, robot = at(c.spots, place, SPOT), robot_at(c, first + k)
+        total += index_at(start, cell)
+        at(start, cell, INDEX).v = total
+    at(start, cells, INDEX).v = count
+    for k in range(count - 1, -1, -1):
+        cell = index_at(cell_of, k)
+        place = index_at(start, cell) - 1
+        at(start, cell, INDEX).v = place
+        spot, robot = at(spots, place, SPOT), robot_at(c, first + k)
         spot.x, spot.y = robot.x, robot.y
         spot.row, spot.id = first + k, robot.id
 
@@ -179,7 +180,7 @@ def _nearest_around(c: Any, row: int, column: int, line: int, limit_squared: flo
     """
     low, high = max(column - 1, 0), min(column + 1, c.columns - 1)
     own = robot_at(c, row)
-    x, y, best, best_squared, tied = own.x, own.y, -1, limit_squared, False
+    x, y, best, best_squared, second = own.x, own.y, -1, limit_squared, math.inf
     for around in range(max(line - 1, 0), min(line + 1, c.lines - 1) + 1):
         begin, end = spots_of_line(c, around, low, high)
         if end - begin > 3 * MANY:
@@ -187,12 +188,14 @@ def _nearest_around(c: Any, row: int, column: int, line: int, limit_squared: flo
         for k in range(begin, end):
             spot = at(c.spots, k, SPOT)
             dx, dy = spot.x - x, spot.y - y
-            squared = math.inf if spot.row == row else dx * dx + dy * dy
-            nearer = squared < best_squared
-            tied = (tied and not nearer) or squared == best_squared
-            best = spot.row if nearer else best
-            best_squared = squared if nearer else best_squared
-    return CROWDED if tied else best, best_squared
+            squared = dx * dx + dy * dy
+            squared = squared if squared > 0.0 else math.inf
+            second = min(second, max(squared, best_squared))
+            best = k if squared < best_squared else best
+            best_squared = min(best_squared, squared)
+    if second == best_squared:
+        return CROWDED, limit_squared
+    return at(c.spots, best, SPOT).row if best >= 0 else -1, best_squared
 
 
 @njit(error_model="numpy", forceinline=True)

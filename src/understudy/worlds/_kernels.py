@@ -10,7 +10,7 @@ from understudy.worlds._barrier_kernels import wait
 from understudy.worlds._grid_kernels import sort
 from understudy.worlds._motion_kernels import arrive, propose, slide
 from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at
-from understudy.worlds._sense_kernels import sense
+from understudy.worlds._sense_kernels import line_up, sense
 from understudy.worlds._step_kernels import (
     judge,
     limit,
@@ -24,6 +24,7 @@ from understudy.worlds._step_kernels import (
 from understudy.worlds.records import WHOLE
 
 SENSE, OBEY, RUN = 0, 1, 2
+BLOCK = 64
 
 # For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time. Spelled
 # so because Numba declares no type for _nrt.
@@ -95,10 +96,10 @@ def _keyed(sources: str) -> Any:
         """So many ticks of the worlds from `first` up to `end`.
 
         SENSE only senses, to `out` [N, F]. OBEY does one tick with `commands` [N, 4]. RUN senses, decides with
-        `tables` and `stacks`, and does a row of `commands` [B, 4], which `running` [N] says; `values` is the array
-        at the context's `row`. Of each world this part of `parts` threads does its share of the rows. A world ends
-        early once finished where `until_finished`. What a scenario does without is None - cameras, sonars and
-        bumpers, boxes, cargo, objects that come, go or walk - and the kernel is compiled without it.
+        `tables` and `stacks`, and does a row of `commands` [B, 4], which `running` [N] says; `values` are the
+        context's `rows`. Of each world this part of `parts` threads does its share of the rows. A world ends early
+        once finished where `until_finished`. What a scenario does without is None - cameras, sonars and bumpers,
+        boxes, cargo, objects that come, go or walk - and the kernel is compiled without it.
         """
         sources  # noqa: B018 - Numba keys its cache with what is closed over
         c = contexts[0]
@@ -111,19 +112,23 @@ def _keyed(sources: str) -> Any:
                 now = at(c.tick, world, WHOLE).v * c.tick_s
                 if part == 0:
                     sort(c, start)
+                if c.lines_up:
+                    line_up(c, world)
                 wait(barrier, parts)
-                for row in range(low, high):
-                    if c.width_of_row > 0 or mode == RUN:
-                        sense(c, row, world, mode != SENSE, camera, ranging)
-                    if mode == SENSE:
-                        for column in range(out.shape[1]):
-                            out[row, column] = values[column]
-                    elif mode == OBEY:
-                        intend(c, row, world, commands, row)
-                    else:
-                        basic = pulse(row, values, now, tables, stacks)
-                        running[row] = basic
-                        intend(c, row, world, commands, basic)
+                for begin in range(low, high, BLOCK):
+                    end_of_block = min(begin + BLOCK, high)
+                    sense(c, begin, end_of_block, world, mode != SENSE, camera, ranging)
+                    for row in range(begin, end_of_block):
+                        if mode == SENSE:
+                            for column in range(out.shape[1]):
+                                out[row, column] = values[row - begin, column]
+                        elif mode == OBEY:
+                            intend(c, row, world, commands, row)
+                        else:
+                            running[row] = pulse(row, values[row - begin], now, tables, stacks)
+                    if mode == RUN:
+                        for row in range(begin, end_of_block):
+                            intend(c, row, world, commands, running[row])
                 if mode != SENSE:
                     settle(c, world, low, high, part, parts, barrier, boxes, cargo, living)
                     wait(barrier, parts)

@@ -10,6 +10,7 @@ from typing import Any
 
 from numba import njit
 
+from understudy.worlds._angle_kernels import cosine_and_sine, wrapped
 from understudy.worlds._draw_kernels import normal
 from understudy.worlds._grid_kernels import big_cells, near_range, small_cell, small_cells, spots_of_line
 from understudy.worlds._pointer_kernels import (
@@ -26,23 +27,10 @@ from understudy.worlds._pointer_kernels import (
 )
 from understudy.worlds.records import SPOT
 
-TAU = 2.0 * math.pi
 CROWD = 12  # robots in a line of cells; where there are more, small cells are looked at
 STUCK = 0.1  # less than so much of the way it wanted to go, and it got nowhere
 CLEAR = 1e-9  # m; kept free, so that rounding never makes an overlap
 DRIVING, TURNING = 16, 18  # streams of random draws, two each
-
-
-@njit(error_model="numpy", forceinline=True)
-def wrapped(angle: float) -> Any:
-    """An angle in [0, tau): as the remainder is, but by turns, since most are less than a turn off."""
-    if not -4.0 * TAU < angle < 4.0 * TAU:
-        angle %= TAU
-    while angle < 0.0:
-        angle += TAU
-    while angle >= TAU:
-        angle -= TAU
-    return angle
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -76,10 +64,10 @@ def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: i
             move.dx, move.dy = distance * robot.cosine, distance * robot.sine
         else:
             half = 0.5 * angle
-            chord = distance * math.sin(half) / half
-            distance = chord
-            move.dx = chord * math.cos(robot.heading + half)
-            move.dy = chord * math.sin(robot.heading + half)
+            _, sine = cosine_and_sine(half)
+            distance *= sine / half
+            cosine, sine = cosine_and_sine(robot.heading + half)
+            move.dx, move.dy = distance * cosine, distance * sine
     move.wanted = abs(distance)
     move.heading = robot.heading
     if angle != 0.0:
@@ -173,6 +161,8 @@ def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
     own, move = robot_at(c, row), move_at(c, world, row)
     near = type_at(c, own.type).radius + c.most_radius + c.most_step
     near += math.sqrt(move.dx * move.dx + move.dy * move.dy)
+    if near * near <= move.alone:
+        return scale
     if not c.gridded:
         for other in range(world * c.count, (world + 1) * c.count):
             dx, dy = robot_at(c, other).x - own.x, robot_at(c, other).y - own.y

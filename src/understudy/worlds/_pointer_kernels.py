@@ -4,13 +4,13 @@ A kernel that is handed dozens of arrays spends its time passing them on. So ker
 where every array lies; whoever fills it in keeps the arrays alive for as long as the call lasts.
 """
 
-import math
 from typing import Any
 
 from numba import njit, types
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
+from understudy.worlds._angle_kernels import cosine_and_sine
 from understudy.worlds.records import CLASS, DISC, MOVE, OBJECT, PUSH, ROBOT, SEGMENT, TYPE
 
 
@@ -41,7 +41,7 @@ def face(robot: Any) -> None:
     """Have the cosine and sine of a robot's heading at hand: most drive straight on, or stand."""
     if robot.aim != robot.heading:
         robot.aim = robot.heading
-        robot.cosine, robot.sine = math.cos(robot.heading), math.sin(robot.heading)
+        robot.cosine, robot.sine = cosine_and_sine(robot.heading)
 
 
 @njit(error_model="numpy", forceinline=True)

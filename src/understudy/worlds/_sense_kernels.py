@@ -5,12 +5,12 @@ from typing import Any
 
 from numba import njit
 
+from understudy.worlds._angle_kernels import angle_of, wrapped
 from understudy.worlds._draw_kernels import normal, uniform
-from understudy.worlds._grid_kernels import nearest_robot
+from understudy.worlds._grid_kernels import ANYONE, nearest_robot
 from understudy.worlds._look_kernels import look, scan
-from understudy.worlds._motion_kernels import wrapped
-from understudy.worlds._pointer_kernels import at, class_at, object_at, robot_at, type_at
-from understudy.worlds.records import NUMBER, PART, STEP, WHOLE
+from understudy.worlds._pointer_kernels import at, class_at, move_at, object_at, robot_at, type_at
+from understudy.worlds.records import NUMBER, OFFSET, PART, STEP, WHOLE
 
 (
     TO_CLASS, TO_OBJECT, TO_ROBOT, SONAR, CAMERA, BUMPER,
@@ -60,15 +60,6 @@ def station_here(c: Any, world: int, x: float, y: float, reach: float) -> Any:
     return False
 
 
-@njit(error_model="numpy", forceinline=True)
-def bearing(robot: Any, x: float, y: float) -> Any:
-    """The bearing (rad, robot frame, [0, tau)) of a place; 0 where the robot is."""
-    dx, dy = x - robot.x, y - robot.y
-    if dx == 0.0 and dy == 0.0:
-        return 0.0
-    return wrapped(math.atan2(dy, dx) - robot.heading)
-
-
 @njit(error_model="numpy")
 def own(c: Any, robot: Any, world: int, step: Any) -> Any:
     """A reading of the robot itself."""
@@ -96,9 +87,34 @@ def own(c: Any, robot: Any, world: int, step: Any) -> Any:
     return float(object_at(c, world, slot).amount) if slot >= 0 and squared <= reach * reach else 0.0
 
 
+@njit(error_model="numpy")
+def line_up(c: Any, world: int) -> None:
+    """Put the places of a world's objects side by side, for `nearest_lined_up`: infinitely far what is not there."""
+    for index in range(c.class_count):
+        kind = class_at(c, index)
+        for slot in range(kind.first, kind.end):
+            thing = object_at(c, world, slot)
+            there = thing.present and (thing.amount > 0 or not kind.food)
+            at(c.object_x, slot, NUMBER).v = thing.x if there else math.inf
+            at(c.object_y, slot, NUMBER).v = thing.y
+
+
 @njit(error_model="numpy", forceinline=True)
-def locate(c: Any, row: int, world: int, step: Any) -> Any:
-    """Range (m) and bearing (rad) of what a step is to locate; NaN where it is not there, or too far off."""
+def nearest_lined_up(c: Any, x: float, y: float, index: int) -> Any:
+    """What `nearest_object` finds, of the places that were lined up in this tick."""
+    kind = class_at(c, index)
+    best, best_squared = -1, math.inf
+    for slot in range(kind.first, kind.end):
+        dx, dy = at(c.object_x, slot, NUMBER).v - x, at(c.object_y, slot, NUMBER).v - y
+        squared = dx * dx + dy * dy
+        if squared < best_squared:
+            best, best_squared = slot, squared
+    return best, best_squared
+
+
+@njit(error_model="numpy", forceinline=True)
+def locate(c: Any, row: int, world: int, step: Any, offset: Any) -> None:
+    """How far off (`offset`: x, y; world frame) is what a step is to locate; NaN where it is not there, or too far."""
     robot = robot_at(c, row)
     squared = math.inf
     x, y = math.nan, math.nan
@@ -108,18 +124,27 @@ def locate(c: Any, row: int, world: int, step: Any) -> Any:
             other, squared = nearest_robot(c, row, world, step.index, step.range)
         if other >= 0:
             x, y = robot_at(c, other).x, robot_at(c, other).y
+        if step.index == ANYONE:
+            move_at(c, world, row).alone = min(squared, step.range * step.range)
     elif step.what == TO_CLASS:
-        slot, squared = nearest_object(c, world, robot.x, robot.y, step.index)
+        slot, squared = nearest_lined_up(c, robot.x, robot.y, step.index)
         if slot >= 0:
-            x, y = object_at(c, world, slot).x, object_at(c, world, slot).y
+            x, y = at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v
     else:
         thing = object_at(c, world, step.index)
         if thing.present:
             x, y = thing.x, thing.y
             squared = (x - robot.x) * (x - robot.x) + (y - robot.y) * (y - robot.y)
-    if x != x or squared > step.range * step.range:
-        return math.nan, math.nan
-    return math.sqrt(squared), bearing(robot, x, y) if at(c.parts, step.first, PART).b >= 0 else math.nan
+    offset.x = x - robot.x if squared <= step.range * step.range else math.nan
+    offset.y = y - robot.y
+
+
+@njit(error_model="numpy", forceinline=True)
+def bearing(dx: float, dy: float, heading: float) -> Any:
+    """The bearing (rad, robot frame, [0, tau)) of what is so far off; 0 where the robot is."""
+    if dx == 0.0 and dy == 0.0:
+        return 0.0
+    return wrapped(angle_of(dy, dx) - heading)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -137,15 +162,21 @@ def feel(c: Any, row: int, world: int, step: Any) -> None:
 
 
 @njit(error_model="numpy", forceinline=True)
-def measure(c: Any, row: int, world: int, step: Any, camera: Any, ranging: Any) -> None:
+def measure(c: Any, row: int, world: int, step: Any, offset: Any, camera: Any, ranging: Any) -> None:
     """Measure one step now, without noise: its parts' readings a and b go to `c.a` and `c.b`.
+
+    What is to be located has been, and is so far off as `offset` says.
 
     Where nobody has a camera, or nothing that ranges, these are None, and no code is made for them.
     """
     robot = robot_at(c, row)
     a = at(c.a, 0, NUMBER)
     if step.what <= TO_ROBOT:
-        a.v, at(c.b, 0, NUMBER).v = locate(c, row, world, step)
+        a.v = math.sqrt(offset.x * offset.x + offset.y * offset.y)
+        if at(c.parts, step.first, PART).b >= 0:
+            at(c.b, 0, NUMBER).v = (
+                bearing(offset.x, offset.y, robot.heading) if offset.x == offset.x else math.nan
+            )
     elif step.what == CHANCE:
         time = at(c.tick, world, WHOLE).v // step.ticks
         a.v = uniform(at(c.seeds, world, WHOLE).v, robot.id, time, step.stream + GHOST)
@@ -193,10 +224,10 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
 
 
 @njit(error_model="numpy", forceinline=True)
-def _since(c: Any, row: int, step: Any, tick: int, seed: int, item: int, keep: bool) -> None:
+def _since(c: Any, row: int, step: Any, values: int, tick: int, seed: int, item: int, keep: bool) -> None:
     """Seconds since the reading that a step is about was last there."""
     part = at(c.parts, step.first, PART)
-    source = at(c.row, step.index, NUMBER).v
+    source = at(values, step.index, NUMBER).v
     there = source == 1.0 if step.nearest else source == source
     last = at(c.memory, row * c.memory_count + part.held, NUMBER)
     answer = at(c.memory, row * c.memory_count + part.held + 1, NUMBER)
@@ -211,45 +242,62 @@ def _since(c: Any, row: int, step: Any, tick: int, seed: int, item: int, keep: b
         if keep:
             answer.v = since
     if part.a >= 0:
-        at(c.row, part.a, NUMBER).v = since
+        at(values, part.a, NUMBER).v = since
     if keep and there:
         last.v = float(tick)
 
 
-@njit(error_model="numpy")
-def sense(c: Any, row: int, world: int, keep: bool, camera: Any, ranging: Any) -> None:
-    """The readings of one robot in this tick, to `c.row`; NaN where it has none.
-
-    Where `keep`, what it has to remember of this tick is kept: once a tick, before it moves.
-    """
-    for column in range(c.width_of_row):
-        at(c.row, column, NUMBER).v = math.nan
+@njit(error_model="numpy", forceinline=True)
+def take(
+    c: Any, row: int, world: int, step: Any, offset: Any, values: int, keep: bool, camera: Any, ranging: Any
+) -> None:
+    """Take a step of the sense plan: readings go to where `values` points, and what is to be kept is where `keep`."""
     robot, tick, seed = robot_at(c, row), at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v
-    if robot.frozen:
+    if step.what == SINCE:
+        _since(c, row, step, values, tick, seed, robot.id, keep)
         return
-    steps = int(at(c.of_type, 2 * robot.type, WHOLE).v), int(at(c.of_type, 2 * robot.type + 1, WHOLE).v)
-    for index in range(steps[0], steps[1]):
-        step = at(c.steps, index, STEP)
-        if step.what == SINCE:
-            _since(c, row, step, tick, seed, robot.id, keep)
-            continue
-        due = step.period == 1 or tick % step.period == 0
+    due = step.period == 1 or tick % step.period == 0
+    if due:
+        measure(c, row, world, step, offset, camera, ranging)
+    for k in range(step.first, step.end):
+        part = at(c.parts, k, PART)
+        held = row * c.memory_count + part.held
         if due:
-            measure(c, row, world, step, camera, ranging)
-        for k in range(step.first, step.end):
-            part = at(c.parts, k, PART)
-            held = row * c.memory_count + part.held
-            if due:
-                a, b = at(c.a, k - step.first, NUMBER).v, at(c.b, k - step.first, NUMBER).v
-                if step.noisy:
-                    a, b = disturb(step, part, seed, robot.id, tick, a, b)
-                if keep and part.held >= 0:
-                    at(c.memory, held, NUMBER).v = a
-                    if part.b >= 0:  # else b is whatever was measured before
-                        at(c.memory, held + 1, NUMBER).v = b
-            else:
-                a, b = at(c.memory, held, NUMBER).v, at(c.memory, held + 1, NUMBER).v
-            if part.a >= 0:
-                at(c.row, part.a, NUMBER).v = a
-            if part.b >= 0:
-                at(c.row, part.b, NUMBER).v = b
+            a, b = at(c.a, k - step.first, NUMBER).v, at(c.b, k - step.first, NUMBER).v
+            if step.noisy:
+                a, b = disturb(step, part, seed, robot.id, tick, a, b)
+            if keep and part.held >= 0:
+                at(c.memory, held, NUMBER).v = a
+                if part.b >= 0:  # else b is whatever was measured before
+                    at(c.memory, held + 1, NUMBER).v = b
+        else:
+            a, b = at(c.memory, held, NUMBER).v, at(c.memory, held + 1, NUMBER).v
+        if part.a >= 0:
+            at(values, part.a, NUMBER).v = a
+        if part.b >= 0:
+            at(values, part.b, NUMBER).v = b
+
+
+@njit(error_model="numpy", forceinline=True)
+def sense(c: Any, low: int, high: int, world: int, keep: bool, camera: Any, ranging: Any) -> None:
+    """The readings of the robots `low` to `high` in this tick, to `c.rows`; NaN where they have none.
+
+    Where `keep`, what they have to remember of this tick is kept: once a tick, before they move. All take a step
+    before the next: a processor then works on several robots at a time.
+    """
+    size = 8 * c.width_of_row
+    for column in range((high - low) * c.width_of_row):
+        at(c.rows, column, NUMBER).v = math.nan
+    for row in range(low, high):
+        move_at(c, world, row).alone = 0.0
+    for kind in range(c.type_count):
+        for index in range(at(c.of_type, 2 * kind, WHOLE).v, at(c.of_type, 2 * kind + 1, WHOLE).v):
+            step = at(c.steps, index, STEP)
+            if step.what <= TO_ROBOT:
+                for row in range(low, high):
+                    locate(c, row, world, step, at(c.offsets, row - low, OFFSET))
+            for row in range(low, high):
+                robot = robot_at(c, row)
+                if robot.type == kind and not robot.frozen:
+                    offset, values = at(c.offsets, row - low, OFFSET), c.rows + size * (row - low)
+                    take(c, row, world, step, offset, values, keep, camera, ranging)

@@ -5,6 +5,7 @@ from typing import Any
 
 from numba import njit
 
+from understudy.worlds._angle_kernels import TAU, cosine_and_sine
 from understudy.worlds._draw_kernels import uniform
 from understudy.worlds._motion_kernels import (
     limited,
@@ -27,7 +28,6 @@ from understudy.worlds._sense_kernels import nearest_food, station_here
 from understudy.worlds._space_kernels import free_place
 from understudy.worlds.records import CLASS, DISC, INT, MOVE, OBJECT, ROBOT, SEGMENT, TYPE, WHOLE
 
-TAU = 2.0 * math.pi
 FINE = 2.0**40  # pushes are summed as whole numbers, so that their order does not matter
 APPEARS, STAYS, WALKS, PLACE = 1, 2, 3, 4  # streams of an object's draws
 ROBOT_SIZE, OBJECT_SIZE = ROBOT.itemsize, OBJECT.itemsize
@@ -300,7 +300,8 @@ def _walk(c: Any, thing: Any, slot: int, kind: Any, tick: int, seed: int, world:
     if tick % kind.turn_ticks == 0:
         thing.heading = TAU * uniform(seed, slot, tick, WALKS)
     step, x, y = push_at(c, slot), thing.x, thing.y
-    step.dx, step.dy = kind.walk * math.cos(thing.heading), kind.walk * math.sin(thing.heading)
+    cosine, sine = cosine_and_sine(thing.heading)
+    step.dx, step.dy = kind.walk * cosine, kind.walk * sine
     scale = limited_by_region(1.0, x, y, step, kind)
     scale = limited_by_fixed(c, scale, x, y, kind.radius, step, world)
     if kind.solid:

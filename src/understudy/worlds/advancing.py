@@ -207,7 +207,7 @@ def run(
     """Sense, decide and act in the worlds from `first` up to `end`."""
     _kernels.advance(
         context.record, _kernels.RUN, first, end, part, parts, context.room.barrier, ticks, until_finished,
-        context.row, tuple(tables), tuple(stacks), commands, running, NOTHING[2], *context.has,
+        context.rows, tuple(tables), tuple(stacks), commands, running, NOTHING[2], *context.has,
     )  # fmt: skip
 
 
@@ -215,7 +215,7 @@ def sense(context: Context, worlds: int, out: NDArray[np.float64]) -> None:
     """The readings [B*N, F] of all robots, to `out`."""
     _kernels.advance(
         context.record, _kernels.SENSE, 0, worlds, 0, 1, context.room.barrier, 1, False,
-        context.row, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out, *context.has,
+        context.rows, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out, *context.has,
     )  # fmt: skip
 
 
@@ -223,7 +223,7 @@ def obey(context: Context, worlds: int, commands: NDArray[np.float64]) -> None:
     """One tick with commands [B*N, 4]."""
     _kernels.advance(
         context.record, _kernels.OBEY, 0, worlds, 0, 1, context.room.barrier, 1, False,
-        context.row, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2], *context.has,
+        context.rows, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2], *context.has,
     )  # fmt: skip
 
 

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.worlds.grids import Grid, Near
-from understudy.worlds.plans import CAMERA, Plan
-from understudy.worlds.records import CONTEXT, MOVE, PUSH, SEGMENT, THING, VIEW
+from understudy.worlds.plans import CAMERA, TO_CLASS, Plan
+from understudy.worlds.records import CONTEXT, MOVE, OFFSET, PUSH, SEGMENT, THING, VIEW
 from understudy.worlds.scenario import Bumper, Camera, Scenario, Sonar
 from understudy.worlds.state import Records, Rules, State
+
+BLOCK = 64
+"""Robots that sense, decide and mean to move together; `_kernels` has the same."""
 
 
 class Stage(NamedTuple):
@@ -44,7 +47,7 @@ def shared(stage: Stage, grid: Grid) -> Shared:
 class Context:
     """A CONTEXT, as `record` [1], and the arrays that it points to, which live as long as it does.
 
-    `row` is where the readings of the robot at work go.
+    `rows` [BLOCK, F] is where the readings of the robots at work go.
     """
 
     def __init__(self, stage: Stage, plan: Plan, room: Shared) -> None:
@@ -52,7 +55,7 @@ class Context:
         objects, discs, segments = (array.shape[1] for array in (state.objects, state.discs, state.segments))
         seen = discs + objects + rules.robots if CAMERA in plan.steps["what"] else 0
         self.room = room
-        self.row = np.full(max(1, plan.width), np.nan)
+        self.rows = np.full((BLOCK, max(1, plan.width)), np.nan)
         arrays: dict[str, NDArray[Any]] = {
             **{name: getattr(state, name) for name in _OF_STATE},
             **{name: getattr(rules, name) for name in ("types", "classes", "class_of")},
@@ -62,7 +65,10 @@ class Context:
             "near_items": stage.near.items,
             "moves": room.moves,
             "pushes": room.pushes,
-            "row": self.row,
+            "rows": self.rows,
+            "offsets": np.zeros(BLOCK, OFFSET),
+            "object_x": np.zeros(objects),
+            "object_y": np.zeros(objects),
             "a": np.full(plan.most_parts, np.nan),
             "b": np.full(plan.most_parts, np.nan),
             "things": np.zeros(seen, THING),
@@ -87,7 +93,8 @@ class Context:
         record["type_count"], record["class_count"] = len(rules.types), len(classes)
         record["object_count"], record["disc_count"], record["segment_count"] = objects, discs, segments
         record["memory_count"] = state.memory.shape[1]
-        record["width_of_row"] = plan.width
+        record["width_of_row"] = self.rows.shape[1]
+        record["lines_up"] = TO_CLASS in plan.steps["what"]
         record["solids"] = bool(classes["solid"].any())
         self.has = stage.has
 

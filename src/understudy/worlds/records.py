@@ -111,6 +111,7 @@ MOVE = np.dtype(
         ("heading", "f8"),
         ("wanted", "f8"),  # how far it would go if nothing were in its way
         ("scale", "f8"),  # the share of its step that it may
+        ("alone", "f8"),  # m**2; no other robot is nearer, as far as was seen
         ("load", "f8"),  # as commanded
         ("unload", "f8"),
         ("still", "i8"),  # commanded neither to drive nor to turn
@@ -126,6 +127,9 @@ PUSH = np.dtype(
     align=True,
 )
 """How far an object is pushed in a tick: what its pushers sum up to, what it means to do, and may."""
+
+OFFSET = np.dtype([("x", "f8"), ("y", "f8")])
+"""How far off something is; NaN where it is not there."""
 
 STEP = np.dtype(
     [
@@ -201,6 +205,7 @@ CONTEXT = np.dtype(
         ("segment_count", "i8"),
         ("memory_count", "i8"),
         ("width_of_row", "i8"),
+        ("lines_up", "i8"),  # objects of some class are looked for
         ("solids", "i8"),
         # Where arrays lie.
         ("robots", "i8"),
@@ -225,7 +230,10 @@ CONTEXT = np.dtype(
         ("cell_of", "i8"),
         ("moves", "i8"),  # of the scratch, as all from here on
         ("pushes", "i8"),
-        ("row", "i8"),
+        ("rows", "i8"),
+        ("offsets", "i8"),
+        ("object_x", "i8"),
+        ("object_y", "i8"),
         ("a", "i8"),
         ("b", "i8"),
         ("things", "i8"),
