@@ -26,7 +26,8 @@ def small_cell(c: Any, column: int, line: int) -> Any:
 
 @njit(error_model="numpy", forceinline=True)
 def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
-    """First and last column, first and last line of the cells within `reach` of a place."""
+    """First and last column, first and last line of the cells that may hold robots within `reach` of a place."""
+    reach += c.drift
     return (
         max(int((x - reach) * c.per_cell), 0),
         min(int((x + reach) * c.per_cell), c.columns - 1),
@@ -45,7 +46,8 @@ def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
 
 @njit(error_model="numpy", forceinline=True)
 def small_cells(c: Any, x: float, y: float, reach: float) -> Any:
-    """First and last column, first and last line of small cells within `reach` of a place."""
+    """First and last column, first and last line of the small cells that may hold robots within `reach` of a place."""
+    reach += c.drift
     per_m = (1 << c.shift) * c.per_cell
     last_column, last_line = (c.columns << c.shift) - 1, (c.lines << c.shift) - 1
     return (
@@ -71,7 +73,7 @@ def sort(c: Any, first: int) -> None:
     if not c.gridded:
         return
     cells, count = (c.columns * c.lines) << (2 * c.shift), c.count
-    start, cell_of, spots = c.start, c.cell_of, c.spots  # else they are looked up anew after every change
+    start, spot_of, spots = c.start, c.spot_of, c.spots  # else they are looked up anew after every change
     for cell in range(cells):
         at(start, cell, INDEX).v = 0
     per_m = (1 << c.shift) * c.per_cell
@@ -81,7 +83,7 @@ def sort(c: Any, first: int) -> None:
         column = min(max(int(robot.x * per_m), 0), last_column)
         line = min(max(int(robot.y * per_m), 0), last_line)
         cell = small_cell(c, column, line)
-        at(cell_of, k, INDEX).v = cell
+        at(spot_of, k, INDEX).v = cell
         at(start, cell, INDEX).v += 1
     total = 0
     for cell in range(cells):
@@ -89,9 +91,9 @@ def sort(c: Any, first: int) -> None:
         at(start, cell, INDEX).v = total
     at(start, cells, INDEX).v = count
     for k in range(count - 1, -1, -1):
-        cell = index_at(cell_of, k)
+        cell = index_at(spot_of, k)
         place = index_at(start, cell) - 1
-        at(start, cell, INDEX).v = place
+        at(start, cell, INDEX).v = at(spot_of, k, INDEX).v = place
         spot, robot = at(spots, place, SPOT), robot_at(c, first + k)
         spot.x, spot.y = robot.x, robot.y
         spot.row, spot.id = first + k, robot.id
@@ -108,12 +110,6 @@ def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
     if relation == OPPONENT:
         return team != type_at(c, own.type).team
     return team == relation - TEAM
-
-
-@njit(error_model="numpy", forceinline=True)
-def _off(value: float, low: float, high: float) -> Any:
-    """How far a value is from an interval."""
-    return max(0.0, low - CLOSE - value, value - high - CLOSE)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -138,18 +134,14 @@ def _nearer_in_crowd(
     c: Any, row: int, relation: int, column: int, line: int, best: int, best_squared: float
 ) -> Any:
     """The same, among the robots of one cell: of those small cells that can hold a nearer one."""
-    own = robot_at(c, row)
-    fine, mask = c.cell / (1 << c.shift), (1 << c.shift) - 1
-    first = (line * c.columns + column) << (2 * c.shift)
-    for k in range(1 << (2 * c.shift)):
-        low_x = column * c.cell + (k & mask) * fine
-        low_y = line * c.cell + (k >> c.shift) * fine
-        dx, dy = _off(own.x, low_x, low_x + fine), _off(own.y, low_y, low_y + fine)
-        if dx * dx + dy * dy <= best_squared:
-            begin, end = (
-                index_at(c.start, first + k),
-                index_at(c.start, first + k + 1),
-            )
+    own, shift = robot_at(c, row), c.shift
+    reach = min(math.sqrt(best_squared), c.width + c.height) + CLOSE
+    low, high, lowest, highest = small_cells(c, own.x, own.y, reach)
+    low, high = max(low, column << shift), min(high, ((column + 1) << shift) - 1)
+    if low <= high:
+        for small in range(max(lowest, line << shift), min(highest, ((line + 1) << shift) - 1) + 1):
+            begin = index_at(c.start, small_cell(c, low, small))
+            end = index_at(c.start, small_cell(c, high, small) + 1)
             best, best_squared = _nearer(c, row, relation, begin, end, best, best_squared)
     return best, best_squared
 
@@ -247,7 +239,7 @@ def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> 
         best, best_squared = _nearer_in_line(c, row, relation, line, column, column, best, best_squared)
         best, best_squared = _nearer_in_ring(c, row, relation, column, line, 1, best, best_squared)
     for away in range(1, max(c.columns, c.lines)):
-        least = max(0.0, away * cell + inside - CLOSE)
+        least = max(0.0, away * cell + inside - CLOSE - c.drift)
         if least * least > best_squared:
             break
         best, best_squared = _nearer_in_ring(c, row, relation, column, line, away + 1, best, best_squared)

@@ -9,7 +9,7 @@ from understudy.runtime._kernels import pulse
 from understudy.worlds._barrier_kernels import wait
 from understudy.worlds._grid_kernels import sort
 from understudy.worlds._motion_kernels import arrive, propose, slide
-from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at
+from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at, work_at
 from understudy.worlds._sense_kernels import line_up, sense
 from understudy.worlds._step_kernels import (
     judge,
@@ -32,15 +32,17 @@ bare: Any = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)  # typ
 
 
 @njit(error_model="numpy", forceinline=True)
-def intend(c: Any, row: int, world: int, commands: Any, which: int) -> None:
+def intend(c: Any, row: int, world: int, commands: Any, which: int, cargo: Any) -> None:
     """What a robot means to do with its commands: drive, turn, load, unload."""
     robot, move = robot_at(c, row), move_at(c, world, row)
     drive, turn = commands[which, 0], commands[which, 1]
     seed, tick = at(c.seeds, world, WHOLE).v, at(c.tick, world, WHOLE).v
     propose(robot, type_at(c, robot.type), drive, turn, seed, tick, move)
     slide(c, row, world)
-    move.still = 1 if drive == 0.0 and turn == 0.0 else 0
-    move.load, move.unload = commands[which, 2], commands[which, 3]
+    if cargo is not None:
+        work = work_at(c, row - world * c.count)
+        work.still = 1 if drive == 0.0 and turn == 0.0 else 0
+        work.load, work.unload = commands[which, 2], commands[which, 3]
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -71,7 +73,7 @@ def settle(
             limited_by_boxes(c, row, world)
         wait(barrier, parts)
     for row in range(low, high):
-        arrive(robot_at(c, row), move_at(c, world, row))
+        arrive(c, row, world)
     wait(barrier, parts)
     if part == 0:
         if boxes is not None:
@@ -106,15 +108,17 @@ def _keyed(sources: str) -> Any:
         for world in range(first, end):
             start = world * c.count
             low, high = start + c.count * part // parts, start + c.count * (part + 1) // parts
-            for _ in range(ticks):
+            for turn in range(ticks):
+                sorted_since = turn % c.keep
+                if part == 0 and sorted_since == 0:
+                    sort(c, start)
+                wait(barrier, parts)
                 if until_finished and at(c.finished, world, WHOLE).v >= 0:
                     break
+                c.drift = sorted_since * c.most_step
                 now = at(c.tick, world, WHOLE).v * c.tick_s
-                if part == 0:
-                    sort(c, start)
                 if c.lines_up:
                     line_up(c, world)
-                wait(barrier, parts)
                 for begin in range(low, high, BLOCK):
                     end_of_block = min(begin + BLOCK, high)
                     sense(c, begin, end_of_block, world, mode != SENSE, camera, ranging)
@@ -123,15 +127,14 @@ def _keyed(sources: str) -> Any:
                             for column in range(out.shape[1]):
                                 out[row, column] = values[row - begin, column]
                         elif mode == OBEY:
-                            intend(c, row, world, commands, row)
+                            intend(c, row, world, commands, row, cargo)
                         else:
                             running[row] = pulse(row, values[row - begin], now, tables, stacks)
                     if mode == RUN:
                         for row in range(begin, end_of_block):
-                            intend(c, row, world, commands, running[row])
+                            intend(c, row, world, commands, running[row], cargo)
                 if mode != SENSE:
                     settle(c, world, low, high, part, parts, barrier, boxes, cargo, living)
-                    wait(barrier, parts)
 
     return advance
 

@@ -137,13 +137,12 @@ def limited_by_bounds(
 
 
 @njit(error_model="numpy", forceinline=True)
-def limited_by_robot(c: Any, scale: float, row: int, other: int, world: int) -> Any:
-    """The scale that another robot of a world allows, both moving as they mean to."""
+def limited_by_robot(c: Any, scale: float, row: int, other: int, dx: float, dy: float, world: int) -> Any:
+    """The scale that another robot of a world allows, (dx, dy) off, both moving as they mean to."""
     own, them = robot_at(c, row), robot_at(c, other)
     their_kind = type_at(c, them.type)
     if not their_kind.collides:
         return scale
-    dx, dy = them.x - own.x, them.y - own.y
     squared = dx * dx + dy * dy
     if squared == 0.0:
         return scale
@@ -161,13 +160,11 @@ def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
     own, move = robot_at(c, row), move_at(c, world, row)
     near = type_at(c, own.type).radius + c.most_radius + c.most_step
     near += math.sqrt(move.dx * move.dx + move.dy * move.dy)
-    if near * near <= move.alone:
-        return scale
     if not c.gridded:
         for other in range(world * c.count, (world + 1) * c.count):
             dx, dy = robot_at(c, other).x - own.x, robot_at(c, other).y - own.y
             if dx * dx + dy * dy < near * near and other != row:
-                scale = limited_by_robot(c, scale, row, other, world)
+                scale = limited_by_robot(c, scale, row, other, dx, dy, world)
         return scale
     low, high, lowest, highest = big_cells(c, own.x, own.y, near)
     for line in range(lowest, highest + 1):
@@ -187,7 +184,7 @@ def _limited_by_spots(c: Any, scale: float, row: int, world: int, near: float, b
         spot = at(c.spots, k, SPOT)
         dx, dy = spot.x - x, spot.y - y
         if dx * dx + dy * dy < near_squared and spot.row != row:
-            scale = limited_by_robot(c, scale, row, spot.row, world)
+            scale = limited_by_robot(c, scale, row, spot.row, dx, dy, world)
     return scale
 
 
@@ -291,14 +288,18 @@ def slide(c: Any, row: int, world: int) -> None:
 
 
 @njit(error_model="numpy", forceinline=True)
-def arrive(robot: Any, move: Any) -> None:
+def arrive(c: Any, row: int, world: int) -> None:
     """Move a robot as far as it may."""
+    robot, move = robot_at(c, row), move_at(c, world, row)
     if robot.frozen:
         return
     dx, dy = move.scale * move.dx, move.scale * move.dy
     robot.x += dx
     robot.y += dy
     robot.heading = move.heading
+    if c.gridded:
+        spot = at(c.spots, index_at(c.spot_of, row - world * c.count), SPOT)
+        spot.x, spot.y = robot.x, robot.y
     robot.blocked = 0 if move.wanted == 0.0 else robot.blocked
     if move.wanted > 0.0:
         share = math.sqrt(dx * dx + dy * dy) / move.wanted

@@ -11,7 +11,7 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
 from understudy.worlds._angle_kernels import cosine_and_sine
-from understudy.worlds.records import CLASS, DISC, MOVE, OBJECT, PUSH, ROBOT, SEGMENT, TYPE
+from understudy.worlds.records import CLASS, DISC, MOVE, OBJECT, PUSH, ROBOT, SEGMENT, TYPE, WORK
 
 
 def _record(typing: Any, address: Any, index: Any, dtype: Any) -> Any:
@@ -78,6 +78,12 @@ def segment_at(c: Any, world: int, index: int) -> Any:
 def move_at(c: Any, world: int, row: int) -> Any:
     """The MOVE of a robot; there is room for those of one world."""
     return at(c.moves, row - world * c.count, MOVE)
+
+
+@njit(error_model="numpy", forceinline=True)
+def work_at(c: Any, index: int) -> Any:
+    """The WORK of a robot, counted within its world."""
+    return at(c.works, index, WORK)
 
 
 @njit(error_model="numpy", forceinline=True)

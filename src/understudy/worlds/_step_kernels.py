@@ -23,10 +23,11 @@ from understudy.worlds._pointer_kernels import (
     push_at,
     robot_at,
     type_at,
+    work_at,
 )
 from understudy.worlds._sense_kernels import nearest_food, station_here
 from understudy.worlds._space_kernels import free_place
-from understudy.worlds.records import CLASS, DISC, INT, MOVE, OBJECT, ROBOT, SEGMENT, TYPE, WHOLE
+from understudy.worlds.records import CLASS, DISC, INT, OBJECT, ROBOT, SEGMENT, TYPE, WHOLE
 
 FINE = 2.0**40  # pushes are summed as whole numbers, so that their order does not matter
 APPEARS, STAYS, WALKS, PLACE = 1, 2, 3, 4  # streams of an object's draws
@@ -157,11 +158,11 @@ def move_boxes(c: Any, world: int) -> None:
 @njit(error_model="numpy", forceinline=True)
 def limit(c: Any, row: int, world: int) -> None:
     """How far a robot may go beside the others, having slid along all that stays; boxes are left aside."""
-    robot, move = robot_at(c, row), move_at(c, world, row)
-    if move.dx == 0.0 and move.dy == 0.0:
+    move = move_at(c, world, row)
+    apart = 2.0 * (c.most_radius + c.most_step)
+    if move.alone >= apart * apart or (move.dx == 0.0 and move.dy == 0.0):
         return
-    kind = type_at(c, robot.type)
-    if move.scale > 0.0 and kind.collides:
+    if move.scale > 0.0 and type_at(c, robot_at(c, row).type).collides:
         move.scale = limited_by_robots(c, move.scale, row, world)
 
 
@@ -174,18 +175,18 @@ def transfer(c: Any, world: int) -> None:
     """
     first = world * c.count
     for k in range(c.count):
-        robot, move = robot_at(c, first + k), at(c.moves, k, MOVE)
-        move.slot = -1
-        still = move.still != 0 and not robot.frozen
+        robot, work = robot_at(c, first + k), work_at(c, k)
+        work.slot = -1
+        still = work.still != 0 and not robot.frozen
         kind = type_at(c, robot.type)
         loads = unloads = False
-        if still and move.load > 0.0:
+        if still and work.load > 0.0:
             if robot.stored < kind.capacity:
                 slot, squared = nearest_food(c, world, robot.x, robot.y)
                 loads = slot >= 0 and squared <= kind.reach * kind.reach
                 if loads and robot.loading + 1 >= kind.load_ticks:
-                    move.slot = slot
-        elif still and move.unload > 0.0 and robot.stored > 0:
+                    work.slot = slot
+        elif still and work.unload > 0.0 and robot.stored > 0:
             unloads = station_here(c, world, robot.x, robot.y, kind.reach)
         robot.loading = robot.loading + 1 if loads else 0
         robot.unloading = robot.unloading + 1 if unloads else 0
@@ -194,24 +195,22 @@ def transfer(c: Any, world: int) -> None:
             robot.stored -= 1
             robot.delivered += 1
     for k in range(c.count):
-        slot = at(c.moves, k, MOVE).slot
+        slot = work_at(c, k).slot
         if slot >= 0:
             before = 0  # robots with lower ids that get a unit of the same source now
             for other in range(c.count):
                 if (
-                    at(c.moves, other, MOVE).slot == slot
+                    work_at(c, other).slot == slot
                     and robot_at(c, first + other).id < robot_at(c, first + k).id
                 ):
                     before += 1
-            at(c.moves, k, MOVE).order = before
+            work_at(c, k).order = before
     for k in range(c.count):
-        slot = at(c.moves, k, MOVE).slot
+        slot = work_at(c, k).slot
         if slot >= 0:
-            at(c.moves, k, MOVE).slot = (
-                slot if at(c.moves, k, MOVE).order < object_at(c, world, slot).amount else -1
-            )
+            work_at(c, k).slot = slot if work_at(c, k).order < object_at(c, world, slot).amount else -1
     for k in range(c.count):
-        robot, slot = robot_at(c, first + k), at(c.moves, k, MOVE).slot
+        robot, slot = robot_at(c, first + k), work_at(c, k).slot
         if slot >= 0:
             object_at(c, world, slot).amount -= 1
             robot.stored += 1

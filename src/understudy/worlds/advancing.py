@@ -29,7 +29,7 @@ ALONE = 2000
 SORTED = 1000
 """Robots in a world from which on they are kept in the order of their places while many ticks go by."""
 
-ROBOT_TICKS = 2_000_000
+ROBOT_TICKS = 5_000_000
 """After about so many, Python gets to look whether someone has interrupted."""
 
 MOST_TICKS = 100

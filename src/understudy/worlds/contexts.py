@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from understudy.worlds.grids import Grid, Near
 from understudy.worlds.plans import CAMERA, TO_CLASS, Plan
-from understudy.worlds.records import CONTEXT, MOVE, OFFSET, PUSH, SEGMENT, THING, VIEW
+from understudy.worlds.records import CONTEXT, MOVE, OFFSET, PUSH, SEGMENT, THING, VIEW, WORK
 from understudy.worlds.scenario import Bumper, Camera, Scenario, Sonar
 from understudy.worlds.state import Records, Rules, State
 
@@ -33,6 +33,8 @@ class Shared(NamedTuple):
     grid: Grid
     moves: Records
     """MOVE [N]."""
+    works: Records
+    """WORK [N]."""
     pushes: Records
     """PUSH [K]."""
     barrier: NDArray[np.int64]
@@ -41,7 +43,9 @@ class Shared(NamedTuple):
 def shared(stage: Stage, grid: Grid) -> Shared:
     """Room for the threads that work on one world at a time."""
     objects = stage.state.objects.shape[1]
-    return Shared(grid, np.zeros(stage.rules.robots, MOVE), np.zeros(objects, PUSH), np.zeros(16, np.int64))
+    robots = stage.rules.robots
+    moves, works, pushes = np.zeros(robots, MOVE), np.zeros(robots, WORK), np.zeros(objects, PUSH)
+    return Shared(grid, moves, works, pushes, np.zeros(16, np.int64))
 
 
 class Context:
@@ -60,10 +64,11 @@ class Context:
             **{name: getattr(state, name) for name in _OF_STATE},
             **{name: getattr(rules, name) for name in ("types", "classes", "class_of")},
             **{name: getattr(plan, name) for name in ("steps", "parts", "sectors", "of_type")},
-            **{name: getattr(room.grid, name) for name in ("start", "spots", "cell_of")},
+            **{name: getattr(room.grid, name) for name in ("start", "spots", "spot_of")},
             "near_start": stage.near.start,
             "near_items": stage.near.items,
             "moves": room.moves,
+            "works": room.works,
             "pushes": room.pushes,
             "rows": self.rows,
             "offsets": np.zeros(BLOCK, OFFSET),
@@ -82,7 +87,7 @@ class Context:
             record[name] = array.ctypes.data
         for name in ("width", "height", "tick_s", "goal", "goal_target", "goal_within"):
             record[name] = getattr(rules, name)
-        for name in ("cell", "columns", "lines", "shift", "most_radius", "most_step"):
+        for name in ("cell", "columns", "lines", "shift", "keep", "most_radius", "most_step"):
             record[name] = getattr(room.grid, name)
         for name in ("cell", "columns", "lines"):
             record[f"near_{name}"] = getattr(stage.near, name)

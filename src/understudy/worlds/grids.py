@@ -17,6 +17,9 @@ FEW = 24
 """Up to so many robots in a world, everyone is compared with everyone: a grid would cost more."""
 
 MOST_CELLS = 1 << 24
+DRIFT, MOST_KEPT = 0.125, 8
+"""The share of a cell that robots may go before they are sorted again, and the most ticks it may take."""
+
 FEW_THINGS, MOST_NEAR_CELLS = 6, 1 << 20
 
 
@@ -39,8 +42,10 @@ class Grid(NamedTuple):
     """Where each small cell begins among the spots [columns * lines * 4**shift + 1]."""
     spots: NDArray[Any]
     """SPOT [N], ordered by small cell, then row."""
-    cell_of: NDArray[np.int32]
-    """The small cell of each robot [N]."""
+    spot_of: NDArray[np.int32]
+    """The spot of each robot [N]."""
+    keep: int
+    """Ticks for which robots stay sorted as they are: what looks for them looks a little farther."""
 
 
 class Near(NamedTuple):
@@ -64,15 +69,16 @@ def grid_for(rules: Rules) -> Grid:
     if rules.robots <= FEW:
         none = np.zeros(1, np.int32)
         cell = max(rules.width, rules.height)
-        return Grid(cell, 1, 1, 0, most_radius, most_step, none, np.zeros(0, SPOT), none)
+        return Grid(cell, 1, 1, 0, most_radius, most_step, none, np.zeros(0, SPOT), none, 1)
     area = rules.width * rules.height
     cell = max(sqrt(1.5 * area / rules.robots), touch)
     shift = 2 if cell >= 4 * touch else 1 if cell >= 2 * touch else 0
     cell = max(cell, sqrt(area * 4**shift / MOST_CELLS))
     columns, lines = ceil(rules.width / cell), ceil(rules.height / cell)
     start = np.zeros(columns * lines * 4**shift + 1, np.int32)
-    spots, cells = np.zeros(rules.robots, SPOT), np.zeros(rules.robots, np.int32)
-    return Grid(cell, columns, lines, shift, most_radius, most_step, start, spots, cells)
+    spots, spot_of = np.zeros(rules.robots, SPOT), np.zeros(rules.robots, np.int32)
+    keep = int(min(MOST_KEPT, max(1.0, DRIFT * cell / max(most_step, 1e-9))))
+    return Grid(cell, columns, lines, shift, most_radius, most_step, start, spots, spot_of, keep)
 
 
 def near_for(state: State, rules: Rules, *, reach: float) -> Near:

@@ -112,6 +112,13 @@ MOVE = np.dtype(
         ("wanted", "f8"),  # how far it would go if nothing were in its way
         ("scale", "f8"),  # the share of its step that it may
         ("alone", "f8"),  # m**2; no other robot is nearer, as far as was seen
+    ],
+    align=True,
+)
+"""How a robot means to move in a tick."""
+
+WORK = np.dtype(
+    [
         ("load", "f8"),  # as commanded
         ("unload", "f8"),
         ("still", "i8"),  # commanded neither to drive nor to turn
@@ -120,7 +127,7 @@ MOVE = np.dtype(
     ],
     align=True,
 )
-"""What a robot means to do in a tick."""
+"""What a robot that may carry something means to do beside, in a tick."""
 
 PUSH = np.dtype(
     [("dx", "f8"), ("dy", "f8"), ("scale", "f8"), ("sum_x", "i8"), ("sum_y", "i8"), ("count", "i8")],
@@ -188,6 +195,8 @@ CONTEXT = np.dtype(
         ("cell", "f8"),  # of the robots' grid, as all down to gridded
         ("most_radius", "f8"),
         ("most_step", "f8"),
+        ("drift", "f8"),  # m; so far may robots have gone since they were sorted
+        ("keep", "i8"),  # ticks from one sorting to the next
         ("columns", "i8"),
         ("lines", "i8"),
         ("shift", "i8"),
@@ -227,8 +236,9 @@ CONTEXT = np.dtype(
         ("near_items", "i8"),
         ("start", "i8"),  # of the grid
         ("spots", "i8"),
-        ("cell_of", "i8"),
+        ("spot_of", "i8"),
         ("moves", "i8"),  # of the scratch, as all from here on
+        ("works", "i8"),
         ("pushes", "i8"),
         ("rows", "i8"),
         ("offsets", "i8"),
