@@ -67,36 +67,40 @@ def near_range(c: Any, x: float, y: float, world: int) -> Any:
     return at(c.near_start, cell, WHOLE).v, at(c.near_start, cell + 1, WHOLE).v
 
 
+@njit(error_model="numpy", forceinline=True)
+def find_cell(c: Any, row: int, world: int) -> None:
+    """Sorting, first: note the small cell of a robot where its spot will be noted."""
+    robot = robot_at(c, row)
+    column, _, line, _ = small_cells(c, robot.x, robot.y, 0.0)
+    at(c.spot_of, row - world * c.count, INDEX).v = small_cell(c, column, line)
+
+
 @njit(error_model="numpy")
-def sort(c: Any, first: int) -> None:
-    """Sort the robots of a world, rows from `first` on, into the grid; a counting sort keeps the rows' order."""
-    if not c.gridded:
-        return
-    cells, count = (c.columns * c.lines) << (2 * c.shift), c.count
-    start, spot_of, spots = c.start, c.spot_of, c.spots  # else they are looked up anew after every change
+def count(c: Any) -> None:
+    """Sorting, second: count the robots of each cell, and give each its spot; in a cell they keep the rows' order."""
+    cells, robots = (c.columns * c.lines) << (2 * c.shift), c.count
+    start, spot_of = c.start, c.spot_of  # else they are looked up anew after every change
     for cell in range(cells):
         at(start, cell, INDEX).v = 0
-    per_m = (1 << c.shift) * c.per_cell
-    last_column, last_line = (c.columns << c.shift) - 1, (c.lines << c.shift) - 1
-    for k in range(count):
-        robot = robot_at(c, first + k)
-        column = min(max(int(robot.x * per_m), 0), last_column)
-        line = min(max(int(robot.y * per_m), 0), last_line)
-        cell = small_cell(c, column, line)
-        at(spot_of, k, INDEX).v = cell
-        at(start, cell, INDEX).v += 1
+    for k in range(robots):
+        at(start, index_at(spot_of, k), INDEX).v += 1
     total = 0
     for cell in range(cells):
         total += index_at(start, cell)
         at(start, cell, INDEX).v = total
-    at(start, cells, INDEX).v = count
-    for k in range(count - 1, -1, -1):
+    at(start, cells, INDEX).v = robots
+    for k in range(robots - 1, -1, -1):
         cell = index_at(spot_of, k)
-        place = index_at(start, cell) - 1
-        at(start, cell, INDEX).v = at(spot_of, k, INDEX).v = place
-        spot, robot = at(spots, place, SPOT), robot_at(c, first + k)
-        spot.x, spot.y = robot.x, robot.y
-        spot.row, spot.id = first + k, robot.id
+        spot = index_at(start, cell) - 1
+        at(start, cell, INDEX).v = at(spot_of, k, INDEX).v = spot
+
+
+@njit(error_model="numpy", forceinline=True)
+def put_spot(c: Any, row: int, world: int) -> None:
+    """Sorting, last: put a robot in its spot."""
+    spot, robot = at(c.spots, index_at(c.spot_of, row - world * c.count), SPOT), robot_at(c, row)
+    spot.x, spot.y = robot.x, robot.y
+    spot.row, spot.id = row, robot.id
 
 
 @njit(error_model="numpy", forceinline=True)

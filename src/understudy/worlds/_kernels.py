@@ -6,8 +6,8 @@ from numba import njit
 
 from understudy.compiling import kernel_sources
 from understudy.runtime._kernels import pulse
-from understudy.worlds._barrier_kernels import wait
-from understudy.worlds._grid_kernels import sort
+from understudy.worlds._barrier_kernels import BLOCK, claim, each, wait
+from understudy.worlds._grid_kernels import count, find_cell, put_spot
 from understudy.worlds._motion_kernels import arrive, propose, slide
 from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at, work_at
 from understudy.worlds._sense_kernels import line_up, sense
@@ -24,7 +24,6 @@ from understudy.worlds._step_kernels import (
 from understudy.worlds.records import WHOLE
 
 SENSE, OBEY, RUN = 0, 1, 2
-BLOCK = 64
 
 # For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time. Spelled
 # so because Numba declares no type for _nrt.
@@ -46,36 +45,36 @@ def intend(c: Any, row: int, world: int, commands: Any, which: int, cargo: Any) 
 
 
 @njit(error_model="numpy", forceinline=True)
-def settle(
-    c: Any,
-    world: int,
-    low: int,
-    high: int,
-    part: int,
-    parts: int,
-    barrier: Any,
-    boxes: Any,
-    cargo: Any,
-    living: Any,
-) -> None:
-    """The rest of a tick, once all robots mean to do something: rows `low` to `high` are this part's."""
-    wait(barrier, parts)
-    for row in range(low, high):
-        limit(c, row, world)
-    wait(barrier, parts)
+def sort(crew: Any, c: Any, world: int) -> None:
+    """Sort the robots of a world into its grid. Of threads, each writes what is about robots of its own."""
+    if not c.gridded:
+        return
+    each(crew, c, world, find_cell)
+    wait(crew)
+    if crew[1] == 0:
+        count(c)
+    wait(crew)
+    each(crew, c, world, put_spot)
+
+
+@njit(error_model="numpy", forceinline=True)
+def settle(crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any) -> None:
+    """The rest of a tick, once all robots mean to do something."""
+    first, alone = world * c.count, crew[1] == 0
+    wait(crew)
+    each(crew, c, world, limit)
+    wait(crew)
     if boxes is not None:
-        if part == 0:
-            for row in range(world * c.count, (world + 1) * c.count):
+        if alone:
+            for row in range(first, first + c.count):
                 push(c, row, world)
             shift_boxes(c, world)
-        wait(barrier, parts)
-        for row in range(low, high):
-            limited_by_boxes(c, row, world)
-        wait(barrier, parts)
-    for row in range(low, high):
-        arrive(c, row, world)
-    wait(barrier, parts)
-    if part == 0:
+            for row in range(first, first + c.count):
+                limited_by_boxes(c, row, world)
+        wait(crew)
+    each(crew, c, world, arrive)
+    wait(crew)
+    if alone:
         if boxes is not None:
             move_boxes(c, world)
         if cargo is not None:
@@ -99,42 +98,44 @@ def _keyed(sources: str) -> Any:
 
         SENSE only senses, to `out` [N, F]. OBEY does one tick with `commands` [N, 4]. RUN senses, decides with
         `tables` and `stacks`, and does a row of `commands` [B, 4], which `running` [N] says; `values` are the
-        context's `rows`. Of each world this part of `parts` threads does its share of the rows. A world ends early
+        context's `rows`. Of each world this part of `parts` threads does its share. A world ends early
         once finished where `until_finished`. What a scenario does without is None - cameras, sonars and bumpers,
         boxes, cargo, objects that come, go or walk - and the kernel is compiled without it.
         """
         sources  # noqa: B018 - Numba keys its cache with what is closed over
         c = contexts[0]
         for world in range(first, end):
-            start = world * c.count
-            low, high = start + c.count * part // parts, start + c.count * (part + 1) // parts
+            start, crew = world * c.count, (barrier, part, parts)
+            blocks = (c.count + BLOCK - 1) // BLOCK
             for turn in range(ticks):
-                sorted_since = turn % c.keep
-                if part == 0 and sorted_since == 0:
-                    sort(c, start)
-                wait(barrier, parts)
+                wait(crew)
                 if until_finished and at(c.finished, world, WHOLE).v >= 0:
                     break
-                c.drift = sorted_since * c.most_step
+                c.drift = (turn % c.keep) * c.most_step
+                if turn % c.keep == 0:
+                    sort(crew, c, world)
+                    wait(crew)
                 now = at(c.tick, world, WHOLE).v * c.tick_s
                 if c.lines_up:
                     line_up(c, world)
-                for begin in range(low, high, BLOCK):
-                    end_of_block = min(begin + BLOCK, high)
-                    sense(c, begin, end_of_block, world, mode != SENSE, camera, ranging)
-                    for row in range(begin, end_of_block):
+                block = claim(crew, blocks, -1)
+                while block >= 0:
+                    low, high = start + block * BLOCK, start + min(c.count, (block + 1) * BLOCK)
+                    sense(c, low, high, world, mode != SENSE, camera, ranging)
+                    for row in range(low, high):
                         if mode == SENSE:
                             for column in range(out.shape[1]):
-                                out[row, column] = values[row - begin, column]
+                                out[row, column] = values[row - low, column]
                         elif mode == OBEY:
                             intend(c, row, world, commands, row, cargo)
                         else:
-                            running[row] = pulse(row, values[row - begin], now, tables, stacks)
+                            running[row] = pulse(row, values[row - low], now, tables, stacks)
                     if mode == RUN:
-                        for row in range(begin, end_of_block):
+                        for row in range(low, high):
                             intend(c, row, world, commands, running[row], cargo)
+                    block = claim(crew, blocks, block)
                 if mode != SENSE:
-                    settle(c, world, low, high, part, parts, barrier, boxes, cargo, living)
+                    settle(crew, c, world, boxes, cargo, living)
 
     return advance
 

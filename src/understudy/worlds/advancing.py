@@ -18,7 +18,7 @@ from understudy.runtime.compiler import compile_programs
 from understudy.runtime.program import IDLE_PROGRAM
 from understudy.runtime.tables import Stacks, Tables
 from understudy.worlds import _kernels
-from understudy.worlds.contexts import Context, Stage, shared
+from understudy.worlds.contexts import MOST_THREADS, Context, Stage, shared
 from understudy.worlds.grids import Grid, Near, grid_for
 from understudy.worlds.plans import Plan
 from understudy.worlds.state import Rules, State
@@ -48,7 +48,7 @@ def advance(
     rows, worlds = len(stage.state.robots), len(stage.state.seeds)
     if threads is None:
         threads = 1 if rows < ALONE else os.cpu_count() or 1
-    threads = min(threads, max(worlds, rows // 64), 64)
+    threads = min(threads, max(worlds, rows // 64), MOST_THREADS)
     if worlds >= threads:
         _side_by_side(stage, sensing, fused, ticks, threads, until_finished=until_finished)
     else:

@@ -13,8 +13,12 @@ from understudy.worlds.records import CONTEXT, MOVE, OFFSET, PUSH, SEGMENT, THIN
 from understudy.worlds.scenario import Bumper, Camera, Scenario, Sonar
 from understudy.worlds.state import Records, Rules, State
 
-BLOCK = 64
-"""Robots that sense, decide and mean to move together; `_kernels` has the same."""
+BLOCK = 32
+"""Robots that sense, decide and mean to move together; `_barrier_kernels` has the same."""
+
+
+MOST_THREADS = 64
+"""On one world."""
 
 
 class Stage(NamedTuple):
@@ -45,7 +49,7 @@ def shared(stage: Stage, grid: Grid) -> Shared:
     objects = stage.state.objects.shape[1]
     robots = stage.rules.robots
     moves, works, pushes = np.zeros(robots, MOVE), np.zeros(robots, WORK), np.zeros(objects, PUSH)
-    return Shared(grid, moves, works, pushes, np.zeros(16, np.int64))
+    return Shared(grid, moves, works, pushes, np.zeros(8 * (2 + MOST_THREADS), np.int64))
 
 
 class Context:
@@ -74,8 +78,8 @@ class Context:
             "offsets": np.zeros(BLOCK, OFFSET),
             "object_x": np.zeros(objects),
             "object_y": np.zeros(objects),
-            "a": np.full(plan.most_parts, np.nan),
-            "b": np.full(plan.most_parts, np.nan),
+            "a": _apart(plan.most_parts),
+            "b": _apart(plan.most_parts),
             "things": np.zeros(seen, THING),
             "views": np.zeros(seen + segments if seen else 0, VIEW),
             "pieces": np.zeros(segments if seen else 0, SEGMENT),
@@ -117,6 +121,12 @@ def has(scenario: Scenario, rules: Rules) -> tuple[bool | None, ...]:
         (comes | captured | (classes["walk"] > 0)).any(),
     )
     return tuple(True if there else None for there in found)
+
+
+def _apart(count: int) -> NDArray[np.float64]:
+    """Room for some numbers that shares no cache line with what another thread writes."""
+    line = 64 // 8
+    return np.full(count + 2 * line, np.nan)[line:-line]
 
 
 _OF_STATE = ("robots", "objects", "discs", "segments", "seeds", "tick", "finished", "memory")
