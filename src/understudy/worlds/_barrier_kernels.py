@@ -71,7 +71,7 @@ def wait(crew: Any) -> None:
 
 
 @njit(error_model="numpy", forceinline=True)
-def claim(crew: Any, blocks: int, before: int) -> int:
+def claim(crew: Any, blocks: int, before: int) -> Any:
     """The next block that is this thread's, after the one `before` (at first -1); -1 where all are taken.
 
     A thread begins with its own share of the blocks, and then helps the others with theirs. After `wait` all are free.

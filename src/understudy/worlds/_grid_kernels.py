@@ -172,7 +172,7 @@ def _nearer_in_line(
 def _nearest_around(c: Any, row: int, column: int, line: int, limit_squared: float) -> Any:
     """The nearest of all others in a cell and the eight around it, without a guess on the way: that is quick.
 
-    CROWDED where those are many, or two are equally near, and a closer look is needed.
+    CROWDED where those are many, or two are equally near, and a closer look is needed. None may be in the same place.
     """
     low, high = max(column - 1, 0), min(column + 1, c.columns - 1)
     own = robot_at(c, row)
@@ -185,7 +185,7 @@ def _nearest_around(c: Any, row: int, column: int, line: int, limit_squared: flo
             spot = at(c.spots, k, SPOT)
             dx, dy = spot.x - x, spot.y - y
             squared = dx * dx + dy * dy
-            squared = squared if squared > 0.0 else math.inf
+            squared = squared if squared > 0.0 else math.inf  # itself
             second = min(second, max(squared, best_squared))
             best = k if squared < best_squared else best
             best_squared = min(best_squared, squared)
@@ -235,11 +235,12 @@ def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> 
     inside = min(own.x - column * cell, (column + 1) * cell - own.x)
     inside = max(0.0, min(inside, own.y - line * cell, (line + 1) * cell - own.y))
     looked = -1
-    if relation == ANYONE:
+    quick = relation == ANYONE and not c.passable
+    if quick:
         looked, around = _nearest_around(c, row, column, line, best_squared)
         if looked != CROWDED:
             best, best_squared = looked, around
-    if relation != ANYONE or looked == CROWDED:
+    if not quick or looked == CROWDED:
         best, best_squared = _nearer_in_line(c, row, relation, line, column, column, best, best_squared)
         best, best_squared = _nearer_in_ring(c, row, relation, column, line, 1, best, best_squared)
     for away in range(1, max(c.columns, c.lines)):

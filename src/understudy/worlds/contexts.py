@@ -97,6 +97,7 @@ class Context:
             record[f"near_{name}"] = getattr(stage.near, name)
         record["per_cell"], record["near_per_cell"] = 1.0 / room.grid.cell, 1.0 / stage.near.cell
         classes = rules.classes
+        record["passable"] = not rules.types["collides"].all()
         record["gridded"] = len(room.grid.spots) > 0
         record["count"] = rules.robots
         record["type_count"], record["class_count"] = len(rules.types), len(classes)

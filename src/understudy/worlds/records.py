@@ -214,6 +214,7 @@ CONTEXT = np.dtype(
         ("segment_count", "i8"),
         ("memory_count", "i8"),
         ("width_of_row", "i8"),
+        ("passable", "i8"),  # some robots let others pass, so that two may be in the same place
         ("lines_up", "i8"),  # objects of some class are looked for
         ("solids", "i8"),
         # Where arrays lie.
