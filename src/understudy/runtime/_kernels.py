@@ -33,6 +33,12 @@ ASKED = -(2**31)
 
 
 @within
+def unsigned(index: int) -> int:
+    """An index that cannot count from the end: to ask whether it does takes time."""
+    return np.uint64(index)  # type: ignore[return-value]
+
+
+@within
 def elapsed(now: float, since: float) -> float:
     """Seconds from one time to another, rounded as the interpreter does; NaN where `since` is."""
     return float(np.floor((now - since) * 1e9 + 0.5) / 1e9)
@@ -106,16 +112,16 @@ def descend(agent: int, level: int, row: Floats, now: float, tables: Tables, sta
     """Query, switch and go down, from a level on. The basic behavior, or -1 - the level that Python must ask."""
     states, state = tables[1], stacks[1]
     while True:
-        current = state[agent, level]
+        current = unsigned(state[agent, level])
         answer = walk(states[current].asks, agent, level, row, now, tables, stacks)
         if answer == ASKED:
-            return -1 - level
+            return -1 - int(level)
         if answer != STAY and -2 - answer != current:
-            current = -2 - answer
+            current = unsigned(-2 - answer)
             switch(agent, level, current, now, tables, stacks)
         if states[current].child < 0:
             return int(states[current].basic)
-        level += 1
+        level += unsigned(1)
 
 
 @joined
@@ -124,10 +130,11 @@ def pulse(agent: int, row: Floats, now: float, tables: Tables, stacks: Stacks) -
 
     Where a transition function has to be asked: -1 - the level at which the agent waits for `resume`.
     """
-    root = stacks[0][agent]
+    which = unsigned(agent)
+    root = stacks[0][which]
     if root < 0:
         return int(-1 - root)
-    return descend(agent, 0, row, now, tables, stacks)
+    return descend(which, unsigned(0), row, now, tables, stacks)
 
 
 @bare

@@ -71,7 +71,7 @@ def grid_for(rules: Rules) -> Grid:
         cell = max(rules.width, rules.height)
         return Grid(cell, 1, 1, 0, most_radius, most_step, none, np.zeros(0, SPOT), none, 1)
     area = rules.width * rules.height
-    cell = max(sqrt(area / rules.robots), touch)
+    cell = max(sqrt(0.75 * area / rules.robots), touch)
     shift = 2 if cell >= 3 * touch else 1 if cell >= 1.5 * touch else 0
     cell = max(cell, sqrt(area * 4**shift / MOST_CELLS))
     columns, lines = ceil(rules.width / cell), ceil(rules.height / cell)
