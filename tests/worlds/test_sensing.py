@@ -568,3 +568,25 @@ def test_a_frozen_robot_reads_nothing_and_stays() -> None:
     assert all(np.isnan(column[0]) for column in percept.values())
     assert not np.isnan(percept["x", None][1])
     assert percept["range", "anyone"][1] < 2.0  # it is still there
+
+
+@pytest.mark.parametrize("collides", [True, False])
+def test_nearest_of_many_robots(collides: bool) -> None:
+    """In a grid as in a list of all: also where robots let others pass and two are in the same place."""
+    random = np.random.default_rng(3)
+    places = [(*place, 0.0) for place in random.uniform(1.0, 7.0, (80, 2)).tolist()]
+    kind = RobotType(radius=0.001, collides=collides, sensors=(Locator(range=2.0),))
+    extra = [] if collides else [places[0], places[0], places[7]]
+    scenario = Scenario(
+        size=(8.0, 8.0),
+        types={"rover": kind},
+        robots=(Robots(type="rover", at=tuple(places + extra)),),
+        targets={"anyone": TargetOf(robot="any")},
+    )
+    world = made(scenario, (0,))
+    x, y = world.state.robots["x"], world.state.robots["y"]
+    apart = np.hypot(x[:, None] - x, y[:, None] - y)
+    np.fill_diagonal(apart, np.inf)
+    expected = np.where(apart.min(axis=1) <= 2.0, apart.min(axis=1), np.nan)
+    assert (expected == 0.0).sum() == (0 if collides else 5)
+    np.testing.assert_allclose(world.sense([("range", "anyone")])["range", "anyone"], expected, rtol=1e-12)

@@ -221,6 +221,20 @@ def test_the_standard_programs(standard: str, monkeypatch: pytest.MonkeyPatch) -
         assert states(engine.body) == expected, (few, in_order, threads)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("standard", ["base", "full"])
+def test_robots_that_stay_sorted_while_they_go(standard: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sorted in every tick, or so seldom that many have gone to other cells meanwhile: nobody is overlooked."""
+    program = link(base(), BASE) if standard == "base" else link(full(), FULL)
+    outcomes = []
+    for drift, most in ((0.0, 1), (2.0, 7), (10.0, 40)):
+        monkeypatch.setattr(grids, "DRIFT", drift)
+        monkeypatch.setattr(grids, "MOST_KEPT", most)
+        engine = Engine.of(made(full_task(200), (2,)), program)
+        engine.run(60, threads=1)
+        outcomes.append(states(engine.body))  # type: ignore[arg-type]
+    assert outcomes[0] == outcomes[1] == outcomes[2]
+
+
 def lattice(side: int, step: float = 1.0) -> Scenario:
     """Robots at the places of a lattice: each has four nearest ones, and sees two equal blobs."""
     places = tuple(
