@@ -40,7 +40,7 @@ test: $(VENV)/.dev ## everything that must hold: style, types, layers, tests (AR
 soak: $(VENV)/.dev ## the tests that take long
 	$(BIN)/pytest -m soak $(ARGS)
 
-bench: $(VENV)/.dev ## measure beside peers (those of the bench extra that are installed)
+bench: $(VENV)/.bench ## measure, beside the peers of the bench extra
 	$(BIN)/understudy bench $(ARGS)
 
 experiments: $(VENV)/.run ## the published experiments, in full

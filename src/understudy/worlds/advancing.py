@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -63,18 +63,21 @@ def _chunks(ticks: int, rows: int) -> list[int]:
     return [min(most, ticks - begun) for begun in range(0, ticks, most)]
 
 
-def _run(pool: ThreadPoolExecutor | None, parts: int, work: Callable[[int], None]) -> None:
-    """Do all parts of the work, in threads where there are several."""
-    if pool is None:
-        for part in range(parts):
-            work(part)
-    else:
-        for done in [pool.submit(work, part) for part in range(parts)]:
-            done.result()
+def _run(pool: ThreadPoolExecutor, parts: int, work: Callable[[int], None]) -> None:
+    """Do all parts of the work: this thread the first, those of the pool the others."""
+    others: list[Future[None]] = []
+    try:
+        for part in range(1, parts):
+            others.append(pool.submit(work, part))
+    finally:  # if interrupted, too: parts that have begun wait for the others
+        others += [pool.submit(work, part) for part in range(1 + len(others), parts)]
+        work(0)
+        for other in others:
+            other.result()
 
 
-def _pool(threads: int) -> ThreadPoolExecutor | None:
-    return ThreadPoolExecutor(threads) if threads > 1 else None
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max(1, threads - 1))
 
 
 def _side_by_side(
@@ -88,8 +91,7 @@ def _side_by_side(
         return
     contexts = [Context(stage, sensing, shared(stage, grid_for(rules))) for _ in range(threads)]
     commands = _padded(fused.commands)
-    pool = _pool(threads)
-    try:
+    with _pool(threads) as pool:
         for chunk in _chunks(ticks, len(state.robots)):
 
             def work(part: int, chunk: int = chunk) -> None:
@@ -100,9 +102,6 @@ def _side_by_side(
                 )  # fmt: skip
 
             _run(pool, threads, work)
-    finally:
-        if pool is not None:
-            pool.shutdown()
 
 
 def _together(
@@ -123,8 +122,7 @@ def _together(
     rules = stage.rules
     grid = grid_for(rules)
     commands = _padded(fused.commands)
-    pool = _pool(threads)
-    try:
+    with _pool(threads) as pool:
         for chunk in _chunks(ticks, rules.robots):
             order = np.arange(rules.robots)
             if rules.robots >= SORTED and chunk > 1:
@@ -143,9 +141,6 @@ def _together(
 
             _run(pool, threads, work)
             there.put_back()
-    finally:
-        if pool is not None:
-            pool.shutdown()
 
 
 def order_of_places(state: State, rules: Rules, grid: Grid, world: int) -> NDArray[np.intp]:
