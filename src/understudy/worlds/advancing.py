@@ -67,8 +67,7 @@ def _run(pool: ThreadPoolExecutor, parts: int, work: Callable[[int], None]) -> N
     """Do all parts of the work: this thread the first, those of the pool the others."""
     others: list[Future[None]] = []
     try:
-        for part in range(1, parts):
-            others.append(pool.submit(work, part))
+        others.extend(pool.submit(work, part) for part in range(1, parts))
     finally:  # if interrupted, too: parts that have begun wait for the others
         others += [pool.submit(work, part) for part in range(1 + len(others), parts)]
         work(0)
