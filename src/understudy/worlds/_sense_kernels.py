@@ -10,7 +10,7 @@ from understudy.worlds._draw_kernels import normal, uniform
 from understudy.worlds._grid_kernels import ANYONE, nearest_robot
 from understudy.worlds._look_kernels import look, scan
 from understudy.worlds._pointer_kernels import at, class_at, move_at, object_at, robot_at, type_at
-from understudy.worlds.records import NUMBER, OFFSET, PART, STEP, WHOLE
+from understudy.worlds.records import NUMBER, OFFSET, PART, STEP, TOUCH, WHOLE
 
 (
     TO_CLASS, TO_OBJECT, TO_ROBOT, SONAR, CAMERA, BUMPER,
@@ -18,7 +18,6 @@ from understudy.worlds.records import NUMBER, OFFSET, PART, STEP, WHOLE
     STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, CHANCE, SINCE,
 ) = range(18)  # fmt: skip
 
-TOUCH = 0.005  # m; nearer than this is touching
 NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams within a part's eight
 GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high
 

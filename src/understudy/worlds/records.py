@@ -177,6 +177,9 @@ PART = np.dtype(
 
 __all__ = ["SECTOR", "THING", "VIEW"]
 
+TOUCH = 0.005
+"""m; what a bumper is nearer to than this, it touches."""
+
 INT = np.dtype("i4")
 WHOLE = np.dtype([("v", "i8")])
 INDEX = np.dtype([("v", "i4")])
