@@ -41,6 +41,7 @@ class World:
     def __init__(self, scenario: Scenario, seeds: Sequence[int] = (0,)) -> None:
         check(scenario)
         self.scenario = scenario
+        seeds = self._listed(seeds)
         self.rules, self.names = rules_of(scenario), names_of(scenario)
         self.readings: Sequence[Reading] = readings_of(scenario)
         self.channels: Sequence[Channel] = channels_of(scenario)
@@ -94,13 +95,14 @@ class World:
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, one world per seed, as many worlds as before."""
+        seeds = self._listed(seeds)
         if (
             len(seeds) != self.worlds
             or not len(seeds)
             or not all(_is_whole(seed, 2**63 - 1) for seed in seeds)
         ):
             count = max(1, self.worlds)
-            raise self._wrong("seeds", f"are {list(seeds)}", f"give {count} from 0 to 2**63 - 1")
+            raise self._wrong("seeds", f"are {seeds}", f"give {count} from 0 to 2**63 - 1")
         state = lay_out(self.scenario, self.rules, np.asarray(seeds, np.int64))
         state.robots["aim"] = np.nan
         memory = np.full((self.agents, self._planner.slots), np.nan)
@@ -262,6 +264,13 @@ class World:
 
     def _wrong(self, setting: str, problem: str, remedy: str) -> SettingError:
         return SettingError(where=self._where, setting=setting, problem=problem, remedy=remedy)
+
+    def _listed(self, seeds: Sequence[int]) -> list[int]:
+        try:
+            return list(seeds)
+        except TypeError:  # one number, say
+            remedy = "give a list of whole numbers, one for each world: [5]"
+            raise self._wrong("seeds", f"are {seeds!r:.60}", remedy) from None
 
     def _class(self, name: str) -> Any:
         if name not in self.names.classes:
