@@ -96,7 +96,10 @@ def measure_program(
     limit_s: float | Column,
     progress: Progress = lambda through, worlds: None,
 ) -> Outcomes:
-    """As `measure`, for robots that all run one program: many ticks in one go where all of it is data."""
+    """As `measure`, for robots that all run one program: many ticks in one go where all of it is data.
+
+    Then a world ends with the tick in which it reaches its goal; reset them before anything goes on with them.
+    """
     engine = Engine.of(world, program)
     plan = engine.plan()
 
@@ -182,6 +185,13 @@ def evaluate(
 ) -> Evaluation:
     """Judge a behavior of a library on one world per seed; all robots run it. A world may be given by name or path."""
     scenario = world if isinstance(world, Scenario) else find_world(world)
+    try:
+        seeds = list(seeds)
+    except TypeError:  # one number, say
+        remedy = "give a list of whole numbers, one for each world: [5]"
+        raise SettingError(
+            where="evaluation", setting="seeds", problem=f"are {seeds!r:.60}", remedy=remedy
+        ) from None
     if not seeds:
         raise SettingError(
             where="evaluation", setting="seeds", problem="are none", remedy="give at least one"

@@ -65,8 +65,12 @@ class World:
 
     @property
     def time_s(self) -> float:
-        """Time since the last reset, s; that of the first world."""
-        return int(self.state.tick[0]) * self.scenario.tick_s
+        """Time since the last reset, s; SettingError where some worlds ended early, so that there is no one time."""
+        ticks = self.state.tick
+        if self.worlds > 1 and (ticks != ticks[0]).any():
+            remedy = "reset it before it goes on, or read the time of each world off its view"
+            raise self._wrong("time_s", "differs between its worlds, some of which have ended", remedy)
+        return int(ticks[0]) * self.scenario.tick_s
 
     @property
     def seeds(self) -> tuple[int, ...]:
@@ -143,7 +147,11 @@ class World:
     def advance(
         self, plan: FusedPlan, ticks: int, threads: int | None = None, *, until_finished: bool = False
     ) -> None:
-        """Sense, decide and act so many times in one go, exactly as tick by tick (see `runtime.body.Fused`)."""
+        """Sense, decide and act so many times in one go, exactly as tick by tick (see `runtime.body.Fused`).
+
+        Where `until_finished`, a world ends with the tick in which it reaches its goal. Worlds that ended at different
+        times have no one `time_s`: reset them before they go on tick by tick.
+        """
         sensing = self._plan(self._known(plan.keys))
         advance(self._stage, sensing, plan, ticks, threads, until_finished=until_finished)
 
