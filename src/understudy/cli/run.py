@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, Bind, Json, KitName, Library, SameWorld, ScenarioName
+from understudy.cli.parts import LIBRARY, BehaviorName, Bind, Json, KitName, Library, SameWorld, ScenarioName
 
 if TYPE_CHECKING:
     from understudy.model.library import Library as Opened
@@ -23,7 +23,7 @@ FRAMES_PER_S = 12.0
 
 def run(
     scenario: ScenarioName = None,
-    behavior: Annotated[str, typer.Option("--behavior", help="The behavior to run.")] = "forage",
+    behavior: BehaviorName = None,
     library: Library = LIBRARY,
     world: SameWorld = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
@@ -63,7 +63,7 @@ def run(
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
     """
     from understudy.cli.output import console, print_json
-    from understudy.cli.parts import bindings, chosen_world, find_kit, find_world, library_for
+    from understudy.cli.parts import behavior_of, bindings, chosen_world, find_kit, find_world, library_for
     from understudy.cli.progress import compile_once
     from understudy.errors import SettingError
     from understudy.traces import write_trace
@@ -77,6 +77,7 @@ def run(
     named = chosen_world(scenario, world)
     where, parts = find_world(named), find_kit(kit, named)
     found, bound = library_for(behavior, library, parts), bindings(bind)
+    behavior = behavior_of(found, behavior, library)
     compile_once(world=where, quiet=as_json)
     running = Running(World(where, [seed]), found, behavior, bound, seconds or where.limit_s)
     shown = record is None and not as_json and console().is_terminal
