@@ -196,14 +196,7 @@ def evaluate(
         raise SettingError(
             where="evaluation", setting="seeds", problem="are none", remedy="give at least one"
         )
-    if scenario.goal is None:
-        raise SettingError(
-            where=f"scenario {scenario.name!r}",
-            setting="goal",
-            problem="is missing, so that no run of it can be judged",
-            remedy="give it a [goal], or watch it with understudy run",
-        )
-    program = link(library, behavior, binding)
+    program = judged(library, behavior, scenario, binding)
     settings = settings_of(scenario)
     taught, expert = list[Outcomes](), list[Outcomes]()
     for first, batch in _batches(seeds):
@@ -220,6 +213,20 @@ def evaluate(
         taught.append(measure_program(World(scenario, batch), program, limit_s=limits, progress=report))
     joined = Outcomes.joined(expert) if expert else None
     return Evaluation(behavior, scenario.name, tuple(seeds), Outcomes.joined(taught), joined)
+
+
+def judged(
+    library: Library, behavior: str, scenario: Scenario, binding: Mapping[str, str] = NOTHING_BOUND
+) -> Program:
+    """The program that `evaluate` judges; raises what it would of the behavior, or where there is no goal."""
+    if scenario.goal is None:
+        raise SettingError(
+            where=f"scenario {scenario.name!r}",
+            setting="goal",
+            problem="is missing, so that no run of it can be judged",
+            remedy="give it a [goal], or watch it with understudy run",
+        )
+    return link(library, behavior, binding)
 
 
 def judge_expert(settings: ForageSettings, seeds: Sequence[int]) -> Outcomes:

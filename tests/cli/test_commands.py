@@ -500,3 +500,24 @@ def test_what_a_table_taught_runs_in_a_scenario(tmp_path: Path) -> None:
     options = ("-l", folder, "--behavior", "wander", "--seconds", "2", "--record", picture)
     assert run("run", "arena", *options).exit_code == 0
     assert picture.exists()
+
+
+LATE = [  # mistakes that show only when the behavior is made ready to run
+    ["run", "-l", "{lib}", "--behavior", "goto"],
+    ["run", "-l", "{lib}", "--behavior", "goto", "--bind", "A=moon"],
+    ["eval", "-l", "{lib}", "--behavior", "goto"],
+    ["eval", "patrol", "-l", "{lib}/no", "--behavior", "stop"],
+]
+
+
+@pytest.mark.parametrize("arguments", LATE, ids=" ".join)
+def test_mistakes_are_told_before_anything_is_compiled(
+    arguments: list[str], library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def compiled(**_: object) -> None:
+        pytest.fail("compiled first")
+
+    monkeypatch.setattr("understudy.cli.progress.compile_once", compiled)
+    result = run(*(argument.format(lib=library) for argument in arguments))
+    assert result.exit_code == 2
+    assert result.stderr.startswith("Error: ")
