@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run import Run
+from understudy.training.trainee import Mode
 
 RunStates: TypeAlias = tuple[tuple[Level, ...], ...]
+
+
+class Instant(NamedTuple):
+    """A moment of a session's run: the body, the run states of what is taught and of the others, and the mode."""
+
+    body: bytes
+    run: tuple[Level, ...]
+    mode: Mode
+    others: RunStates
 
 
 class Company:

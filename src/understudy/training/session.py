@@ -12,14 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple, Self, TypeAlias, Unpack
+from typing import Self, TypeAlias, Unpack
 
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.learning.transitions import learned
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.example import Example
-from understudy.model.feature import BoundFeature, Percept
+from understudy.model.feature import Percept
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, Taught
@@ -27,8 +27,7 @@ from understudy.runtime.body import Body, Resettable, Rewindable, every_key
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import link
 from understudy.runtime.run import Run
-from understudy.runtime.sensing import feature_column
-from understudy.training.company import Company, RunStates
+from understudy.training.company import Company, Instant
 from understudy.training.design import check_names, check_targets
 from understudy.training.edits import Choice, deleted, edited, rechosen
 from understudy.training.journal import Began, Journal
@@ -37,20 +36,11 @@ from understudy.training.past import Past, lesson_bytes
 from understudy.training.recorder import Moment
 from understudy.training.screen import Screen
 from understudy.training.trainee import Mode, Outcome, Press, Trainee
-from understudy.training.values import own_readings, own_value
+from understudy.training.values import own_readings, shown
 
 Clock: TypeAlias = Callable[[], float]
 
 NO_SIMULATION = "it is no simulation; drive the robot into position instead"
-
-
-class Instant(NamedTuple):
-    """A moment of a session's run: the body, the run states of what is taught and of the others, and the mode."""
-
-    body: bytes
-    run: tuple[Level, ...]
-    mode: Mode
-    others: RunStates
 
 
 class Session:
@@ -172,10 +162,7 @@ class Session:
             state=machine.state_name,
             path=self._trainee.path,
             flag=machine.flag,
-            features={
-                str(bound): own_value(bound.feature, own) if bound.own else self._sensed(bound)
-                for bound in self.automaton.features
-            },
+            features=shown(self.automaton.features, own, self._targets, self.percept, self.body, self.agent),
             states=self.automaton.state_names,
             targets=dict(self._targets),
             waiting=None if press is None else press.state or machine.state_name,
@@ -183,10 +170,6 @@ class Session:
             undoable=self._notebook.undoable,
             redoable=self._notebook.redoable,
         )
-
-    def _sensed(self, bound: BoundFeature) -> float:
-        ground = BoundFeature(bound.feature, bound.binding.within(self._targets))
-        return float(feature_column(ground, self.percept, agents=self.body.agents)[self.agent])
 
     # Pressing
 
