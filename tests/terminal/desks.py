@@ -9,14 +9,14 @@ from pathlib import Path
 
 from textual.pilot import Pilot
 
+from understudy.desk import journals
+from understudy.desk.desk import Desk
+from understudy.desk.plan import Choices, Plan
 from understudy.errors import UnderstudyError
 from understudy.learning.transitions import learn
 from understudy.model.folder import open_library
 from understudy.model.library import Library
-from understudy.terminal import journals
 from understudy.terminal.app import Ended, Trainer
-from understudy.terminal.desk import Desk
-from understudy.terminal.plan import Choices, Plan
 from understudy.terminal.teaching import Teaching
 from understudy.training.screen import Screen
 from understudy.training.trainee import Mode

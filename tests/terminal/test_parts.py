@@ -10,16 +10,17 @@ import pytest
 from tests.terminal.desks import GOTO, Wall, plan
 from tests.worlds.made import crossing
 
+from understudy.desk import journals, keys
+from understudy.desk.pace import Pace
+from understudy.desk.plan import Choices, checked
+from understudy.desk.words import clock, signed, spark, value
 from understudy.errors import UnderstudyError
 from understudy.model.automaton import START, State
 from understudy.model.binding import Binding
 from understudy.model.feature import BoundFeature
 from understudy.model.library import Library
-from understudy.terminal import journals, keys, teaching
-from understudy.terminal.pace import Pace
+from understudy.terminal import teaching
 from understudy.terminal.picture import ARROWS, facts, picture, size
-from understudy.terminal.plan import Choices, checked
-from understudy.terminal.words import clock, signed, spark, value
 from understudy.worlds.finding import place_of
 from understudy.worlds.forage import Forage, kit
 

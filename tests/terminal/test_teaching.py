@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 from tests.terminal.desks import GOTO, Hand, plan, trainer
 
+from understudy.desk.plan import Choices
 from understudy.learning.transitions import learn
 from understudy.model.example import ExampleKind
 from understudy.model.folder import open_library, versions
 from understudy.model.lesson import Lesson
 from understudy.terminal.app import Ended
-from understudy.terminal.plan import Choices
 from understudy.terminal.teaching import Teaching
 from understudy.training.trainee import Mode
 from understudy.worlds.finding import place_of

@@ -13,8 +13,8 @@ from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, World
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from understudy.desk.plan import Plan
     from understudy.model.library import Library as Opened
-    from understudy.terminal.plan import Plan
 
 
 def teach(
@@ -62,7 +62,7 @@ def teach(
     --features 'distance_to(A),angle_to(A)' --targets A=station[/]
     """
     from understudy.cli.parts import find_kit, find_world
-    from understudy.terminal.plan import Choices, Plan, checked
+    from understudy.desk.plan import Choices, Plan, checked
 
     choices = Choices(
         states=_listed(states),
@@ -85,8 +85,8 @@ def _teach(plan: Plan, *, as_json: bool) -> None:
     from understudy.cli.failing import FAULT
     from understudy.cli.output import console, count, print_json
     from understudy.cli.progress import compile_once
+    from understudy.desk import journals
     from understudy.errors import UnderstudyError
-    from understudy.terminal import journals
     from understudy.terminal.app import Trainer
 
     compile_once(learner=True, world=plan.world)

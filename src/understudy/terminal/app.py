@@ -14,14 +14,14 @@ from typing import ClassVar
 
 from textual.app import App
 
+from understudy.desk import journals
+from understudy.desk.journals import Unfinished
+from understudy.desk.opening import Opened, begun, resumed
+from understudy.desk.pace import Wall
+from understudy.desk.plan import Choices, Plan, Start, checked
 from understudy.errors import UnderstudyError
-from understudy.terminal import journals
 from understudy.terminal.asking import Ask
 from understudy.terminal.choosing import Choose
-from understudy.terminal.journals import Unfinished
-from understudy.terminal.opening import Opened, begun, resumed
-from understudy.terminal.pace import Wall
-from understudy.terminal.plan import Choices, Plan, Start, checked
 from understudy.terminal.teaching import Teaching
 
 SIGNALED = 128

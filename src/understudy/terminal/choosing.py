@@ -14,13 +14,13 @@ from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 from textual.widgets import Input, Label, Static
 
+from understudy.desk.plan import Choices, Plan, new, targets
 from understudy.errors import SettingError, UnderstudyError
 from understudy.model.automaton import START, State
 from understudy.model.binding import called
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.terminal.picks import Picks
-from understudy.terminal.plan import Choices, Plan, new, targets
 from understudy.training.edits import Choice, rechosen
 
 Check = Callable[[Choices], object]

@@ -11,10 +11,10 @@ from textual.containers import VerticalScroll
 from textual.screen import Screen
 from textual.widgets import DataTable, Static
 
+from understudy.desk import words
+from understudy.desk.desk import Desk
 from understudy.errors import UnderstudyError
 from understudy.learning.report import contradictions
-from understudy.terminal import words
-from understudy.terminal.desk import Desk
 from understudy.terminal.panels import DIM, TITLE, TONES
 
 

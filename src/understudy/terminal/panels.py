@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from rich.text import Text
 
+from understudy.desk import words
+from understudy.desk.desk import Desk
 from understudy.model.example import Example, ExampleKind
-from understudy.terminal import words
-from understudy.terminal.desk import Desk
 from understudy.training.trainee import Mode
 
 TITLE, DIM = "bold underline", "dim"

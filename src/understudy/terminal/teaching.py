@@ -13,14 +13,14 @@ from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 from textual.widgets import Static
 
+from understudy.desk.desk import Desk, Said
+from understudy.desk.plan import Choices
 from understudy.errors import UnderstudyError
 from understudy.terminal import panels
 from understudy.terminal.asking import Ask, Help
 from understudy.terminal.choosing import Choose
-from understudy.terminal.desk import Desk, Said
 from understudy.terminal.lesson import LessonScreen
 from understudy.terminal.picture import facts, picture, size
-from understudy.terminal.plan import Choices
 
 BEAT_S = 1 / 30
 LEAST_SIDE = 38

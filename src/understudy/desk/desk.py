@@ -10,17 +10,17 @@ from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
+from understudy.desk import words
+from understudy.desk.journals import alike
+from understudy.desk.keys import Keys, drive_keys, state_keys
+from understudy.desk.memory import Memory
+from understudy.desk.pace import Pace
+from understudy.desk.plan import Choices
+from understudy.desk.why import Switch, Why
 from understudy.errors import SessionError
 from understudy.model.feature import BoundFeature
 from understudy.model.folder import save
 from understudy.model.lesson import Lesson
-from understudy.terminal import words
-from understudy.terminal.journals import alike
-from understudy.terminal.keys import Keys, drive_keys, state_keys
-from understudy.terminal.memory import Memory
-from understudy.terminal.pace import Pace
-from understudy.terminal.plan import Choices
-from understudy.terminal.why import Switch, Why
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.worlds.finding import place_of

@@ -5,12 +5,12 @@ from __future__ import annotations
 from datetime import datetime
 from pathlib import Path
 
+from understudy.desk.desk import Desk, Said
+from understudy.desk.journals import Lock, new_path
+from understudy.desk.pace import Pace, Wall
+from understudy.desk.plan import Plan, Start
 from understudy.errors import SessionError
 from understudy.model.lesson import Lesson
-from understudy.terminal.desk import Desk, Said
-from understudy.terminal.journals import Lock, new_path
-from understudy.terminal.pace import Pace, Wall
-from understudy.terminal.plan import Plan, Start
 from understudy.training.session import Session
 from understudy.worlds.world import World
 
@@ -69,7 +69,7 @@ def _saved(plan: Plan) -> Lesson | None:
 def _locked(journal: Path) -> Lock:
     lock = Lock.tried(journal)
     if lock is None:
-        raise SessionError(f"the session of {journal} runs in another terminal; end it there first")
+        raise SessionError(f"the session of {journal} is open elsewhere; end it there first")
     return lock
 
 

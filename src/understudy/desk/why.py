@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from understudy.desk.words import signed
 from understudy.learning.explain import Explanation, explain
 from understudy.learning.transitions import learn
 from understudy.model.automaton import Transition
 from understudy.model.conditions import sentences
 from understudy.model.lesson import Lesson
 from understudy.model.tree import Tree
-from understudy.terminal.words import signed
 from understudy.training.screen import Screen
 from understudy.training.session import Session
 from understudy.training.trainee import Mode

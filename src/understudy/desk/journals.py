@@ -59,7 +59,7 @@ def unfinished(library: Path, name: str, world: str, opened: Library) -> Unfinis
     for path in reversed(_of(library, name, RUNNING)):
         lock = Lock.tried(path)
         if lock is None:
-            continue  # it runs in another terminal
+            continue  # it is open elsewhere
         lock.release()
         try:
             past = Past.replayed(path, opened)
