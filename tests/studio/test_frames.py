@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 from tests.studio.pages import GOTO, Frame, studio
 
 from understudy.desk.plan import Choices
+from understudy.studio import openings
 from understudy.studio.frames import frame
 from understudy.studio.stage import Stage
 from understudy.worlds.scenario_files import builtin_scenarios
@@ -55,9 +56,9 @@ def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
 
 def test_a_frame_of_a_desk(tmp_path: Path) -> None:
     stage = studio(tmp_path, world="forage-team").stage
-    stage.choose_agent(1)
+    openings.choose_agent(stage, 1)
     fields = {key: value for key, value in GOTO.items() if key not in ("do", "name")}
-    stage.begin("goto", Choices(**fields), discard=False)
+    openings.begin(stage, "goto", Choices(**fields), discard=False)
     desk = stage.trained
     desk.press("rotate_left")
     for _ in range(7):

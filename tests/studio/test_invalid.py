@@ -54,8 +54,9 @@ class Room:
         files = {path: path.stat().st_size for path in sorted(stage.shelf.folder.rglob("*"))}
         return (
             stage.world.snapshot(),
-            session.lesson,
-            session.screen(),
+            session.lesson.record,
+            repr((session.automaton, session.examples)),  # absent values are not equal to themselves
+            repr(session.screen()),
             session.mode,
             session.run_state,
             stage.paused,

@@ -65,6 +65,11 @@ def test_a_page_cut_off_unnoticed_is_replaced_by_itself(tmp_path: Path) -> None:
         back.done(**GOTO)
         with pytest.raises(ConnectionError):
             lost.answer(1)
+        with page(
+            client, f"?key={lost.hello['key']}"
+        ) as again:  # it does not throw out the one that came after
+            assert not again.hello["directs"]
+        back.done("confirm")
 
 
 def test_a_key_does_not_take_the_place_of_another(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 from understudy.desk.plan import Choices
 from understudy.errors import SettingError
+from understudy.studio import keeping, openings
 from understudy.studio import messages as m
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
@@ -42,7 +43,7 @@ def _stand_for(stage: Stage, message: m.StandFor) -> None:
 
 
 def _open(stage: Stage, message: m.Open) -> None:
-    stage.open(message.name, discard=message.discard)
+    openings.go_on(stage, message.name, discard=message.discard)
 
 
 def _new(stage: Stage, message: m.New) -> None:
@@ -53,7 +54,7 @@ def _new(stage: Stage, message: m.New) -> None:
         parameters=message.parameters,
         targets=message.targets,
     )
-    stage.begin(message.name, choices, discard=message.discard)
+    openings.begin(stage, message.name, choices, discard=message.discard)
 
 
 def _choose(stage: Stage, message: m.Choose) -> None:
@@ -69,6 +70,11 @@ def _choose(stage: Stage, message: m.Choose) -> None:
 
 def _edit(stage: Stage, message: m.Edit) -> None:
     stage.trained.edit(message.number, state=message.state, next=message.next)
+
+
+def _agent(stage: Stage, message: m.Agent) -> None:
+    openings.choose_agent(stage, message.agent)
+    stage.moved += 1
 
 
 def _place(stage: Stage, message: m.Place) -> None:
@@ -133,10 +139,10 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.New: _new,
         m.Choose: _choose,
         m.Edit: _edit,
-        m.Save: lambda stage, message: stage.save(message.name),
-        m.Remove: lambda stage, message: stage.remove(message.name),
-        m.Restore: lambda stage, message: stage.restore(message.name),
-        m.Agent: lambda stage, message: stage.choose_agent(message.agent),
+        m.Save: lambda stage, message: keeping.save(stage, message.name),
+        m.Remove: lambda stage, message: keeping.remove(stage, message.name),
+        m.Restore: lambda stage, message: keeping.restore(stage, message.name),
+        m.Agent: _agent,
         m.Place: _place,
         m.MoveObject: _move_object,
         m.AddObject: _add_object,

@@ -34,6 +34,12 @@ class Shelf:
     """Why a document does not open, by the name its file has."""
     trash: tuple[str, ...]
 
+    def refuse_taken(self, name: str, *, remedy: str) -> None:
+        """SessionError where the folder has a document of this name, or of one that is like it."""
+        for other in [*self.library.taught, *self.problems]:
+            if alike(other) == alike(name):
+                raise SessionError(f"the library has {other} already: {remedy}")
+
     def plain(self) -> dict[str, Any]:
         """What a page shows of it."""
         kit = self.library.kit
@@ -132,9 +138,7 @@ def restore(shelf: Shelf, name: str) -> None:
     kept = [(number, path) for known, number, path in _trashed(shelf.folder) if known == name]
     if not kept:
         raise UnknownName(what="automaton", name=name, where="the trash", known=list(shelf.trash))
-    for other in [*shelf.library.taught, *shelf.problems]:
-        if alike(other) == alike(name):
-            raise SessionError(f"the library has {other} already: remove that first")
+    shelf.refuse_taken(name, remedy="remove that first")
     path = shelf.folder / f"{stem(name)}.json"
     with failing(path, "restoring"), locked(shelf.folder):
         max(kept)[1].rename(path)

@@ -9,11 +9,9 @@ from time import monotonic
 
 from understudy.desk import journals
 from understudy.desk.desk import Desk, Said
-from understudy.desk.opening import Opened, begun, resumed
+from understudy.desk.opening import Opened
 from understudy.desk.pace import SPEEDS, Wall
-from understudy.desk.plan import Choices, Plan, Start, checked
-from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
-from understudy.model.filenames import alike, stem
+from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.kit import Kit
 from understudy.studio import frames, shelf
 from understudy.studio.picture import Picture
@@ -39,10 +37,10 @@ class Stage:
         self.shelf = shelf.look(folder, kit)
         self.opened: Opened | None = None
         self.moved = self.rebuilt = 0
-        self._agent, self._speed, self._paused = 0, 1.0, False
+        self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
+        self._speed, self._paused = 1.0, False
         self._said = Said(NOTHING)
         self._picture: Picture | None = None
-        self._began_with = 0
         self.look_for_cut_off()
         if self.cut_off:
             self._said = Said(f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on")
@@ -87,11 +85,6 @@ class Stage:
     def seed(self) -> int:
         """The seed of the world as it is."""
         return self.world.seeds[0]
-
-    @property
-    def agent(self) -> int:
-        """The robot that is trained, or would be."""
-        return self._agent if self.desk is None else self.desk.robot
 
     def scene(self) -> Plain:
         """What does not change from tick to tick."""
@@ -209,90 +202,12 @@ class Stage:
 
     # Opening and closing
 
-    def begin(self, name: str, choices: Choices, *, discard: bool) -> None:
-        """Begin a new automaton."""
-        self.look()
-        self.look_for_cut_off()
-        self._refuse_unsaved(discard=discard)
-        for other in [*self.shelf.library.taught, *self.shelf.problems]:
-            if alike(other) == alike(name):
-                raise SessionError(f"the library has {other} already: open it to go on, or give another name")
-        left = self.cut_off.get(name)
-        if left is not None and not discard:
-            raise SessionError(
-                f"a session of {name} was cut off with {left.examples} examples: open {name} to go on with "
-                "it, or discard it to begin anew"
-            )
-        start = checked(plan := self._plan(name, choices))
-        if start is None:
-            raise SessionError(f"{name} needs at least one state and one feature: choose what it can do")
-        opened = begun(plan, start, self.wall, body=self.world, agent=self._agent)
-        if left is not None:
-            journals.end(left.path, plan.folder, name)
-        self._take(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
-
-    def open(self, name: str, *, discard: bool) -> None:
-        """Train an automaton of the library on, or go on with a session that was cut off."""
-        self.look()
-        self.look_for_cut_off()
-        self._refuse_unsaved(discard=discard)
-        left = self.cut_off.get(name)
-        if left is None and name not in self.shelf.library.taught:
-            if name in self.shelf.problems:
-                raise SessionError(self.shelf.problems[name])
-            known = [*self.shelf.library.taught, *self.cut_off]
-            raise UnknownName(what="automaton", name=name, where="the library", known=known)
-        plan = self._plan(name)
-        if left is not None:
-            said = (
-                f"The session of {name} that was cut off goes on where it was, paused: {left.examples} "
-                f"examples, the last step was “{left.steps}”"
-            )
-            self._take(resumed(plan, left.path, self.wall, body=self.world), said)
-            return
-        start = checked(plan)
-        if start is None:  # pragma: no cover - what the library has is settled
-            raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
-        opened = begun(plan, start, self.wall, body=self.world, agent=self._agent)
-        self._take(opened, f"{name} is open again: let it try, and press what is right where it does wrong")
-
-    def choose_agent(self, agent: int) -> None:
-        """Which robot is trained; not once something was shown in this session."""
-        if agent >= self.world.robots:
-            problem, remedy = f"is {agent}", f"give one from 0 to {self.world.robots - 1}"
-            raise SettingError(where="the studio", setting="agent", problem=problem, remedy=remedy)
-        desk = self.desk
-        if desk is None or desk.robot == agent:
-            self._agent = agent
-            self.moved += 1
-            return
-        session = desk.session
-        if session.screen().undoable is not None or len(session.examples) != self._began_with:
-            raise SessionError(
-                f"{desk.name} has been shown something by robot {desk.robot}: save it and open it again to "
-                "train it with another robot"
-            )
-        plan = self._plan(desk.name)
-        start = Start(session.lesson, dict(desk.screen.targets))
-        opened = begun(plan, start, self.wall, body=self.world, agent=agent)
-        self._take(opened, f"{desk.name} is trained with robot {agent} now")
-
-    def _plan(self, name: str, choices: Choices | None = None) -> Plan:
-        return Plan(
-            name, self.shelf.folder, self.world.scenario, self.shelf.library, choices or Choices(), self.seed
-        )
-
-    def _refuse_unsaved(self, *, discard: bool) -> None:
-        desk = self.desk
-        if desk is not None and desk.unsaved and not discard:
-            raise SessionError(f"{desk.name} is not saved as it is now: save it first, or discard it")
-
-    def _take(self, opened: Opened, said: str) -> None:
+    def take(self, opened: Opened, said: str) -> None:
         """Another desk takes the place of the present one, whose journal is not needed any more."""
         self._leave()
         self.opened, desk = opened, opened.desk
-        self._picture, self._agent = Picture(desk), desk.robot
-        self._began_with = len(desk.session.examples)
+        self._picture, self.agent = Picture(desk), desk.robot
+        self.began_with = len(desk.session.examples)
         desk.set_speed(self._speed)
         desk.hold(False)
         desk.said = Said(said)
@@ -315,8 +230,6 @@ class Stage:
         else:
             self._leave()
 
-    # The library
-
     def look(self) -> None:
         """See what the library's folder holds now."""
         self.shelf = shelf.look(self.shelf.folder, self.kit)
@@ -327,38 +240,3 @@ class Stage:
         world = self.world.scenario.name
         self.cut_off = journals.cut_off(self.shelf.folder, world, self.shelf.library)
         self.rebuilt += 1
-
-    def save(self, name: str | None) -> None:
-        """Save what is trained; under another name, a copy of it."""
-        desk = self.trained
-        if name is None or name == desk.name:
-            desk.save()
-            desk.said = Said(f"{desk.name} is saved", "recorded")
-        else:
-            self.look()
-            for other in [*self.shelf.library.taught, *self.shelf.problems]:
-                if alike(other) == alike(name):
-                    raise SessionError(f"the library has {other} already: give another name")
-            shelf.save_copy(self.shelf, desk.session.taught(), name)
-            desk.said = Said(f"A copy of {desk.name} is saved as {name}", "recorded")
-        self.look()
-
-    def remove(self, name: str) -> None:
-        """Move a trained behavior to the trash."""
-        desk = self.desk
-        if desk is not None and alike(name) == alike(desk.name):
-            raise SessionError(f"{name} is being trained: open another before it is removed")
-        if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
-            raise SessionError(f"{desk.name}, which is being trained, runs {name}: choose its states first")
-        stem(name)
-        self.look()
-        shelf.remove(self.shelf, name)
-        self.look()
-        self.said = Said(f"{name} is in the trash, from where it can be restored")
-
-    def restore(self, name: str) -> None:
-        """Bring a trained behavior back from the trash."""
-        self.look()
-        shelf.restore(self.shelf, name)
-        self.look()
-        self.said = Said(f"{name} is back in the library")

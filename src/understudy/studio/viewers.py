@@ -106,17 +106,17 @@ class Viewers:
 
     def arrive(self, key: str | None) -> Viewer:
         """A page connects. It directs where nobody does, or where the one that directs is itself, cut off."""
-        known = key is not None and key in self._keys
-        viewer = Viewer(key if known and key is not None else token_urlsafe(18), self._wall)
-        self._keys[viewer.key] = None
+        former = self.director
+        returned = former is not None and key == former.key
+        if returned or key not in self._keys or key is None:
+            key = token_urlsafe(18)  # a new one, too, where two pages have the same: the former has lost it
+        viewer = Viewer(key, self._wall)
+        self._here[viewer] = self._keys[key] = None
         while len(self._keys) > MOST_KEYS:
             del self._keys[next(iter(self._keys))]
-        former = self.director
-        self._here[viewer] = None
-        if former is None:
+        if former is None or returned:
             self.director = viewer
-        elif known and former.key == viewer.key:
-            self.director = viewer
+        if former is not None and returned:
             former.close()
         return viewer
 
