@@ -20,7 +20,7 @@ endif
 
 PIP_INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo test soak bench experiments format lock clean moved
+.PHONY: help demo studio test soak bench experiments format lock clean moved
 .NOTPARALLEL:
 
 help: ## list the targets
@@ -29,6 +29,9 @@ help: ## list the targets
 
 demo: $(VENV)/.run ## train a robot to forage, and see how well it learned (ARGS="--seed 7" passes more)
 	$(BIN)/understudy demo forage $(ARGS)
+
+studio: $(VENV)/.run ## train a robot in the browser (ARGS="forage --library mine" passes more)
+	$(BIN)/understudy studio $(ARGS)
 
 test: $(VENV)/.dev ## everything that must hold: style, types, layers, tests (ARGS passes more to pytest)
 	$(BIN)/ruff check

@@ -16,6 +16,7 @@ from understudy.cli import (
     libraries,
     run,
     show,
+    studio,
     teach,
     validate,
     worlds,
@@ -59,6 +60,7 @@ def understudy(
 
 
 app.command("demo", rich_help_panel=TEACHING)(demo.demo)
+app.command("studio", rich_help_panel=TEACHING)(studio.studio)
 app.command("teach", rich_help_panel=TEACHING)(teach.teach)
 app.command("learn", rich_help_panel=TEACHING)(learn.learn)
 app.command("run", rich_help_panel=RUNNING)(run.run)

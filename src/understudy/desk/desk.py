@@ -5,7 +5,7 @@ Every action says in one sentence what came of it (`said`); UnderstudyError wher
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -14,10 +14,10 @@ from understudy.desk import words
 from understudy.desk.journals import alike
 from understudy.desk.keys import Keys, drive_keys, state_keys
 from understudy.desk.memory import Memory
-from understudy.desk.pace import Pace
+from understudy.desk.pace import SPEEDS, Pace
 from understudy.desk.plan import Choices
 from understudy.desk.why import Switch, Why
-from understudy.errors import SessionError
+from understudy.errors import SessionError, SettingError
 from understudy.model.feature import BoundFeature
 from understudy.model.folder import save
 from understudy.model.lesson import Lesson
@@ -177,6 +177,16 @@ class Desk:
         self.held = held
         self._set_pace()
 
+    def set_speed(self, speed: float) -> None:
+        """The world goes at one of the speeds there are."""
+        if speed not in SPEEDS:
+            known = ", ".join(f"{each:g}" for each in SPEEDS)
+            raise SettingError(
+                where="the trainer", setting="speed", problem=f"is {speed:g}", remedy=f"give one of {known}"
+            )
+        self.pace.speed = speed
+        self.said = Said(f"{speed:g} times as fast as in life")
+
     def _set_pace(self) -> None:
         stands = self.paused or self.held or (self.driving and self.steering is None)
         (self.pace.stop if stands else self.pace.go)()
@@ -257,6 +267,10 @@ class Desk:
         """The seed of the next world."""
         return 0 if self.seed is None else self.seed + 1
 
+    def world(self, seed: int) -> None:
+        """The world of a seed from its beginning."""
+        self._world(seed, f"World {seed} from its beginning")
+
     def _world(self, seed: int, what: str) -> None:
         self._end_driving()
         self.session.reset(seed)
@@ -281,10 +295,22 @@ class Desk:
         ways = list(product(known, repeat=len(parameters)))
         now = tuple(self.screen.targets[parameter] for parameter in parameters)
         way = ways[(ways.index(now) + 1) % len(ways)]
-        self.session.stand_for(**dict(zip(parameters, way, strict=True)))
+        self.bind(dict(zip(parameters, way, strict=True)))
+
+    def bind(self, targets: Mapping[str, str]) -> None:
+        """Let parameters stand for these targets."""
+        self.session.stand_for(**targets)
         self.memory.forget()
         self._look()
         self.said = Said(f"Now {words.standing(self.screen)[1:-1]}")
+
+    def moved(self, what: str) -> None:
+        """Something in the world was put elsewhere by hand, which is said."""
+        self.session.moved()
+        self.memory.forget()
+        self.why.switch = None
+        self.said = Said(f"{what}; nothing recorded")
+        self._look()
 
     # Driving into position
 
@@ -331,6 +357,12 @@ class Desk:
         """Delete an example."""
         self.session.delete(number)
         self.said = Said(f"Example {number} deleted; u takes that back")
+        self._changed()
+
+    def edit(self, number: int, *, state: str | None = None, next: str | None = None) -> None:
+        """Let an example say another state or next state."""
+        self.session.edit(number, state=state, next=next)
+        self.said = Said(f"Example {number} edited; undo takes that back")
         self._changed()
 
     def choose(self, choices: Choices) -> None:

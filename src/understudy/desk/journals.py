@@ -14,6 +14,7 @@ from itertools import chain, count
 from math import isnan
 from pathlib import Path
 from typing import Self
+from urllib.parse import unquote
 
 from understudy.errors import UnderstudyError
 from understudy.model.atomic import failing
@@ -29,6 +30,7 @@ except ImportError:  # pragma: no cover - Windows: a session that runs is not to
 
 FOLDER = ".journals"
 RUNNING, ENDED = ".journal", ".ended"
+_NAMED = re.compile(r"(.+)-\d{4}-\d\d-\d\d-\d\d\.\d\d\.\d\d(?:-\d+)?" + re.escape(RUNNING))
 KEPT = 5
 """How many ended journals of an automaton are kept."""
 
@@ -72,6 +74,17 @@ def unfinished(library: Path, name: str, world: str, opened: Library) -> Unfinis
             examples = sum(example.pressed for example in lesson.examples)
             return Unfinished(path, _date(path), examples, undoable)
     return None
+
+
+def cut_off(library: Path, world: str, opened: Library) -> dict[str, Unfinished]:
+    """By name, the newest session of each automaton in this world that was killed with something not saved."""
+    folder = library / FOLDER
+    if not folder.is_dir():
+        return {}
+    found = (_NAMED.fullmatch(path.name) for path in folder.iterdir())
+    names = sorted({unquote(match[1]) for match in found if match})
+    left = {name: unfinished(library, name, world, opened) for name in names}
+    return {name: each for name, each in left.items() if each is not None}
 
 
 def end(path: Path, library: Path, name: str) -> Path:

@@ -30,9 +30,17 @@ class Opened:
             self._lock.release()
 
 
-def begun(plan: Plan, start: Start, wall: Wall, *, now: datetime | None = None) -> Opened:
-    """A new session, with a journal that begins now."""
-    body = World(plan.world, [plan.seed])
+def begun(
+    plan: Plan,
+    start: Start,
+    wall: Wall,
+    *,
+    body: World | None = None,
+    agent: int = 0,
+    now: datetime | None = None,
+) -> Opened:
+    """A new session, with a journal that begins now; in a world of its own, or in one that is there as it is."""
+    body = World(plan.world, [plan.seed]) if body is None else body
     pace = Pace(wall, tick_s=body.tick_s)
     journal = new_path(plan.folder, plan.name, now=now or datetime.now())
     session = Session(
@@ -40,6 +48,7 @@ def begun(plan: Plan, start: Start, wall: Wall, *, now: datetime | None = None) 
         plan.library,
         start.lesson,
         targets=start.targets,
+        agent=agent,
         clock=lambda: pace.time_s,
         journal=journal,
         about={"world": plan.world.name, "seed": plan.seed},
@@ -49,10 +58,10 @@ def begun(plan: Plan, start: Start, wall: Wall, *, now: datetime | None = None) 
     return Opened(desk, journal, _locked(journal))
 
 
-def resumed(plan: Plan, journal: Path, wall: Wall) -> Opened:
-    """A session that was cut off goes on, paused."""
+def resumed(plan: Plan, journal: Path, wall: Wall, *, body: World | None = None) -> Opened:
+    """A session that was cut off goes on, paused; a world that is there becomes as it was then."""
     lock = _locked(journal)
-    body = World(plan.world, [plan.seed])
+    body = World(plan.world, [plan.seed]) if body is None else body
     pace = Pace(wall, tick_s=body.tick_s)
     session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
     desk = Desk(session, body, pace, folder=plan.folder, seed=None, saved=_saved(plan))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from understudy.desk.words import signed
@@ -39,21 +39,23 @@ class Why:
         self._transitions: dict[str, Transition] = {}
         self.switch: Switch | None = None
 
-    def _learned(self) -> None:
+    def learned(self) -> tuple[Lesson, Mapping[str, Transition]]:
+        """The lesson as it stands, and what was learned from it; both the same objects until it changes."""
         session = self._session
         key = (session.examples, session.automaton)
         if not self._for or any(new is not old for new, old in zip(key, self._for, strict=True)):
             self._for, self._lesson = key, session.lesson
             self._transitions = dict(learn(self._lesson))
+        return self._lesson, self._transitions
 
     def decision(self, state: str, values: Sequence[float]) -> Explanation:
         """What the lesson as it stands decides in a state for a feature vector."""
-        self._learned()
+        self.learned()
         return explain(self._lesson, state, values, self._transitions.get(state))
 
     def rules(self) -> list[tuple[str, str]]:
         """What was learned so far: (state, when it is left), a pair per condition."""
-        self._learned()
+        self.learned()
         automaton = self._lesson.automaton
         said = []
         for state, function in self._transitions.items():

@@ -1,0 +1,1 @@
+"""The studio: training a robot in the browser, live - the server behind the page."""

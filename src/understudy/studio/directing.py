@@ -1,0 +1,153 @@
+"""Directing: what each message does on the stage, and what its answer says beside that it was done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+from understudy.desk.plan import Choices
+from understudy.errors import SettingError
+from understudy.studio import keeping, openings
+from understudy.studio import messages as m
+from understudy.studio.scene import Plain
+from understudy.studio.stage import Stage
+
+Action: TypeAlias = Callable[[Stage, Any], Plain | None]
+
+
+def obey(stage: Stage, message: m.AnyMessage) -> Plain:
+    """Do what a message says; UnderstudyError where it cannot be done, and nothing is changed."""
+    return ACTIONS[type(message)](stage, message) or {}
+
+
+def _pause(stage: Stage, message: m.Pause) -> None:
+    stage.pause(message.paused)
+
+
+def _step(stage: Stage, message: m.Step) -> None:
+    stage.trained.step()
+    stage.moved += 1
+
+
+def _speed(stage: Stage, message: m.Speed) -> None:
+    stage.set_speed(message.speed)
+
+
+def _reset(stage: Stage, message: m.Reset) -> None:
+    stage.reset(message.seed)
+
+
+def _stand_for(stage: Stage, message: m.StandFor) -> None:
+    stage.trained.bind(message.targets)
+
+
+def _open(stage: Stage, message: m.Open) -> None:
+    openings.go_on(stage, message.name, discard=message.discard)
+
+
+def _new(stage: Stage, message: m.New) -> None:
+    choices = Choices(
+        states=message.states,
+        features=message.features,
+        flags=message.flags,
+        parameters=message.parameters,
+        targets=message.targets,
+    )
+    openings.begin(stage, message.name, choices, discard=message.discard)
+
+
+def _choose(stage: Stage, message: m.Choose) -> None:
+    choices = Choices(
+        states=message.states,
+        features=message.features,
+        flags=message.flags,
+        watched=message.watched,
+        reaction_s=message.reaction_s,
+    )
+    stage.trained.choose(choices)
+
+
+def _edit(stage: Stage, message: m.Edit) -> None:
+    stage.trained.edit(message.number, state=message.state, next=message.next)
+
+
+def _agent(stage: Stage, message: m.Agent) -> None:
+    openings.choose_agent(stage, message.agent)
+    stage.moved += 1
+
+
+def _place(stage: Stage, message: m.Place) -> None:
+    if message.agent >= stage.world.robots:
+        problem, remedy = f"is {message.agent}", f"give one from 0 to {stage.world.robots - 1}"
+        raise SettingError(where="the studio", setting="agent", problem=problem, remedy=remedy)
+    heading = message.heading
+    if heading is None:
+        heading = float(stage.world.state.robots["heading"][message.agent])
+    place = (message.agent, message.x, message.y, heading)
+    stage.put(lambda world: world.place(*place), f"Robot {message.agent} was put elsewhere")
+
+
+def _move_object(stage: Stage, message: m.MoveObject) -> None:
+    stage.put(lambda world: world.move_object(message.slot, message.x, message.y), "An object was moved")
+
+
+def _add_object(stage: Stage, message: m.AddObject) -> None:
+    stage.put(lambda world: world.add_object(message.kind, message.x, message.y), f"{message.kind} was added")
+
+
+def _remove_object(stage: Stage, message: m.RemoveObject) -> None:
+    stage.put(lambda world: world.remove_object(message.slot), "An object was removed")
+
+
+def _add_obstacle(stage: Stage, message: m.AddObstacle) -> None:
+    place = (message.x, message.y, message.radius)
+    stage.put(lambda world: world.add_obstacle(*place), "An obstacle was added")
+    stage.changed()
+
+
+def _why(stage: Stage, message: m.Why) -> Plain:
+    desk = stage.trained
+    return {"lines": desk.why.lines(desk.screen)}
+
+
+def _desk(action: Callable[[Any, Any], object]) -> Action:
+    """What the desk does without moving the world."""
+
+    def act(stage: Stage, message: Any) -> None:
+        action(stage.trained, message)
+        stage.moved += 1
+
+    return act
+
+
+ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
+    {
+        m.Press: _desk(lambda desk, message: desk.press(message.state)),
+        m.Confirm: _desk(lambda desk, _: desk.confirm()),
+        m.Turn: _desk(lambda desk, _: desk.turn()),
+        m.Undo: _desk(lambda desk, _: desk.undo()),
+        m.Redo: _desk(lambda desk, _: desk.redo()),
+        m.Restart: _desk(lambda desk, _: desk.restart()),
+        m.Delete: _desk(lambda desk, message: desk.delete(message.number)),
+        m.Pause: _pause,
+        m.Step: _step,
+        m.Speed: _speed,
+        m.Reset: _reset,
+        m.StandFor: _stand_for,
+        m.Open: _open,
+        m.New: _new,
+        m.Choose: _choose,
+        m.Edit: _edit,
+        m.Save: lambda stage, message: keeping.save(stage, message.name),
+        m.Remove: lambda stage, message: keeping.remove(stage, message.name),
+        m.Restore: lambda stage, message: keeping.restore(stage, message.name),
+        m.Agent: _agent,
+        m.Place: _place,
+        m.MoveObject: _move_object,
+        m.AddObject: _add_object,
+        m.RemoveObject: _remove_object,
+        m.AddObstacle: _add_obstacle,
+        m.Why: _why,
+    }
+)

@@ -1,0 +1,45 @@
+"""Keeping: what a person does to the library - saving what is trained, removing, bringing back."""
+
+from __future__ import annotations
+
+from understudy.desk.desk import Said
+from understudy.errors import SessionError
+from understudy.model.filenames import alike
+from understudy.studio import shelf
+from understudy.studio.stage import Stage
+
+
+def save(stage: Stage, name: str | None) -> None:
+    """Save what is trained; under another name, a copy of it."""
+    desk = stage.trained
+    if name is None or name == desk.name:
+        desk.save()
+        said = f"{desk.name} is saved"
+    else:
+        stage.look()
+        stage.shelf.refuse_taken(name, remedy="give another name")
+        shelf.save_copy(stage.shelf, desk.session.taught(), name)
+        said = f"A copy of {desk.name} is saved as {name}"
+    desk.said = Said(said, "recorded")
+    stage.look()
+
+
+def remove(stage: Stage, name: str) -> None:
+    """Move a trained behavior to the trash."""
+    desk = stage.desk
+    if desk is not None and alike(name) == alike(desk.name):
+        raise SessionError(f"{name} is being trained: open another before it is removed")
+    if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
+        raise SessionError(f"{desk.name}, which is being trained, runs {name}: choose its states first")
+    stage.look()
+    shelf.remove(stage.shelf, name)
+    stage.look()
+    stage.said = Said(f"{name} is in the trash, from where it can be restored")
+
+
+def restore(stage: Stage, name: str) -> None:
+    """Bring a trained behavior back from the trash."""
+    stage.look()
+    shelf.restore(stage.shelf, name)
+    stage.look()
+    stage.said = Said(f"{name} is back in the library")

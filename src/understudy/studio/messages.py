@@ -1,0 +1,266 @@
+"""What a page may say: one JSON object per message, checked down to the field before anything happens."""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+import msgspec
+from msgspec import Meta, Struct
+
+from understudy.errors import UnderstudyError
+
+MOST_BYTES = 64 * 1024
+"""How long a message may be."""
+
+Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
+Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
+Names: TypeAlias = Annotated[list[Name], Meta(max_length=200)]
+Targets: TypeAlias = dict[Name, Name]
+Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
+Index: TypeAlias = Annotated[int, Meta(ge=0, le=2**31 - 1)]
+
+
+class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="do"):
+    """What all messages have: a number that the answer repeats."""
+
+    id: Id
+
+
+class Press(Message, frozen=True, kw_only=True, tag="press"):
+    """Direct to a state; a correction in testing."""
+
+    state: Name
+
+
+class Confirm(Message, frozen=True, kw_only=True, tag="confirm"):
+    """Keep doing this."""
+
+
+class Turn(Message, frozen=True, kw_only=True, tag="turn"):
+    """From training to testing, or back."""
+
+
+class Undo(Message, frozen=True, kw_only=True, tag="undo"):
+    """Take back the last step that changed the lesson."""
+
+
+class Redo(Message, frozen=True, kw_only=True, tag="redo"):
+    """Do the last undone step again."""
+
+
+class Pause(Message, frozen=True, kw_only=True, tag="pause"):
+    """Let time stand still, or go on."""
+
+    paused: bool
+
+
+class Step(Message, frozen=True, kw_only=True, tag="step"):
+    """One tick, then pause."""
+
+
+class Speed(Message, frozen=True, kw_only=True, tag="speed"):
+    """How many times as fast as in life."""
+
+    speed: float
+
+
+class Reset(Message, frozen=True, kw_only=True, tag="reset"):
+    """The world of a seed from its beginning; the same seed again where none is given."""
+
+    seed: Seed | None = None
+
+
+class Restart(Message, frozen=True, kw_only=True, tag="restart"):
+    """The automaton afresh, the robot where it is."""
+
+
+class StandFor(Message, frozen=True, kw_only=True, tag="stand_for"):
+    """Let parameters stand for other targets."""
+
+    targets: Targets
+
+
+class Open(Message, frozen=True, kw_only=True, tag="open"):
+    """Train an automaton of the library on."""
+
+    name: Name
+    discard: bool = False
+
+
+class New(Message, frozen=True, kw_only=True, tag="new"):
+    """Begin a new automaton."""
+
+    name: Name
+    states: Names
+    features: Names
+    parameters: Names = []
+    flags: Names = []
+    targets: Targets = {}
+    discard: bool = False
+
+
+class Choose(Message, frozen=True, kw_only=True, tag="choose"):
+    """Choose anew what the lesson is about; examples stay where they can."""
+
+    states: Names
+    features: Names
+    flags: Names = []
+    watched: bool | None = None
+    reaction_s: float | None = None
+
+
+class Delete(Message, frozen=True, kw_only=True, tag="delete"):
+    """Delete an example."""
+
+    number: Index
+
+
+class Edit(Message, frozen=True, kw_only=True, tag="edit"):
+    """Let an example say another state or next state."""
+
+    number: Index
+    state: Name | None = None
+    next: Name | None = None
+
+
+class Save(Message, frozen=True, kw_only=True, tag="save"):
+    """Save the automaton; a name saves a copy under it."""
+
+    name: Name | None = None
+
+
+class Remove(Message, frozen=True, kw_only=True, tag="remove"):
+    """Move a trained behavior to the trash."""
+
+    name: Name
+
+
+class Restore(Message, frozen=True, kw_only=True, tag="restore"):
+    """Bring a trained behavior back from the trash."""
+
+    name: Name
+
+
+class Agent(Message, frozen=True, kw_only=True, tag="agent"):
+    """Which robot is trained."""
+
+    agent: Index
+
+
+class Place(Message, frozen=True, kw_only=True, tag="place"):
+    """Put a robot elsewhere; without a heading it keeps its own."""
+
+    agent: Index
+    x: float
+    y: float
+    heading: float | None = None
+
+
+class MoveObject(Message, frozen=True, kw_only=True, tag="move_object"):
+    """Put an object elsewhere."""
+
+    slot: Index
+    x: float
+    y: float
+
+
+class AddObject(Message, frozen=True, kw_only=True, tag="add_object"):
+    """Add an object of a class."""
+
+    kind: Name
+    x: float
+    y: float
+
+
+class RemoveObject(Message, frozen=True, kw_only=True, tag="remove_object"):
+    """Remove an object."""
+
+    slot: Index
+
+
+class AddObstacle(Message, frozen=True, kw_only=True, tag="add_obstacle"):
+    """Add a round obstacle."""
+
+    x: float
+    y: float
+    radius: float
+
+
+class Why(Message, frozen=True, kw_only=True, tag="why"):
+    """Explain the last decision."""
+
+
+class Take(Message, frozen=True, kw_only=True, tag="take"):
+    """Become director where nobody is, or where the present one has been silent for long."""
+
+
+class HandOver(Message, frozen=True, kw_only=True, tag="hand_over"):
+    """No longer direct: anyone may take."""
+
+
+AnyMessage: TypeAlias = (
+    Press
+    | Confirm
+    | Turn
+    | Undo
+    | Redo
+    | Pause
+    | Step
+    | Speed
+    | Reset
+    | Restart
+    | StandFor
+    | Open
+    | New
+    | Choose
+    | Delete
+    | Edit
+    | Save
+    | Remove
+    | Restore
+    | Agent
+    | Place
+    | MoveObject
+    | AddObject
+    | RemoveObject
+    | AddObstacle
+    | Why
+    | Take
+    | HandOver
+)
+
+
+class UnusableMessage(UnderstudyError):
+    """A message that is not one of those a page may send."""
+
+    def __init__(self, *, problem: str) -> None:
+        self.problem = problem
+        super().__init__(f"the message cannot be used, and changed nothing: {problem}")
+
+
+class _Numbered(Struct):
+    id: Id | None = None
+
+
+_messages: msgspec.json.Decoder[AnyMessage] = msgspec.json.Decoder(AnyMessage)
+_number = msgspec.json.Decoder(_Numbered).decode
+
+
+def read(text: str | bytes) -> AnyMessage:
+    """The message a page sent; UnusableMessage where it is none."""
+    if len(text) > MOST_BYTES or (isinstance(text, str) and len(text.encode(errors="replace")) > MOST_BYTES):
+        raise UnusableMessage(problem=f"it is longer than {MOST_BYTES} bytes")
+    try:
+        return _messages.decode(text)
+    except (msgspec.MsgspecError, UnicodeError, RecursionError) as error:
+        raise UnusableMessage(problem=str(error)) from error
+
+
+def number_of(text: str | bytes) -> int | None:
+    """The number of a message that could not be read, so that its answer can say which it was."""
+    if len(text) > MOST_BYTES:
+        return None
+    try:
+        return _number(text).id
+    except (msgspec.MsgspecError, UnicodeError, RecursionError):
+        return None

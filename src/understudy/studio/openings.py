@@ -1,0 +1,98 @@
+"""Openings: how a lesson comes onto the stage - a new one, one of the library, one that was cut off."""
+
+from __future__ import annotations
+
+from understudy.desk import journals
+from understudy.desk.opening import begun, resumed
+from understudy.desk.plan import Choices, Plan, Start, checked
+from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
+from understudy.studio.stage import Stage
+
+
+def begin(stage: Stage, name: str, choices: Choices, *, discard: bool) -> None:
+    """Begin a new automaton."""
+    _refuse_unsaved(stage, discard=discard)
+    stage.look()
+    stage.look_for_cut_off()
+    stage.shelf.refuse_taken(name, remedy="open it to go on, or give another name")
+    left = stage.cut_off.get(name)
+    if left is not None and not discard:
+        raise SessionError(
+            f"a session of {name} was cut off with {left.examples} examples: open {name} to go on with it, or "
+            "discard it to begin anew"
+        )
+    plan = _plan(stage, name, choices)
+    start = checked(plan)
+    if start is None:
+        raise SessionError(f"{name} needs at least one state and one feature: choose what it can do")
+    opened = begun(plan, start, stage.wall, body=stage.world, agent=stage.agent)
+    if left is not None:
+        journals.end(left.path, plan.folder, name)
+    stage.take(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
+
+
+def go_on(stage: Stage, name: str, *, discard: bool) -> None:
+    """Train an automaton of the library on, or go on with a session that was cut off."""
+    _refuse_unsaved(stage, discard=discard)
+    stage.look()
+    stage.look_for_cut_off()
+    left = stage.cut_off.get(name)
+    if left is not None:
+        _go_on_with_cut_off(stage, name, left)
+        return
+    if name in stage.shelf.problems:
+        raise SessionError(stage.shelf.problems[name])
+    if name not in stage.shelf.library.taught:
+        known = [*stage.shelf.library.taught, *stage.cut_off]
+        raise UnknownName(what="automaton", name=name, where="the library", known=known)
+    start = checked(plan := _plan(stage, name))
+    if start is None:  # pragma: no cover - what the library has is settled
+        raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
+    opened = begun(plan, start, stage.wall, body=stage.world, agent=stage.agent)
+    stage.take(opened, f"{name} is open again: let it try, and press what is right where it does wrong")
+
+
+def _go_on_with_cut_off(stage: Stage, name: str, left: journals.Unfinished) -> None:
+    before = stage.world.snapshot()
+    try:
+        opened = resumed(_plan(stage, name), left.path, stage.wall, body=stage.world)
+    except UnderstudyError:
+        stage.world.restore(before)
+        raise
+    plural = "s" * (left.examples != 1)
+    stage.take(
+        opened,
+        f"The session of {name} that was cut off goes on where it was, paused: {left.examples} example{plural}, "
+        f"the last step was “{left.steps}”",
+    )
+
+
+def choose_agent(stage: Stage, agent: int) -> None:
+    """Which robot is trained; not once something was shown in this session."""
+    if agent >= stage.world.robots:
+        problem, remedy = f"is {agent}", f"give one from 0 to {stage.world.robots - 1}"
+        raise SettingError(where="the studio", setting="agent", problem=problem, remedy=remedy)
+    desk = stage.desk
+    if desk is None or desk.robot == agent:
+        stage.agent = agent
+        return
+    session = desk.session
+    if session.screen().undoable is not None or len(session.examples) != stage.began_with:
+        raise SessionError(
+            f"{desk.name} has been shown something by robot {desk.robot}: save it and open it again to train "
+            "it with another robot"
+        )
+    start = Start(session.lesson, dict(desk.screen.targets))
+    opened = begun(_plan(stage, desk.name), start, stage.wall, body=stage.world, agent=agent)
+    stage.take(opened, f"{desk.name} is trained with robot {agent} now")
+
+
+def _plan(stage: Stage, name: str, choices: Choices | None = None) -> Plan:
+    shelf = stage.shelf
+    return Plan(name, shelf.folder, stage.world.scenario, shelf.library, choices or Choices(), stage.seed)
+
+
+def _refuse_unsaved(stage: Stage, *, discard: bool) -> None:
+    desk = stage.desk
+    if desk is not None and desk.unsaved and not discard:
+        raise SessionError(f"{desk.name} is not saved as it is now: save it first, or discard it")

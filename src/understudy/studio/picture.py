@@ -1,0 +1,130 @@
+"""A picture of the desk as plain data: what a page shows of a session, put together again only where it changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from understudy.desk import words
+from understudy.desk.desk import Desk
+from understudy.learning.report import contradictions
+from understudy.model.automaton import State, Transition
+from understudy.model.binding import called
+from understudy.model.conditions import conditions
+from understudy.model.example import Example
+from understudy.model.lesson import Lesson
+from understudy.model.tree import STAY, Tree
+from understudy.studio.scene import Plain, described
+
+
+class Picture:
+    """Pictures of one desk."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._of: Lesson | None = None
+        self._lesson: Plain = {}
+
+    def take(self) -> Plain:
+        """The desk as it is now."""
+        desk, screen = self._desk, self._desk.screen
+        return {
+            "name": desk.name,
+            "targets": dict(screen.targets),
+            "mode": screen.mode.value,
+            "state": screen.state,
+            "path": list(screen.path),
+            "flag": screen.flag,
+            "waiting": screen.waiting,
+            "agent": desk.robot,
+            "undoable": screen.undoable,
+            "redoable": screen.redoable,
+            "unsaved": desk.unsaved,
+            "taught": screen.examples,
+            **self._taught(),
+        }
+
+    def _taught(self) -> Plain:
+        """What changes only with the lesson."""
+        lesson, learned = self._desk.why.learned()
+        if lesson is not self._of:
+            self._of = lesson
+            automaton = lesson.automaton
+            self._lesson = {
+                "parameters": list(automaton.parameters),
+                "states": [self._state(state) for state in automaton.states],
+                "features": [
+                    {"label": str(bound), "unit": bound.feature.unit, **described(bound.kind)}
+                    for bound in automaton.features
+                ],
+                "examples": _examples(lesson),
+                "edges": list(_edges(lesson, learned)),
+                "watched": lesson.options.watched,
+                "reaction_s": lesson.options.reaction_s,
+            }
+        return self._lesson
+
+    def _state(self, state: State) -> Plain:
+        keys = self._desk.keys
+        return {
+            "name": state.name,
+            "key": keys.plain.get(state.name, ""),
+            "arrow": keys.arrows.get(state.name),
+            "flag": state.flag is not None,
+            "runs": None if state.behavior is None else called(state.behavior, state.binding),
+        }
+
+
+def _examples(lesson: Lesson) -> list[Plain]:
+    features = lesson.automaton.features
+    against = {
+        example.number
+        for state in lesson.automaton.state_names
+        for group in contradictions(lesson, state)
+        for example in group
+    }
+    return [
+        {
+            "number": example.number,
+            "state": example.state,
+            "next": example.next,
+            "values": [
+                words.value(bound, value) for bound, value in zip(features, example.values, strict=True)
+            ],
+            "kind": example.kind.value,
+            "correction": example.correction,
+            "time_s": _time(lesson, example),
+            "contradicts": example.number in against,
+        }
+        for example in lesson.examples
+    ]
+
+
+def _time(lesson: Lesson, example: Example) -> float | None:
+    return None if example.moment is None else float(lesson.record.seconds[example.moment])
+
+
+def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[Plain]:
+    """Where what was learned leads, and when, with the examples that showed it."""
+    names = lesson.automaton.state_names
+    for state, function in learned.items():
+        shown: dict[str, list[int]] = {}
+        for example in lesson.examples:
+            if example.state == state and example.next != state and example.pressed:
+                shown.setdefault(example.next, []).append(example.number)
+        for following, when in _ways(lesson, function, names, list(shown)):
+            if following != state:
+                yield {"from": state, "to": following, "when": when, "examples": shown.get(following, [])}
+
+
+def _ways(
+    lesson: Lesson, function: Transition, names: Sequence[str], shown: Sequence[str]
+) -> Iterator[tuple[str, list[str]]]:
+    if not isinstance(function, Tree):
+        for following in shown:
+            yield following, ["decided by a classifier of scikit-learn"]
+        return
+    found: Mapping[int, Sequence[Any]] = conditions(function, lesson.automaton.features)
+    for outcome, texts in found.items():
+        if outcome != STAY:
+            yield names[outcome], [words.signed(text) for text in texts]

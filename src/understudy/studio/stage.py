@@ -1,0 +1,242 @@
+"""The stage: one world and one library, and at most one desk in it, where a session is in training."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from time import monotonic
+
+from understudy.desk import journals
+from understudy.desk.desk import Desk, Said
+from understudy.desk.opening import Opened
+from understudy.desk.pace import SPEEDS, Wall
+from understudy.errors import SessionError, SettingError, UnderstudyError
+from understudy.model.kit import Kit
+from understudy.studio import frames, shelf
+from understudy.studio.picture import Picture
+from understudy.studio.scene import Plain, scene
+from understudy.training.trainee import Mode
+from understudy.worlds.scenario import Scenario, Sonar
+from understudy.worlds.world import World
+
+NOTHING = "Nothing is being trained: begin a new automaton, or open one of the library"
+_log = logging.getLogger(__name__)
+
+
+class Stage:
+    """The world, the library and the desk of one studio.
+
+    `moved` grows whenever a frame would look different, `rebuilt` whenever the scene or the library does.
+    """
+
+    def __init__(
+        self, scenario: Scenario, folder: Path, kit: Kit, *, seed: int = 0, wall: Wall = monotonic
+    ) -> None:
+        self.world, self.kit, self.wall = World(scenario, [seed]), kit, wall
+        self.shelf = shelf.look(folder, kit)
+        self.opened: Opened | None = None
+        self.moved = self.rebuilt = 0
+        self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
+        self._speed, self._paused = 1.0, False
+        self._said = Said(NOTHING)
+        self._picture: Picture | None = None
+        self.look_for_cut_off()
+        if self.cut_off:
+            self._said = Said(f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on")
+
+    # What there is to see
+
+    @property
+    def desk(self) -> Desk | None:
+        """The desk, where something is trained."""
+        return None if self.opened is None else self.opened.desk
+
+    @property
+    def trained(self) -> Desk:
+        """The desk; SessionError where nothing is trained."""
+        if self.opened is None:
+            raise SessionError(NOTHING[0].lower() + NOTHING[1:])
+        return self.opened.desk
+
+    @property
+    def said(self) -> Said:
+        """What was said last."""
+        return self._said if self.desk is None else self.desk.said
+
+    @said.setter
+    def said(self, said: Said) -> None:
+        if self.desk is None:
+            self._said = said
+        else:
+            self.desk.said = said
+
+    @property
+    def paused(self) -> bool:
+        """Whether somebody let time stand still."""
+        return self._paused if self.desk is None else self.desk.paused
+
+    @property
+    def speed(self) -> float:
+        """How many times as fast as in life the world goes."""
+        return self._speed
+
+    @property
+    def seed(self) -> int:
+        """The seed of the world as it is."""
+        return self.world.seeds[0]
+
+    def scene(self) -> Plain:
+        """What does not change from tick to tick."""
+        return scene(self.world, self.kit)
+
+    def library(self) -> Plain:
+        """The library's folder, as it was looked at last."""
+        left = [
+            {"name": name, "examples": each.examples, "began": each.began.isoformat()}
+            for name, each in self.cut_off.items()
+        ]
+        return {**self.shelf.plain(), "cut_off": left}
+
+    def picture(self) -> Plain | None:
+        """The desk as plain data."""
+        return None if self._picture is None else self._picture.take()
+
+    def frame(self) -> bytes:
+        """The moment, for drawing."""
+        desk = self.desk
+        tick = int(self.world.state.tick[0])
+        bits = frames.PAUSED * self.paused
+        if desk is None:
+            return frames.frame(
+                self.world.view(), tick=tick, agent=self.agent, bits=bits, sonar=self._sonar()
+            )
+        screen = desk.screen
+        bits |= frames.OPEN | frames.TESTING * (screen.mode is Mode.TESTING)
+        return frames.frame(
+            self.world.view(),
+            tick=tick,
+            agent=desk.robot,
+            bits=bits,
+            state=screen.states.index(screen.state),
+            features=tuple(screen.features.values()),
+            sonar=self._sonar(),
+        )
+
+    def _sonar(self) -> tuple[float, ...]:
+        kind = self.world.names.types[int(self.world.state.robots["type"][self.agent])]
+        sensors = self.world.scenario.types[kind].sensors
+        keys = [(name, None) for each in sensors if isinstance(each, Sonar) for name in each.sectors]
+        if not keys:
+            return ()
+        percept = self.world.sense(keys) if self.desk is None else self.desk.session.percept
+        return tuple(float(percept[key][self.agent]) for key in keys)
+
+    # Time
+
+    def beat(self) -> None:
+        """Take the ticks that are due; what goes wrong is said, and time stands still."""
+        desk = self.desk
+        if desk is None:
+            return
+        try:
+            if desk.beat():
+                self.moved += 1
+        except UnderstudyError as error:
+            self._halt(desk, str(error))
+        except Exception as error:
+            _log.exception("a tick failed")
+            self._halt(desk, f"something broke inside Understudy: {type(error).__name__}: {error}")
+
+    def _halt(self, desk: Desk, problem: str) -> None:
+        if not desk.paused:
+            desk.pause()
+        desk.said = Said(problem, "error")
+        self.moved += 1
+
+    def pause(self, paused: bool, why: str | None = None) -> None:
+        """Let time stand still, or go on."""
+        self.moved += 1
+        if self.paused != paused:
+            if self.desk is None:
+                self._paused = paused
+            else:
+                self.desk.pause()
+                self.desk.said = Said("Paused" if paused else "Going on")
+            if why is not None:
+                self.said = Said(why)
+
+    def set_speed(self, speed: float) -> None:
+        """How many times as fast as in life the world goes."""
+        if speed not in SPEEDS:
+            known = ", ".join(f"{each:g}" for each in SPEEDS)
+            problem, remedy = f"is {speed:g}", f"give one of {known}"
+            raise SettingError(where="the studio", setting="speed", problem=problem, remedy=remedy)
+        self._speed = speed
+        if self.desk is not None:
+            self.desk.set_speed(speed)
+
+    def reset(self, seed: int | None) -> None:
+        """The world of a seed from its beginning."""
+        seed = self.seed if seed is None else seed
+        if self.desk is None:
+            self.world.reset([seed])
+            self._said = Said(f"World {seed} from its beginning")
+        else:
+            self.desk.world(seed)
+        self.changed()
+
+    def changed(self) -> None:
+        """The world was changed otherwise than by a tick."""
+        self.moved += 1
+        self.rebuilt += 1
+
+    def put(self, change: Callable[[World], object], what: str) -> None:
+        """Change the world by hand."""
+        change(self.world)
+        if self.desk is None:
+            self._said = Said(what)
+        else:
+            self.desk.moved(what)
+        self.moved += 1
+
+    # Opening and closing
+
+    def take(self, opened: Opened, said: str) -> None:
+        """Another desk takes the place of the present one, whose journal is not needed any more."""
+        self._leave()
+        self.opened, desk = opened, opened.desk
+        self._picture, self.agent = Picture(desk), desk.robot
+        self.began_with = len(desk.session.examples)
+        desk.set_speed(self._speed)
+        desk.hold(False)
+        desk.said = Said(said)
+        self.look_for_cut_off()
+        self.changed()
+
+    def _leave(self) -> None:
+        if self.opened is not None:
+            left, self.opened, self._picture = self.opened, None, None
+            left.close()
+            journals.end(left.journal, self.shelf.folder, left.desk.name)
+
+    def close(self) -> None:
+        """Put everything on disk; what is not saved is offered next time."""
+        if self.opened is None:
+            return
+        if self.opened.desk.unsaved:
+            self.opened.close()
+            self.opened, self._picture = None, None
+        else:
+            self._leave()
+
+    def look(self) -> None:
+        """See what the library's folder holds now."""
+        self.shelf = shelf.look(self.shelf.folder, self.kit)
+        self.rebuilt += 1
+
+    def look_for_cut_off(self) -> None:
+        """See which sessions were cut off; their journals are read, which may take a moment."""
+        world = self.world.scenario.name
+        self.cut_off = journals.cut_off(self.shelf.folder, world, self.shelf.library)
+        self.rebuilt += 1

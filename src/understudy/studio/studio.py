@@ -1,0 +1,186 @@
+"""The studio at work: it beats the stage by wall clock, shows it to every page, and answers what they say."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
+from time import monotonic, perf_counter
+
+import msgspec
+
+from understudy.desk.desk import Said
+from understudy.desk.pace import Wall
+from understudy.errors import SessionError, UnderstudyError
+from understudy.studio import messages as m
+from understudy.studio.directing import obey
+from understudy.studio.scene import Plain
+from understudy.studio.stage import Stage
+from understudy.studio.viewers import PER_SECOND, Viewer, Viewers
+
+FRAME_S = 1 / 60
+DESK_S = 1 / 20
+"""How often the desk is shown at most, but for what was pressed."""
+LEFT = "Nobody directs, so the robot was paused"
+_log = logging.getLogger(__name__)
+_encode = msgspec.json.Encoder().encode
+
+
+class Studio:
+    """One stage and the pages that look at it. `wall` is the pages' time, for how fast and when they speak."""
+
+    def __init__(self, stage: Stage, *, wall: Wall = monotonic) -> None:
+        self.stage, self.viewers, self._wall = stage, Viewers(wall), wall
+        self._frame = b""
+        self._moved = self._rebuilt = -1
+        self._scene: Plain = {}
+        self._library: Plain = {}
+        self._shown: Plain = {}
+        self._directed: Viewer | None = None
+        self._due_s = 0.0
+
+    # Pages
+
+    def arrive(self, key: str | None) -> Viewer:
+        """A page connects, and is shown everything."""
+        viewer = self.viewers.arrive(key)
+        self._see_rebuilt()
+        hello = {
+            "is": "hello",
+            "version": _version(),
+            "key": viewer.key,
+            "directs": viewer is self.viewers.director,
+            "scene": self._scene,
+        }
+        viewer.tell(_encode(hello))
+        self._show_desk()
+        viewer.show(desk=self._desk_for(viewer), frame=self.stage.frame())
+        return viewer
+
+    def leave(self, viewer: Viewer) -> None:
+        """A page is gone; without a director the robot stands still."""
+        viewer.close()
+        if self.viewers.leave(viewer):
+            self.stage.pause(True, LEFT)
+        self.show()
+
+    def hear(self, viewer: Viewer, text: str | bytes) -> None:
+        """A page said something: it is done, and answered."""
+        began = perf_counter()
+        number: int | None = None
+        try:
+            if not viewer.may_speak():
+                number = m.number_of(text)
+                raise SessionError(f"too many messages: at most {PER_SECOND} a second are heard")
+            if isinstance(text, bytes):
+                raise m.UnusableMessage(problem="it is binary; send JSON text")
+            try:
+                message = m.read(text)
+            except m.UnusableMessage:
+                number = m.number_of(text)
+                raise
+            number = message.id
+            answer = {"re": number, "ok": True, **self._do(viewer, message)}
+            if isinstance(message, m.Press | m.Confirm):
+                answer["ms"] = round((perf_counter() - began) * 1e3, 3)
+        except UnderstudyError as error:
+            answer = {"re": number, "error": str(error)}
+        except Exception as error:  # a fault of the program: said, kept for whoever looks, and life goes on
+            _log.exception("a message failed")
+            answer = {
+                "re": number,
+                "error": f"something broke inside Understudy: {type(error).__name__}: {error}",
+            }
+        viewer.tell(_encode(answer))
+        self.show()
+
+    def _do(self, viewer: Viewer, message: m.AnyMessage) -> Plain:
+        if isinstance(message, m.Take):
+            self.viewers.take(viewer)
+            return {}
+        if isinstance(message, m.HandOver):
+            self.viewers.hand_over(viewer)
+            self.stage.pause(True, LEFT)
+            return {}
+        if not isinstance(message, m.Why):
+            self.viewers.refuse_others(viewer)
+        return obey(self.stage, message)
+
+    # Time
+
+    async def run(self) -> None:
+        """Go on until cancelled; the journal is complete at the end."""
+        try:
+            while True:
+                began = perf_counter()
+                self.beat()
+                await asyncio.sleep(max(0.0, FRAME_S - (perf_counter() - began)))
+        finally:
+            self.stage.close()
+
+    def beat(self) -> None:
+        """Take the ticks that are due, and show what came of them."""
+        try:
+            self.stage.beat()
+            if len(self.viewers):
+                self.show(desk=self._wall() >= self._due_s)
+        except Exception as error:
+            _log.exception("a beat failed")
+            with suppress(Exception):
+                self.stage.pause(True)
+                self.stage.said = Said(f"something broke inside Understudy: {error}", "error")
+
+    def show(self, *, desk: bool = True) -> None:
+        """Show every page what is new."""
+        self._see_rebuilt()
+        if desk:
+            self._show_desk()
+        if self.stage.moved != self._moved:
+            self._moved = self.stage.moved
+            frame = self.stage.frame()
+            if frame != self._frame:
+                self._frame = frame
+                for viewer in self.viewers:
+                    viewer.show(frame=frame)
+
+    def _see_rebuilt(self) -> None:
+        if self.stage.rebuilt == self._rebuilt:
+            return
+        self._rebuilt = self.stage.rebuilt
+        scene, self._library = self.stage.scene(), self.stage.library()
+        if scene != self._scene:
+            self._scene = scene
+            for viewer in self.viewers:
+                viewer.show(scene=_encode({"is": "scene", "scene": scene}))
+
+    def _show_desk(self) -> None:
+        self._due_s = self._wall() + DESK_S
+        stage = self.stage
+        shown = {
+            "is": "desk",
+            "library": self._library,
+            "desk": stage.picture(),
+            "said": {"text": stage.said.text, "tone": stage.said.tone},
+            "viewers": len(self.viewers),
+            "paused": stage.paused,
+            "speed": stage.speed,
+            "seed": stage.seed,
+        }
+        director = self.viewers.director
+        if shown == self._shown and director is self._directed:
+            return
+        self._shown, self._directed = shown, director
+        watching = _encode({**shown, "directs": False})
+        for viewer in self.viewers:
+            viewer.show(desk=self._desk_for(viewer) if viewer is director else watching)
+
+    def _desk_for(self, viewer: Viewer) -> bytes:
+        return _encode({**self._shown, "directs": viewer is self.viewers.director})
+
+
+def _version() -> str:
+    try:
+        return version("understudy")
+    except PackageNotFoundError:
+        return "unknown"

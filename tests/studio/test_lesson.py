@@ -1,0 +1,95 @@
+"""A whole lesson through messages alone, and what it leaves in the library's folder."""
+
+from __future__ import annotations
+
+import json
+from math import pi, tau
+from pathlib import Path
+
+from tests.studio.pages import GOTO, Page, page, served, studio
+
+
+def wanted(page: Page) -> str | None:
+    """What a robot on its way to A should do, from the frame alone; None where it has said that it is there."""
+    assert page.frame is not None
+    state = page.desk["desk"]["states"][page.frame.state]["name"]
+    distance, angle = page.frame.features
+    bearing = (angle + pi) % tau - pi
+    if distance < 0.4:
+        return None if state == "done" else "done"
+    if state.startswith("rotate"):
+        turned = bearing if state == "rotate_left" else -bearing
+        return "forward" if turned < 0.12 else state
+    if abs(bearing) > 0.6:
+        return "rotate_left" if bearing > 0 else "rotate_right"
+    return "forward"
+
+
+def step(page: Page) -> None:
+    """One tick, and its frame."""
+    assert page.frame is not None
+    before = page.frame.tick
+    page.done("step")
+    while page.frame.tick == before:
+        page.hear()
+
+
+def guide(page: Page, *, limit: int = 600) -> int:
+    presses = 0
+    for _ in range(limit):
+        assert page.frame is not None
+        state = page.desk["desk"]["states"][page.frame.state]["name"]
+        right = wanted(page)
+        if right is None:
+            return presses
+        if right != state:
+            assert page.done("press", state=right)["ms"] < 50
+            presses += 1
+        step(page)
+    raise AssertionError("not there")
+
+
+def test_goto_from_an_empty_library(tmp_path: Path) -> None:
+    folder = tmp_path / "library"
+    with served(studio(folder)) as client, page(client) as person:
+        assert person.hello["directs"]
+        assert not person.desk["desk"]
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        for seed in range(4):
+            person.done("reset", seed=seed)
+            while person.desk["seed"] != seed or person.frame is None or person.frame.tick:
+                person.hear()
+            guide(person)
+        person.done("reset", seed=5)
+        while person.desk["seed"] != 5:
+            person.hear()
+        taught = person.desk["desk"]["taught"]
+        person.done("press", state="forward")
+        step(person)
+        assert person.desk["desk"]["taught"] == taught + 1 + 1  # with its default
+        person.done("undo")
+        while person.desk["desk"]["taught"] != taught:
+            person.hear()
+        assert person.desk["desk"]["taught"] == taught
+        assert {(edge["from"], edge["to"]) for edge in person.desk["desk"]["edges"]} >= {
+            ("forward", "done"),
+            ("rotate_left", "forward"),
+        }
+        person.done("turn")
+        person.done("reset", seed=11)
+        while person.desk["desk"]["mode"] != "testing" or person.desk["seed"] != 11:
+            person.hear()
+        for _ in range(900):
+            step(person)
+            if person.desk["desk"]["flag"]:
+                break
+        assert person.desk["desk"]["flag"] == "done"
+        assert not folder.joinpath("goto.json").exists()
+        person.done("save")
+        while person.desk["desk"]["unsaved"]:
+            person.hear()
+        assert [row["name"] for row in person.desk["library"]["trained"]] == ["goto"]
+    document = json.loads((folder / "goto.json").read_text())
+    assert document["automaton"]["name"] == "goto"
+    assert sorted(path.name for path in folder.iterdir()) == [".journals", "goto.json"]
