@@ -12,16 +12,18 @@ import { Side } from "./side";
 import type { Studio } from "./studio";
 import { WorldView } from "./world/canvas";
 
+const BUTTONS = "button:not([role=tab]), [role=button]";
+
 export function App({ studio, panel }: { studio: Studio; panel: Panel }) {
   const around = useMemo(() => ({ studio, panel }), [studio, panel]);
   useEffect(() => listenToKeys(studio), [studio]);
   return (
     <AroundContext.Provider value={around}>
-      <div class="screen">
+      <div class="screen" onClick={letKeysGo}>
         <Header />
         <Bars />
         <Side />
-        <main class="center" onClick={letKeysGo}>
+        <main class="center">
           <WorldView />
           <Directing />
         </main>
@@ -33,6 +35,6 @@ export function App({ studio, panel }: { studio: Studio; panel: Panel }) {
 
 /** A button that was clicked gives the focus back, so that Space and Enter go on meaning what they mean. */
 function letKeysGo(event: MouseEvent): void {
-  const button = event.target instanceof Element ? event.target.closest("button") : null;
-  if (event.detail > 0 && button !== null) button.blur();
+  const button = event.target instanceof Element ? event.target.closest(BUTTONS) : null;
+  if (event.detail > 0 && (button instanceof HTMLElement || button instanceof SVGElement)) button.blur();
 }

@@ -9,25 +9,24 @@ export function Directing() {
   const studio = useStudio();
   const { desk } = studio;
   if (desk === null) return null;
+  const corrected = studio.notice.tone === "correction";
   return (
-    <div class={className("directing", desk.mode)} role="toolbar" aria-label="Direct the robot">
+    <div class={className("directing", desk.mode, corrected && "corrected")} role="toolbar" aria-label="Direct the robot">
       <div class="states">
         {desk.states.map((state) => (
           <StateButton key={state.name} state={state} studio={studio} desk={desk} />
         ))}
       </div>
-      <div class="beside">
-        <button
-          type="button"
-          class="keep"
-          disabled={!studio.directs}
-          aria-label="keep doing this"
-          onClick={(event) => void studio.confirm(event.timeStamp)}
-        >
-          {desk.mode === "testing" ? "right so" : "keep doing this"} <kbd>↵</kbd>
-        </button>
-        <Hint studio={studio} desk={desk} />
-      </div>
+      <button
+        type="button"
+        class="keep"
+        disabled={!studio.directs}
+        aria-label="keep doing this"
+        aria-keyshortcuts="Enter"
+        onClick={(event) => void studio.confirm(event.timeStamp)}
+      >
+        keep doing this <kbd aria-hidden="true">↵</kbd>
+      </button>
     </div>
   );
 }
@@ -58,17 +57,4 @@ function title(state: State, desk: Desk): string {
   const runs = state.runs === null || state.runs === state.name ? "" : ` It runs ${state.runs}.`;
   const what = desk.mode === "testing" ? `Correct it: go to ${state.name}.` : `Direct it to ${state.name}.`;
   return what + (state.flag ? " It stops there and raises this flag." : runs);
-}
-
-function Hint({ studio, desk }: { studio: Studio; desk: Desk }) {
-  const { latency } = studio;
-  if (latency === null) {
-    return <span class="tiny">{desk.mode === "testing" ? "a press corrects it" : "each press is an example"}</span>;
-  }
-  const server = latency.server === null ? "" : `, ${latency.server.toFixed(1)} ms of it in the studio`;
-  return (
-    <span class="tiny latency" title={`From the key until the press was in the journal${server}`}>
-      key to journal {latency.whole.toFixed(latency.whole < 10 ? 1 : 0)} ms
-    </span>
-  );
 }

@@ -1,11 +1,16 @@
 /** Where the states and the transitions between them are drawn. */
 
 import { Graph, layout } from "@dagrejs/dagre";
-import type { Edge, State } from "./protocol";
+import type { Arrow, Edge, State } from "./protocol";
 
 const LETTER = 6.7;
 const PADDING = 26;
 const HEIGHT = 30;
+
+interface Point {
+  x: number;
+  y: number;
+}
 
 export interface Node {
   state: State;
@@ -15,22 +20,17 @@ export interface Node {
   height: number;
 }
 
-export interface Arc {
+export interface Bend {
   edge: Edge;
   id: string;
-  path: string;
+  points: Point[];
 }
 
 export interface Drawing {
   width: number;
   height: number;
   nodes: Node[];
-  arcs: Arc[];
-}
-
-interface Point {
-  x: number;
-  y: number;
+  arcs: Bend[];
 }
 
 export function edgeId(edge: { from: string; to: string }): string {
@@ -48,9 +48,10 @@ export function drawing(states: readonly State[], edges: readonly Edge[], name: 
   const known = new Set(states.map((state) => state.name));
   const drawn = edges.filter(({ from, to }) => from !== to && known.has(from) && known.has(to));
   for (const edge of drawn) graph.setEdge(edge.from, edge.to, {}, edgeId(edge));
+  for (const [from, to] of loose(states, drawn)) graph.setEdge(from, to, {}, "loose");
   layout(graph);
   const size = graph.graph() as { width?: number; height?: number };
-  return {
+  return faced({
     width: size.width ?? 1,
     height: size.height ?? 1,
     nodes: states.map((state) => {
@@ -59,9 +60,33 @@ export function drawing(states: readonly State[], edges: readonly Edge[], name: 
     }),
     arcs: drawn.map((edge) => {
       const label = graph.edge(edge.from, edge.to, edgeId(edge)) as { points?: Point[] };
-      return { edge, id: edgeId(edge), path: curve(label.points ?? []) };
+      return { edge, id: edgeId(edge), points: label.points ?? [] };
     }),
+  });
+}
+
+/** Turning left is drawn left of turning right. */
+function faced(drawing: Drawing): Drawing {
+  const place = (arrow: Arrow): number => drawing.nodes.find(({ state }) => state.arrow === arrow)?.x ?? NaN;
+  if (!(place("left") > place("right"))) return drawing;
+  const flipped = <T extends Point>(point: T): T => ({ ...point, x: drawing.width - point.x });
+  return {
+    ...drawing,
+    nodes: drawing.nodes.map(flipped),
+    arcs: drawing.arcs.map((arc) => ({ ...arc, points: arc.points.map(flipped) })),
   };
+}
+
+/** States that nothing leads to yet stand below the start state, flags below them. */
+function loose(states: readonly State[], edges: readonly Edge[]): [string, string][] {
+  const [start, ...others] = states;
+  if (start === undefined) return [];
+  const middle = others.filter((state) => !state.flag);
+  const reached = new Set(edges.map((edge) => edge.to));
+  const over = middle[Math.floor((middle.length - 1) / 2)] ?? start;
+  return others
+    .filter((state) => !reached.has(state.name))
+    .map((state) => [state.flag ? over.name : start.name, state.name]);
 }
 
 /** A smooth line: through the first and last point, and bending at those between. */

@@ -13,7 +13,7 @@ export function Header() {
   return (
     <header class="header">
       <h1 class="logo">Understudy</h1>
-      <span class="rule" />
+      <span class="divider" />
       <span class="what">
         {desk === null ? (
           <span class="soft">nothing is trained yet</span>
@@ -81,11 +81,9 @@ function Running({ studio }: { studio: Studio }) {
         type="button"
         disabled={off}
         title="The next world"
-        aria-label="New world"
-        class="icon"
         onClick={() => void studio.ask({ do: "reset", seed: seed + 1 })}
       >
-        ⚂
+        New world
       </button>
       <button
         type="button"
@@ -93,10 +91,7 @@ function Running({ studio }: { studio: Studio }) {
         disabled={off}
         aria-pressed={paused}
         aria-label={paused ? "Go on" : "Pause"}
-        onClick={(event) => {
-          void studio.ask({ do: "pause", paused: !paused });
-          if (event.detail > 0) event.currentTarget.blur();
-        }}
+        onClick={() => void studio.ask({ do: "pause", paused: !paused })}
       >
         {paused ? "▶ Go on" : "❚❚ Pause"} <kbd>␣</kbd>
       </button>
@@ -105,10 +100,7 @@ function Running({ studio }: { studio: Studio }) {
         disabled={off || !paused}
         aria-label="Step"
         title="One tick"
-        onClick={(event) => {
-          void studio.ask({ do: "step" });
-          if (event.detail > 0) event.currentTarget.blur();
-        }}
+        onClick={() => void studio.ask({ do: "step" })}
       >
         Step <kbd>.</kbd>
       </button>
@@ -144,10 +136,6 @@ function Time() {
 
 function ModeSwitch({ studio }: { studio: Studio }) {
   const mode = studio.desk?.mode ?? "training";
-  const turn = (event: MouseEvent): void => {
-    void studio.ask({ do: "turn" });
-    if (event.detail > 0) (event.currentTarget as HTMLElement).blur();
-  };
   return (
     <div class={className("modes", mode)} role="group" aria-label="Mode">
       {(["training", "testing"] as const).map((each) => (
@@ -157,7 +145,7 @@ function ModeSwitch({ studio }: { studio: Studio }) {
           aria-pressed={mode === each}
           disabled={!studio.directs}
           title={each === "training" ? "You decide; each press is an example" : "It decides; a press corrects it"}
-          onClick={(event) => mode !== each && turn(event)}
+          onClick={() => void (mode !== each && studio.ask({ do: "turn" }))}
         >
           {each === "training" ? "Training" : "Testing"}
           {mode !== each && <kbd>T</kbd>}
@@ -170,11 +158,12 @@ function ModeSwitch({ studio }: { studio: Studio }) {
 function Saving({ studio }: { studio: Studio }) {
   const { desk, told } = studio;
   if (desk === null) return null;
+  const saved = told?.library.trained.some(({ name }) => name === desk.name) ?? false;
   return (
     <div class="saving">
       <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
-        <span class={className("dot", desk.unsaved ? "open" : "full")} />
-        {desk.unsaved ? "every press kept" : "in the library"}
+        <span class={className("dot", (desk.unsaved || !saved) && "open")} />
+        {desk.unsaved ? "every press kept" : saved ? "in the library" : "nothing to save yet"}
       </span>
       {(told?.viewers ?? 1) > 1 && studio.directs && (
         <button type="button" title="Let somebody else direct" onClick={() => void studio.ask({ do: "hand_over" })}>

@@ -114,7 +114,10 @@ export class Studio implements Listener {
   private hear(news: DeskNews): void {
     const before = this.desk;
     const { desk, said } = news;
-    if (said.text !== this.told?.said.text || said.tone !== this.told.said.tone) this.notice = said;
+    const recorded = before !== null && desk !== null && before.examples.length < desk.examples.length;
+    if (said.text !== this.told?.said.text || said.tone !== this.told.said.tone) {
+      this.notice = recorded ? { ...said, undo: { do: "undo" } } : said;
+    }
     if (desk === null || before?.name !== desk.name) this.switch = null;
     else if (before.state !== desk.state) {
       const corrected = said.tone === "correction";

@@ -5,15 +5,14 @@ import { className } from "./words";
 
 export function Toast() {
   const studio = useStudio();
-  const { notice, desk } = studio;
-  const recorded = notice.tone === "recorded" || notice.tone === "correction";
-  const undo = notice.undo ?? (recorded && desk?.undoable !== null ? ({ do: "undo" } as const) : null);
+  const { notice } = studio;
+  const { undo } = notice;
   return (
     <div class="toasts" role="status" aria-live="polite">
       {notice.text !== "" && (
         <div class={className("toast", notice.tone)} key={notice.text}>
           <span>{notice.text}</span>
-          {undo !== null && studio.directs && (
+          {undo !== undefined && studio.directs && (
             <button type="button" onClick={() => void studio.ask(undo)}>
               undo
             </button>

@@ -76,12 +76,15 @@ function Rule({ edge, panel, picked }: { edge: Edge; panel: Panel; picked: boole
   );
 }
 
+/** Between two statements, not between the ends of one: "x is between 1 m and 2 m and y is yes". */
+const JOINT = / and (?=\S+(?: [^ ]+\))? is )/;
+
 /** A condition, its statements apart. */
 function When({ text }: { text: string }) {
   return (
     <>
       <span class="soft">when </span>
-      {text.split(" and ").map((statement, index) => (
+      {text.split(JOINT).map((statement, index) => (
         <span key={statement}>
           {index > 0 && <span class="soft"> and </span>}
           <b>{statement}</b>
@@ -102,11 +105,19 @@ function Why() {
   };
   return (
     <div class="why" aria-live="polite">
-      <button type="button" class="small" onClick={() => void ask()}>
+      <button type="button" class="small" title="Explains what it decides now, and why it last switched" onClick={() => void ask()}>
         why?
       </button>
       {lines === null ? (
-        <span class="tiny">explains what it just decided</span>
+        <button
+          type="button"
+          class="small"
+          disabled={!studio.directs}
+          title="The automaton from its start state, the robot where it is"
+          onClick={() => void studio.ask({ do: "restart" })}
+        >
+          start afresh
+        </button>
       ) : (
         <div class="reasons">
           {lines.map((each) => (

@@ -1,7 +1,7 @@
 /** The automaton as a graph: the active state lit, the last transition flashing, every edge to be clicked. */
 
 import { useMemo } from "preact/hooks";
-import { drawing, edgeId, type Arc, type Node } from "../graph";
+import { curve, drawing, edgeId, type Bend, type Node } from "../graph";
 import type { Panel } from "../panel";
 import type { Desk } from "../protocol";
 import type { Switch } from "../studio";
@@ -64,7 +64,7 @@ export function GraphView({ desk, panel, last }: GraphProps) {
 }
 
 interface ArcProps {
-  arc: Arc;
+  arc: Bend;
   panel: Panel;
   last: Switch | null;
   examples: number;
@@ -73,10 +73,11 @@ interface ArcProps {
 function ArcView({ arc, panel, last, examples }: ArcProps) {
   const picked = panel.edge === arc.id;
   const flash = last !== null && edgeId(last) === arc.id;
+  const path = curve(arc.points);
   const head = picked ? "picked" : "line";
   return (
     <g
-      class={className("arc", picked && "picked")}
+      class={className("arc", picked && "picked", flash && last.corrected && "corrected")}
       role="button"
       tabIndex={0}
       aria-pressed={picked}
@@ -88,14 +89,14 @@ function ArcView({ arc, panel, last, examples }: ArcProps) {
         panel.selectEdge(arc.id);
       }}
     >
-      <path class="reach" d={arc.path} />
+      <path class="reach" d={path} />
       <path
         class="line"
-        d={arc.path}
+        d={path}
         marker-end={`url(#head-${head})`}
-        style={{ strokeWidth: Math.min(1.2 + examples * 0.22, 3.6) }}
+        style={{ strokeWidth: Math.min(1 + 0.5 * Math.log2(1 + examples), 3) }}
       />
-      {flash && <path key={`${last.at}`} class="flash" d={arc.path} marker-end="url(#head-flash)" />}
+      {flash && <path key={`${last.at}`} class="flash" d={path} marker-end="url(#head-flash)" />}
     </g>
   );
 }

@@ -18,13 +18,14 @@ export function LessonTab() {
   const panel = usePanel();
   const { desk } = studio;
   if (desk === null) return <p class="empty">Here every example of the lesson will be listed.</p>;
+  const pressed = desk.examples.filter(({ kind }) => kind === "directive" || kind === "confirmation").length;
   const contradictions = desk.examples.filter((example) => example.contradicts).length;
   return (
     <>
       <div class="lesson-head">
         <span>
           {counted(desk.examples.length, "example")}
-          <span class="soft">, {desk.taught} by a press</span>
+          <span class="soft">, {pressed} by a press</span>
         </span>
         {contradictions > 0 && <span class="warn">{contradictions} contradict each other</span>}
         <span class="space" />
@@ -133,7 +134,9 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
           )}
           {correction ? "correction" : KINDS[example.kind]}
         </td>
-        <td class="number soft">{clock(example.time_s)}</td>
+        <td class="number soft">
+          <span title={clock(example.time_s)}>{clock(example.time_s).replace(/\..*/, "")}</span>
+        </td>
       </tr>
       {picked && (
         <tr class="picked detail">

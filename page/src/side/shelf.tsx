@@ -24,7 +24,7 @@ export function Shelf() {
           <li class="row on">
             <span aria-hidden="true">◆</span>
             <b>{desk.name}</b>
-            <span class="soft">{counted(desk.taught, "example")} by you, not saved</span>
+            <span class="soft cut">not saved yet</span>
           </li>
         )}
         {trained.map(({ name, parameters, runs, examples, complete }) => (

@@ -2,6 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
+import { Latency } from "../latency";
 import { Toast } from "../toast";
 import { listenToPointer, type Chosen } from "./pointer";
 import type { Mark } from "./picture";
@@ -76,6 +77,12 @@ export function WorldView() {
           )}
         </div>
       )}
+      {studio.told?.paused === true && studio.desk !== null && (
+        <div class="tools paused">
+          paused <kbd>␣</kbd> goes on
+        </div>
+      )}
+      <Latency />
       <Toast />
     </div>
   );

@@ -21,12 +21,20 @@ export interface Size {
   height: number;
 }
 
-export function fitted(world: Size, screen: Size, margin: number): View {
-  const scale = Math.min(
-    (screen.width - 2 * margin) / world.width,
-    (screen.height - 2 * margin) / world.height,
-  );
-  return { x: world.width / 2, y: world.height / 2, scale: Math.max(scale, 0.01) };
+/** Pixels kept free at the edges of the screen. */
+export interface Margins {
+  top: number;
+  bottom: number;
+  sides: number;
+}
+
+/** All of the world, as large as it fits between the margins. */
+export function fitted(world: Size, screen: Size, margins: Margins): View {
+  const { top, bottom, sides } = margins;
+  const wide = (screen.width - 2 * sides) / world.width;
+  const high = (screen.height - top - bottom) / world.height;
+  const scale = Math.max(Math.min(wide, high), 0.01);
+  return { x: world.width / 2, y: world.height / 2 + (top - bottom) / 2 / scale, scale };
 }
 
 export function toScreen(view: View, screen: Size, x: number, y: number): [number, number] {

@@ -83,10 +83,11 @@ function drawSonars(picture: Picture, robot: number, readings: Float32Array): vo
 function drawTargets(picture: Picture, robot: number, desk: Desk, values: Float32Array): void {
   const { pen, palette } = picture;
   const at = pose(picture, robot);
+  const sensed = picture.motion.pose(robot, 1);
   for (const { name, distance, angle } of aims(desk, values)) {
-    const bearing = at.heading + angle;
-    const x = at.x + Math.cos(bearing) * distance;
-    const y = at.y + Math.sin(bearing) * distance;
+    const bearing = sensed.heading + angle;
+    const x = sensed.x + Math.cos(bearing) * distance;
+    const y = sensed.y + Math.sin(bearing) * distance;
     const [fromX, fromY] = spot(picture, at.x, at.y);
     const [toX, toY] = spot(picture, x, y);
     pen.beginPath();

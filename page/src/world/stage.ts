@@ -9,7 +9,8 @@ import { OVERLAYS, type Mark, type Overlay, type Picture } from "./picture";
 import { drawRobots } from "./robots";
 import { drawThings } from "./things";
 
-const MARGIN = 34;
+/** Room for the tools above, and for what is said below. */
+const MARGINS = { top: 46, bottom: 64, sides: 24 };
 const EASE = 0.22;
 
 export class Stage {
@@ -66,7 +67,7 @@ export class Stage {
   fit(): void {
     const { scene } = this.studio;
     if (scene === null) return;
-    this.wanted = fitted(scene, this.screen, MARGIN);
+    this.wanted = fitted(scene, this.screen, MARGINS);
     this.fits = true;
     this.draw();
   }
