@@ -1,0 +1,40 @@
+/** The one screen: header, left column, world, right column. */
+
+import { useEffect, useMemo } from "preact/hooks";
+import { Bars } from "./bars";
+import { AroundContext } from "./context";
+import { Directing } from "./directing";
+import { Header } from "./header";
+import { listenToKeys } from "./keys";
+import type { Panel } from "./panel";
+import { Pane } from "./pane";
+import { Side } from "./side";
+import type { Studio } from "./studio";
+import { WorldView } from "./world/canvas";
+
+const BUTTONS = "button:not([role=tab]), [role=button]";
+
+export function App({ studio, panel }: { studio: Studio; panel: Panel }) {
+  const around = useMemo(() => ({ studio, panel }), [studio, panel]);
+  useEffect(() => listenToKeys(studio), [studio]);
+  return (
+    <AroundContext.Provider value={around}>
+      <div class="screen" onClick={letKeysGo}>
+        <Header />
+        <Bars />
+        <Side />
+        <main class="center">
+          <WorldView />
+          <Directing />
+        </main>
+        <Pane />
+      </div>
+    </AroundContext.Provider>
+  );
+}
+
+/** A button that was clicked gives the focus back, so that Space and Enter go on meaning what they mean. */
+function letKeysGo(event: MouseEvent): void {
+  const button = event.target instanceof Element ? event.target.closest(BUTTONS) : null;
+  if (event.detail > 0 && (button instanceof HTMLElement || button instanceof SVGElement)) button.blur();
+}

@@ -1,0 +1,24 @@
+/** Bars under the header: the connection is lost; somebody else directs. */
+
+import { useStudio } from "./context";
+
+export function Bars() {
+  const studio = useStudio();
+  if (studio.linked === false) {
+    return (
+      <div class="bar lost" role="alert">
+        The connection to the studio is lost. The robot is paused, and every press is in the journal. Trying
+        again…
+      </div>
+    );
+  }
+  if (studio.told === null || studio.directs) return null;
+  return (
+    <div class="bar" role="status">
+      <span>Somebody else directs. You see everything, and can take over when nobody directs any more.</span>
+      <button type="button" class="small" onClick={() => void studio.ask({ do: "take" })}>
+        Take
+      </button>
+    </div>
+  );
+}

@@ -1,0 +1,60 @@
+/** The row of buttons that direct the robot: one for each state, and "keep doing this". */
+
+import { useStudio } from "./context";
+import type { Desk, State } from "./protocol";
+import type { Studio } from "./studio";
+import { className, keyName, plain } from "./words";
+
+export function Directing() {
+  const studio = useStudio();
+  const { desk } = studio;
+  if (desk === null) return null;
+  const corrected = studio.notice.tone === "correction";
+  return (
+    <div class={className("directing", desk.mode, corrected && "corrected")} role="toolbar" aria-label="Direct the robot">
+      <div class="states">
+        {desk.states.map((state) => (
+          <StateButton key={state.name} state={state} studio={studio} desk={desk} />
+        ))}
+      </div>
+      <button
+        type="button"
+        class="keep"
+        disabled={!studio.directs}
+        aria-label="keep doing this"
+        aria-keyshortcuts="Enter"
+        onClick={(event) => void studio.confirm(event.timeStamp)}
+      >
+        keep doing this <kbd aria-hidden="true">↵</kbd>
+      </button>
+    </div>
+  );
+}
+
+function StateButton({ state, studio, desk }: { state: State; studio: Studio; desk: Desk }) {
+  const active = desk.state === state.name;
+  const waiting = desk.waiting === state.name || studio.asking === state.name;
+  const key = keyName(state);
+  return (
+    <button
+      type="button"
+      class={className("state", active && "on", waiting && "waiting", state.flag && "flag")}
+      aria-label={state.name}
+      aria-pressed={active}
+      aria-keyshortcuts={key}
+      disabled={!studio.directs}
+      title={title(state, desk)}
+      onClick={(event) => void studio.press(state.name, event.timeStamp)}
+    >
+      {key !== "" && <kbd>{key}</kbd>}
+      {plain(state.name)}
+      {state.flag && <span aria-hidden="true"> ⚑</span>}
+    </button>
+  );
+}
+
+function title(state: State, desk: Desk): string {
+  const runs = state.runs === null || state.runs === state.name ? "" : ` It runs ${state.runs}.`;
+  const what = desk.mode === "testing" ? `Correct it: go to ${state.name}.` : `Direct it to ${state.name}.`;
+  return what + (state.flag ? " It stops there and raises this flag." : runs);
+}

@@ -1,0 +1,79 @@
+/** The keys: what each does while nobody types. */
+
+import type { State } from "./protocol";
+import type { Studio } from "./studio";
+
+const ARROWS: Readonly<Record<string, string>> = {
+  ArrowUp: "up",
+  ArrowDown: "down",
+  ArrowLeft: "left",
+  ArrowRight: "right",
+};
+const TYPES = "input:not([type=checkbox]):not([type=radio]), textarea, [contenteditable]";
+const OWN_SPACE = "button, a, select, summary, input, [role=button], [role=tab], [tabindex='0']:not(canvas)";
+const OWN_ARROWS = "select, [role=tablist], [role=radiogroup], input";
+
+export function listenToKeys(studio: Studio): () => void {
+  const listener = (event: KeyboardEvent): void => {
+    if (act(studio, event)) event.preventDefault();
+  };
+  addEventListener("keydown", listener);
+  return () => removeEventListener("keydown", listener);
+}
+
+/** Whether the key did something here. */
+function act(studio: Studio, event: KeyboardEvent): boolean {
+  const target = event.target instanceof Element ? event.target : document.body;
+  if (event.isComposing || target.closest(TYPES) !== null) return false;
+  if (event.ctrlKey || event.metaKey) return undoes(studio, event);
+  if (event.altKey) return false;
+  if (event.shiftKey && event.code.startsWith("Digit")) return chooses(studio, event);
+  if (event.key in ARROWS && target.closest(OWN_ARROWS) !== null) return false;
+  if ((event.key === " " || event.key === "Enter") && target.closest(OWN_SPACE) !== null) return false;
+  const state = studio.desk?.states.find((each) => leads(event, each));
+  if (state !== undefined) {
+    if (!event.repeat) void studio.press(state.name, event.timeStamp);
+    return true;
+  }
+  return !event.repeat && commands(studio, event);
+}
+
+function leads(event: KeyboardEvent, state: State): boolean {
+  if (event.key in ARROWS) return state.arrow === ARROWS[event.key];
+  return event.key === state.key && state.key !== "";
+}
+
+function commands(studio: Studio, event: KeyboardEvent): boolean {
+  switch (event.key) {
+    case "t":
+    case "T":
+      void studio.ask({ do: "turn" });
+      return true;
+    case " ":
+      void studio.ask({ do: "pause", paused: !(studio.told?.paused ?? false) });
+      return true;
+    case ".":
+      void studio.ask({ do: "step" });
+      return true;
+    case "Enter":
+      void studio.confirm(event.timeStamp);
+      return true;
+    default:
+      return false;
+  }
+}
+
+function undoes(studio: Studio, event: KeyboardEvent): boolean {
+  const key = event.key.toLowerCase();
+  if (key === "z") void studio.ask({ do: event.shiftKey ? "redo" : "undo" });
+  else if (key === "y") void studio.ask({ do: "redo" });
+  else return false;
+  return true;
+}
+
+function chooses(studio: Studio, event: KeyboardEvent): boolean {
+  const agent = Number(event.code.slice(5)) - 1;
+  if (agent < 0 || agent >= (studio.scene?.robots ?? 0)) return false;
+  void studio.ask({ do: "agent", agent });
+  return true;
+}

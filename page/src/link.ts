@@ -1,0 +1,88 @@
+/** The connection to the server: numbered requests and their answers, and reconnecting when it is lost. */
+
+import { parsed, type Answer, type News, type Request } from "./protocol";
+
+const FIRST_WAIT = 300;
+const LONGEST_WAIT = 4000;
+const KEPT = "understudy-key";
+
+export interface Listener {
+  heard(news: News): void;
+  saw(frame: ArrayBuffer): void;
+  connected(open: boolean): void;
+}
+
+export class Link {
+  private socket: WebSocket | null = null;
+  private number = 0;
+  private wait = FIRST_WAIT;
+  private key = sessionStorage.getItem(KEPT);
+  private readonly asked = new Map<number, (answer: Answer) => void>();
+
+  constructor(private readonly listener: Listener) {}
+
+  open(): void {
+    const socket = new WebSocket(this.address());
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.wait = FIRST_WAIT;
+      this.listener.connected(true);
+    };
+    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.take(event.data);
+    socket.onclose = () => this.lost();
+    this.socket = socket;
+  }
+
+  /** What the server answers; an error where nothing can be sent. */
+  ask(request: Request): Promise<Answer> {
+    this.number += 1;
+    const id = this.number;
+    if (this.socket?.readyState !== WebSocket.OPEN) {
+      return Promise.resolve({ re: id, error: "The connection to the studio is lost: nothing was sent." });
+    }
+    this.socket.send(JSON.stringify({ id, ...request }));
+    return new Promise((resolve) => this.asked.set(id, resolve));
+  }
+
+  private take(data: string | ArrayBuffer): void {
+    if (typeof data !== "string") {
+      this.listener.saw(data);
+      return;
+    }
+    const message = parsed(data);
+    if (message === null) return;
+    if ("re" in message) {
+      this.asked.get(message.re)?.(message);
+      this.asked.delete(message.re);
+      return;
+    }
+    if (message.is === "hello") this.keep(message.key);
+    this.listener.heard(message);
+  }
+
+  /** The key makes this page the director again after a lost connection, and after a reload. */
+  private keep(key: string): void {
+    this.key = key;
+    sessionStorage.setItem(KEPT, key);
+  }
+
+  private lost(): void {
+    this.socket = null;
+    for (const [id, resolve] of this.asked) {
+      resolve({ re: id, error: "The connection was lost before the answer came." });
+    }
+    this.asked.clear();
+    this.listener.connected(false);
+    setTimeout(() => this.open(), this.wait);
+    this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
+  }
+
+  private address(): string {
+    const here = new URL("ws", document.baseURI);
+    here.protocol = here.protocol === "https:" ? "wss:" : "ws:";
+    const token = new URL(location.href).searchParams.get("token");
+    if (token !== null) here.searchParams.set("token", token);
+    if (this.key !== null) here.searchParams.set("key", this.key);
+    return here.href;
+  }
+}

@@ -1,0 +1,60 @@
+/** The right column: a form while one is open, else the tabs Automaton, Lesson, Library. */
+
+import { usePanel, useStudio } from "./context";
+import { AutomatonTab } from "./pane/automaton";
+import { ChoiceForm } from "./pane/choice";
+import { LessonTab } from "./pane/lesson";
+import { LibraryTab } from "./pane/library";
+import { TABS, type Panel, type Tab } from "./panel";
+
+const NAMES: Readonly<Record<Tab, string>> = { automaton: "Automaton", lesson: "Lesson", library: "Library" };
+
+export function Pane() {
+  const panel = usePanel();
+  const studio = useStudio();
+  const counts: Partial<Record<Tab, number>> = {
+    ...(studio.desk === null ? {} : { lesson: studio.desk.examples.length }),
+    ...(studio.told === null ? {} : { library: studio.told.library.trained.length }),
+  };
+  return (
+    <section class="pane" aria-label="Automaton, lesson and library">
+      <div class="tabs" role="tablist" onKeyDown={(event) => turnPage(panel, event)}>
+        {TABS.map((tab) => (
+          <button
+            type="button"
+            key={tab}
+            role="tab"
+            id={`tab-${tab}`}
+            aria-selected={panel.tab === tab && panel.form === null}
+            aria-controls="tab-panel"
+            tabIndex={panel.tab === tab ? 0 : -1}
+            onClick={() => panel.open(tab)}
+          >
+            {NAMES[tab]}
+            {counts[tab] !== undefined && <span class="soft"> {counts[tab]}</span>}
+          </button>
+        ))}
+      </div>
+      <div class="tab" id="tab-panel" role="tabpanel" aria-labelledby={`tab-${panel.tab}`} tabIndex={-1}>
+        {panel.form !== null ? (
+          <ChoiceForm form={panel.form} key={panel.form} />
+        ) : panel.tab === "automaton" ? (
+          <AutomatonTab />
+        ) : panel.tab === "lesson" ? (
+          <LessonTab />
+        ) : (
+          <LibraryTab />
+        )}
+      </div>
+    </section>
+  );
+}
+
+function turnPage(panel: Panel, event: KeyboardEvent): void {
+  const step = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+  if (step === 0) return;
+  const next = TABS[(TABS.indexOf(panel.tab) + step + TABS.length) % TABS.length];
+  if (next === undefined) return;
+  panel.open(next);
+  document.getElementById(`tab-${next}`)?.focus();
+}

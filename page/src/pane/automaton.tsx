@@ -1,0 +1,135 @@
+/** The tab Automaton: the graph, the rules in words, and why it does what it does. */
+
+import { useEffect, useState } from "preact/hooks";
+import { usePanel, useStudio } from "../context";
+import { edgeId } from "../graph";
+import type { Panel } from "../panel";
+import type { Edge } from "../protocol";
+import { className, plain } from "../words";
+import { GraphView } from "./graph";
+
+export function AutomatonTab() {
+  const studio = useStudio();
+  const panel = usePanel();
+  const { desk } = studio;
+  if (desk === null) {
+    return (
+      <p class="empty">
+        Here you will see the automaton that you teach: its states, and when it goes from one to another.
+      </p>
+    );
+  }
+  const picked = desk.edges.find((edge) => edgeId(edge) === panel.edge);
+  const edges = picked === undefined ? desk.edges : [picked];
+  return (
+    <>
+      <div class="graph-place">
+        <GraphView desk={desk} panel={panel} last={studio.switch} />
+      </div>
+      {desk.path.length > 1 && <p class="tiny path">now {desk.path.map(plain).join(" › ")}</p>}
+      <Why />
+      <div class="rules-head">
+        <h3>{picked === undefined ? "What it learned" : "This transition"}</h3>
+        {picked !== undefined && (
+          <button type="button" class="link" onClick={() => panel.selectEdge(null)}>
+            show all
+          </button>
+        )}
+      </div>
+      {desk.edges.length === 0 && (
+        <p class="empty">
+          Nothing yet. Press a state below the world to direct the robot: each press is an example, and from
+          examples it learns when to switch.
+        </p>
+      )}
+      <ul class="rules">
+        {edges.map((edge) => (
+          <Rule key={edgeId(edge)} edge={edge} panel={panel} picked={edge === picked} />
+        ))}
+      </ul>
+    </>
+  );
+}
+
+function Rule({ edge, panel, picked }: { edge: Edge; panel: Panel; picked: boolean }) {
+  return (
+    <li class={className("rule", picked && "picked")}>
+      <button type="button" class="rule-name" aria-expanded={picked} onClick={() => panel.selectEdge(edgeId(edge))}>
+        {plain(edge.from)} → {plain(edge.to)}
+      </button>
+      {edge.when.map((when, index) => (
+        <p class="condition" key={when}>
+          <span class="soft">{index > 0 ? "or " : ""}</span>
+          {when === "always" ? "always" : <When text={when.replace(/^when /, "")} />}
+        </p>
+      ))}
+      {edge.examples.length > 0 && (
+        <p class="tiny">
+          shown by{" "}
+          <button type="button" class="link" onClick={() => panel.showExamples(edge.examples)}>
+            {edge.examples.length === 1 ? "example" : "examples"} {edge.examples.slice(0, 8).join(", ")}
+            {edge.examples.length > 8 ? " …" : ""}
+          </button>
+        </p>
+      )}
+    </li>
+  );
+}
+
+/** Between two statements, not between the ends of one: "x is between 1 m and 2 m and y is yes". */
+const JOINT = / and (?=\S+(?: [^ ]+\))? is )/;
+
+/** A condition, its statements apart. */
+function When({ text }: { text: string }) {
+  return (
+    <>
+      <span class="soft">when </span>
+      {text.split(JOINT).map((statement, index) => (
+        <span key={statement}>
+          {index > 0 && <span class="soft"> and </span>}
+          <b>{statement}</b>
+        </span>
+      ))}
+    </>
+  );
+}
+
+function Why() {
+  const studio = useStudio();
+  const [lines, setLines] = useState<readonly string[] | null>(null);
+  const name = studio.desk?.name;
+  useEffect(() => setLines(null), [name]);
+  const ask = async (): Promise<void> => {
+    const answer = await studio.ask({ do: "why" });
+    setLines(answer.lines ?? null);
+  };
+  return (
+    <div class="why" aria-live="polite">
+      <button type="button" class="small" title="Explains what it decides now, and why it last switched" onClick={() => void ask()}>
+        why?
+      </button>
+      {lines === null ? (
+        <button
+          type="button"
+          class="small"
+          disabled={!studio.directs}
+          title="The automaton from its start state, the robot where it is"
+          onClick={() => void studio.ask({ do: "restart" })}
+        >
+          start afresh
+        </button>
+      ) : (
+        <div class="reasons">
+          {lines.map((each) => (
+            <p key={each}>{each}</p>
+          ))}
+        </div>
+      )}
+      {lines !== null && (
+        <button type="button" class="link" aria-label="Close the explanation" onClick={() => setLines(null)}>
+          ×
+        </button>
+      )}
+    </div>
+  );
+}

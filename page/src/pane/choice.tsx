@@ -1,0 +1,223 @@
+/** The form for a new automaton, and for choosing anew: beside the running world, never over it. */
+
+import { useState } from "preact/hooks";
+import { listed, type Offer } from "../calls";
+import { usePanel, useStudio } from "../context";
+import { drafted, offers, request, type Draft } from "../draft";
+import type { Form } from "../panel";
+import type { Scene } from "../protocol";
+import type { Studio } from "../studio";
+
+export function ChoiceForm({ form }: { form: Form }) {
+  const studio = useStudio();
+  if (studio.scene === null || studio.told === null) return null;
+  return <Fields form={form} studio={studio} scene={studio.scene} />;
+}
+
+function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Scene }) {
+  const panel = usePanel();
+  const [draft, setDraft] = useState<Draft>(() => drafted(form, studio, scene));
+  const [asks, setAsks] = useState(false);
+  const change = (part: Partial<Draft>): void => setDraft((before) => ({ ...before, ...part }));
+  const offered = offers(draft, studio, scene);
+  const fresh = form === "new";
+  const send = async (discard: boolean): Promise<void> => {
+    if (fresh && studio.desk?.unsaved === true && !discard) return setAsks(true);
+    const answer = await studio.ask(request(form, draft, studio, scene, discard));
+    if (answer.error === undefined) panel.open("automaton");
+  };
+  const saveFirst = async (): Promise<void> => {
+    const answer = await studio.ask({ do: "save", name: null });
+    if (answer.error === undefined) await send(true);
+  };
+  return (
+    <form
+      class="choice"
+      onSubmit={(event) => {
+        event.preventDefault();
+        void send(false);
+      }}
+    >
+      <div class="choice-head">
+        <h3>{fresh ? "New automaton" : `What ${draft.name} is about`}</h3>
+        <button type="button" class="link" aria-label="Close the form" onClick={() => panel.choose(null)}>
+          ×
+        </button>
+      </div>
+      {fresh && (
+        <>
+          <Field label="Name" value={draft.name} hint="goto" change={(name) => change({ name })} />
+          <Field
+            label="Parameters"
+            value={draft.parameters}
+            hint="none; or A"
+            about="left open, to be bound where it is used"
+            change={(parameters) => change({ parameters })}
+          />
+          <Bindings draft={draft} scene={scene} change={change} />
+        </>
+      )}
+      <Choices
+        legend="States: what it can do"
+        offers={offered.states}
+        chosen={draft.states}
+        choose={(states) => change({ states })}
+      />
+      <Field
+        label="Flags"
+        value={draft.flags}
+        hint="done"
+        about="states in which it stops, and says so"
+        change={(flags) => change({ flags })}
+      />
+      <Choices
+        legend="Features: what it decides on"
+        offers={offered.features}
+        chosen={draft.features}
+        choose={(features) => change({ features })}
+      />
+      {!fresh && <Options draft={draft} change={change} />}
+      {asks ? (
+        <div class="asks" role="alert">
+          <p>{studio.desk?.name} has changes that are not in the library.</p>
+          <button
+            type="button"
+            class="small"
+            onClick={() => void saveFirst()}
+          >
+            Save, then begin
+          </button>
+          <button type="button" class="small" onClick={() => void send(true)}>
+            Begin without saving
+          </button>
+        </div>
+      ) : (
+        <div class="choice-foot">
+          <button type="submit" class="primary" disabled={!studio.directs || draft.name.trim() === ""}>
+            {fresh ? "Begin" : "Choose"}
+          </button>
+          <button type="button" onClick={() => panel.choose(null)}>
+            Not now
+          </button>
+          {!fresh && <span class="tiny">Examples stay where they can.</span>}
+        </div>
+      )}
+    </form>
+  );
+}
+
+interface FieldProps {
+  label: string;
+  value: string;
+  hint: string;
+  about?: string;
+  change: (value: string) => void;
+}
+
+function Field({ label, value, hint, about, change }: FieldProps) {
+  return (
+    <label class="field">
+      <span>{label}</span>
+      <input
+        value={value}
+        placeholder={hint}
+        spellcheck={false}
+        autocomplete="off"
+        onInput={(event) => change(event.currentTarget.value)}
+      />
+      {about !== undefined && <span class="tiny">{about}</span>}
+    </label>
+  );
+}
+
+interface PartProps {
+  draft: Draft;
+  change: (part: Partial<Draft>) => void;
+}
+
+function Bindings({ draft, scene, change }: PartProps & { scene: Scene }) {
+  return (
+    <>
+      {listed(draft.parameters).map((parameter) => (
+        <label class="field" key={parameter}>
+          <span>{parameter} stands for</span>
+          <select
+            value={draft.targets[parameter] ?? scene.targets[0] ?? ""}
+            onChange={(event) => {
+              change({ targets: { ...draft.targets, [parameter]: event.currentTarget.value } });
+            }}
+          >
+            {scene.targets.map((target) => (
+              <option key={target} value={target}>
+                {target}
+              </option>
+            ))}
+          </select>
+          <span class="tiny">while you teach</span>
+        </label>
+      ))}
+    </>
+  );
+}
+
+function Options({ draft, change }: PartProps) {
+  return (
+    <fieldset>
+      <legend>Options</legend>
+      <label class="option">
+        <input
+          type="checkbox"
+          checked={draft.watched}
+          onChange={(event) => change({ watched: event.currentTarget.checked })}
+        />
+        Silence is consent: while you watch and do not press, it is doing right.
+      </label>
+      <label class="field">
+        <span>Reaction time, s</span>
+        <input
+          value={draft.reaction}
+          inputMode="decimal"
+          onInput={(event) => change({ reaction: event.currentTarget.value })}
+        />
+        <span class="tiny">how late your presses come</span>
+      </label>
+    </fieldset>
+  );
+}
+
+interface ChoicesProps {
+  legend: string;
+  offers: readonly Offer[];
+  chosen: readonly string[];
+  choose: (chosen: readonly string[]) => void;
+}
+
+function Choices({ legend, offers, chosen, choose }: ChoicesProps) {
+  const alone = offers.filter((offer) => offer.ways.length === 1);
+  const several = offers.filter((offer) => offer.ways.length > 1);
+  const chip = (way: string, short: string) => (
+    <label class="chip" key={way}>
+      <input
+        type="checkbox"
+        aria-label={way}
+        checked={chosen.includes(way)}
+        onChange={(event) => {
+          choose(event.currentTarget.checked ? [...chosen, way] : chosen.filter((each) => each !== way));
+        }}
+      />
+      {short}
+    </label>
+  );
+  return (
+    <fieldset>
+      <legend>{legend}</legend>
+      {several.map((offer) => (
+        <div class="chips" key={offer.name}>
+          <span class="chips-name">{offer.name}</span>
+          {offer.ways.map((way) => chip(way, way.slice(offer.name.length + 1, -1)))}
+        </div>
+      ))}
+      {alone.length > 0 && <div class="chips">{alone.map(({ ways: [way = ""] }) => chip(way, way))}</div>}
+    </fieldset>
+  );
+}

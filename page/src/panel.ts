@@ -1,0 +1,46 @@
+/** What the right column shows: its tab, the form for choosing, what is selected. */
+
+import { News } from "./news";
+
+export const TABS = ["automaton", "lesson", "library"] as const;
+export type Tab = (typeof TABS)[number];
+/** A form beside the running world: a new automaton, or other states and features for the present one. */
+export type Form = "new" | "choose";
+
+export class Panel {
+  readonly news = new News();
+  tab: Tab = "automaton";
+  form: Form | null = null;
+  /** The selected edge, "from to". */
+  edge: string | null = null;
+  example: number | null = null;
+  /** Examples pointed at: those behind an edge. */
+  shown: ReadonlySet<number> = new Set();
+
+  open(tab: Tab): void {
+    this.tab = tab;
+    this.form = null;
+    this.news.tell();
+  }
+
+  choose(form: Form | null): void {
+    this.form = form;
+    this.news.tell();
+  }
+
+  selectEdge(edge: string | null): void {
+    this.edge = this.edge === edge ? null : edge;
+    this.news.tell();
+  }
+
+  selectExample(example: number | null): void {
+    this.example = this.example === example ? null : example;
+    this.news.tell();
+  }
+
+  showExamples(numbers: readonly number[]): void {
+    this.shown = new Set(numbers);
+    this.example = null;
+    this.open("lesson");
+  }
+}

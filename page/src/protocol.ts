@@ -1,0 +1,243 @@
+/** What the page and the server say to each other as text; the binary frames are in frame.ts. */
+
+export type Kind = "continuous" | "toroidal" | "categorical";
+export type Mode = "training" | "testing";
+export type Tone = "" | "recorded" | "correction" | "error";
+export type Arrow = "up" | "down" | "left" | "right";
+export type Targets = Readonly<Record<string, string>>;
+
+/** What the page asks for. The link gives each a number, and the server answers it by that number. */
+export type Request =
+  | { do: "press"; state: string }
+  | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "why" | "take" | "hand_over" }
+  | { do: "pause"; paused: boolean }
+  | { do: "speed"; speed: number }
+  | { do: "reset"; seed: number | null }
+  | { do: "stand_for"; targets: Targets }
+  | { do: "open"; name: string; discard?: boolean }
+  | Beginning
+  | Choice
+  | { do: "delete"; number: number }
+  | { do: "edit"; number: number; state: string | null; next: string | null }
+  | { do: "save"; name: string | null }
+  | { do: "remove" | "restore"; name: string }
+  | { do: "agent"; agent: number }
+  | { do: "place"; agent: number; x: number; y: number; heading: number | null }
+  | { do: "move_object"; slot: number; x: number; y: number }
+  | { do: "add_object"; kind: string; x: number; y: number }
+  | { do: "remove_object"; slot: number }
+  | { do: "add_obstacle"; x: number; y: number; radius: number };
+
+export interface Beginning {
+  do: "new";
+  name: string;
+  states: readonly string[];
+  features: readonly string[];
+  parameters: readonly string[];
+  flags: readonly string[];
+  targets: Targets;
+  discard: boolean;
+}
+
+export interface Choice {
+  do: "choose";
+  states: readonly string[];
+  features: readonly string[];
+  flags: readonly string[];
+  watched: boolean | null;
+  reaction_s: number | null;
+}
+
+export interface Answer {
+  re: number;
+  ok?: boolean;
+  error?: string;
+  ms?: number;
+  lines?: readonly string[];
+}
+
+export interface RobotType {
+  name: string;
+  radius: number;
+  color: string | null;
+  team: string | null;
+}
+
+export interface ObjectClass {
+  name: string;
+  color: string | null;
+  radius: number;
+  food: boolean;
+  home: boolean;
+  solid: boolean;
+  pushable: boolean;
+}
+
+export interface Disc {
+  x: number;
+  y: number;
+  radius: number;
+  color: string | null;
+}
+
+export interface Sonar {
+  name: string;
+  from_deg: number;
+  to_deg: number;
+  range: number;
+}
+
+export interface Camera {
+  view_deg: number;
+  range: number;
+}
+
+/** A feature of the kit, or a behavior: a name and what it leaves open. */
+export interface Part {
+  name: string;
+  parameters: readonly string[];
+}
+
+export interface KitFeature {
+  label: string;
+  parameters: readonly string[];
+  unit: string;
+  kind: Kind;
+}
+
+/** The fixed things of the world. */
+export interface Scene {
+  scenario: string;
+  width: number;
+  height: number;
+  tick_s: number;
+  seed: number | null;
+  robots: number;
+  types: readonly RobotType[];
+  robot_type: readonly number[];
+  classes: readonly ObjectClass[];
+  walls: readonly (readonly [number, number, number, number])[];
+  polygons: readonly (readonly (readonly [number, number])[])[];
+  discs: readonly Disc[];
+  targets: readonly string[];
+  sonars: readonly (readonly Sonar[])[];
+  cameras: readonly (readonly Camera[])[];
+  features: readonly KitFeature[];
+  behaviors: readonly Part[];
+}
+
+export interface State {
+  name: string;
+  key: string;
+  arrow: Arrow | null;
+  flag: boolean;
+  runs: string | null;
+}
+
+export interface Feature {
+  label: string;
+  unit: string;
+  kind: Kind;
+  labels?: readonly string[] | null;
+}
+
+export interface Example {
+  number: number;
+  state: string;
+  next: string;
+  values: readonly string[];
+  kind: "directive" | "default" | "confirmation" | "watched";
+  correction: boolean;
+  time_s: number;
+  contradicts: boolean;
+}
+
+/** What was learned: when it goes from one state to another, in words, a line for each way. */
+export interface Edge {
+  from: string;
+  to: string;
+  when: readonly string[];
+  examples: readonly number[];
+}
+
+/** The automaton under training. */
+export interface Desk {
+  name: string;
+  parameters: readonly string[];
+  targets: Targets;
+  mode: Mode;
+  state: string;
+  path: readonly string[];
+  flag: string | null;
+  waiting: string | null;
+  agent: number;
+  states: readonly State[];
+  features: readonly Feature[];
+  examples: readonly Example[];
+  edges: readonly Edge[];
+  watched: boolean;
+  reaction_s: number;
+  undoable: string | null;
+  redoable: string | null;
+  unsaved: boolean;
+  taught: number;
+}
+
+export interface Trained {
+  name: string;
+  parameters: readonly string[];
+  runs: readonly string[];
+  examples: number;
+  complete: boolean;
+  why_not: string | null;
+}
+
+export interface Library {
+  folder: string;
+  basic: readonly string[];
+  trained: readonly Trained[];
+  trash: readonly string[];
+}
+
+export interface Said {
+  text: string;
+  tone: Tone;
+}
+
+export interface Hello {
+  is: "hello";
+  version: string;
+  key: string;
+  directs: boolean;
+  scene: Scene;
+}
+
+export interface SceneNews {
+  is: "scene";
+  scene: Scene;
+}
+
+export interface DeskNews {
+  is: "desk";
+  library: Library;
+  desk: Desk | null;
+  said: Said;
+  directs: boolean;
+  viewers: number;
+  paused: boolean;
+  speed: number;
+  seed: number | null;
+}
+
+export type News = Hello | SceneNews | DeskNews;
+export type Message = News | Answer;
+
+/** A message of the server from its text; null where this page does not know its sort. */
+export function parsed(text: string): Message | null {
+  const value: unknown = JSON.parse(text);
+  if (typeof value !== "object" || value === null) return null;
+  if ("re" in value) return value as Answer;
+  if (!("is" in value)) return null;
+  const known = value.is === "hello" || value.is === "scene" || value.is === "desk";
+  return known ? (value as News) : null;
+}

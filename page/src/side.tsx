@@ -1,0 +1,17 @@
+/** The left column: robots, library, parameters, features now. */
+
+import { Readings } from "./side/readings";
+import { Roster } from "./side/roster";
+import { Shelf } from "./side/shelf";
+import { Standing } from "./side/standing";
+
+export function Side() {
+  return (
+    <aside class="side" aria-label="Robots, library and features">
+      <Roster />
+      <Shelf />
+      <Standing />
+      <Readings />
+    </aside>
+  );
+}

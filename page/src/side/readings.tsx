@@ -1,0 +1,35 @@
+/** The features now: each value with its unit, and its last values as a line. */
+
+import { usePanel, useStudio } from "../context";
+import { useSlowNews } from "../news";
+import { Spark } from "../spark";
+import { value } from "../words";
+
+export function Readings() {
+  const studio = useStudio();
+  const panel = usePanel();
+  useSlowNews(studio.framed, 80);
+  const { desk, memory, motion, directs } = studio;
+  if (desk === null) return null;
+  const values = motion.last?.features;
+  return (
+    <section>
+      <h2>Features now</h2>
+      {desk.features.length === 0 && (
+        <p class="tiny">None is chosen: it cannot tell one moment from another. Choose some below.</p>
+      )}
+      {desk.features.map((feature, index) => (
+        <div class="reading" key={feature.label}>
+          <span class="cut" title={feature.label}>
+            {feature.label}
+          </span>
+          <b class="number">{value(feature, values?.[index] ?? NaN)}</b>
+          <Spark feature={feature} values={memory.of(index)} />
+        </div>
+      ))}
+      <button type="button" class="row soft" disabled={!directs} onClick={() => panel.choose("choose")}>
+        + choose features
+      </button>
+    </section>
+  );
+}

@@ -1,0 +1,49 @@
+/** The robots, and which one is trained. */
+
+import { useStudio } from "../context";
+import { useSlowNews } from "../news";
+import type { Studio } from "../studio";
+import { className, counted, plain } from "../words";
+
+const MOST = 6;
+
+export function Roster() {
+  const studio = useStudio();
+  useSlowNews(studio.framed, 200);
+  const { scene, desk, directs } = studio;
+  if (scene === null) return null;
+  const shown = Array.from({ length: scene.robots }, (_, robot) => robot);
+  const few = shown.filter((robot) => robot < MOST || robot === desk?.agent);
+  return (
+    <section>
+      <h2>Robots</h2>
+      <ul class="rows">
+        {few.map((robot) => {
+          const trained = desk?.agent === robot;
+          return (
+            <li key={robot}>
+              <button
+                type="button"
+                class={className("row", trained && "on")}
+                aria-pressed={trained}
+                disabled={!directs || desk === null || trained}
+                title={trained ? "" : "Train this one (Shift and its number)"}
+                onClick={() => void studio.ask({ do: "agent", agent: robot })}
+              >
+                <span class={className("dot", trained && (desk?.mode ?? "training"))} />
+                robot {robot + 1}
+                <span class="soft">· {trained ? "being trained" : doing(studio, robot)}</span>
+              </button>
+            </li>
+          );
+        })}
+      </ul>
+      {scene.robots > few.length && <p class="tiny">and {counted(scene.robots - few.length, "other")}</p>}
+    </section>
+  );
+}
+
+function doing(studio: Studio, robot: number): string {
+  const state = studio.desk?.states[studio.motion.last?.robots.doing[robot] ?? -1];
+  return state === undefined ? "idles" : plain(state.name);
+}

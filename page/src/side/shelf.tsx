@@ -1,0 +1,57 @@
+/** The library at a glance: basic behaviors, trained ones, and the way to a new one. */
+
+import { usePanel, useStudio } from "../context";
+import { className, counted } from "../words";
+
+export function Shelf() {
+  const studio = useStudio();
+  const panel = usePanel();
+  const { told, desk, directs } = studio;
+  if (told === null) return null;
+  const { basic, trained } = told.library;
+  const known = trained.some(({ name }) => name === desk?.name);
+  return (
+    <section>
+      <h2>Library</h2>
+      <details class="basic">
+        <summary class="row">
+          basic <span class="soft">{basic.length}</span>
+        </summary>
+        <p class="tiny list">{basic.join(", ")}</p>
+      </details>
+      <ul class="rows">
+        {desk !== null && !known && (
+          <li class="row on">
+            <span aria-hidden="true">◆</span>
+            <b>{desk.name}</b>
+            <span class="soft cut">not saved yet</span>
+          </li>
+        )}
+        {trained.map(({ name, parameters, runs, examples, complete }) => (
+          <li key={name}>
+            <button
+              type="button"
+              class={className("row", name === desk?.name && "on")}
+              onClick={() => panel.open("library")}
+              title={complete ? "Open it in the tab Library" : "It is not complete"}
+            >
+              <span aria-hidden="true">{name === desk?.name ? "◆" : "◇"}</span>
+              <b>{name}</b>
+              <span class="soft cut">
+                {[parameters.join(", "), runs.length > 0 ? runs.join(", ") : counted(examples, "example")]
+                  .filter(Boolean)
+                  .join(" · ")}
+              </span>
+              {!complete && <span class="warn" aria-label="not complete">!</span>}
+            </button>
+          </li>
+        ))}
+        <li>
+          <button type="button" class="row soft" disabled={!directs} onClick={() => panel.choose("new")}>
+            + new automaton
+          </button>
+        </li>
+      </ul>
+    </section>
+  );
+}

@@ -1,0 +1,35 @@
+/** What the parameters stand for now. */
+
+import { useStudio } from "../context";
+
+export function Standing() {
+  const studio = useStudio();
+  const { desk, scene } = studio;
+  if (desk === null || scene === null || desk.parameters.length === 0) return null;
+  const choose = (parameter: string, select: HTMLSelectElement): void => {
+    void studio.ask({ do: "stand_for", targets: { ...desk.targets, [parameter]: select.value } });
+    select.blur();
+  };
+  return (
+    <section>
+      <h2>Parameters</h2>
+      {desk.parameters.map((parameter) => (
+        <label class="row" key={parameter}>
+          <b>{parameter}</b> <span class="soft">stands for</span>
+          <select
+            value={desk.targets[parameter] ?? ""}
+            disabled={!studio.directs}
+            aria-label={`What ${parameter} stands for`}
+            onChange={(event) => choose(parameter, event.currentTarget)}
+          >
+            {scene.targets.map((target) => (
+              <option key={target} value={target}>
+                {target}
+              </option>
+            ))}
+          </select>
+        </label>
+      ))}
+    </section>
+  );
+}

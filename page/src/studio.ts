@@ -1,0 +1,134 @@
+/** All the page knows: what the server told, and what it asks of it. */
+
+import { decode } from "./frame";
+import { Link, type Listener } from "./link";
+import { Memory } from "./memory";
+import { News } from "./news";
+import type { Answer, Desk, DeskNews, News as ServerNews, Request, Said, Scene } from "./protocol";
+import { Motion } from "./world/motion";
+
+export interface Notice extends Said {
+  /** What takes it back, where something does. */
+  undo?: Request;
+}
+
+export interface Latency {
+  /** From the key to the answer, ms. */
+  whole: number;
+  /** The server's part of it, until the press was in the journal. */
+  server: number | null;
+}
+
+/** The last switch from one state to another. */
+export interface Switch {
+  from: string;
+  to: string;
+  corrected: boolean;
+  /** When, by the page's clock. */
+  at: number;
+}
+
+export class Studio implements Listener {
+  /** Anything but frames. */
+  readonly news = new News();
+  readonly framed = new News();
+  readonly motion = new Motion();
+  readonly memory = new Memory();
+  scene: Scene | null = null;
+  told: DeskNews | null = null;
+  /** Whether there is a connection; null before there was ever one. */
+  linked: boolean | null = null;
+  directs = false;
+  notice: Notice = { text: "", tone: "" };
+  latency: Latency | null = null;
+  asking: string | null = null;
+  switch: Switch | null = null;
+  version = "";
+  private readonly link = new Link(this);
+
+  open(): void {
+    this.link.open();
+  }
+
+  get desk(): Desk | null {
+    return this.told?.desk ?? null;
+  }
+
+  /** Ask, and say what went wrong where something did. */
+  async ask(request: Request): Promise<Answer> {
+    const answer = await this.link.ask(request);
+    if (answer.error !== undefined) this.say({ text: answer.error, tone: "error" });
+    return answer;
+  }
+
+  /** Direct to a state; `since` is when its key went down, by the page's clock. */
+  async press(state: string, since: number): Promise<void> {
+    this.asking = state;
+    this.news.tell();
+    await this.timed({ do: "press", state }, since);
+    this.asking = null;
+    this.news.tell();
+  }
+
+  confirm(since: number): Promise<void> {
+    return this.timed({ do: "confirm" }, since);
+  }
+
+  say(notice: Notice): void {
+    this.notice = notice;
+    this.news.tell();
+  }
+
+  connected(open: boolean): void {
+    if (open || this.linked !== null) this.linked = open;
+    this.news.tell();
+  }
+
+  heard(news: ServerNews): void {
+    if (news.is === "desk") this.hear(news);
+    else {
+      this.scene = news.scene;
+      if (news.is === "hello") {
+        this.directs = news.directs;
+        this.version = news.version;
+      }
+    }
+    this.news.tell();
+  }
+
+  saw(buffer: ArrayBuffer): void {
+    const frame = decode(buffer);
+    this.motion.take(frame, performance.now());
+    this.memory.see(frame.tick, frame.features);
+    this.framed.tell();
+  }
+
+  private async timed(request: Request, since: number): Promise<void> {
+    const answer = await this.ask(request);
+    if (answer.error === undefined) {
+      this.latency = { whole: performance.now() - since, server: answer.ms ?? null };
+      this.news.tell();
+    }
+  }
+
+  private hear(news: DeskNews): void {
+    const before = this.desk;
+    const { desk, said } = news;
+    const recorded = before !== null && desk !== null && before.examples.length < desk.examples.length;
+    if (said.text !== this.told?.said.text || said.tone !== this.told.said.tone) {
+      this.notice = recorded ? { ...said, undo: { do: "undo" } } : said;
+    }
+    if (desk === null || before?.name !== desk.name) this.switch = null;
+    else if (before.state !== desk.state) {
+      const corrected = said.tone === "correction";
+      this.switch = { from: before.state, to: desk.state, corrected, at: performance.now() };
+    }
+    if (labels(before) !== labels(desk)) this.memory.forget();
+    this.told = news;
+    this.directs = news.directs;
+  }
+}
+
+function labels(desk: Desk | null): string {
+  return (desk?.features ?? []).map((feature) => feature.label).join("\n");
+}

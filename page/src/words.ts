@@ -1,0 +1,60 @@
+/** How values, times and keys are written. */
+
+import type { Arrow, Feature } from "./protocol";
+
+export const ABSENT = "–";
+const DIGITS: Readonly<Record<string, number>> = { m: 2, s: 1, px: 0 };
+const ARROWS: Readonly<Record<Arrow, string>> = { up: "↑", down: "↓", left: "←", right: "→" };
+
+export function isAngle(feature: Feature): boolean {
+  return feature.kind === "toroidal" && (feature.unit === "rad" || feature.unit === "°");
+}
+
+/** An angle in whole degrees, left of ahead above 0: -179 to 180. */
+export function degrees(radians: number): number {
+  const turn = Math.round((radians * 180) / Math.PI);
+  return ((((turn + 179) % 360) + 360) % 360) - 179;
+}
+
+/** A value with its unit: 3.42 m, −31°, yes; a dash where it is absent. */
+export function value(feature: Feature, number: number): string {
+  if (Number.isNaN(number)) return ABSENT;
+  if (feature.kind === "categorical") return label(feature, number);
+  if (isAngle(feature)) return minus(`${degrees(number)}°`);
+  const digits = DIGITS[feature.unit] ?? (Number.isInteger(number) ? 0 : 2);
+  return minus(number.toFixed(digits) + (feature.unit === "" ? "" : ` ${feature.unit}`));
+}
+
+export function minus(text: string): string {
+  return text.replace("-", "−");
+}
+
+/** Minutes and seconds: 0:48.3. */
+export function clock(seconds: number): string {
+  const tenths = Math.round(seconds * 10);
+  const whole = Math.floor(tenths / 10) % 60;
+  return `${Math.floor(tenths / 600)}:${String(whole).padStart(2, "0")}.${tenths % 10}`;
+}
+
+/** 1 example, 2 examples. */
+export function counted(count: number, what: string): string {
+  return `${count} ${what}${count === 1 ? "" : "s"}`;
+}
+
+export function keyName(state: { key: string; arrow: Arrow | null }): string {
+  return state.arrow === null ? state.key : ARROWS[state.arrow];
+}
+
+/** Names of the code as people read them: nearest_food is nearest food. */
+export function plain(name: string): string {
+  return name.replaceAll("_", " ");
+}
+
+export function className(...names: (string | false | null | undefined)[]): string {
+  return names.filter(Boolean).join(" ");
+}
+
+function label(feature: Feature, number: number): string {
+  const labels = feature.labels ?? ["no", "yes"];
+  return labels[number] ?? String(number);
+}

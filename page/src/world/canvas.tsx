@@ -1,0 +1,94 @@
+/** The world with its tools. */
+
+import { useEffect, useRef, useState } from "preact/hooks";
+import { usePanel, useStudio } from "../context";
+import { Latency } from "../latency";
+import { Toast } from "../toast";
+import { listenToPointer, type Chosen } from "./pointer";
+import type { Mark } from "./picture";
+import { Stage } from "./stage";
+import { Chosen as ChosenThing, Tools, type Tool } from "./tools";
+
+export function WorldView() {
+  const studio = useStudio();
+  const panel = usePanel();
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const [stage, setStage] = useState<Stage | null>(null);
+  const [tool, setTool] = useState<Tool | null>(null);
+  const [marked, setMarked] = useState<Mark | null>(null);
+  const click = useRef<(chosen: Chosen) => void>(() => undefined);
+
+  useEffect(() => {
+    if (canvas.current === null) return undefined;
+    const made = new Stage(canvas.current, studio);
+    const stop = listenToPointer(made, (chosen) => click.current(chosen));
+    setStage(made);
+    return () => {
+      stop();
+      made.close();
+    };
+  }, [studio]);
+
+  const mark = (mark: Mark | null): void => {
+    setMarked(mark);
+    if (stage !== null) stage.marked = mark;
+    stage?.draw();
+  };
+  click.current = ({ mark: found, x, y }) => {
+    if (tool !== null) {
+      if (tool.what === "obstacle") void studio.ask({ do: "add_obstacle", x, y, radius: 0.4 });
+      else void studio.ask({ do: "add_object", kind: tool.kind, x, y });
+      setTool(null);
+    } else mark(found);
+  };
+
+  return (
+    <div class={tool === null ? "world" : "world placing"}>
+      <canvas
+        ref={canvas}
+        tabIndex={0}
+        role="img"
+        aria-label={described(studio.scene?.scenario, studio.scene?.robots)}
+        onKeyDown={(event) => {
+          if (event.key === "+" || event.key === "=") stage?.zoom(1.25);
+          else if (event.key === "-") stage?.zoom(0.8);
+          else if (event.key === "Escape") {
+            setTool(null);
+            mark(null);
+          }
+        }}
+      />
+      {stage !== null && <Tools stage={stage} tool={tool} choose={setTool} />}
+      {marked !== null && <ChosenThing mark={marked} close={() => mark(null)} />}
+      {studio.told !== null && studio.desk === null && panel.form === null && (
+        <div class="welcome">
+          <p class="big">Teach a robot by showing it.</p>
+          <p>
+            Begin an automaton, then drive the robot by pressing the names of behaviors. It learns when to
+            switch.
+          </p>
+          <button type="button" class="primary" onClick={() => panel.choose("new")}>
+            New automaton
+          </button>
+          {studio.told.library.trained.length > 0 && (
+            <button type="button" onClick={() => panel.open("library")}>
+              Open one of the library
+            </button>
+          )}
+        </div>
+      )}
+      {studio.told?.paused === true && studio.desk !== null && (
+        <div class="tools paused">
+          paused <kbd>␣</kbd> goes on
+        </div>
+      )}
+      <Latency />
+      <Toast />
+    </div>
+  );
+}
+
+function described(scenario: string | undefined, robots: number | undefined): string {
+  if (scenario === undefined || robots === undefined) return "The world";
+  return `The world ${scenario} with ${robots} ${robots === 1 ? "robot" : "robots"}. Drag to pan, turn the wheel to zoom.`;
+}

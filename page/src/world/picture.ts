@@ -1,0 +1,56 @@
+/** What one drawing needs, and the pen it is drawn with: meters for places, pixels for lines and letters. */
+
+import type { Desk, Scene } from "../protocol";
+import { toScreen, type Size, type View } from "./geometry";
+import type { Motion } from "./motion";
+import type { Palette } from "./palette";
+
+export const OVERLAYS = ["targets", "sonars", "camera", "trail", "names"] as const;
+export type Overlay = (typeof OVERLAYS)[number];
+
+export interface Picture {
+  pen: CanvasRenderingContext2D;
+  screen: Size;
+  view: View;
+  scene: Scene;
+  desk: Desk | null;
+  motion: Motion;
+  share: number;
+  palette: Palette;
+  overlays: ReadonlySet<Overlay>;
+  /** What is under the pointer, or chosen. */
+  marked: Mark | null;
+  /** Where something dragged is, as it is not there on the server yet. */
+  dragged: (Mark & { x: number; y: number }) | null;
+}
+
+export interface Mark {
+  what: "robot" | "thing";
+  /** The robot's number, or the object's slot. */
+  of: number;
+}
+
+export function is(mark: Mark | null, what: Mark["what"], of: number): boolean {
+  return mark !== null && mark.what === what && mark.of === of;
+}
+
+export function spot(picture: Picture, x: number, y: number): [number, number] {
+  return toScreen(picture.view, picture.screen, x, y);
+}
+
+export function disc(pen: CanvasRenderingContext2D, x: number, y: number, radius: number): void {
+  pen.moveTo(x + radius, y);
+  pen.arc(x, y, radius, 0, 2 * Math.PI);
+}
+
+/** Letters with a rim of the ground's color, readable on anything. */
+export function letters(picture: Picture, text: string, x: number, y: number, color: string): void {
+  const { pen, palette } = picture;
+  pen.font = "11px ui-sans-serif, system-ui, sans-serif";
+  pen.lineJoin = "round";
+  pen.lineWidth = 3;
+  pen.strokeStyle = palette.ground;
+  pen.strokeText(text, x, y);
+  pen.fillStyle = color;
+  pen.fillText(text, x, y);
+}

@@ -1,0 +1,152 @@
+/** The pointer on the world: pan, pinch and zoom; drag robots and objects; click to choose; click to place. */
+
+import { toWorld } from "./geometry";
+import type { Mark } from "./picture";
+import type { Stage } from "./stage";
+import { extent } from "./things";
+
+const SLOP_PX = 4;
+const REACH_PX = 7;
+const EVERY_MS = 60;
+
+export interface Chosen {
+  mark: Mark | null;
+  /** Where it was clicked, m. */
+  x: number;
+  y: number;
+}
+
+export function listenToPointer(stage: Stage, clicked: (chosen: Chosen) => void): () => void {
+  const hand = new Hand(stage, clicked);
+  const { canvas } = stage;
+  const ends: (() => void)[] = [];
+  const on = <K extends keyof HTMLElementEventMap>(
+    name: K,
+    act: (event: HTMLElementEventMap[K]) => void,
+  ): void => {
+    canvas.addEventListener(name, act, { passive: false });
+    ends.push(() => canvas.removeEventListener(name, act));
+  };
+  on("pointerdown", (event) => hand.down(event));
+  on("pointermove", (event) => hand.move(event));
+  on("pointerup", (event) => hand.up(event));
+  on("pointercancel", (event) => hand.up(event));
+  on("dblclick", () => stage.fit());
+  on("wheel", (event) => {
+    event.preventDefault();
+    stage.zoom(Math.exp(-event.deltaY * 0.0016), event.offsetX, event.offsetY);
+  });
+  return () => ends.forEach((end) => end());
+}
+
+class Hand {
+  private readonly fingers = new Map<number, { x: number; y: number }>();
+  private held: Mark | null = null;
+  private start = { x: 0, y: 0 };
+  private moved = false;
+  private sent = 0;
+
+  constructor(
+    private readonly stage: Stage,
+    private readonly clicked: (chosen: Chosen) => void,
+  ) {}
+
+  down(event: PointerEvent): void {
+    this.stage.canvas.setPointerCapture(event.pointerId);
+    this.fingers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
+    if (this.fingers.size > 1) return this.letGo();
+    this.start = { x: event.offsetX, y: event.offsetY };
+    this.moved = false;
+    this.held = this.stage.studio.directs ? under(this.stage, event.offsetX, event.offsetY) : null;
+  }
+
+  move(event: PointerEvent): void {
+    const { stage } = this;
+    const before = this.fingers.get(event.pointerId);
+    if (before === undefined) {
+      stage.canvas.style.cursor = under(stage, event.offsetX, event.offsetY) === null ? "" : "grab";
+      return;
+    }
+    const at = { x: event.offsetX, y: event.offsetY };
+    if (this.fingers.size === 2) this.pinch(event.pointerId, before, at);
+    this.fingers.set(event.pointerId, at);
+    if (this.fingers.size > 1) return;
+    if (Math.hypot(at.x - this.start.x, at.y - this.start.y) > SLOP_PX) this.moved = true;
+    if (!this.moved) return;
+    if (this.held === null) stage.pan(at.x - before.x, at.y - before.y);
+    else this.drag(this.held, at.x, at.y);
+  }
+
+  up(event: PointerEvent): void {
+    const { stage } = this;
+    if (!this.fingers.delete(event.pointerId) || this.fingers.size > 0) return;
+    const [x, y] = toWorld(stage.view, stage.screen, event.offsetX, event.offsetY);
+    if (!this.moved && event.type === "pointerup") {
+      this.clicked({ mark: under(stage, event.offsetX, event.offsetY), x, y });
+    }
+    if (this.held !== null && this.moved) void this.put(this.held, x, y).then(() => this.letGo());
+    else this.letGo();
+  }
+
+  private letGo(): void {
+    this.held = null;
+    this.stage.dragged = null;
+    this.stage.draw();
+  }
+
+  private drag(held: Mark, px: number, py: number): void {
+    const { stage } = this;
+    const [x, y] = toWorld(stage.view, stage.screen, px, py);
+    stage.dragged = { ...held, x, y };
+    stage.draw();
+    if (performance.now() - this.sent > EVERY_MS) void this.put(held, x, y);
+  }
+
+  private put(held: Mark, x: number, y: number): Promise<unknown> {
+    this.sent = performance.now();
+    const { studio } = this.stage;
+    return held.what === "robot"
+      ? studio.ask({ do: "place", agent: held.of, x, y, heading: null })
+      : studio.ask({ do: "move_object", slot: held.of, x, y });
+  }
+
+  private pinch(finger: number, before: { x: number; y: number }, at: { x: number; y: number }): void {
+    const other = [...this.fingers].find(([id]) => id !== finger)?.[1];
+    if (other === undefined) return;
+    const far = Math.hypot(at.x - other.x, at.y - other.y);
+    const was = Math.max(Math.hypot(before.x - other.x, before.y - other.y), 1);
+    this.stage.zoom(far / was, (at.x + other.x) / 2, (at.y + other.y) / 2);
+    this.stage.pan((at.x - before.x) / 2, (at.y - before.y) / 2);
+    this.moved = true;
+  }
+}
+
+/** The robot or object at a pixel: robots first, the nearest of them. */
+export function under(stage: Stage, px: number, py: number): Mark | null {
+  const { scene, motion } = stage.studio;
+  const frame = motion.last;
+  if (scene === null || frame === null) return null;
+  const [x, y] = toWorld(stage.view, stage.screen, px, py);
+  const reach = REACH_PX / stage.view.scale;
+  let found: Mark | null = null;
+  let nearest = Infinity;
+  const consider = (mark: Mark, far: number, radius: number): void => {
+    if (far > radius + reach || far >= nearest) return;
+    found = mark;
+    nearest = far;
+  };
+  const { robots, things } = frame;
+  for (let robot = 0; robot < robots.count; robot += 1) {
+    const radius = scene.types[scene.robot_type[robot] ?? 0]?.radius ?? 0.2;
+    const far = Math.hypot((robots.x[robot] ?? 0) - x, (robots.y[robot] ?? 0) - y);
+    consider({ what: "robot", of: robot }, far, radius);
+  }
+  if (found !== null) return found;
+  for (let index = 0; index < things.count; index += 1) {
+    const kind = scene.classes[things.kind[index] ?? -1];
+    if (kind === undefined) continue;
+    const far = Math.hypot((things.x[index] ?? 0) - x, (things.y[index] ?? 0) - y);
+    consider({ what: "thing", of: things.slot[index] ?? 0 }, far, extent(kind, things.atFirst[index] ?? 0));
+  }
+  return found;
+}

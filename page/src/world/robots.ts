@@ -1,0 +1,91 @@
+/** The robots: a ring with a line where each heads; the trained one in the color of its mode. */
+
+import { paint } from "./palette";
+import { disc, is, letters, spot, type Picture } from "./picture";
+import { ring } from "./things";
+import type { Pose } from "./motion";
+
+const LEAST_PX = 3;
+
+/** A crowd is drawn in one stroke for each type, so that a thousand robots stay smooth. */
+export function drawRobots(picture: Picture): void {
+  const { motion, scene, desk } = picture;
+  const frame = motion.last;
+  if (frame === null) return;
+  const trained = desk === null ? -1 : frame.agent;
+  scene.types.forEach((_, type) => drawCrowd(picture, type, trained));
+  if (trained >= 0 && trained < frame.robots.count) drawTrained(picture, trained);
+  if (picture.overlays.has("names") && frame.robots.count > 1 && frame.robots.count <= 24) drawNames(picture);
+  for (let robot = 0; robot < frame.robots.count; robot += 1) {
+    if (is(picture.marked, "robot", robot) && robot !== trained) {
+      const { x, y } = pose(picture, robot);
+      ring(picture.pen, ...spot(picture, x, y), size(picture, robot) + 4, picture.palette.accent, 2);
+    }
+  }
+}
+
+export function pose(picture: Picture, robot: number): Pose {
+  const at = picture.motion.pose(robot, picture.share);
+  return is(picture.dragged, "robot", robot) ? { ...at, ...picture.dragged } : at;
+}
+
+function size(picture: Picture, robot: number): number {
+  const type = picture.scene.types[picture.scene.robot_type[robot] ?? 0];
+  return Math.max((type?.radius ?? 0.2) * picture.view.scale, LEAST_PX);
+}
+
+function drawCrowd(picture: Picture, type: number, trained: number): void {
+  const { pen, scene, motion, palette } = picture;
+  const count = motion.last?.robots.count ?? 0;
+  pen.beginPath();
+  for (let robot = 0; robot < count; robot += 1) {
+    if (robot !== trained && scene.robot_type[robot] === type) outline(picture, robot);
+  }
+  pen.fillStyle = palette.panel;
+  pen.fill();
+  pen.strokeStyle = paint(scene.types[type]?.color ?? null, palette.robot);
+  pen.lineWidth = 2;
+  pen.stroke();
+}
+
+function outline(picture: Picture, robot: number): void {
+  const at = pose(picture, robot);
+  const [x, y] = spot(picture, at.x, at.y);
+  const radius = size(picture, robot);
+  disc(picture.pen, x, y, radius);
+  picture.pen.moveTo(x, y);
+  picture.pen.lineTo(x + Math.cos(at.heading) * radius, y - Math.sin(at.heading) * radius);
+}
+
+function drawTrained(picture: Picture, robot: number): void {
+  const { pen, palette, desk, motion } = picture;
+  const at = pose(picture, robot);
+  const [x, y] = spot(picture, at.x, at.y);
+  const radius = size(picture, robot);
+  const color = desk?.mode === "testing" ? palette.test : palette.train;
+  pen.globalAlpha = 0.16;
+  pen.fillStyle = color;
+  pen.beginPath();
+  disc(pen, x, y, radius + 9);
+  pen.fill();
+  pen.globalAlpha = 1;
+  pen.beginPath();
+  outline(picture, robot);
+  pen.fillStyle = palette.panel;
+  pen.fill();
+  pen.strokeStyle = color;
+  pen.lineWidth = 3;
+  pen.lineCap = "round";
+  pen.stroke();
+  const stored = motion.last?.robots.stored[robot] ?? 0;
+  if (stored > 0) letters(picture, `carries ${stored}`, x + radius + 10, y + radius + 10, palette.soft);
+}
+
+function drawNames(picture: Picture): void {
+  const count = picture.motion.last?.robots.count ?? 0;
+  for (let robot = 0; robot < count; robot += 1) {
+    const at = pose(picture, robot);
+    const [x, y] = spot(picture, at.x, at.y);
+    letters(picture, String(robot + 1), x - 3, y - size(picture, robot) - 6, picture.palette.soft);
+  }
+}

@@ -1,0 +1,145 @@
+/** The canvas: draws when there is something new to see, and eases the view to where it is wanted. */
+
+import type { Studio } from "../studio";
+import { between, fitted, type Size, type View, zoomed } from "./geometry";
+import { drawGround } from "./ground";
+import { drawOverlays } from "./overlays";
+import { palette, type Palette } from "./palette";
+import { OVERLAYS, type Mark, type Overlay, type Picture } from "./picture";
+import { drawRobots } from "./robots";
+import { drawThings } from "./things";
+
+/** Room for the tools above, and for what is said below. */
+const MARGINS = { top: 46, bottom: 64, sides: 24 };
+const EASE = 0.22;
+
+export class Stage {
+  readonly overlays = new Set<Overlay>(OVERLAYS.filter((each) => each !== "camera"));
+  marked: Mark | null = null;
+  dragged: (Mark & { x: number; y: number }) | null = null;
+  screen: Size = { width: 1, height: 1 };
+  view: View = { x: 0, y: 0, scale: 1 };
+  /** Drawing times of late, ms, for whoever measures. */
+  readonly spent: number[] = [];
+  private wanted: View = this.view;
+  private fits = true;
+  private asked = 0;
+  private colors: Palette;
+  private readonly pen: CanvasRenderingContext2D;
+  private readonly ends: (() => void)[] = [];
+
+  constructor(
+    readonly canvas: HTMLCanvasElement,
+    readonly studio: Studio,
+  ) {
+    this.pen = canvas.getContext("2d") as CanvasRenderingContext2D;
+    this.colors = palette(canvas);
+    const sizes = new ResizeObserver(() => this.resize());
+    sizes.observe(canvas);
+    const dark = matchMedia("(prefers-color-scheme: dark)");
+    const recolor = (): void => {
+      this.colors = palette(canvas);
+      this.draw();
+    };
+    dark.addEventListener("change", recolor);
+    this.ends.push(
+      () => sizes.disconnect(),
+      () => dark.removeEventListener("change", recolor),
+      studio.framed.listen(() => this.draw()),
+      studio.news.listen(() => {
+        if (this.fits) this.fit();
+        this.draw();
+      }),
+      () => cancelAnimationFrame(this.asked),
+    );
+    this.resize();
+  }
+
+  close(): void {
+    for (const end of this.ends) end();
+  }
+
+  /** Draw with the next frame of the screen. */
+  draw(): void {
+    if (this.asked === 0) this.asked = requestAnimationFrame(() => this.show());
+  }
+
+  fit(): void {
+    const { scene } = this.studio;
+    if (scene === null) return;
+    this.wanted = fitted(scene, this.screen, MARGINS);
+    this.fits = true;
+    this.draw();
+  }
+
+  /** Nearer or farther, around a pixel; around the middle where none is named. */
+  zoom(factor: number, px = this.screen.width / 2, py = this.screen.height / 2): void {
+    this.wanted = zoomed(this.wanted, this.screen, factor, px, py);
+    this.fits = false;
+    this.draw();
+  }
+
+  pan(dx: number, dy: number): void {
+    const { x, y, scale } = this.wanted;
+    this.wanted = { x: x - dx / scale, y: y + dy / scale, scale };
+    this.view = { ...this.view, x: this.view.x - dx / scale, y: this.view.y + dy / scale };
+    this.fits = false;
+    this.draw();
+  }
+
+  turn(overlay: Overlay): void {
+    if (!this.overlays.delete(overlay)) this.overlays.add(overlay);
+    this.draw();
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (width === 0 || height === 0) return;
+    const fine = devicePixelRatio || 1;
+    this.canvas.width = Math.round(width * fine);
+    this.canvas.height = Math.round(height * fine);
+    this.screen = { width, height };
+    if (this.fits) {
+      this.fit();
+      this.view = this.wanted;
+    }
+    this.show();
+  }
+
+  private show(): void {
+    this.asked = 0;
+    const { scene, desk, motion } = this.studio;
+    const now = performance.now();
+    const fine = devicePixelRatio || 1;
+    this.pen.setTransform(fine, 0, 0, fine, 0, 0);
+    if (scene === null) return;
+    if (this.view.scale === 1) this.view = this.wanted;
+    this.view = near(this.view, this.wanted) ? this.wanted : between(this.view, this.wanted, EASE);
+    const share = motion.share(now);
+    const picture: Picture = {
+      pen: this.pen,
+      screen: this.screen,
+      view: this.view,
+      scene,
+      desk,
+      motion,
+      share,
+      palette: this.colors,
+      overlays: this.overlays,
+      marked: this.marked,
+      dragged: this.dragged,
+    };
+    drawGround(picture);
+    drawOverlays(picture);
+    drawThings(picture);
+    drawRobots(picture);
+    this.spent.push(performance.now() - now);
+    if (this.spent.length > 300) this.spent.shift();
+    if (share < 1 || this.view !== this.wanted) this.draw();
+  }
+}
+
+function near(view: View, wanted: View): boolean {
+  const apart = Math.hypot(view.x - wanted.x, view.y - wanted.y) * wanted.scale;
+  return apart < 0.3 && Math.abs(view.scale / wanted.scale - 1) < 0.002;
+}

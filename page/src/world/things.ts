@@ -1,0 +1,77 @@
+/** The objects: food with what is left of it, homes, balls, anything else. */
+
+import type { ObjectClass } from "../protocol";
+import { plain } from "../words";
+import { paint } from "./palette";
+import { disc, is, letters, spot, type Picture } from "./picture";
+
+const LEAST_PX = 4;
+
+/** Half the extent of an object on the ground, m. */
+export function extent(kind: ObjectClass, atFirst: number): number {
+  if (kind.food) return Math.max(kind.radius, Math.min(0.1 * Math.sqrt(atFirst), 0.6));
+  return Math.max(kind.radius, kind.home ? 0.24 : 0.08);
+}
+
+export function drawThings(picture: Picture): void {
+  const frame = picture.motion.last;
+  if (frame === null) return;
+  for (let index = 0; index < frame.things.count; index += 1) drawThing(picture, index);
+}
+
+function drawThing(picture: Picture, index: number): void {
+  const { pen, scene, motion, share, view, palette } = picture;
+  const frame = motion.last;
+  const kind = scene.classes[frame?.things.kind[index] ?? -1];
+  if (frame === null || kind === undefined) return;
+  const slot = frame.things.slot[index] ?? 0;
+  const amount = frame.things.amount[index] ?? 0;
+  const atFirst = frame.things.atFirst[index] ?? 0;
+  const at = is(picture.dragged, "thing", slot) ? picture.dragged : motion.place(index, share);
+  if (at === null) return;
+  const [x, y] = spot(picture, at.x, at.y);
+  const size = Math.max(extent(kind, atFirst) * view.scale, LEAST_PX);
+  const color = paint(kind.color, kind.food ? palette.food : kind.home ? palette.accent : palette.soft);
+  const left = kind.food && atFirst > 0 ? amount / atFirst : 1;
+
+  pen.fillStyle = color;
+  if (kind.home) {
+    pen.beginPath();
+    pen.roundRect(x - size, y - size, 2 * size, 2 * size, size * 0.35);
+    pen.fill();
+  } else {
+    if (kind.food) {
+      pen.globalAlpha = 0.18;
+      fillDisc(pen, x, y, size);
+      pen.globalAlpha = 1;
+    }
+    if (left > 0) fillDisc(pen, x, y, size * Math.sqrt(left));
+  }
+  if (kind.pushable) ring(pen, x, y, size + 2, palette.ink, 1);
+  if (is(picture.marked, "thing", slot)) ring(pen, x, y, size + 5, palette.accent, 2);
+  if (picture.overlays.has("names")) {
+    const name = kind.food ? (amount > 0 ? `${amount} ${plain(kind.name)}` : "empty") : plain(kind.name);
+    letters(picture, name, x + size + 6, y + 4, palette.soft);
+  }
+}
+
+function fillDisc(pen: CanvasRenderingContext2D, x: number, y: number, radius: number): void {
+  pen.beginPath();
+  disc(pen, x, y, radius);
+  pen.fill();
+}
+
+export function ring(
+  pen: CanvasRenderingContext2D,
+  x: number,
+  y: number,
+  radius: number,
+  color: string,
+  width: number,
+): void {
+  pen.beginPath();
+  disc(pen, x, y, radius);
+  pen.strokeStyle = color;
+  pen.lineWidth = width;
+  pen.stroke();
+}

@@ -1,0 +1,126 @@
+/** Tools on the world: what is overlaid, nearer and farther, adding things, and what was clicked. */
+
+import { useState } from "preact/hooks";
+import { useStudio } from "../context";
+import { className, plain } from "../words";
+import { OVERLAYS, type Mark, type Overlay } from "./picture";
+import type { Stage } from "./stage";
+
+export type Tool = { what: "obstacle" } | { what: "thing"; kind: string };
+
+interface ToolsProps {
+  stage: Stage;
+  tool: Tool | null;
+  choose: (tool: Tool | null) => void;
+}
+
+export function Tools({ stage, tool, choose }: ToolsProps) {
+  const { scene, desk, directs } = useStudio();
+  const [, again] = useState(0);
+  if (scene === null) return null;
+  const type = scene.robot_type[desk?.agent ?? 0] ?? 0;
+  const has: Record<Overlay, boolean> = {
+    targets: desk !== null,
+    sonars: desk !== null && (scene.sonars[type]?.length ?? 0) > 0,
+    camera: desk !== null && (scene.cameras[type]?.length ?? 0) > 0,
+    trail: desk !== null,
+    names: true,
+  };
+  return (
+    <>
+      <div class="tools overlays" role="toolbar" aria-label="Overlays">
+        {OVERLAYS.filter((each) => has[each]).map((each) => (
+          <button
+            type="button"
+            key={each}
+            aria-pressed={stage.overlays.has(each)}
+            onClick={() => {
+              stage.turn(each);
+              again((count) => count + 1);
+            }}
+          >
+            {each}
+          </button>
+        ))}
+      </div>
+      <div class="tools zoom" role="toolbar" aria-label="View">
+        <button type="button" aria-label="Nearer" onClick={() => stage.zoom(1.4)}>
+          +
+        </button>
+        <button type="button" aria-label="Farther" onClick={() => stage.zoom(1 / 1.4)}>
+          −
+        </button>
+        <button type="button" aria-label="All of it" title="All of it" onClick={() => stage.fit()}>
+          ⤢
+        </button>
+      </div>
+      {directs && (
+        <select
+          class="tools add"
+          aria-label="Add to the world"
+          value={tool === null ? "" : tool.what === "obstacle" ? "obstacle" : `thing ${tool.kind}`}
+          onChange={(event) => {
+            const [what, kind] = event.currentTarget.value.split(/ (.*)/s);
+            if (what === "obstacle") choose({ what });
+            else choose(kind === undefined ? null : { what: "thing", kind });
+            event.currentTarget.blur();
+          }}
+        >
+          <option value="">{tool === null ? "+ add" : "not now"}</option>
+          <option value="obstacle">obstacle</option>
+          {scene.classes.map(({ name }) => (
+            <option key={name} value={`thing ${name}`}>
+              {plain(name)}
+            </option>
+          ))}
+        </select>
+      )}
+      {tool !== null && <p class="tools placing-hint">Click where it shall stand. Escape: not now.</p>}
+    </>
+  );
+}
+
+export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
+  const studio = useStudio();
+  const { scene, motion, directs, desk } = studio;
+  const frame = motion.last;
+  if (scene === null || frame === null) return null;
+  const act = (request: Parameters<typeof studio.ask>[0]): void => {
+    void studio.ask(request);
+    close();
+  };
+  const at = frame.things.slot.indexOf(mark.of);
+  const kind = scene.classes[frame.things.kind[at] ?? -1];
+  if (mark.what === "thing" && kind === undefined) return null;
+  const trained = desk?.agent === mark.of;
+  return (
+    <div class={className("tools", "chosen")} role="group" aria-label="What was clicked">
+      {mark.what === "robot" ? (
+        <>
+          <b>robot {mark.of + 1}</b>
+          {trained ? <span class="soft">is being trained</span> : null}
+          {!trained && desk !== null && (
+            <button type="button" disabled={!directs} onClick={() => act({ do: "agent", agent: mark.of })}>
+              Train this one
+            </button>
+          )}
+        </>
+      ) : (
+        <>
+          <b>{plain(kind?.name ?? "")}</b>
+          {kind?.food === true && (
+            <span class="soft">
+              {frame.things.amount[at]} of {frame.things.atFirst[at]}
+            </span>
+          )}
+          <button type="button" disabled={!directs} onClick={() => act({ do: "remove_object", slot: mark.of })}>
+            Remove
+          </button>
+        </>
+      )}
+      <button type="button" aria-label="Close" onClick={close}>
+        ×
+      </button>
+    </div>
+  );
+}

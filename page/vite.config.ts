@@ -1,0 +1,15 @@
+import { defineConfig } from "vite";
+
+// The built page is committed: it is served without Node and without internet, from whatever path it is put under.
+export default defineConfig({
+  base: "./",
+  build: {
+    outDir: "../src/understudy/studio/static",
+    emptyOutDir: true,
+    target: "es2022",
+    sourcemap: false,
+    modulePreload: { polyfill: false },
+    assetsInlineLimit: 0,
+  },
+  server: { proxy: { "/ws": { target: "http://127.0.0.1:8611", ws: true } } },
+});
