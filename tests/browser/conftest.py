@@ -1,0 +1,61 @@
+"""A real Chromium and a real studio, for tests that press what a person presses."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+from tests.browser.studio import Studio
+
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+QUIET = (
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Browser]:
+    """The system's Chromium; where there is none the test is skipped, but in continuous integration it fails."""
+    found = next((path for name in NAMES if (path := shutil.which(name))), None)
+    if found is None:
+        reason = "there is no Chromium: apt-get install chromium"
+        pytest.fail(reason) if os.environ.get("CI") else pytest.skip(reason)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=found, args=list(QUIET))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def studio(tmp_path: Path) -> Iterator[Studio]:
+    """A studio with an empty library, in a process of its own."""
+    made = Studio(tmp_path / "library")
+    made.start()
+    yield made
+    made.stop()
+
+
+@pytest.fixture
+def visit(chromium: Browser, studio: Studio) -> Iterator[Callable[[], Page]]:
+    """Open the studio's page, each time as somebody else; what the page reports as an error fails the test."""
+    errors: list[str] = []
+    contexts = []
+
+    def opened() -> Page:
+        context = chromium.new_context(viewport={"width": 1280, "height": 800})
+        contexts.append(context)
+        page = context.new_page()
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(studio.address)
+        page.get_by_role("heading", name="Understudy").wait_for()
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert not errors, errors

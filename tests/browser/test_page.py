@@ -1,0 +1,98 @@
+"""Whole lessons at the page, with real clicks and keys in a real browser."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Page, expect
+from tests.browser.studio import Studio
+from tests.browser.teacher import Teacher
+
+from understudy.model.folder import open_library
+from understudy.worlds.catalog import find_world
+from understudy.worlds.kits import kit_of
+
+Visit = Callable[[], Page]
+
+
+@pytest.fixture
+def teacher(visit: Visit) -> Teacher:
+    """Somebody who has begun goto."""
+    made = Teacher(visit())
+    made.begin_goto()
+    return made
+
+
+def test_a_robot_learns_to_go_to_a_place(teacher: Teacher, studio: Studio) -> None:
+    """From an empty library: shown the way a few times, it finds it by itself in a world it has not seen."""
+    for world in range(3):
+        if world:
+            teacher.new_world()
+        teacher.show_the_way()
+    teacher.new_world()
+    teacher.press("t")
+    teacher.page.get_by_role("combobox", name="Speed").select_option("4")
+    expect(teacher.directing("done")).to_have_attribute("aria-pressed", "true", timeout=30_000)
+    teacher.page.get_by_role("button", name="Save", exact=True).click()
+    expect(teacher.page.get_by_text("in the library")).to_be_visible()
+    assert "goto" in open_library(studio.library, kit_of(find_world("forage"))).library.taught
+
+
+def test_a_correction_and_back(teacher: Teacher) -> None:
+    """A press in testing is a correction, and undo takes back what it showed."""
+    teacher.press("ArrowLeft")
+    teacher.page.wait_for_timeout(400)
+    teacher.press("t")
+    expect(teacher.page.get_by_role("button", name="Testing")).to_have_attribute("aria-pressed", "true")
+    before = teacher.examples
+    teacher.press("ArrowUp")
+    expect(teacher.page.get_by_role("button", name="Training")).to_have_attribute("aria-pressed", "true")
+    teacher.page.get_by_role("tab", name=re.compile("Lesson")).click()
+    expect(teacher.page.get_by_role("row", name=re.compile("correction"))).not_to_have_count(0)
+    assert teacher.examples > before
+    teacher.press("Control+z")
+    expect(teacher.page.get_by_role("row", name=re.compile("correction"))).to_have_count(0)
+    assert teacher.examples == before
+
+
+def test_a_page_loaded_anew_shows_the_same(teacher: Teacher) -> None:
+    teacher.press("ArrowLeft")
+    teacher.page.wait_for_timeout(400)
+    before = teacher.examples
+    assert before == 2
+    teacher.page.reload()
+    expect(teacher.directing("rotate_left")).to_be_visible()
+    assert teacher.examples == before
+    teacher.press("Space")
+    teacher.press("ArrowUp")
+    teacher.page.wait_for_timeout(500)
+    assert teacher.examples > before
+
+
+def test_who_looks_on_cannot_direct_until_the_other_is_gone(teacher: Teacher, visit: Visit) -> None:
+    other = Teacher(visit())
+    expect(other.directing("forward")).to_be_disabled()
+    teacher.press("ArrowUp")
+    expect(other.directing("forward")).to_have_attribute("aria-pressed", "true")
+    teacher.page.close()
+    other.page.get_by_role("button", name=re.compile("Take|Direct")).first.click()
+    expect(other.directing("rotate_left")).to_be_enabled()
+    other.press("Space")
+    other.press("ArrowLeft")
+    expect(other.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
+
+
+def test_a_server_that_is_killed_loses_nothing(teacher: Teacher, studio: Studio) -> None:
+    for key in ("ArrowLeft", "ArrowUp", "ArrowRight"):
+        teacher.press(key)
+        teacher.page.wait_for_timeout(400)
+    before = teacher.examples
+    studio.kill()
+    expect(teacher.page.get_by_text(re.compile("[Cc]onnection|lost|gone"))).not_to_have_count(0)
+    studio.start()
+    teacher.page.wait_for_timeout(3_000)
+    teacher.page.get_by_role("button", name=re.compile("goto")).first.click()
+    expect(teacher.directing("forward")).to_be_visible(timeout=15_000)
+    assert teacher.examples == before
