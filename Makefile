@@ -20,7 +20,7 @@ endif
 
 PIP_INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo studio test soak bench experiments format lock clean moved
+.PHONY: help demo studio test soak bench experiments format lock clean moved page
 .NOTPARALLEL:
 
 help: ## list the targets
@@ -32,6 +32,8 @@ demo: $(VENV)/.run ## train a robot to forage, and see how well it learned (ARGS
 
 studio: $(VENV)/.run ## train a robot in the browser (ARGS="forage --library mine" passes more)
 	$(BIN)/understudy studio $(ARGS)
+page: ## build the page of the studio from page/ (needs Node and npm; what it builds is committed)
+	cd page && npm ci && npm run build
 
 test: $(VENV)/.dev ## everything that must hold: style, types, layers, tests (ARGS passes more to pytest)
 	$(BIN)/ruff check
@@ -64,7 +66,7 @@ lock: ## lock what pyproject.toml asks for, keeping versions that still fit (ARG
 	$(COMPILE) --extra dev --extra bench --constraints requirements-dev.lock --output-file requirements-bench.lock
 
 clean: ## remove everything that make made here
-	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis page/node_modules
 	find src tests -name __pycache__ -prune -exec rm -rf {} +
 
 $(VENV)/.place: $(MOVED)

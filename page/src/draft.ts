@@ -34,7 +34,9 @@ export function drafted(form: Form, studio: Studio, scene: Scene): Draft {
       reaction: String(desk.reaction_s),
     };
   }
-  const first = told === null || told.library.trained.length === 0;
+  const offered = new Set(scene.features.map(({ label }) => label.replace(/\(.*/, "")));
+  const goes = FIRST_FEATURES.every((each) => offered.has(each.replace(/\(.*/, "")));
+  const first = goes && (told === null || told.library.trained.length === 0);
   const draft: Draft = {
     name: first ? "goto" : "",
     parameters: first ? "A" : "",

@@ -89,7 +89,8 @@ export interface Sonar {
 
 export interface Camera {
   view_deg: number;
-  range: number;
+  /** m; null: as far as anything is. */
+  range: number | null;
 }
 
 /** A feature of the kit, or a behavior: a name and what it leaves open. */
@@ -138,7 +139,7 @@ export interface Feature {
   label: string;
   unit: string;
   kind: Kind;
-  labels?: readonly string[] | null;
+  labels?: readonly string[];
 }
 
 export interface Example {
@@ -192,11 +193,19 @@ export interface Trained {
   why_not: string | null;
 }
 
+/** A lesson that was cut off before it was saved; opening it goes on with it. */
+export interface CutOff {
+  name: string;
+  examples: number;
+  began: string;
+}
+
 export interface Library {
   folder: string;
   basic: readonly string[];
   trained: readonly Trained[];
   trash: readonly string[];
+  cut_off: readonly CutOff[];
 }
 
 export interface Said {

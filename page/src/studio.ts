@@ -81,6 +81,7 @@ export class Studio implements Listener {
 
   connected(open: boolean): void {
     if (open || this.linked !== null) this.linked = open;
+    if (!open) this.directs = false;
     this.news.tell();
   }
 

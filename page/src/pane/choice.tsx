@@ -7,6 +7,7 @@ import { drafted, offers, request, type Draft } from "../draft";
 import type { Form } from "../panel";
 import type { Scene } from "../protocol";
 import type { Studio } from "../studio";
+import { counted } from "../words";
 
 export function ChoiceForm({ form }: { form: Form }) {
   const studio = useStudio();
@@ -21,8 +22,9 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
   const change = (part: Partial<Draft>): void => setDraft((before) => ({ ...before, ...part }));
   const offered = offers(draft, studio, scene);
   const fresh = form === "new";
+  const missing = lacks(draft);
   const send = async (discard: boolean): Promise<void> => {
-    if (fresh && studio.desk?.unsaved === true && !discard) return setAsks(true);
+    if (fresh && atStake(studio, draft.name) !== null && !discard) return setAsks(true);
     const answer = await studio.ask(request(form, draft, studio, scene, discard));
     if (answer.error === undefined) panel.open("automaton");
   };
@@ -79,31 +81,45 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
       {!fresh && <Options draft={draft} change={change} />}
       {asks ? (
         <div class="asks" role="alert">
-          <p>{studio.desk?.name} has changes that are not in the library.</p>
-          <button
-            type="button"
-            class="small"
-            onClick={() => void saveFirst()}
-          >
-            Save, then begin
-          </button>
+          <p>{atStake(studio, draft.name)}</p>
+          {studio.desk?.unsaved === true && (
+            <button type="button" class="small" onClick={() => void saveFirst()}>
+              Save, then begin
+            </button>
+          )}
           <button type="button" class="small" onClick={() => void send(true)}>
-            Begin without saving
+            Begin without it
           </button>
         </div>
       ) : (
         <div class="choice-foot">
-          <button type="submit" class="primary" disabled={!studio.directs || draft.name.trim() === ""}>
+          <button type="submit" class="primary" disabled={!studio.directs || missing !== null}>
             {fresh ? "Begin" : "Choose"}
           </button>
           <button type="button" onClick={() => panel.choose(null)}>
             Not now
           </button>
-          {!fresh && <span class="tiny">Examples stay where they can.</span>}
+          <span class="tiny">{missing ?? (fresh ? "" : "Examples stay where they can.")}</span>
         </div>
       )}
     </form>
   );
+}
+
+/** What beginning anew would leave behind; null where nothing is. */
+function atStake(studio: Studio, name: string): string | null {
+  const { desk, told } = studio;
+  if (desk?.unsaved === true) return `${desk.name} has changes that are not in the library.`;
+  const left = told?.library.cut_off.find((each) => each.name === name.trim());
+  if (left === undefined) return null;
+  return `A lesson of ${left.name} was cut off with ${counted(left.examples, "example")}; the library can go on with it.`;
+}
+
+/** What is still to be said; null where nothing is. */
+function lacks(draft: Draft): string | null {
+  if (draft.name.trim() === "") return "Give it a name.";
+  if (draft.states.length === 0) return "Choose at least one state.";
+  return draft.features.length === 0 ? "Choose at least one feature." : null;
 }
 
 interface FieldProps {
@@ -212,9 +228,9 @@ function Choices({ legend, offers, chosen, choose }: ChoicesProps) {
     <fieldset>
       <legend>{legend}</legend>
       {several.map((offer) => (
-        <div class="chips" key={offer.name}>
-          <span class="chips-name">{offer.name}</span>
-          {offer.ways.map((way) => chip(way, way.slice(offer.name.length + 1, -1)))}
+        <div class="chips-named" key={offer.name}>
+          <span class="cut">{offer.name}</span>
+          <div class="chips">{offer.ways.map((way) => chip(way, way.slice(offer.name.length + 1, -1)))}</div>
         </div>
       ))}
       {alone.length > 0 && <div class="chips">{alone.map(({ ways: [way = ""] }) => chip(way, way))}</div>}

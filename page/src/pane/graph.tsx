@@ -79,7 +79,7 @@ function ArcView({ arc, panel, last, examples }: ArcProps) {
     <g
       class={className("arc", picked && "picked", flash && last.corrected && "corrected")}
       role="button"
-      tabIndex={0}
+      tabindex={0}
       aria-pressed={picked}
       aria-label={`${arc.edge.from} to ${arc.edge.to}, ${counted(examples, "example")}`}
       onClick={() => panel.selectEdge(arc.id)}

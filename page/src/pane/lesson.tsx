@@ -1,5 +1,6 @@
 /** The tab Lesson: all examples; select one to change or delete it. */
 
+import { useEffect, useRef } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
 import type { Panel } from "../panel";
 import type { Desk, Example } from "../protocol";
@@ -78,6 +79,10 @@ interface TableProps {
 
 function Table({ desk, panel, studio }: TableProps) {
   const rows = [...desk.examples].reverse();
+  const body = useRef<HTMLTableSectionElement>(null);
+  useEffect(() => {
+    body.current?.querySelector(".shown")?.scrollIntoView({ block: "center" });
+  }, [panel.shown]);
   return (
     <table class="examples">
       <thead>
@@ -85,8 +90,8 @@ function Table({ desk, panel, studio }: TableProps) {
           <th class="number">#</th>
           <th>state</th>
           <th>next</th>
-          {desk.features.map(({ label }) => (
-            <th key={label} class="number" title={label}>
+          {desk.features.map(({ label, unit }) => (
+            <th key={label} class="number" title={unit === "m" ? `${label}, m` : label}>
               {shortened(label)}
             </th>
           ))}
@@ -94,7 +99,7 @@ function Table({ desk, panel, studio }: TableProps) {
           <th class="number">time</th>
         </tr>
       </thead>
-      <tbody>
+      <tbody ref={body}>
         {rows.map((example) => (
           <Row key={example.number} example={example} desk={desk} panel={panel} studio={studio} />
         ))}
@@ -123,7 +128,7 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
         <td>{example.next === example.state ? <span class="soft">stay</span> : plain(example.next)}</td>
         {example.values.map((value, index) => (
           <td key={desk.features[index]?.label} class="number">
-            {value}
+            {bare(value, desk.features[index]?.unit ?? "")}
           </td>
         ))}
         <td class="kind">
@@ -181,6 +186,11 @@ function Detail({ example, desk, panel, studio }: TableProps & { example: Exampl
       {example.contradicts && <p class="tiny warn">Another press shows otherwise for the same reading.</p>}
     </div>
   );
+}
+
+/** A value in a column of meters needs no unit. */
+function bare(value: string, unit: string): string {
+  return unit === "m" ? value.replace(/ m$/, "") : value;
 }
 
 /** distance_to(A) is "distance A" over a narrow column. */

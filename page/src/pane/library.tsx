@@ -11,11 +11,32 @@ export function LibraryTab() {
   const panel = usePanel();
   const { told, desk, directs } = studio;
   if (told === null) return null;
-  const { folder, trained, trash, basic } = told.library;
+  const { folder, trained, trash, basic, cut_off: cutOff } = told.library;
   return (
     <>
       {desk !== null && <SaveAs studio={studio} name={desk.name} />}
-      {trained.length === 0 && (
+      {cutOff.length > 0 && (
+        <ul class="behaviors">
+          {cutOff.map(({ name, examples }) => (
+            <li class="behavior" key={name}>
+              <div class="behavior-head">
+                <b>{name}</b>
+                <span class="space" />
+                <button
+                  type="button"
+                  class="small"
+                  disabled={!directs}
+                  onClick={() => void studio.ask({ do: "open", name })}
+                >
+                  Go on
+                </button>
+              </div>
+              <p class="tiny">cut off before it was saved, with {counted(examples, "example")}</p>
+            </li>
+          ))}
+        </ul>
+      )}
+      {trained.length === 0 && cutOff.length === 0 && (
         <p class="empty">
           No behavior is saved yet. Teach one and save it: it becomes a state that other automata can use.
         </p>
@@ -119,11 +140,7 @@ function Behavior({ trained, studio }: { trained: Trained; studio: Studio }) {
       {asks && desk !== null && (
         <div class="asks" role="alert">
           <p>{desk.name} has changes that are not in the library.</p>
-          <button
-            type="button"
-            class="small"
-            onClick={() => void saveFirst()}
-          >
+          <button type="button" class="small" onClick={() => void saveFirst()}>
             Save, then open
           </button>
           <button type="button" class="small" onClick={() => void open(true)}>

@@ -1,9 +1,10 @@
 /** The world with its tools. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { usePanel, useStudio } from "../context";
+import { useStudio } from "../context";
 import { Latency } from "../latency";
 import { Toast } from "../toast";
+import { Welcome } from "../welcome";
 import { listenToPointer, type Chosen } from "./pointer";
 import type { Mark } from "./picture";
 import { Stage } from "./stage";
@@ -11,7 +12,6 @@ import { Chosen as ChosenThing, Tools, type Tool } from "./tools";
 
 export function WorldView() {
   const studio = useStudio();
-  const panel = usePanel();
   const canvas = useRef<HTMLCanvasElement>(null);
   const [stage, setStage] = useState<Stage | null>(null);
   const [tool, setTool] = useState<Tool | null>(null);
@@ -60,23 +60,7 @@ export function WorldView() {
       />
       {stage !== null && <Tools stage={stage} tool={tool} choose={setTool} />}
       {marked !== null && <ChosenThing mark={marked} close={() => mark(null)} />}
-      {studio.told !== null && studio.desk === null && panel.form === null && (
-        <div class="welcome">
-          <p class="big">Teach a robot by showing it.</p>
-          <p>
-            Begin an automaton, then drive the robot by pressing the names of behaviors. It learns when to
-            switch.
-          </p>
-          <button type="button" class="primary" onClick={() => panel.choose("new")}>
-            New automaton
-          </button>
-          {studio.told.library.trained.length > 0 && (
-            <button type="button" onClick={() => panel.open("library")}>
-              Open one of the library
-            </button>
-          )}
-        </div>
-      )}
+      <Welcome />
       {studio.told?.paused === true && studio.desk !== null && (
         <div class="tools paused">
           paused <kbd>␣</kbd> goes on

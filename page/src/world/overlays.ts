@@ -6,6 +6,8 @@ import { letters, spot, type Picture } from "./picture";
 import { pose } from "./robots";
 
 const TO_RADIANS = Math.PI / 180;
+/** A line shorter than this has no room for words; the values stand in the left column. */
+const NEAR_PX = 70;
 
 export function drawOverlays(picture: Picture): void {
   const frame = picture.motion.last;
@@ -51,7 +53,7 @@ function cone(picture: Picture, robot: number, fromDeg: number, toDeg: number, l
 function drawCamera(picture: Picture, robot: number): void {
   const { pen, scene, palette } = picture;
   for (const camera of scene.cameras[scene.robot_type[robot] ?? 0] ?? []) {
-    cone(picture, robot, -camera.view_deg / 2, camera.view_deg / 2, camera.range);
+    cone(picture, robot, -camera.view_deg / 2, camera.view_deg / 2, camera.range ?? scene.width + scene.height);
     pen.globalAlpha = 0.1;
     pen.fillStyle = palette.accent;
     pen.fill();
@@ -98,6 +100,7 @@ function drawTargets(picture: Picture, robot: number, desk: Desk, values: Float3
     pen.strokeStyle = palette.accent;
     pen.stroke();
     pen.setLineDash([]);
+    if (Math.hypot(toX - fromX, toY - fromY) < NEAR_PX) continue;
     const text = `${name} · ${distance.toFixed(2)} m, ${minus(`${degrees(angle)}°`)}`;
     letters(picture, text, (fromX + toX) / 2 + 8, (fromY + toY) / 2 - 6, palette.accent);
   }

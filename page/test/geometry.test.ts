@@ -1,0 +1,24 @@
+import { expect, test } from "vitest";
+import { fitted, toScreen, toWorld, turned, zoomed } from "../src/world/geometry";
+
+const SCREEN = { width: 600, height: 500 };
+
+test("the shorter turn goes over the seam", () => {
+  expect(turned(3, -3)).toBeCloseTo(2 * Math.PI - 6);
+  expect(turned(-3, 3)).toBeCloseTo(6 - 2 * Math.PI);
+  expect(turned(0.2, 0.5)).toBeCloseTo(0.3);
+});
+
+test("the whole world fits between the margins, north up", () => {
+  const view = fitted({ width: 12, height: 12 }, SCREEN, { top: 40, bottom: 60, sides: 20 });
+  expect(toScreen(view, SCREEN, 0, 12)[1]).toBeCloseTo(40);
+  expect(toScreen(view, SCREEN, 0, 0)[1]).toBeCloseTo(440);
+});
+
+test("what is under the pointer stays there while zooming", () => {
+  const view = { x: 6, y: 5, scale: 40 };
+  const before = toWorld(view, SCREEN, 123, 456);
+  const after = toWorld(zoomed(view, SCREEN, 1.7, 123, 456), SCREEN, 123, 456);
+  expect(after[0]).toBeCloseTo(before[0]);
+  expect(after[1]).toBeCloseTo(before[1]);
+});
