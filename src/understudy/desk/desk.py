@@ -153,7 +153,7 @@ class Desk:
             )
             if after.flag is not None:
                 text = (
-                    f"{self.name} raised {after.flag}. Right? n: another world. Wrong? Press what was right"
+                    f"{self.name} raised {after.flag}. Right? Try another world. Wrong? Press what was right"
                 )
                 self.said = Said(text)
 
@@ -356,7 +356,7 @@ class Desk:
     def delete(self, number: int) -> None:
         """Delete an example."""
         self.session.delete(number)
-        self.said = Said(f"Example {number} deleted; u takes that back")
+        self.said = Said(f"Example {number} deleted; undo takes that back")
         self._changed()
 
     def edit(self, number: int, *, state: str | None = None, next: str | None = None) -> None:
@@ -375,7 +375,7 @@ class Desk:
             options=choices.options(self._options),
         )
         self.memory.forget()
-        self.said = Said("Chosen anew; the examples stay, and u takes it back")
+        self.said = Said("Chosen anew; the examples stay, and undo takes it back")
         self._changed()
 
     def save(self) -> None:

@@ -1,0 +1,221 @@
+"""The library through messages: saving, copies, the trash, opening again, which robot, and what stays in the folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.studio.pages import GOTO, Page, page, served, studio
+
+from understudy.studio.stage import Stage
+from understudy.studio.studio import Studio
+
+CARRY: dict[str, Any] = {
+    "do": "new",
+    "name": "carry",
+    "states": ["goto(station)", "unload_food"],
+    "features": ["done", "food_stored"],
+}
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Studio:
+    return studio(tmp_path / "library", world="forage-team")
+
+
+@pytest.fixture
+def person(made: Studio) -> Iterator[Page]:
+    with served(made) as client, page(client) as here:
+        yield here
+
+
+def teach(person: Page, *states: str) -> None:
+    person.done("pause", paused=True)
+    for state in states:
+        person.done("press", state=state)
+        person.done("step")
+
+
+def names(stage: Stage) -> list[str]:
+    return [row["name"] for row in stage.library()["trained"]]
+
+
+def files(stage: Stage) -> list[str]:
+    folder = stage.shelf.folder
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*.json"))
+
+
+def test_unsaved_work_is_not_left_by_accident(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward")
+    assert "not saved" in person.send({**GOTO, "name": "other"})["error"]
+    assert made.stage.trained.name == "goto"
+    person.done("save")
+    person.done(**{**GOTO, "name": "other"})
+    teach(person, "rotate_left")
+    assert "not saved" in person.say("open", name="goto")["error"]
+    person.done("open", name="goto", discard=True)
+    assert made.stage.trained.screen.examples == 2
+    assert "goto is open again" in made.stage.said.text
+
+
+def test_a_copy_under_another_name(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward")
+    person.done("save", name="goto 2")
+    assert names(made.stage) == ["goto 2"]
+    assert made.stage.trained.name == "goto"
+    assert made.stage.trained.unsaved
+    assert "already" in person.say("save", name="Goto 2")["error"]
+    person.done("save")
+    person.done("open", name="goto 2")
+    assert made.stage.trained.name == "goto 2"
+    assert made.stage.trained.screen.examples == 2
+
+
+def test_nothing_leaves_the_folder(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward")
+    person.done("save", name="../../escaped")
+    person.done("save", name="/etc/understudy")
+    assert files(made.stage) == ["%2E%2E%2F%2E%2E%2Fescaped.json", "%2Fetc%2Funderstudy.json"]
+    person.done("remove", name="../../escaped")
+    assert files(made.stage) == ["%2Fetc%2Funderstudy.json", ".trash/%2E%2E%2F%2E%2E%2Fescaped.json"]
+    assert made.stage.library()["trash"] == ["../../escaped"]
+    assert sorted(path.name for path in made.stage.shelf.folder.parent.iterdir()) == ["library"]
+
+
+def test_the_trash_gives_back_what_was_removed_last(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    assert "being trained" in person.say("remove", name="goto")["error"]
+    for states in (["forward"], ["forward", "rotate_left"]):
+        teach(person, *states)
+        person.done("save", name="copy")
+        person.done("remove", name="copy")
+    assert files(made.stage) == [".trash/copy.json", ".trash/copy~2.json"]
+    person.done("restore", name="copy")
+    assert "already" in person.say("restore", name="copy")["error"]
+    assert files(made.stage) == [".trash/copy.json", "copy.json"]
+    (row,) = made.stage.library()["trained"]
+    assert row["examples"] == made.stage.trained.screen.examples
+
+
+def test_what_is_run_by_others_is_not_removed(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward")
+    person.done("save")
+    person.done(**CARRY)
+    assert "which is being trained, runs goto" in person.say("remove", name="goto")["error"]
+    teach(person, "goto")
+    person.done("save")
+    assert [row["runs"] for row in made.stage.library()["trained"]] == [
+        ["goto", "unload_food"],
+        ["forward", "rotate_left", "rotate_right"],
+    ]
+    person.done(**{**GOTO, "name": "third"})
+    assert "is run by carry" in person.say("remove", name="goto")["error"]
+    person.done("remove", name="carry")
+    person.done("remove", name="goto")
+    person.done("restore", name="carry")
+    (row,) = made.stage.library()["trained"]
+    assert not row["complete"]
+    assert "goto" in row["why_not"]
+
+
+def test_a_broken_document_hides_nothing(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward")
+    person.done("save")
+    (made.stage.shelf.folder / "broken.json").write_text("{")
+    person.done("save")
+    rows = {row["name"]: row for row in made.stage.library()["trained"]}
+    assert rows["goto"]["complete"]
+    assert not rows["broken"]["complete"]
+    assert rows["broken"]["why_not"] in person.say("open", name="broken")["error"]
+    assert "already" in person.send({**GOTO, "name": "broken"})["error"]
+    person.done("remove", name="broken")
+
+
+def test_which_robot_is_trained(made: Studio, person: Page) -> None:
+    person.done("agent", agent=1)
+    person.done(**GOTO)
+    assert made.stage.trained.robot == 1
+    person.done("agent", agent=2)
+    assert made.stage.trained.robot == 2
+    assert made.stage.trained.name == "goto"
+    teach(person, "forward")
+    assert "robot 2" in person.say("agent", agent=0)["error"]
+    person.done("save")
+    person.done("open", name="goto")
+    person.done("agent", agent=0)
+    assert made.stage.trained.robot == 0
+    assert made.stage.trained.screen.examples == 2
+
+
+def test_the_world_by_hand(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    person.done("pause", paused=True)
+    discs = len(person.scene["discs"])
+    person.done("place", agent=1, x=2.0, y=2.0, heading=None)
+    person.done("add_obstacle", x=5.0, y=9.0, radius=0.3)
+    while len(person.scene["discs"]) == discs:
+        person.hear()
+    assert person.scene["discs"][-1:] == [{"x": 5.0, "y": 9.0, "radius": 0.3, "color": None}]
+    slots = [row[0] for row in person.frame.objects] if person.frame else []
+    person.done("move_object", slot=slots[0], x=9.0, y=9.5)
+    person.done("remove_object", slot=slots[1])
+    person.done("step")
+    while person.frame is None or person.frame.tick != 1:
+        person.hear()
+    assert person.frame.robots[1][:2] == (2.0, 2.0)
+    assert (slots[0], 9.0, 9.5) in [(row[0], *row[2:4]) for row in person.frame.objects]
+    assert slots[1] not in [row[0] for row in person.frame.objects]
+    assert "overlaps" in person.say("place", agent=0, x=5.0, y=9.0)["error"]
+
+
+def test_choosing_anew_keeps_the_examples(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward", "rotate_left")
+    person.done(
+        "choose", states=["forward", "rotate_left"], features=["angle_to(A)"], flags=[], reaction_s=0.2
+    )
+    desk = made.stage.picture()
+    assert desk is not None
+    assert [state["name"] for state in desk["states"]] == ["start", "forward", "rotate_left"]
+    assert [feature["label"] for feature in desk["features"]] == ["angle_to(A)"]
+    assert (desk["reaction_s"], desk["watched"], desk["taught"]) == (0.2, False, 4)
+    person.done("edit", number=1, next="rotate_left")
+    assert person.done("why")["lines"]
+    person.done("delete", number=2)
+    person.done("undo")
+    person.done("redo")
+    assert [each["number"] for each in (made.stage.picture() or {})["examples"]] == [1, 3, 4]
+
+
+def test_contradictions_are_marked(made: Studio, person: Page) -> None:
+    person.done(**{**GOTO, "features": ["at_station"], "parameters": [], "targets": {}})
+    teach(person, "forward")
+    person.done("restart")
+    teach(person, "rotate_left")
+    desk = made.stage.picture() or {}
+    assert [(each["number"], each["contradicts"]) for each in desk["examples"]] == [
+        (1, True),
+        (2, False),
+        (3, True),
+        (4, False),
+    ]
+    (edge,) = desk["edges"]
+    assert edge == {"from": "start", "to": "forward", "when": ["always"], "examples": [1]}
+
+
+def test_speed_and_time(made: Studio, person: Page) -> None:
+    person.done("speed", speed=4)
+    person.done(**GOTO)
+    assert made.stage.trained.pace.speed == 4
+    assert not made.stage.paused
+    made.stage.wall.now += 0.2  # type: ignore[attr-defined]
+    while person.frame is None or person.frame.tick < 8:
+        person.hear()
+    assert person.frame.tick == 8
