@@ -20,7 +20,7 @@ endif
 
 PIP_INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo studio test soak bench experiments format lock clean moved page
+.PHONY: help demo studio page test soak bench experiments format lock clean moved
 .NOTPARALLEL:
 
 help: ## list the targets
@@ -32,6 +32,7 @@ demo: $(VENV)/.run ## train a robot to forage, and see how well it learned (ARGS
 
 studio: $(VENV)/.run ## train a robot in the browser (ARGS="forage --library mine" passes more)
 	$(BIN)/understudy studio $(ARGS)
+
 page: ## build the page of the studio from page/ (needs Node and npm; what it builds is committed)
 	cd page && npm ci && npm run build
 
