@@ -42,15 +42,20 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
 
 @pytest.fixture
 def visit(chromium: Browser, studio: Studio) -> Iterator[Callable[[], Page]]:
-    """Open the studio's page, each time as somebody else; what the page reports as an error fails the test."""
+    """Open the studio's page, each time as somebody else; errors of the page, and requests to elsewhere, fail the test."""
     errors: list[str] = []
     contexts = []
+
+    def foreign(url: str) -> None:
+        if not url.startswith((studio.address, studio.address.replace("http", "ws"), "data:", "blob:")):
+            errors.append(f"the page asks for {url}")
 
     def opened() -> Page:
         context = chromium.new_context(viewport={"width": 1280, "height": 800})
         contexts.append(context)
         page = context.new_page()
         page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("request", lambda request: foreign(request.url))
         page.goto(studio.address)
         page.get_by_role("heading", name="Understudy").wait_for()
         return page

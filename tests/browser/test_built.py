@@ -34,11 +34,3 @@ def test_the_page_is_what_its_source_builds(tmp_path: Path) -> None:
         done = subprocess.run(command, cwd=page, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
     assert files(tmp_path / "built") == files(BUILT)
-
-
-def test_the_page_asks_for_nothing_elsewhere() -> None:
-    for name, content in files(BUILT).items():
-        addresses = {
-            word.split(b'"')[0] for word in content.split(b"//")[1:] if word[:4] in (b"www.", b"cdn.")
-        }
-        assert not addresses, name
