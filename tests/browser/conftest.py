@@ -42,7 +42,7 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
 
 @pytest.fixture
 def visit(chromium: Browser, studio: Studio) -> Iterator[Callable[[], Page]]:
-    """Open the studio's page, each time as somebody else; errors of the page, and requests to elsewhere, fail the test."""
+    """Open the page, each time as somebody else; its errors, and requests to elsewhere, fail the test."""
     errors: list[str] = []
     contexts = []
 

@@ -20,8 +20,8 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 def test_the_page_is_what_its_source_builds(tmp_path: Path) -> None:
-    npm = shutil.which("npm")
-    if npm is None:
+    npm = shutil.which("npm") or ""
+    if not npm:
         reason = "there is no npm, which builds the page"
         pytest.fail(reason) if os.environ.get("CI") else pytest.skip(reason)
     page = tmp_path / "page"

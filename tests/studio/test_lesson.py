@@ -93,3 +93,30 @@ def test_goto_from_an_empty_library(tmp_path: Path) -> None:
     document = json.loads((folder / "goto.json").read_text())
     assert document["automaton"]["name"] == "goto"
     assert sorted(path.name for path in folder.iterdir()) == [".journals", "goto.json"]
+
+
+def test_back_to_a_moment_and_on_from_there(tmp_path: Path) -> None:
+    """The world and the automaton go back, the lesson stays; what is done again comes out the same."""
+    with served(studio(tmp_path / "library")) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        person.done("reset", seed=1)
+        person.done("press", state="forward")
+        frames: list[object] = []
+        for _ in range(12):
+            step(person)
+            assert person.frame is not None
+            frames.append(person.frame.robots)
+        taught = person.desk["desk"]["taught"]
+        person.done("rewind", time_s=0.5)
+        while person.frame is None or person.frame.tick != 5:
+            person.hear()
+        assert person.frame.robots == frames[4]
+        for expected in frames[5:]:
+            step(person)
+            assert person.frame.robots == expected
+        assert person.desk["desk"]["taught"] == taught
+        number = person.desk["desk"]["examples"][0]["number"]
+        person.done("rewind", example=number)
+        assert "kept" in person.say("rewind", example=10_000)["error"]
+        assert "two things" in person.say("rewind", example=number, time_s=1.0)["error"]

@@ -26,8 +26,7 @@ def _pause(stage: Stage, message: m.Pause) -> None:
 
 
 def _step(stage: Stage, message: m.Step) -> None:
-    stage.trained.step()
-    stage.moved += 1
+    stage.step()
 
 
 def _speed(stage: Stage, message: m.Speed) -> None:
@@ -36,6 +35,14 @@ def _speed(stage: Stage, message: m.Speed) -> None:
 
 def _reset(stage: Stage, message: m.Reset) -> None:
     stage.reset(message.seed)
+
+
+def _rewind(stage: Stage, message: m.Rewind) -> None:
+    if (message.time_s is None) == (message.example is None):
+        problem, remedy = "says nothing, or two things", "give a time or an example"
+        raise SettingError(where="the studio", setting="rewind", problem=problem, remedy=remedy)
+    reel = stage.reel
+    stage.rewind(reel.at(message.time_s) if message.time_s is not None else reel.of(message.example or 0))
 
 
 def _stand_for(stage: Stage, message: m.StandFor) -> None:
@@ -134,6 +141,7 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.Step: _step,
         m.Speed: _speed,
         m.Reset: _reset,
+        m.Rewind: _rewind,
         m.StandFor: _stand_for,
         m.Open: _open,
         m.New: _new,

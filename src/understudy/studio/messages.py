@@ -74,6 +74,13 @@ class Restart(Message, frozen=True, kw_only=True, tag="restart"):
     """The automaton afresh, the robot where it is."""
 
 
+class Rewind(Message, frozen=True, kw_only=True, tag="rewind"):
+    """Go back to a moment of the run: a time of the world (s), or when an example was shown."""
+
+    time_s: float | None = None
+    example: Index | None = None
+
+
 class StandFor(Message, frozen=True, kw_only=True, tag="stand_for"):
     """Let parameters stand for other targets."""
 
@@ -209,6 +216,7 @@ AnyMessage: TypeAlias = (
     | Speed
     | Reset
     | Restart
+    | Rewind
     | StandFor
     | Open
     | New

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
 
-from understudy.desk import journals
+from understudy.desk import journals, words
 from understudy.desk.desk import Desk, Said
 from understudy.desk.opening import Opened
 from understudy.desk.pace import SPEEDS, Wall
@@ -15,6 +15,7 @@ from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.kit import Kit
 from understudy.studio import frames, shelf
 from understudy.studio.picture import Picture
+from understudy.studio.reel import Frame, Reel
 from understudy.studio.scene import Plain, scene
 from understudy.training.trainee import Mode
 from understudy.worlds.scenario import Scenario, Sonar
@@ -41,6 +42,7 @@ class Stage:
         self._speed, self._paused = 1.0, False
         self._said = Said(NOTHING)
         self._picture: Picture | None = None
+        self.reel = Reel()
         self.look_for_cut_off()
         if self.cut_off:
             self._said = Said(f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on")
@@ -142,11 +144,18 @@ class Stage:
         try:
             if desk.beat():
                 self.moved += 1
+                self.reel.see(desk.session)
         except UnderstudyError as error:
             self._halt(desk, str(error))
         except Exception as error:
             _log.exception("a tick failed")
             self._halt(desk, f"something broke inside Understudy: {type(error).__name__}: {error}")
+
+    def step(self) -> None:
+        """One tick, then time stands still."""
+        self.trained.step()
+        self.reel.see(self.trained.session)
+        self.moved += 1
 
     def _halt(self, desk: Desk, problem: str) -> None:
         if not desk.paused:
@@ -184,6 +193,21 @@ class Stage:
             self._said = Said(f"World {seed} from its beginning")
         else:
             self.desk.world(seed)
+        self._begin_reel()
+        self.changed()
+
+    def _begin_reel(self) -> None:
+        self.reel.forget()
+        if self.desk is not None:
+            self.reel.see(self.desk.session)
+
+    def rewind(self, frame: Frame) -> None:
+        """Go back to a moment of the run, and stand still there; the lesson stays."""
+        desk = self.trained
+        self.pause(True)
+        desk.session.rewind(frame.instant)
+        desk.moved("back")
+        desk.said = Said(f"Back at {words.clock(frame.time_s)}; the lesson stays, and going on begins here")
         self.changed()
 
     def changed(self) -> None:
@@ -211,6 +235,7 @@ class Stage:
         desk.set_speed(self._speed)
         desk.hold(False)
         desk.said = Said(said)
+        self._begin_reel()
         self.look_for_cut_off()
         self.changed()
 
