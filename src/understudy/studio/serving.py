@@ -54,8 +54,8 @@ def is_loopback(host: str) -> bool:
 
 def listen(host: str, port: int, token: str | None) -> Address:
     """Take the port, or the next free one; other machines need a token."""
-    if token is None and not is_loopback(host):
-        token = token_urlsafe(18)
+    if not token:
+        token = None if is_loopback(host) else token_urlsafe(18)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     for each in range(port, min(port + TRIES, 65536)) if port else [0]:
         listener = socket.socket(family, socket.SOCK_STREAM)
