@@ -227,6 +227,17 @@ def mutated(draw: st.DrawFn) -> str:
 @settings(max_examples=1_000, deadline=None, suppress_health_check=list(HealthCheck))
 @given(text=mutated())
 def test_mutated_messages(room: Room, text: str) -> None:
+    obeyed_or_refused(room, text)
+
+
+@pytest.mark.soak
+@settings(max_examples=10_000, deadline=None, suppress_health_check=list(HealthCheck))
+@given(text=mutated())
+def test_ten_thousand_mutated_messages(room: Room, text: str) -> None:
+    obeyed_or_refused(room, text)
+
+
+def obeyed_or_refused(room: Room, text: str) -> None:
     """Obeyed, or refused without a trace; never a fault of the program."""
     before = room.state()
     outside = sorted(room.studio.stage.shelf.folder.parent.iterdir())

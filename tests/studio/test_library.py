@@ -219,3 +219,39 @@ def test_speed_and_time(made: Studio, person: Page) -> None:
     while person.frame is None or person.frame.tick < 8:
         person.hear()
     assert person.frame.tick == 8
+
+
+def test_a_session_that_was_cut_off_is_offered(tmp_path: Path) -> None:
+    folder = tmp_path / "library"
+    with served(studio(folder, seed=3)) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("place", agent=0, x=6.0, y=6.5, heading=1.0)
+        teach(person, "forward", "rotate_left")
+    assert files(studio(folder).stage) == []  # not saved
+    again = studio(folder)
+    with served(again) as client, page(client) as person:
+        (left,) = person.desk["library"]["cut_off"]
+        assert (left["name"], left["examples"]) == ("goto", 4)
+        assert "cut off with 4 examples" in person.send(GOTO)["error"]
+        person.done("open", name="goto")
+        assert again.stage.seed == 3
+        assert again.stage.library()["cut_off"] == []
+        robots = again.stage.world.view().robots
+        assert (robots.x[0], robots.y[0]) == pytest.approx((6.0, 6.5), abs=0.1)
+        assert again.stage.paused
+        person.done("reset", seed=None)
+        assert again.stage.seed == 3
+    last = studio(folder)
+    with served(last) as client, page(client) as person:
+        person.done(**{**GOTO, "discard": True})
+        assert last.stage.library()["cut_off"] == []
+        assert sorted(path.suffix for path in (folder / ".journals").iterdir()) == [".ended", ".journal"]
+
+
+def test_a_session_that_was_saved_is_not_offered(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as person:
+        person.done(**GOTO)
+        teach(person, "forward")
+        person.done("save")
+    assert studio(tmp_path).stage.cut_off == {}
+    assert [path.suffix for path in (tmp_path / ".journals").iterdir()] == [".ended"]

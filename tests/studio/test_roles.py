@@ -113,6 +113,17 @@ def test_who_may_not_connect(tmp_path: Path, query: str, headers: dict[str, str]
             assert person.hello["directs"]
 
 
+def test_too_many_pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("understudy.studio.app.MOST_PAGES", 2)
+    with (
+        served(studio(tmp_path)) as client,
+        page(client),
+        page(client),
+        client.websocket_connect("ws://127.0.0.1/ws") as third,
+    ):
+        assert "2 pages look on already" in third.receive()["reason"]
+
+
 def test_too_many_messages_are_refused_and_undone_by_waiting(tmp_path: Path) -> None:
     wall = Wall()
     made = studio(tmp_path, wall=wall)

@@ -43,8 +43,9 @@ def test_other_machines_need_a_token(host: str, loopback: bool) -> None:
     assert is_loopback(host) is loopback
 
 
-def test_a_token_is_made_up() -> None:
-    address = listen("0.0.0.0", 0, None)
+@pytest.mark.parametrize("given", [None, ""])
+def test_a_token_is_made_up(given: str | None) -> None:
+    address = listen("0.0.0.0", 0, given)
     assert address.token is not None
     assert len(address.token) >= 20
     assert address.link.endswith(f"?token={address.token}")

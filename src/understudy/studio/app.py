@@ -20,9 +20,10 @@ from understudy.studio.studio import Studio
 from understudy.studio.viewers import Viewer
 
 STATIC = Path(__file__).parent / "static"
-NOT_BUILT = "The studio's page is not built: build it from page/ into src/understudy/studio/static.\n"
+NOT_BUILT = "The studio's page is not built: run make page, then load this again.\n"
 REFUSED = 4403
 """The code a socket is closed with that may not connect."""
+MOST_PAGES = 100
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 HEADERS = {
     "Cache-Control": "no-cache",
@@ -50,6 +51,8 @@ def app(
     async def socket(websocket: WebSocket) -> None:
         await websocket.accept()
         problem = _refusal(websocket, token, hosts)
+        if problem is None and len(studio.viewers) >= MOST_PAGES:
+            problem = f"{MOST_PAGES} pages look on already: close one of them"
         if problem is not None:
             await websocket.close(REFUSED, problem)
             return

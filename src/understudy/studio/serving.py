@@ -16,6 +16,8 @@ from understudy.studio.studio import Studio
 
 PORT = 8437
 TRIES = 100
+EVERYWHERE = ("0.0.0.0", "::")
+"""All addresses of this machine; a link to it says its name."""
 MOST_FRAME = 256 * 1024
 """Bytes of one message of a page after which the line is cut; what is only too long is answered."""
 
@@ -37,7 +39,8 @@ class Address:
     @property
     def link(self) -> str:
         """What to open in a browser."""
-        host = f"[{self.host}]" if ":" in self.host else self.host
+        host = socket.gethostname() if self.host in EVERYWHERE else self.host
+        host = f"[{host}]" if ":" in host else host
         return f"http://{host}:{self.port}/" + (f"?token={self.token}" if self.token else "")
 
 
@@ -51,8 +54,8 @@ def is_loopback(host: str) -> bool:
 
 def listen(host: str, port: int, token: str | None) -> Address:
     """Take the port, or the next free one; other machines need a token."""
-    if token is None and not is_loopback(host):
-        token = token_urlsafe(18)
+    if not token:
+        token = None if is_loopback(host) else token_urlsafe(18)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     for each in range(port, min(port + TRIES, 65536)) if port else [0]:
         listener = socket.socket(family, socket.SOCK_STREAM)

@@ -25,6 +25,14 @@ NOTHING = "Nothing is being trained: begin a new automaton, or open one of the l
 _log = logging.getLogger(__name__)
 
 
+def explained(error: Exception) -> str:
+    """What went wrong in a sentence; a fault of the program is logged, too."""
+    if isinstance(error, UnderstudyError):
+        return str(error)
+    _log.error("a fault of the program", exc_info=error)
+    return f"something broke inside Understudy: {type(error).__name__}: {error}"
+
+
 class Stage:
     """The world, the library and the desk of one studio.
 
@@ -145,11 +153,8 @@ class Stage:
             if desk.beat():
                 self.moved += 1
                 self.reel.see(desk.session)
-        except UnderstudyError as error:
-            self._halt(desk, str(error))
         except Exception as error:
-            _log.exception("a tick failed")
-            self._halt(desk, f"something broke inside Understudy: {type(error).__name__}: {error}")
+            self.halt(explained(error))
 
     def step(self) -> None:
         """One tick, then time stands still."""
@@ -157,11 +162,10 @@ class Stage:
         self.reel.see(self.trained.session)
         self.moved += 1
 
-    def _halt(self, desk: Desk, problem: str) -> None:
-        if not desk.paused:
-            desk.pause()
-        desk.said = Said(problem, "error")
-        self.moved += 1
+    def halt(self, problem: str) -> None:
+        """Something went wrong, which is said; time stands still."""
+        self.pause(True)
+        self.said = Said(problem, "error")
 
     def pause(self, paused: bool, why: str | None = None) -> None:
         """Let time stand still, or go on."""
@@ -263,5 +267,7 @@ class Stage:
     def look_for_cut_off(self) -> None:
         """See which sessions were cut off; their journals are read, which may take a moment."""
         world = self.world.scenario.name
-        self.cut_off = journals.cut_off(self.shelf.folder, world, self.shelf.library)
+        found = journals.cut_off(self.shelf.folder, world, self.shelf.library)
+        here = None if self.opened is None else self.opened.journal  # where journals cannot be locked
+        self.cut_off = {name: each for name, each in found.items() if each.path != here}
         self.rebuilt += 1

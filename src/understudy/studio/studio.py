@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import asyncio
-import logging
-from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from time import monotonic, perf_counter
 
 import msgspec
 
-from understudy.desk.desk import Said
 from understudy.desk.pace import Wall
-from understudy.errors import SessionError, UnderstudyError
+from understudy.errors import SessionError
 from understudy.studio import messages as m
 from understudy.studio.directing import obey
 from understudy.studio.scene import Plain
-from understudy.studio.stage import Stage
+from understudy.studio.stage import Stage, explained
 from understudy.studio.viewers import PER_SECOND, Viewer, Viewers
 
 FRAME_S = 1 / 60
 DESK_S = 1 / 20
 """How often the desk is shown at most, but for what was pressed."""
 LEFT = "Nobody directs, so the robot was paused"
-_log = logging.getLogger(__name__)
 _encode = msgspec.json.Encoder().encode
 
 
@@ -84,14 +80,8 @@ class Studio:
             answer = {"re": number, "ok": True, **self._do(viewer, message)}
             if isinstance(message, m.Press | m.Confirm):
                 answer["ms"] = round((perf_counter() - began) * 1e3, 3)
-        except UnderstudyError as error:
-            answer = {"re": number, "error": str(error)}
-        except Exception as error:  # a fault of the program: said, kept for whoever looks, and life goes on
-            _log.exception("a message failed")
-            answer = {
-                "re": number,
-                "error": f"something broke inside Understudy: {type(error).__name__}: {error}",
-            }
+        except Exception as error:
+            answer = {"re": number, "error": explained(error)}
         viewer.tell(_encode(answer))
         self.show()
 
@@ -121,18 +111,20 @@ class Studio:
 
     def beat(self) -> None:
         """Take the ticks that are due, and show what came of them."""
-        try:
-            self.stage.beat()
-            if len(self.viewers):
-                self.show(desk=self._wall() >= self._due_s)
-        except Exception as error:
-            _log.exception("a beat failed")
-            with suppress(Exception):
-                self.stage.pause(True)
-                self.stage.said = Said(f"something broke inside Understudy: {error}", "error")
+        self.stage.beat()
+        if len(self.viewers):
+            self.show(desk=self._wall() >= self._due_s)
 
     def show(self, *, desk: bool = True) -> None:
-        """Show every page what is new."""
+        """Show every page what is new; what goes wrong is said, once, and time stands still."""
+        try:
+            self._show(desk=desk)
+        except Exception as error:
+            problem = explained(error)
+            if self.stage.said.text != problem:
+                self.stage.halt(problem)
+
+    def _show(self, *, desk: bool) -> None:
         self._see_rebuilt()
         if desk:
             self._show_desk()
