@@ -144,7 +144,9 @@ function ModeSwitch({ studio }: { studio: Studio }) {
           key={each}
           aria-pressed={mode === each}
           disabled={!studio.directs}
-          title={each === "training" ? "You decide; each press is an example" : "It decides; a press corrects it"}
+          title={
+            each === "training" ? "You decide; each press is an example" : "It decides; a press corrects it"
+          }
           onClick={() => void (mode !== each && studio.ask({ do: "turn" }))}
         >
           {each === "training" ? "Training" : "Testing"}
@@ -166,7 +168,11 @@ function Saving({ studio }: { studio: Studio }) {
         {desk.unsaved ? "every press kept" : saved ? "in the library" : "nothing to save yet"}
       </span>
       {(told?.viewers ?? 1) > 1 && studio.directs && (
-        <button type="button" title="Let somebody else direct" onClick={() => void studio.ask({ do: "hand_over" })}>
+        <button
+          type="button"
+          title="Let somebody else direct"
+          onClick={() => void studio.ask({ do: "hand_over" })}
+        >
           Hand over
         </button>
       )}

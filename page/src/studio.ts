@@ -40,6 +40,8 @@ export class Studio implements Listener {
   linked: boolean | null = null;
   directs = false;
   notice: Notice = { text: "", tone: "" };
+  /** How many there were, to tell one from the next. */
+  notices = 0;
   latency: Latency | null = null;
   asking: string | null = null;
   switch: Switch | null = null;
@@ -76,6 +78,7 @@ export class Studio implements Listener {
 
   say(notice: Notice): void {
     this.notice = notice;
+    this.notices += 1;
     this.news.tell();
   }
 
@@ -115,9 +118,11 @@ export class Studio implements Listener {
   private hear(news: DeskNews): void {
     const before = this.desk;
     const { desk, said } = news;
-    const recorded = before !== null && desk !== null && before.examples.length < desk.examples.length;
+    const grew = before !== null && desk !== null && before.examples.length < desk.examples.length;
+    const recorded = grew && (said.tone === "recorded" || said.tone === "correction");
     if (said.text !== this.told?.said.text || said.tone !== this.told.said.tone) {
       this.notice = recorded ? { ...said, undo: { do: "undo" } } : said;
+      this.notices += 1;
     }
     if (desk === null || before?.name !== desk.name) this.switch = null;
     else if (before.state !== desk.state) {

@@ -1,6 +1,6 @@
 /** The tab Lesson: all examples; select one to change or delete it. */
 
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
 import type { Panel } from "../panel";
 import type { Desk, Example } from "../protocol";
@@ -13,6 +13,9 @@ const KINDS: Readonly<Record<Example["kind"], string>> = {
   confirmation: "keep",
   watched: "watched",
 };
+
+/** So many are listed at first: a watched lesson has thousands. */
+const LATEST = 150;
 
 export function LessonTab() {
   const studio = useStudio();
@@ -78,33 +81,44 @@ interface TableProps {
 }
 
 function Table({ desk, panel, studio }: TableProps) {
-  const rows = [...desk.examples].reverse();
+  const [all, setAll] = useState(false);
+  const latest = all || panel.shown.size > 0 ? desk.examples : desk.examples.slice(-LATEST);
+  const rows = [...latest].reverse();
   const body = useRef<HTMLTableSectionElement>(null);
   useEffect(() => {
     body.current?.querySelector(".shown")?.scrollIntoView({ block: "center" });
   }, [panel.shown]);
   return (
-    <table class="examples">
-      <thead>
-        <tr>
-          <th class="number">#</th>
-          <th>state</th>
-          <th>next</th>
-          {desk.features.map(({ label, unit }) => (
-            <th key={label} class="number" title={unit === "m" ? `${label}, m` : label}>
-              {shortened(label)}
-            </th>
+    <>
+      <table class="examples">
+        <thead>
+          <tr>
+            <th class="number">#</th>
+            <th>state</th>
+            <th>next</th>
+            {desk.features.map(({ label, unit }) => (
+              <th key={label} class="number" title={unit === "" ? label : `${label}, ${unit}`}>
+                {shortened(label)}
+              </th>
+            ))}
+            <th>how</th>
+            <th class="number">time</th>
+          </tr>
+        </thead>
+        <tbody ref={body}>
+          {rows.map((example) => (
+            <Row key={example.number} example={example} desk={desk} panel={panel} studio={studio} />
           ))}
-          <th>how</th>
-          <th class="number">time</th>
-        </tr>
-      </thead>
-      <tbody ref={body}>
-        {rows.map((example) => (
-          <Row key={example.number} example={example} desk={desk} panel={panel} studio={studio} />
-        ))}
-      </tbody>
-    </table>
+        </tbody>
+      </table>
+      {rows.length < desk.examples.length && (
+        <p class="earlier">
+          <button type="button" class="link" onClick={() => setAll(true)}>
+            show the {desk.examples.length - rows.length} before
+          </button>
+        </p>
+      )}
+    </>
   );
 }
 
@@ -124,8 +138,8 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
             {number}
           </button>
         </td>
-        <td>{plain(example.state)}</td>
-        <td>{example.next === example.state ? <span class="soft">stay</span> : plain(example.next)}</td>
+        <td>{example.state}</td>
+        <td>{example.next === example.state ? <span class="soft">stay</span> : example.next}</td>
         {example.values.map((value, index) => (
           <td key={desk.features[index]?.label} class="number">
             {bare(value, desk.features[index]?.unit ?? "")}
@@ -165,7 +179,7 @@ function Detail({ example, desk, panel, studio }: TableProps & { example: Exampl
   return (
     <div class="detail-row">
       <label>
-        in {plain(example.state)}, go to{" "}
+        in {example.state}, go to{" "}
         <select
           value={example.next}
           disabled={!studio.directs}
@@ -175,7 +189,7 @@ function Detail({ example, desk, panel, studio }: TableProps & { example: Exampl
         >
           {desk.states.map(({ name }) => (
             <option key={name} value={name}>
-              {name === example.state ? `${plain(name)} (stay)` : plain(name)}
+              {name === example.state ? `${name} (stay)` : name}
             </option>
           ))}
         </select>
@@ -190,7 +204,7 @@ function Detail({ example, desk, panel, studio }: TableProps & { example: Exampl
 
 /** A value in a column of meters needs no unit. */
 function bare(value: string, unit: string): string {
-  return unit === "m" ? value.replace(/ m$/, "") : value;
+  return unit !== "" && value.endsWith(` ${unit}`) ? value.slice(0, -unit.length - 1) : value;
 }
 
 /** distance_to(A) is "distance A" over a narrow column. */

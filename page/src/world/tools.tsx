@@ -113,7 +113,11 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
               {frame.things.amount[at]} of {frame.things.atFirst[at]}
             </span>
           )}
-          <button type="button" disabled={!directs} onClick={() => act({ do: "remove_object", slot: mark.of })}>
+          <button
+            type="button"
+            disabled={!directs}
+            onClick={() => act({ do: "remove_object", slot: mark.of })}
+          >
             Remove
           </button>
         </>
