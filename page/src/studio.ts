@@ -39,6 +39,8 @@ export class Studio implements Listener {
   /** Whether there is a connection; null before there was ever one. */
   linked: boolean | null = null;
   directs = false;
+  /** Why the server does not let this page in; null while it does. */
+  refusal: string | null = null;
   notice: Notice = { text: "", tone: "" };
   /** How many there were, to tell one from the next. */
   notices = 0;
@@ -85,6 +87,11 @@ export class Studio implements Listener {
   connected(open: boolean): void {
     if (open || this.linked !== null) this.linked = open;
     if (!open) this.directs = false;
+    this.news.tell();
+  }
+
+  refused(reason: string): void {
+    this.refusal = reason;
     this.news.tell();
   }
 
