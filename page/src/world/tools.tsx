@@ -98,7 +98,9 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
       {mark.what === "robot" ? (
         <>
           <b>robot {mark.of + 1}</b>
-          {trained ? <span class="soft">is being trained</span> : null}
+          <span class="soft">
+            {trained ? "is being trained; " : ""}drag to move it, with Shift to turn it
+          </span>
           {!trained && desk !== null && (
             <button type="button" disabled={!directs} onClick={() => act({ do: "agent", agent: mark.of })}>
               Train this one
