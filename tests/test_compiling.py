@@ -46,3 +46,16 @@ def test_a_named_folder_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(compiling.SETTING, "/somewhere")
     compiling.find_cache()
     assert os.environ[compiling.SETTING] == "/somewhere"
+
+
+@pytest.mark.parametrize("name", ["_kernels.py", "_step_kernels.py", *compiling.LAYOUTS])
+def test_an_edit_of_kernels_or_records_is_noticed(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "worlds").mkdir()
+    monkeypatch.setattr(compiling, "__file__", str(tmp_path / "compiling.py"))
+    hashes = set()
+    for text in ("one", "two"):
+        (tmp_path / "worlds" / name).write_text(text)
+        hashes.add(compiling.kernel_sources("worlds"))
+    assert len(hashes) == 2

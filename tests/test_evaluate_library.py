@@ -16,6 +16,7 @@ from understudy.model.automaton import Automaton
 from understudy.model.feature import BoundFeature, feature
 from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Library
+from understudy.runtime.engine import Engine
 from understudy.runtime.program import link
 from understudy.runtime.run import Run
 from understudy.worlds.catalog import find_world
@@ -51,6 +52,18 @@ def test_as_interpreters_would(scenario: Scenario) -> None:
     ticked = measure(world, run.decide, run.keys, limit_s=limits)
     assert np.array_equal(fused.seconds, ticked.seconds, equal_nan=True)
     assert fused.delivered.tolist() == ticked.delivered.tolist()
+
+
+def test_worlds_that_ended_at_different_times_have_no_one_time() -> None:
+    program, world = link(LIBRARY, "forage"), World(FORAGE, range(2))
+    measure_program(world, program, limit_s=300.0)
+    for attempt in (lambda: Engine.of(world, program), lambda: world.time_s):
+        with pytest.raises(SettingError, match=r"time_s differs between its worlds.*reset"):
+            attempt()
+    assert world.view(0).time_s != world.view(1).time_s
+    world.reset([0, 1])
+    Engine.of(world, program).tick()
+    assert world.time_s == world.tick_s
 
 
 @feature(Continuous())
@@ -137,3 +150,8 @@ def test_parameters_are_bound() -> None:
         evaluate(LIBRARY, "goto", FORAGE, [0])
     with pytest.raises(SettingError, match="seeds"):
         evaluate(LIBRARY, "forage", FORAGE, [])
+
+
+def test_seeds_that_are_no_list_are_refused() -> None:
+    with pytest.raises(SettingError, match="seeds are 5; give a list"):
+        evaluate(LIBRARY, "forage", FORAGE, 5)  # type: ignore[arg-type]

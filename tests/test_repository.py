@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from understudy.compiling import LAYOUTS
+
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
 LOCKS = ("requirements.lock", "requirements-dev.lock", "requirements-bench.lock")
@@ -82,6 +84,15 @@ def test_a_cached_kernel_notices_edits_elsewhere(module: Path) -> None:
     text = module.read_text()
     if "understudy" in imports(module) and "cache=True" in text:
         assert "kernel_sources" in text
+
+
+def test_kernels_import_nothing_whose_edits_go_unnoticed() -> None:
+    """Of ours, they and the files of records import each other and `compiling` only."""
+    keyed = [module for module in MODULES if is_kernels(module) or module.name in LAYOUTS]
+    allowed = {module.stem for module in keyed} | {"compiling"}
+    for module in keyed:
+        found = re.findall(r"^from understudy(?:\.\w+)*\.(\w+) import", module.read_text(), re.MULTILINE)
+        assert set(found) <= allowed, relative(module)
 
 
 @pytest.mark.parametrize("module", [name for name in QUICK_TO_IMPORT if exists(name)])

@@ -11,6 +11,8 @@ from hashlib import sha256
 from pathlib import Path
 
 SETTING = "NUMBA_CACHE_DIR"
+LAYOUTS = ("records.py", "sectors.py", "seeing.py")
+"""Files that are no kernels, but say what kernels find in memory."""
 
 
 def find_cache() -> None:
@@ -52,14 +54,15 @@ def _temporary() -> Path:
 
 
 def kernel_sources(*folders: str) -> str:
-    """What the files of kernels in these packages of ours hold, as one short hash.
+    """What the files of kernels, and of their records, in these packages of ours hold, as one short hash.
 
     Numba keeps a compiled kernel until its own file changes, and does not notice an edit in another file whose
-    kernels it calls. It does key what it keeps by the variables that a function closes over: so such a kernel is
-    built in a function that is given this hash.
+    kernels it calls, or that says where a record has its fields. It does key what it keeps by the variables that a
+    function closes over: so such a kernel is built in a function that is given this hash.
     """
     here = Path(__file__).parent
-    files = sorted(file for folder in folders for file in (here / folder).glob("_*kernels.py"))
+    names = ("_*kernels.py", *LAYOUTS)
+    files = sorted(file for folder in folders for name in names for file in (here / folder).glob(name))
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 

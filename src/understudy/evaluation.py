@@ -96,7 +96,10 @@ def measure_program(
     limit_s: float | Column,
     progress: Progress = lambda through, worlds: None,
 ) -> Outcomes:
-    """As `measure`, for robots that all run one program: many ticks in one go where all of it is data."""
+    """As `measure`, for robots that all run one program: many ticks in one go where all of it is data.
+
+    Then a world ends with the tick in which it reaches its goal; reset them before anything goes on with them.
+    """
     engine = Engine.of(world, program)
     plan = engine.plan()
 
@@ -182,18 +185,18 @@ def evaluate(
 ) -> Evaluation:
     """Judge a behavior of a library on one world per seed; all robots run it. A world may be given by name or path."""
     scenario = world if isinstance(world, Scenario) else find_world(world)
+    try:
+        seeds = list(seeds)
+    except TypeError:  # one number, say
+        remedy = "give a list of whole numbers, one for each world: [5]"
+        raise SettingError(
+            where="evaluation", setting="seeds", problem=f"are {seeds!r:.60}", remedy=remedy
+        ) from None
     if not seeds:
         raise SettingError(
             where="evaluation", setting="seeds", problem="are none", remedy="give at least one"
         )
-    if scenario.goal is None:
-        raise SettingError(
-            where=f"scenario {scenario.name!r}",
-            setting="goal",
-            problem="is missing, so that no run of it can be judged",
-            remedy="give it a [goal], or watch it with understudy run",
-        )
-    program = link(library, behavior, binding)
+    program = judged(library, behavior, scenario, binding)
     settings = settings_of(scenario)
     taught, expert = list[Outcomes](), list[Outcomes]()
     for first, batch in _batches(seeds):
@@ -210,6 +213,20 @@ def evaluate(
         taught.append(measure_program(World(scenario, batch), program, limit_s=limits, progress=report))
     joined = Outcomes.joined(expert) if expert else None
     return Evaluation(behavior, scenario.name, tuple(seeds), Outcomes.joined(taught), joined)
+
+
+def judged(
+    library: Library, behavior: str, scenario: Scenario, binding: Mapping[str, str] = NOTHING_BOUND
+) -> Program:
+    """The program that `evaluate` judges; raises what it would of the behavior, or where there is no goal."""
+    if scenario.goal is None:
+        raise SettingError(
+            where=f"scenario {scenario.name!r}",
+            setting="goal",
+            problem="is missing, so that no run of it can be judged",
+            remedy="give it a [goal], or watch it with understudy run",
+        )
+    return link(library, behavior, binding)
 
 
 def judge_expert(settings: ForageSettings, seeds: Sequence[int]) -> Outcomes:

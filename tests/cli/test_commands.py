@@ -16,6 +16,8 @@ from tests.model.lessons import goto as taught_goto
 from typer.testing import CliRunner, Result
 
 from understudy.cli.app import app
+from understudy.cli.parts import behavior_of, find_kit, library_for
+from understudy.errors import SettingError
 from understudy.model.folder import save
 from understudy.model.library import Taught
 
@@ -109,6 +111,23 @@ def test_validate_finds_what_is_missing(library: Path) -> None:
     assert result.exit_code == 2
     assert set(json.loads(result.stdout)["problems"]) == {"deposit", "forage", "harvest"}
     assert "no behavior 'goto'" in run("validate", "deposit", "-l", library).stdout.replace("\n", " ")
+
+
+def test_validate_says_which_scenario_a_library_is_of(library: Path) -> None:
+    result = run("validate", "-l", library, "--world", "soccer")
+    assert result.exit_code == 2
+    assert "all valid in another scenario: give --world forage or" in " ".join(result.stdout.split())
+    assert said("validate", "-l", library)["advice"] is None
+    goto = library / "goto.json"
+    goto.write_text(goto.read_text().replace('"distance_to"', '"depth_of"'))
+    result = run("validate", "-l", library)
+    assert "give --world SCENARIO; with a kit of your own" in " ".join(result.stdout.split())
+
+
+def test_validate_gives_no_advice_on_a_file_that_is_broken_anywhere(library: Path) -> None:
+    (library / "forage.json").write_text("{")
+    told = run("validate", "-l", library, "--json").stdout
+    assert json.loads(told)["advice"] is None
 
 
 def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path) -> None:
@@ -312,6 +331,32 @@ def test_the_bench_compares_equal_decisions() -> None:
         assert str(ours.program.basics[basic]) == theirs.action
 
 
+TOPS = [  # what is left of the library, what runs when nothing is named
+    (["deposit", "forage", "goto", "harvest"], "forage"),
+    (["deposit", "goto"], "deposit"),
+    (["goto"], "goto"),
+    (["deposit", "goto", "harvest"], None),
+    ([], None),
+]
+
+
+@pytest.mark.parametrize(("left", "top"), TOPS)
+def test_the_automaton_at_the_top_runs_when_none_is_named(
+    left: list[str], top: str | None, library: Path
+) -> None:
+    for file in library.glob("*.json"):
+        if file.stem not in left:
+            file.unlink()
+    kit = find_kit(None, "forage")
+    found = library_for(None, library, kit)
+    if top is not None:
+        assert behavior_of(found, None, library) == top
+        return
+    with pytest.raises(SettingError, match=r"give --behavior NAME: the automata of .* are") as refusal:
+        behavior_of(found, None, library)
+    assert all(name in str(refusal.value) for name in [*left, "rotate_left"])
+
+
 BAD = [  # arguments, what the error says
     (["show", "nope", "-l", "{lib}"], "no automaton 'nope'; it has deposit, forage, goto and harvest"),
     (["show", "x", "-l", "/nowhere"], "/nowhere: opening the library failed: No such file"),
@@ -338,6 +383,11 @@ BAD = [  # arguments, what the error says
         "the kit has no behavior 'fly'; it has forwards",
     ),
     (["run", "-l", "{lib}", "--behavior", "fly"], "no behavior 'fly'"),
+    (
+        ["run", "patrol", "-l", "{lib}/no"],
+        "--behavior is missing; give --behavior NAME: there is no folder",
+    ),
+    (["eval", "patrol", "-l", "{lib}/no"], "and the basic behaviors are forwards, "),
     (["run", "patrol", "-l", "{lib}"], "open it with the kit it was taught with"),
     (["eval", "patrol", "-l", "{lib}/no", "--behavior", "stop"], "goal is missing, so that no run of it can"),
     (["eval", "moon", "-l", "{lib}"], "no world 'moon'"),
@@ -450,3 +500,24 @@ def test_what_a_table_taught_runs_in_a_scenario(tmp_path: Path) -> None:
     options = ("-l", folder, "--behavior", "wander", "--seconds", "2", "--record", picture)
     assert run("run", "arena", *options).exit_code == 0
     assert picture.exists()
+
+
+LATE = [  # mistakes that show only when the behavior is made ready to run
+    ["run", "-l", "{lib}", "--behavior", "goto"],
+    ["run", "-l", "{lib}", "--behavior", "goto", "--bind", "A=moon"],
+    ["eval", "-l", "{lib}", "--behavior", "goto"],
+    ["eval", "patrol", "-l", "{lib}/no", "--behavior", "stop"],
+]
+
+
+@pytest.mark.parametrize("arguments", LATE, ids=" ".join)
+def test_mistakes_are_told_before_anything_is_compiled(
+    arguments: list[str], library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def compiled(**_: object) -> None:
+        pytest.fail("compiled first")
+
+    monkeypatch.setattr("understudy.cli.progress.compile_once", compiled)
+    result = run(*(argument.format(lib=library) for argument in arguments))
+    assert result.exit_code == 2
+    assert result.stderr.startswith("Error: ")

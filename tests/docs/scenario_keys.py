@@ -67,7 +67,10 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "targets": ("", "what features and behaviors can refer to, by name, see below"),
             "features": ("", "features under names of their own, see below"),
             "goal": ("", "when it is finished, see below; never where it is left out"),
-            "spare_objects": ("", "how many objects of each class can be added while it runs"),
+            "spare_objects": (
+                "",
+                "how many objects of each class can be added while it runs, 10 000 at most",
+            ),
         },
     ),
     Wall: (

@@ -345,6 +345,42 @@ def test_the_others_go_on_whatever_happens_to_the_lesson() -> None:
     assert body.commanded[-1]["drive"][1] == 1
 
 
+def test_back_to_a_moment() -> None:
+    """World, automaton, mode and the others are as they were; the lesson stays, and what follows is the same again."""
+    three = automaton(
+        "three",
+        ["forward", "left"],
+        {"start": lambda s: "forward", "forward": lambda s: "left" if s >= 0.3 else None},
+        features=["time_in_state"],
+    )
+    body = Scripted(2)
+    taught = session(body=body, library=Library.of(kit, three))
+    taught.others("three")
+    play(taught, "forward", 2)
+    instant = taught.instant()
+    play(taught, 3)
+    first, then = body.commanded[-3:], (taught.screen(), taught.run_state)
+    play(taught, "right", 4)
+    taught.test()
+    play(taught, 2)
+    examples = taught.examples
+    taught.rewind(instant)
+    assert taught.examples == examples
+    assert taught.mode is Mode.TRAINING
+    play(taught, 3)
+    assert body.commanded[-3:] == first
+    assert (taught.screen().path, taught.run_state) == (then[0].path, then[1])
+
+
+def test_a_body_that_cannot_be_rewound() -> None:
+    class Real(Scripted):
+        snapshot = restore = None  # type: ignore[assignment]
+
+    taught = session(body=Real(1))
+    with pytest.raises(SessionError, match=r"this body cannot be rewound: it is no simulation; drive"):
+        taught.instant()
+
+
 def test_the_others_may_need_a_binding() -> None:
     body = Scripted(2)
     taught = session(body=body)

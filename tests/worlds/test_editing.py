@@ -187,6 +187,9 @@ NONSENSE: list[tuple[str, str, Callable[[World], Any]]] = [
     ("seeds", "are [1.5]", lambda body: body.reset([1.5])),  # type: ignore[list-item]
     ("seeds", "are ['a']", lambda body: body.reset(["a"])),  # type: ignore[list-item]
     ("seeds", "are [0, 1]", lambda body: body.reset([0, 1])),
+    ("seeds", "are 5; give a list", lambda body: body.reset(5)),  # type: ignore[arg-type]
+    ("seeds", "are 5; give a list", lambda body: World(body.scenario, 5)),  # type: ignore[arg-type]
+    ("seeds", "are None; give a list", lambda body: World(body.scenario, None)),  # type: ignore[arg-type]
 ]
 
 

@@ -372,6 +372,24 @@ def test_bumpers_and_stuck() -> None:
     assert (read(world, "front"), read(world, "stuck")) == (0.0, 0.0)
 
 
+@pytest.mark.parametrize("gap", [0.0001, 0.003, 0.0049])
+def test_a_bumper_feels_all_that_is_near(gap: float) -> None:
+    """Of slow robots among many obstacles too: what is within touch is listed for where they are."""
+    scenario = Scenario(
+        size=(3.0, 3.0),
+        types={"snail": RobotType(radius=0.05, speed=0.001, sensors=(Bumper(),))},
+        robots=(Robots(type="snail"),),
+        obstacles=(Obstacle(radius=0.1, count=20, apart=0.1),),
+    )
+    world = made(scenario, (0,))
+    robot = world.state.robots[0]
+    for disc in world.state.discs[0]:
+        for angle in np.linspace(0.0, tau, 50):
+            robot["x"] = disc["x"] + (0.15 + gap) * np.cos(angle)
+            robot["y"] = disc["y"] + (0.15 + gap) * np.sin(angle)
+            assert read(world, "bumper") == 1.0
+
+
 def carrying(**more: Any) -> World:
     scenario = Scenario(
         size=(10.0, 8.0),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import tau
 from random import Random
+from typing import Any
 
 import numpy as np
 import pytest
@@ -297,6 +298,53 @@ def test_two_features_of_one_reading() -> None:
     engine.run(10)
     assert states(engine.body) == states(run.body)  # type: ignore[arg-type]
     assert (run.body.state.robots["x"] != made(scenario, (0,)).state.robots["x"]).any()  # type: ignore[attr-defined]
+
+
+def test_an_interrupted_run_leaves_whole_ticks(small: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was put in another order is put back: robots, their automata and the clock are of the same tick."""
+    program = link(base(), BASE)
+    engine, other = (Engine.of(made(full_task(50), (1,)), program) for _ in range(2))
+
+    def interrupted(*args: Any, **more: Any) -> None:
+        run(*args, **more)
+        raise KeyboardInterrupt
+
+    run = advancing.run
+    with monkeypatch.context() as patch:
+        patch.setattr(advancing, "run", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            engine.run(TICKS, threads=1)
+    other.run(int(engine.body.state.tick[0]))  # type: ignore[attr-defined]
+    assert outcome(engine.body, engine) == outcome(other.body, other)  # type: ignore[arg-type]
+
+
+def test_who_is_just_alone_goes_as_far_as_by_ticks() -> None:
+    """Robots that head for each other from as far as both can go in a tick, to the last bit of the distance."""
+    kind = RobotType(radius=0.03, speed=13.7, sensors=(Locator(),), behaviors={"ahead": {"drive": 1.0}})
+    scenario = Scenario(
+        size=(9.0, 9.0),
+        types={"rover": kind},
+        robots=(Robots(type="rover", at=((1.0, 1.0), (3.0, 3.0))),),
+        targets={"anyone": TargetOf(robot="any")},
+    )
+    kit = made(scenario, (0,)).kit
+    distance = BoundFeature(kit.features["distance_to"], Binding(A="anyone"))
+    ahead = Tree((Node(Test.BELOW, 0, 0.0, 0.0, 1, 2, 2), leaf(1), leaf(1)))
+    states_ = (START, State("s", "ahead", Binding({})))
+    automaton = Automaton("go", states_, (distance,), (), True, dict.fromkeys(("start", "s"), ahead))
+    program = link(Library.of(kit, automaton), "go")
+    ticked, fused = (Engine.of(made(scenario, (0,)), program) for _ in range(2))
+    apart = 2.0 * (kind.radius + kind.speed * scenario.tick_s)
+    for angle in np.linspace(0.0, tau, 1000, endpoint=False):
+        for engine in (ticked, fused):
+            engine.restart()
+            robots = engine.body.state.robots  # type: ignore[attr-defined]
+            robots["speed"] = 0.0
+            robots["x"], robots["y"] = (4.5, 4.5 + apart * np.cos(angle)), (4.5, 4.5 + apart * np.sin(angle))
+            robots["heading"] = (angle, (angle + tau / 2) % tau)
+        ticked.tick()
+        fused.run(1)
+        assert states(fused.body) == states(ticked.body)  # type: ignore[arg-type]
 
 
 def kit_feature(scenario: Scenario, name: str) -> Feature:

@@ -119,27 +119,39 @@ def _mark(reached: bool | None) -> str:
 
 def _speeds(result: dict[str, Any]) -> None:
     from understudy.cli.output import console, table
+    from understudy.pictures.look import grouped
 
-    made = table("task", "#robots", "#threads", "#robot-ticks/s", "#spread", "#of by hand", title="Running")
+    title = "Running: robot-ticks per second"
+    made = table("~task", "#robots", "#threads", "#speed", "#spread", "#of by hand", title=title)
     shares = {
         (row["task"], row["robots"], row["threads"]): row["of_by_hand"] for row in result.get("fractions", ())
     }
     for row in result["results"]:
-        key = row["task"], row["robots"], row["threads"]
+        key = task, robots, threads = row["task"], row["robots"], row["threads"]
         spread = f"{row['spread']:.0%}" if "spread" in row else ""
         share = f"{shares[key]:.0%}" if key in shares else ""
-        made.add_row(*map(str, key), f"{row['robot_ticks_per_s']:.3g}", spread, share)
+        made.add_row(task, grouped(robots), str(threads), short(row["robot_ticks_per_s"]), spread, share)
     console().print(made)
-    goals = table("goal", "#wanted", "#measured", "reached")
+    goals = table("~goal", "#wanted", "#measured", "reached")
     for row in result["goals"]:
-        wanted = f"at least {row['least']:g}" if "least" in row else f"at most {row['most']:g}"
-        goals.add_row(
-            row["what"], wanted, "-" if row["passed"] is None else f"{row['value']:.3g}", _mark(row["passed"])
-        )
+        wanted = f"at least {short(row['least'])}" if "least" in row else f"at most {short(row['most'])}"
+        measured = "-" if row["passed"] is None else short(row["value"])
+        goals.add_row(row["what"], wanted, measured, _mark(row["passed"]))
     console().print(goals)
     for peer in result.get("missing", ()):
         extra = "bench-vmas" if "VMAS" in peer else "bench"
         console().print(f"Not measured: {peer}. Install it with: pip install 'understudy\\[{extra}]'")
+
+
+def short(number: float) -> str:
+    """A number to three digits, as people read it: 0.98, 57, 1 000, 20 k, 6.5 M."""
+    from understudy.pictures.look import grouped
+
+    rounded = float(f"{number:.3g}")
+    for size, letter in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if abs(rounded) >= max(size, 10_000):
+            return f"{rounded / size:g} {letter}"
+    return grouped(int(rounded)) if abs(rounded) >= 1000 else f"{rounded:g}"
 
 
 MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Bind, Json, KitName, Library, SameWorld, ScenarioName
+from understudy.cli.parts import (
+    LIBRARY,
+    WORLD,
+    BehaviorName,
+    Bind,
+    Json,
+    KitName,
+    Library,
+    SameWorld,
+    ScenarioName,
+)
 
 if TYPE_CHECKING:
     from understudy.evaluation import Evaluation
@@ -17,7 +27,7 @@ MOST_SEEDS = 1_000_000
 
 def evaluate(
     scenario: ScenarioName = None,
-    behavior: Annotated[str, typer.Option("--behavior", help="The behavior to judge.")] = "forage",
+    behavior: BehaviorName = None,
     library: Library = LIBRARY,
     world: SameWorld = None,
     seeds: Annotated[
@@ -38,17 +48,21 @@ def evaluate(
     [dim]understudy eval arena --library mine --behavior goto --bind A=red_flag[/]
     """
     from understudy.cli.output import print_json
-    from understudy.cli.parts import bindings, chosen_world, find_kit, find_world, library_for
+    from understudy.cli.parts import behavior_of, bindings, chosen_world, find_kit, find_world, library_for
     from understudy.cli.progress import compile_once, progress
     from understudy.evaluation import evaluate as judge
+    from understudy.evaluation import judged as judged_program
 
     chosen, named = parse_seeds(seeds), chosen_world(scenario, world)
     where, parts = find_world(named), find_kit(kit, named)
     found = library_for(behavior, library, parts)
+    behavior = behavior_of(found, behavior, library)
+    bound = bindings(bind)
+    judged_program(found, behavior, where, bound)  # mistakes are told at once, not when all is compiled
     compile_once(world=where, quiet=as_json)
     began = perf_counter()
     with progress("Worlds run", quiet=as_json) as report:
-        judged = judge(found, behavior, where, chosen, binding=bindings(bind), progress=report)
+        judged = judge(found, behavior, where, chosen, binding=bound, progress=report)
     facts = result(judged, seconds=perf_counter() - began)
     if as_json:
         print_json({**facts, "results": rows(judged)} if each else facts)

@@ -34,14 +34,15 @@ def console(*, err: bool = False) -> Console:
 
 
 def table(*columns: str, title: str | None = None) -> Table:
-    """A light table; a column whose name begins with # holds numbers."""
+    """A light table; a column whose name begins with # holds numbers, one that begins with ~ text that may wrap."""
     from rich import box
     from rich.table import Table
 
     made = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold", pad_edge=False)
     for name in columns:
+        numbers, text = name.startswith("#"), name.startswith("~")
         made.add_column(
-            name.removeprefix("#"), justify="right" if name.startswith("#") else "left", no_wrap=True
+            name[1:] if numbers or text else name, justify="right" if numbers else "left", no_wrap=not text
         )
     return made
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from understudy.errors import SettingError, UnderstudyError
+from understudy.errors import SettingError, UnderstudyError, listed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -53,6 +53,15 @@ KitName: TypeAlias = Annotated[
         "--kit", metavar="MODULE:NAME", help="Features, behaviors and targets of your own, from Python."
     ),
 ]
+BehaviorName: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--behavior",
+        metavar="NAME",
+        help="A behavior; if left out, the automaton of the library that no other uses.",
+        show_default=False,
+    ),
+]
 Names: TypeAlias = Annotated[
     list[str] | None, typer.Argument(metavar="[NAME]...", help="Which automata; all if none is named.")
 ]
@@ -66,6 +75,7 @@ Bind: TypeAlias = Annotated[
 
 LIBRARY = Path("library")
 WORLD = "forage"
+MAIN = "forage"
 
 
 def find_world(name: str) -> Scenario:
@@ -131,17 +141,40 @@ def opened(library: Path, kit: Kit) -> OpenedLibrary:
     return found
 
 
-def library_for(behavior: str, folder: Path, kit: Kit) -> Taught:
+def library_for(behavior: str | None, folder: Path, kit: Kit) -> Taught:
     """The library a behavior is in; a basic one, which the kit has, needs no folder."""
     from understudy.errors import UnknownName
     from understudy.model.library import Library
 
     if folder.exists():
         return opened(folder, kit).library
-    if behavior not in kit.behaviors:
+    if behavior is not None and behavior not in kit.behaviors:
         where = f"there is no folder {folder} with automata, and the kit"
         raise UnknownName(what="behavior", name=behavior, where=where, known=list(kit.behaviors))
     return Library(kit)
+
+
+def behavior_of(library: Taught, named: str | None, folder: Path) -> str:
+    """The behavior that was named; if none was, the automaton at the top of the library, which no other uses.
+
+    Of several at the top it is `forage`, if that is among them; otherwise SettingError, saying which there are.
+    """
+    if named is not None:
+        return named
+    tops = [name for name in library.taught if not library.users(name)]
+    if len(tops) == 1:
+        return tops[0]
+    if MAIN in tops:
+        return MAIN
+    automata = f"the automata of {folder} are {listed(library.taught)}"
+    if not folder.exists():
+        automata = f"there is no folder {folder} with automata"
+    raise SettingError(
+        where="command line",
+        setting="--behavior",
+        problem="is missing",
+        remedy=f"give --behavior NAME: {automata}, and the basic behaviors are {listed(library.kit.behaviors)}",
+    )
 
 
 def learner() -> Learn:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, Bind, Json, KitName, Library, SameWorld, ScenarioName
+from understudy.cli.parts import LIBRARY, BehaviorName, Bind, Json, KitName, Library, SameWorld, ScenarioName
 
 if TYPE_CHECKING:
     from understudy.model.library import Library as Opened
+    from understudy.runtime.program import Program
     from understudy.traces import TraceWriter
     from understudy.worlds.view import Frame
     from understudy.worlds.world import World
@@ -23,7 +24,7 @@ FRAMES_PER_S = 12.0
 
 def run(
     scenario: ScenarioName = None,
-    behavior: Annotated[str, typer.Option("--behavior", help="The behavior to run.")] = "forage",
+    behavior: BehaviorName = None,
     library: Library = LIBRARY,
     world: SameWorld = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
@@ -63,9 +64,10 @@ def run(
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
     """
     from understudy.cli.output import console, print_json
-    from understudy.cli.parts import bindings, chosen_world, find_kit, find_world, library_for
+    from understudy.cli.parts import behavior_of, bindings, chosen_world, find_kit, find_world, library_for
     from understudy.cli.progress import compile_once
     from understudy.errors import SettingError
+    from understudy.runtime.program import link
     from understudy.traces import write_trace
     from understudy.worlds.world import World
 
@@ -77,8 +79,10 @@ def run(
     named = chosen_world(scenario, world)
     where, parts = find_world(named), find_kit(kit, named)
     found, bound = library_for(behavior, library, parts), bindings(bind)
+    behavior = behavior_of(found, behavior, library)
+    program = link(found, behavior, bound)  # mistakes are told at once, not when all is compiled
     compile_once(world=where, quiet=as_json)
-    running = Running(World(where, [seed]), found, behavior, bound, seconds or where.limit_s)
+    running = Running(World(where, [seed]), found, behavior, program, seconds or where.limit_s)
     shown = record is None and not as_json and console().is_terminal
     watch = _watch if shown else _record
     if trace is None:
@@ -105,15 +109,12 @@ def run(
 class Running:
     """One world whose robots all run a behavior."""
 
-    def __init__(
-        self, body: World, library: Opened, behavior: str, bound: dict[str, str], limit_s: float
-    ) -> None:
+    def __init__(self, body: World, library: Opened, behavior: str, program: Program, limit_s: float) -> None:
         from understudy.model.automaton import Automaton
         from understudy.runtime.engine import Engine
-        from understudy.runtime.program import link
 
         self.body, self.behavior, self._limit_s = body, behavior, limit_s
-        self._engine = Engine.of(body, link(library, behavior, bound))
+        self._engine = Engine.of(body, program)
         root = library.behavior(behavior)
         states = root.states if isinstance(root, Automaton) else ()
         self._flags = {state.name for state in states if state.flag is not None}

@@ -12,6 +12,7 @@ from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, Names, 
 if TYPE_CHECKING:
     from understudy.cli.shelf import Shelf
     from understudy.model.document import Opened
+    from understudy.model.kit import Kit
     from understudy.model.library import Library as LibraryOf
 
 
@@ -28,11 +29,12 @@ def validate(
 
     [dim]understudy validate --library demo/library[/]
     """
-    from understudy.cli.output import print_json
+    from understudy.cli.output import console, print_json
     from understudy.cli.parts import find_kit, learner
     from understudy.cli.shelf import look
 
-    shelf = look(library, find_kit(kit, world), learner())
+    parts = find_kit(kit, world)
+    shelf = look(library, parts, learner())
     for name in names or []:
         if f"{name}.json" not in shelf.problems:
             shelf.library.automaton(name)
@@ -42,11 +44,14 @@ def validate(
     checked = [name for name in dict.fromkeys([*shelf.opened, *problems]) if not names or name in names]
     problems = {name: problems[name] for name in checked if name in problems}
     noted = {name: noted[name] for name in checked if name in noted}
+    advice = elsewhere(shelf) if problems and kit is None else None
     if as_json:
         result = {"library": str(library), "valid": not problems, "checked": checked}
-        print_json({**result, "problems": problems, "notes": noted})
+        print_json({**result, "problems": problems, "notes": noted, "advice": advice})
     else:
         _show(library, checked, problems, noted)
+        if advice is not None:
+            console().print(advice, soft_wrap=True, markup=False)
     raise typer.Exit(2 if problems else 0)
 
 
@@ -66,6 +71,31 @@ def _show(
             out.print(Padding(escape(text), (0, 0, 0, 4), expand=False))
     bad = f"[red]{count(len(problems), 'is', 'are')} invalid[/]" if problems else "[green]all valid[/]"
     out.print(f"{escape(str(folder))}: {count(len(checked), 'automaton', 'automata')}, {bad}", soft_wrap=True)
+
+
+def elsewhere(shelf: Shelf) -> str | None:
+    """What to do about a library with problems if it is of another scenario; None where no kit could help."""
+    from understudy.cli.parts import find_kit
+    from understudy.cli.shelf import look
+    from understudy.worlds.scenario_files import builtin_scenarios
+
+    def others(kit: Kit | None) -> Shelf:
+        return look(shelf.folder, kit, lambda _: {})  # names need no transition functions
+
+    looked = {world: others(find_kit(None, world)) for world in builtin_scenarios()}
+    fitting = [f"--world {world}" for world, other in looked.items() if not _missing(other)]
+    if fitting:
+        return f"It is all valid in another scenario: give {' or '.join(fitting)}."
+    broken = others(None).problems
+    if _missing(shelf) <= {file.removesuffix(".json") for file in broken}:
+        return None
+    return "If it was taught in another scenario, give --world SCENARIO; with a kit of your own, --kit MODULE:NAME."
+
+
+def _missing(shelf: Shelf) -> set[str]:
+    """The automata that cannot be opened, or could not run."""
+    files = {file.removesuffix(".json") for file in shelf.problems}
+    return files | {name for name in shelf.opened if unresolved(shelf.library, name)}
 
 
 def unresolved(library: LibraryOf, name: str) -> list[str]:

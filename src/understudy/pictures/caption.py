@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from understudy.pictures.look import grouped, total
 from understudy.pictures.pen import FINE
+from understudy.pictures.sides import Sides
 from understudy.pictures.style import FAINT, INK
 from understudy.worlds.view import Frame, WorldView
 
@@ -22,12 +23,19 @@ class Caption:
     """The caption of a run, between two edges and under `top` (fine pixels). Every doing has a fixed place."""
 
     def __init__(
-        self, colors: Mapping[str, str], frames: Sequence[Frame], *, left: int, right: int, top: int
+        self,
+        colors: Mapping[str, str],
+        frames: Sequence[Frame],
+        *,
+        left: int,
+        right: int,
+        top: int,
+        sides: Sides | None = None,
     ) -> None:
         from PIL import ImageFont
 
         self._colors, self._frames = colors, frames
-        self._left, self._right, self._top = left, right, top
+        self._left, self._right, self._top, self._sides = left, right, top, sides
         self._large, self._small = ImageFont.load_default(size=LARGE), ImageFont.load_default(size=SMALL)
         self._alone = len(frames[-1].doing) == 1
         self._feeds = bool(frames[-1].view.robots.capacity.any()) and total(frames[-1].view) > 0
@@ -52,8 +60,8 @@ class Caption:
         brought = (
             f"   ·   {int(view.robots.delivered.sum())} of {total(view)} units home" if self._feeds else ""
         )
-        crew = f"{grouped(len(doing))} robots{brought}"
-        draw.text((self._left, self._top + FIRST + 2 * FINE), crew, font=self._small, fill=INK)
+        x = self._left + self._crew(draw, room=self._room(brought, view.time_s), robots=len(doing))
+        draw.text((x, self._top + FIRST + 2 * FINE), brought, font=self._small, fill=INK)
         counts = Counter(doing)
         for name, (x, line) in self._places.items():
             y = self._top + FIRST + LINE * line + SMALL / 2 + 2 * FINE
@@ -63,6 +71,30 @@ class Caption:
             draw.text(
                 (x + 3 * DOT, y), text, font=self._small, fill=color if counts[name] else FAINT, anchor="lm"
             )
+
+    def _room(self, brought: str, time_s: float) -> float:
+        """What is left of the first line beside the units brought and the time."""
+        taken = self._small.getlength(brought) + self._large.getlength(f"{time_s:.0f} s")
+        return self._right - self._left - taken - GAP
+
+    def _crew(self, draw: ImageDraw, *, room: float, robots: int) -> float:
+        """Write how many robots there are, of each side in its color where there is room; how wide that is."""
+        words = [(f"{grouped(robots)} robots", INK)]
+        if self._sides is not None:
+            told = list(zip(self._sides.counts, self._sides.colors, strict=True))
+            if sum(self._small.getlength(word) + 3 * DOT + GAP for word, _ in told) - GAP <= room:
+                words = told
+        x, y = float(self._left), self._top + FIRST + 2 * FINE
+        for word, color in words:
+            if color != INK:
+                middle = y + SMALL / 2 + FINE
+                draw.ellipse(
+                    (x, middle - DOT, x + 2 * DOT, middle + DOT), fill=color, outline=INK, width=FINE
+                )
+                x += 3 * DOT
+            draw.text((x, y), word, font=self._small, fill=INK)
+            x += self._small.getlength(word) + GAP
+        return x - GAP - self._left
 
     def _laid_out(self) -> dict[str, tuple[float, int]]:
         """Where each doing stands: its left edge and its line, room left for the largest count."""

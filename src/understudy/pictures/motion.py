@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from understudy.errors import SettingError
 from understudy.model.atomic import write
 from understudy.pictures.caption import Caption
-from understudy.pictures.look import FEW, doings, own_colors, places, unit
+from understudy.pictures.look import FEW, Points, doings, own_colors, places, unit
 from understudy.pictures.pen import FINE, Pen
+from understudy.pictures.sides import sides_of
 from understudy.pictures.style import FOOD, GROUND, HOME, INK, PAPER, SOLID, blend, colors_for
 from understudy.worlds.view import Frame
 
@@ -30,6 +31,10 @@ TRAIL = 60
 DISCS, TAILS = 60, 2000
 """So many robots are drawn with their headings, more are dots; so many have tails that show where they came from."""
 TAIL, LEAST_DOT = 3, 1.4
+CORE, LEAST_CORE = 0.5, 1.0
+"""Where there are sides, a robot has its side's color, and the core of it (a share of its radius, and at least so many
+pixels; smaller is left out) that of what it does.
+"""
 COLORS, SAMPLES, SAME = 128, 8, 10
 """Colors of the palette, pictures that it is made of, and how close colors (of 255) are taken for one."""
 
@@ -81,8 +86,9 @@ class _Film:
         wide = max(round(arena[0]) + 2 * FINE * MARGIN, FINE * LEAST)
         self._corner = (wide - arena[0]) / 2, float(FINE * MARGIN)
         under = round(self._corner[1] + arena[1])
+        self._sides = sides_of(view)
         self._caption = Caption(
-            self._colors, frames, left=FINE * MARGIN, right=wide - FINE * MARGIN, top=under
+            self._colors, frames, left=FINE * MARGIN, right=wide - FINE * MARGIN, top=under, sides=self._sides
         )
         size = -(-wide // FINE) * FINE, -(-(under + self._caption.tall) // FINE) * FINE
         self._blank = Image.new("RGB", size, PAPER)
@@ -123,7 +129,8 @@ class _Film:
             together.paste(picture, (at * wide, 0))
         reduced = together.quantize(COLORS)
         known = np.array(reduced.getpalette()).reshape(-1, 3)
-        exact = self._rgb([FOOD, HOME, SOLID, *self._palette, INK, GROUND, PAPER])
+        sides = () if self._sides is None else self._sides.colors
+        exact = self._rgb([FOOD, HOME, SOLID, *self._palette, *sides, INK, GROUND, PAPER])
         far = np.abs(known[:, None] - exact.astype(np.int64)).max(axis=2)
         close = far.min(axis=1) < SAME
         known[close] = exact[far.argmin(axis=1)[close]]
@@ -155,26 +162,43 @@ class _Film:
         rows = zip(
             self._where[at].tolist(), self._heading[at].tolist(), self._doing[at].tolist(), strict=True
         )
+        bodies = None if self._sides is None else self._sides.robots
         for robot, ((x, y), heading, doing) in enumerate(rows):
-            colors = self._palette[doing], self._rims[robot], PAPER
-            pen.robot(x, y, heading, self._radius[robot] + 0.05 * unit(self.frames[at].view), colors)
+            radius = self._radius[robot] + 0.05 * unit(self.frames[at].view)
+            does = self._palette[doing]
+            if bodies is None:
+                pen.robot(x, y, heading, radius, (does, self._rims[robot], PAPER))
+            else:
+                pen.robot(x, y, heading, radius, (bodies[robot], INK, PAPER))
+                pen.circle(x, y, CORE * radius, does, PAPER)
 
     def _stamped(self, image: Image, at: int) -> Image:
         """The picture with a dot for each robot, all of one size at once."""
         from PIL import Image as images
 
         pixels = np.array(image)
-        tall, wide, _ = pixels.shape
         sizes = np.maximum(np.array(self._radius) * self._scale, LEAST_DOT * FINE)
-        paints = self._rgb(self._palette)
-        for size in np.unique(sizes):
+        does = self._rgb(self._palette)[self._doing[at]]
+        layers = [(sizes, does)]
+        if self._sides is not None:
+            cores = np.where(CORE * sizes >= LEAST_CORE * FINE, CORE * sizes, 0.0)
+            layers = [(sizes, self._rgb(self._sides.robots)), (cores, does)]
+        for radii, paints in layers:
+            self._stamp(pixels, self._places[at], radii, paints)
+        return images.fromarray(pixels)
+
+    def _stamp(
+        self, pixels: NDArray[np.uint8], places: Points, sizes: NDArray[np.float64], paints: NDArray[np.uint8]
+    ) -> None:
+        """Discs at places [N, 2], of sizes [N] (fine pixels; none of size 0) and colors [N, 3]."""
+        tall, wide, _ = pixels.shape
+        for size in np.unique(sizes[sizes > 0]):
             rows = np.flatnonzero(sizes == size)
             reach = np.arange(-int(size), int(size) + 1)
             dx, dy = (
                 grid[np.hypot(*np.meshgrid(reach, reach)) <= size] for grid in np.meshgrid(reach, reach)
             )
-            center = self._places[at, rows].round().astype(np.int64)
+            center = places[rows].round().astype(np.int64)
             x = np.clip(center[:, :1] + dx, 0, wide - 1)
             y = np.clip(center[:, 1:] + dy, 0, tall - 1)
-            pixels[y, x] = paints[self._doing[at, rows]][:, None]
-        return images.fromarray(pixels)
+            pixels[y, x] = paints[rows][:, None]

@@ -26,6 +26,7 @@ from understudy.pictures.look import (
     unit,
 )
 from understudy.pictures.sheet import Sheet
+from understudy.pictures.sides import sides_of
 from understudy.pictures.style import COLORS, EDGE, FAINT, GROUND, INK, PAPER, SOLID, blend, colors_for
 from understudy.worlds.view import Frame, WorldView
 
@@ -47,10 +48,13 @@ def path_png(frames: Sequence[Frame], path: Path | str, *, title: str = "A run")
     robots = len(last.robots)
     often = Counter(chain.from_iterable(frame.doing for frame in frames))
     doing = colors_for(chain.from_iterable(frame.doing for frame in frames))
+    sides = sides_of(last)
     if robots == 1 or robots > FEW:
         entries = [_line(doing[name], name) for name in doing if often[name] and name][:MOST_DOINGS]
     else:
-        entries = [_line(COLORS[at], f"robot {at + 1}") for at in range(robots)]
+        entries = [_line(COLORS[at], f"robot {at + 1}") for at in range(robots if sides is None else 0)]
+    if sides is not None:
+        entries += [_marker(color, INK, name) for name, color in zip(sides.names, sides.colors, strict=True)]
     entries += _markers(last, [*before, *now], crowd=robots > FEW)
     sheet = Sheet(last, title, _summary(last), entries)
     axes = sheet.axes
@@ -81,22 +85,25 @@ def _line(color: str, label: str) -> Artist:
     return Line2D([], [], color=color, lw=2.6, label=label)
 
 
+def _marker(fill: str, edge: str, label: str, *, size: float = 8.0, sign: str = "o") -> Artist:
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], marker=sign, ls="", mfc=fill, mec=edge, mew=1.4, ms=size, label=label)
+
+
 def _markers(view: WorldView, shown: Sequence[Thing], *, crowd: bool) -> list[Artist]:
     """What the legend says beside the lines: start and end, and the classes that have no label in the picture."""
     from matplotlib.lines import Line2D
 
-    def marker(fill: str, edge: str, label: str, sign: str = "o") -> Artist:
-        return Line2D(
-            [], [], marker=sign, ls="", mfc=fill, mec=edge, mew=1.4, ms=5 if crowd else 8, label=label
-        )
-
-    made = [marker(INK, INK, "end")] if crowd else [marker(PAPER, INK, "start"), marker(INK, INK, "end")]
+    size = 5.0 if crowd else 8.0
+    end = _marker(INK, INK, "end", size=size)
+    made = [end] if crowd else [_marker(PAPER, INK, "start", size=size), end]
     named: dict[tuple[str, str], Thing] = {}
     for thing in shown:
         if not thing.label:
             named.setdefault((thing.name, thing.color), thing)
     for (name, color), thing in named.items():
-        made.append(marker(color, color, name, "s" if thing.square else "o"))
+        made.append(_marker(color, color, name, size=size, sign="s" if thing.square else "o"))
     if any(thing.served for thing in shown):
         made.append(Line2D([], [], color=FAINT, lw=0.9, ls=REACH_STYLE, label="within reach"))
     return made

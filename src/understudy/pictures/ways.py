@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from understudy.pictures.look import FEW, Grid, Points, doings, places, unit
+from understudy.pictures.sides import sides_of
 from understudy.pictures.style import COLORS, INK, PAPER
 from understudy.worlds.view import Frame
 
@@ -21,25 +22,32 @@ ARROW = np.array([(0.17, 0.0), (-0.11, 0.11), (-0.05, 0.0), (-0.11, -0.11)])
 MOST_PIECES = 240_000
 THIN_PT, COVER = 0.7, 0.2
 """How wide the trails of a crowd are, and about how much of the arena their ink may cover."""
+RIM_PT = 1.2
+"""Where there are sides, a robot of a crowd has its side's color, and a rim in that of what it does."""
 POINTS_PER_IN = 72.0
 
 
 def draw(axes: Axes, frames: Sequence[Frame], colors: Mapping[str, str], *, inch: float) -> Points:
-    """Draw where the robots went, `inch` m on an inch of paper; the points [P, 2] that this covers."""
+    """Draw where the robots went, `inch` m on an inch of paper; the points [P, 2] that this covers.
+
+    Of a few robots each has a color of its own; where there are sides, a shade of its side's.
+    """
     one = unit(frames[-1].view)
     if len(frames[-1].view.robots) > FEW:
         return _crowd(axes, frames, colors, one=one, inch=inch)
     at, heading = places(frames)
     beside = at + LANE * one * np.stack([np.sin(heading), -np.cos(heading)], axis=2)
     alone = at.shape[1] == 1
-    palette, which = (list(colors.values()), doings(frames, colors)) if alone else (list(COLORS), None)
+    sides = sides_of(frames[-1].view)
+    own_color = list(COLORS) if sides is None else sides.shades
+    palette, which = (list(colors.values()), doings(frames, colors)) if alone else (own_color, None)
     for robot in range(at.shape[1]):
         own = np.full(len(frames), robot) if which is None else which[:, robot]
         _stretches(axes, beside[:, robot], own, palette)
         _arrows(axes, beside[:, robot], heading[:, robot], own, palette, one=one)
     covered = [beside.reshape(-1, 2)]
     for robot in range(at.shape[1]):
-        mark = INK if alone else COLORS[robot]
+        mark = INK if alone else own_color[robot]
         radius = max(float(frames[-1].view.robots.radius[robot]), 0.08 * one)
         for moment, fill, nose in ((0, PAPER, mark), (-1, mark, PAPER)):
             _robot(axes, at[moment, robot], float(heading[moment, robot]), radius, (fill, mark, nose))
@@ -100,9 +108,11 @@ def _crowd(
         )
         axes.add_collection(lines)
     across = 2 * np.maximum(robots.radius, 0.035 * one)
+    does, sides = palette[which[-1]], sides_of(view)
+    fill, rim, wide = (does, PAPER, 0.4) if sides is None else (sides.robots, does, RIM_PT)
     dots = EllipseCollection(
         across, across, np.zeros(len(robots)), units="xy", offsets=at[-1], offset_transform=axes.transData,
-        facecolors=palette[which[-1]], edgecolors=PAPER, linewidths=0.4, zorder=7,
+        facecolors=fill, edgecolors=rim, linewidths=wide, zorder=7,
     )  # fmt: skip
     axes.add_collection(dots)
     return at.reshape(-1, 2)

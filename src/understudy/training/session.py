@@ -19,15 +19,15 @@ from understudy.learning.transitions import learned
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.example import Example
-from understudy.model.feature import BoundFeature, Percept
+from understudy.model.feature import Percept
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, Taught
 from understudy.runtime.body import Body, Resettable, Rewindable, every_key
 from understudy.runtime.interpreter import Interpreter, Level
-from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.program import link
 from understudy.runtime.run import Run
-from understudy.runtime.sensing import feature_column
+from understudy.training.company import Company, Instant
 from understudy.training.design import check_names, check_targets
 from understudy.training.edits import Choice, deleted, edited, rechosen
 from understudy.training.journal import Began, Journal
@@ -36,9 +36,11 @@ from understudy.training.past import Past, lesson_bytes
 from understudy.training.recorder import Moment
 from understudy.training.screen import Screen
 from understudy.training.trainee import Mode, Outcome, Press, Trainee
-from understudy.training.values import own_readings, own_value
+from understudy.training.values import own_readings, shown
 
 Clock: TypeAlias = Callable[[], float]
+
+NO_SIMULATION = "it is no simulation; drive the robot into position instead"
 
 
 class Session:
@@ -98,7 +100,7 @@ class Session:
         self._keys = every_key(body)
         steady = frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
         self._notebook = Notebook(past, Journal(), steady=steady)
-        self._others = [Interpreter(IDLE_PROGRAM) for _ in range(body.agents)]
+        self._company = Company(body, library)
         self._driving: Interpreter | None = None
         self._percept: Percept | None = None
         check_names(library, self.automaton)
@@ -160,10 +162,7 @@ class Session:
             state=machine.state_name,
             path=self._trainee.path,
             flag=machine.flag,
-            features={
-                str(bound): own_value(bound.feature, own) if bound.own else self._sensed(bound)
-                for bound in self.automaton.features
-            },
+            features=shown(self.automaton.features, own, self._targets, self.percept, self.body, self.agent),
             states=self.automaton.state_names,
             targets=dict(self._targets),
             waiting=None if press is None else press.state or machine.state_name,
@@ -171,10 +170,6 @@ class Session:
             undoable=self._notebook.undoable,
             redoable=self._notebook.redoable,
         )
-
-    def _sensed(self, bound: BoundFeature) -> float:
-        ground = BoundFeature(bound.feature, bound.binding.within(self._targets))
-        return float(feature_column(ground, self.percept, agents=self.body.agents)[self.agent])
 
     # Pressing
 
@@ -251,21 +246,41 @@ class Session:
     def reset(self, seed: int) -> None:
         """Begin anew in the world of another seed, with the automaton restarted; records nothing."""
         if not isinstance(self.body, Resettable):
-            raise SessionError(
-                "this body cannot be reset: it is no simulation; drive the robot into position instead"
-            )
+            raise SessionError(f"this body cannot be reset: {NO_SIMULATION}")
         self.body.reset([seed])
         self._percept = None
-        for other in self._others:
-            other.start(self.body.time_s)
+        self._company.start()
         self.restart()
+
+    def instant(self) -> Instant:
+        """This moment of the run, to come back to with `rewind`; SessionError where the body cannot be rewound."""
+        return Instant(self._rewindable.snapshot(), self.run_state, self.mode, self._company.snapshot())
+
+    def rewind(self, instant: Instant) -> None:
+        """Go back to a moment of this session, world and automata both; the lesson stays, and nothing is recorded."""
+        self._rewindable.restore(instant.body)
+        self._company.restore(instant.others)
+        self.moved()
+        self._trainee.press = None
+        self._trainee.mode = instant.mode
+        self._trainee.restore(instant.run, now=self.body.time_s)
+        self._turned()
+        self._keep_snapshot()
+
+    @property
+    def _rewindable(self) -> Rewindable:
+        if not isinstance(self.body, Rewindable):
+            raise SessionError(f"this body cannot be rewound: {NO_SIMULATION}")
+        return self.body
 
     def drive(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
         """Drive the robot into position with a basic behavior, recording nothing; None ends it."""
         known = self.library.kit.behaviors
         if behavior is not None and behavior not in known:
             raise UnknownName(what="basic behavior", name=behavior, where="the kit", known=list(known))
-        self._driving = None if behavior is None else self._interpreter(behavior, binding)
+        self._driving = None
+        if behavior is not None:
+            self._driving = Interpreter(link(self.library, behavior, binding or {}), now=self.body.time_s)
         self._notebook.begin_episode()
         self._trainee.press = None
         self._turned()
@@ -286,7 +301,7 @@ class Session:
 
     def others(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
         """What the other agents do meanwhile: idle (None), or a behavior of the library."""
-        self._others = [self._interpreter(behavior, binding) for _ in range(self.body.agents)]
+        self._company.behave(behavior, binding)
         self._run = self._new_run()
 
     # Changing the lesson
@@ -380,11 +395,5 @@ class Session:
         bound = {name: target for name, target in self._targets.items() if name in automaton.parameters}
         return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)
 
-    def _interpreter(self, behavior: str | None, binding: Mapping[str, str] | None) -> Interpreter:
-        program = IDLE_PROGRAM if behavior is None else link(self.library, behavior, binding or {})
-        return Interpreter(program, now=self.body.time_s)
-
     def _new_run(self) -> Run:
-        interpreters = list(self._others)
-        interpreters[self.agent] = self._driving or self._trainee
-        return Run(self.body, interpreters)
+        return self._company.run(self.agent, self._driving or self._trainee)

@@ -5,7 +5,7 @@ The same function serves a fresh press, a feature added later, and a reaction ti
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import nan
 
@@ -16,6 +16,7 @@ from understudy.model.example import Example
 from understudy.model.feature import AnyFeature, BoundFeature, Counter, Feature, Flag, Percept, Timer
 from understudy.model.kinds import NO
 from understudy.model.lesson import Lesson, Record
+from understudy.runtime.body import Body
 from understudy.runtime.interpreter import Machine, elapsed
 from understudy.runtime.sensing import feature_column
 
@@ -39,6 +40,26 @@ def own_value(feature: AnyFeature, own: Mapping[str, float]) -> float:
     if isinstance(feature, Timer):
         return own.get(f"timer {feature.name}", nan)
     return own.get("time_in_state", nan)
+
+
+def shown(
+    features: Sequence[BoundFeature],
+    own: Mapping[str, float],
+    targets: Mapping[str, str],
+    percept: Percept,
+    body: Body,
+    agent: int,
+) -> dict[str, float]:
+    """The values of features now, by their labels, for one agent whose parameters stand for these targets."""
+    found = {}
+    for bound in features:
+        ground = BoundFeature(bound.feature, bound.binding.within(targets))
+        found[str(bound)] = (
+            own_value(bound.feature, own)
+            if bound.own
+            else float(feature_column(ground, percept, agents=body.agents)[agent])
+        )
+    return found
 
 
 def values_of(

@@ -60,12 +60,12 @@ def sort(crew: Any, c: Any, world: int) -> None:
 @njit(error_model="numpy", forceinline=True)
 def settle(crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any) -> None:
     """The rest of a tick, once all robots mean to do something."""
-    first, alone = world * c.count, crew[1] == 0
+    first, leads = world * c.count, crew[1] == 0
     wait(crew)
     each(crew, c, world, limit)
     wait(crew)
     if boxes is not None:
-        if alone:
+        if leads:
             for row in range(first, first + c.count):
                 push(c, row, world)
             shift_boxes(c, world)
@@ -74,7 +74,7 @@ def settle(crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any) -
         wait(crew)
     each(crew, c, world, arrive)
     wait(crew)
-    if alone:
+    if leads:
         if boxes is not None:
             move_boxes(c, world)
         if cargo is not None:

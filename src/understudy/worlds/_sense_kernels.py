@@ -10,7 +10,7 @@ from understudy.worlds._draw_kernels import normal, uniform
 from understudy.worlds._grid_kernels import ANYONE, nearest_robot
 from understudy.worlds._look_kernels import look, scan
 from understudy.worlds._pointer_kernels import at, class_at, move_at, object_at, robot_at, type_at
-from understudy.worlds.records import NUMBER, OFFSET, PART, STEP, WHOLE
+from understudy.worlds.records import NUMBER, OFFSET, PART, STEP, TOUCH, WHOLE
 
 (
     TO_CLASS, TO_OBJECT, TO_ROBOT, SONAR, CAMERA, BUMPER,
@@ -18,7 +18,6 @@ from understudy.worlds.records import NUMBER, OFFSET, PART, STEP, WHOLE
     STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, CHANCE, SINCE,
 ) = range(18)  # fmt: skip
 
-TOUCH = 0.005  # m; nearer than this is touching
 NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams within a part's eight
 GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high
 
@@ -224,6 +223,12 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
 
 
 @njit(error_model="numpy", forceinline=True)
+def is_due(step: Any, tick: int) -> Any:
+    """Whether a step measures in this tick."""
+    return step.period == 1 or tick % step.period == 0
+
+
+@njit(error_model="numpy", forceinline=True)
 def _since(c: Any, row: int, step: Any, values: int, tick: int, seed: int, item: int, keep: bool) -> None:
     """Seconds since the reading that a step is about was last there."""
     part = at(c.parts, step.first, PART)
@@ -232,7 +237,7 @@ def _since(c: Any, row: int, step: Any, values: int, tick: int, seed: int, item:
     last = at(c.memory, row * c.memory_count + part.held, NUMBER)
     answer = at(c.memory, row * c.memory_count + part.held + 1, NUMBER)
     since = answer.v
-    if step.period == 1 or tick % step.period == 0:
+    if is_due(step, tick):
         since = 0.0 if there else tick - last.v
         if since == since:  # the floor of what is absent would be a number
             since = math.floor(since * c.tick_s * 1e9 + 0.5) / 1e9
@@ -256,7 +261,7 @@ def take(
     if step.what == SINCE:
         _since(c, row, step, values, tick, seed, robot.id, keep)
         return
-    due = step.period == 1 or tick % step.period == 0
+    due = is_due(step, tick)
     if due:
         measure(c, row, world, step, offset, camera, ranging)
     for k in range(step.first, step.end):
@@ -293,9 +298,10 @@ def sense(c: Any, low: int, high: int, world: int, keep: bool, camera: Any, rang
     for kind in range(c.type_count):
         for index in range(at(c.of_type, 2 * kind, WHOLE).v, at(c.of_type, 2 * kind + 1, WHOLE).v):
             step = at(c.steps, index, STEP)
-            if step.what <= TO_ROBOT:
+            if step.what <= TO_ROBOT and is_due(step, at(c.tick, world, WHOLE).v):
                 for row in range(low, high):
-                    locate(c, row, world, step, at(c.offsets, row - low, OFFSET))
+                    if c.type_count == 1 or robot_at(c, row).type == kind:
+                        locate(c, row, world, step, at(c.offsets, row - low, OFFSET))
             for row in range(low, high):
                 robot = robot_at(c, row)
                 if robot.type == kind and not robot.frozen:

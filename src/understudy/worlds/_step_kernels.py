@@ -8,6 +8,7 @@ from numba import njit
 from understudy.worlds._angle_kernels import TAU, cosine_and_sine
 from understudy.worlds._draw_kernels import uniform
 from understudy.worlds._motion_kernels import (
+    CLEAR,
     limited,
     limited_by_disc,
     limited_by_fixed,
@@ -159,7 +160,8 @@ def move_boxes(c: Any, world: int) -> None:
 def limit(c: Any, row: int, world: int) -> None:
     """How far a robot may go beside the others, having slid along all that stays; boxes are left aside."""
     move = move_at(c, world, row)
-    apart = 2.0 * (c.most_radius + c.most_step)
+    # Clear by more than rounding can add, so that whoever is alone is out of reach of `limited_by_robots` too.
+    apart = 2.0 * (c.most_radius + c.most_step) + CLEAR
     if move.alone >= apart * apart or (move.dx == 0.0 and move.dy == 0.0):
         return
     if move.scale > 0.0 and type_at(c, robot_at(c, row).type).collides:

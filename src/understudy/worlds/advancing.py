@@ -138,8 +138,10 @@ def _together(
                     part=part, parts=threads, ticks=chunk, until_finished=until_finished,
                 )  # fmt: skip
 
-            _run(pool, threads, work)
-            there.put_back()
+            try:
+                _run(pool, threads, work)
+            finally:  # if interrupted, too: objects and clock have gone on
+                there.put_back()
 
 
 def order_of_places(state: State, rules: Rules, grid: Grid, world: int) -> NDArray[np.intp]:

@@ -35,6 +35,8 @@ from understudy.worlds.scenario import (
 MOST = 1e9
 """Whatever is larger is a slip, or breaks arithmetic."""
 MOST_THINGS = 10_000_000
+MOST_SPARE = 10_000
+"""Room for objects that are not there costs memory and time in every world."""
 
 
 class Limit(NamedTuple):
@@ -53,10 +55,13 @@ VIEW = Limit(lambda number: 0 < number < 180, "more than 0 and less than 180 deg
 THINGS = Limit(
     lambda number: 0 <= number <= MOST_THINGS, f"a number from 0 to {MOST_THINGS:,}".replace(",", " ")
 )
+SPARE = Limit(
+    lambda number: 0 <= number <= MOST_SPARE, f"a number from 0 to {MOST_SPARE:,}".replace(",", " ")
+)
 PIXELS = Limit(lambda number: 1 <= number <= 100_000, "1 to 100 000 pixels")
 
 LIMITS: Mapping[type[Part], Mapping[str, Limit]] = {
-    Scenario: {"size": POSITIVE, "tick_s": TICK, "limit_s": POSITIVE, "spare_objects": THINGS},
+    Scenario: {"size": POSITIVE, "tick_s": TICK, "limit_s": POSITIVE, "spare_objects": SPARE},
     Region: {"radius": POSITIVE},
     Placing: {"count": THINGS, "apart": NOT_NEGATIVE, "near_m": NOT_NEGATIVE},
     Obstacle: {"radius": POSITIVE, "height": POSITIVE},

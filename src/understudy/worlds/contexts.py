@@ -32,7 +32,7 @@ class Stage(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """What threads at work on the same world have in common: its grid, moves, pushes, and their barrier."""
+    """What threads at work on the same world have in common: its grid, moves, works, pushes, and their barrier."""
 
     grid: Grid
     moves: Records
@@ -93,7 +93,7 @@ class Context:
             record[name] = getattr(rules, name)
         for name in ("cell", "columns", "lines", "shift", "keep", "most_radius", "most_step"):
             record[name] = getattr(room.grid, name)
-        for name in ("cell", "columns", "lines"):
+        for name in ("columns", "lines"):
             record[f"near_{name}"] = getattr(stage.near, name)
         record["per_cell"], record["near_per_cell"] = 1.0 / room.grid.cell, 1.0 / stage.near.cell
         classes = rules.classes

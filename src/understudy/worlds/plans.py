@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.feature import ReadingKey
-from understudy.worlds.records import PART, SECTOR, STEP
+from understudy.worlds.records import PART, SECTOR, STEP, TOUCH
 from understudy.worlds.rules import Names
 from understudy.worlds.scenario import (
     Bumper,
@@ -105,10 +105,10 @@ class Planner:
 
     @property
     def reach(self) -> float:
-        """How far the farthest sonar sees, m, from the center of its robot."""
+        """How far the farthest sonar or bumper feels, m, from the center of its robot."""
         types = self.scenario.types.values()
         sonars = [sensor for kind in types for sensor in kind.sensors if isinstance(sensor, Sonar)]
-        return max((sonar.range for sonar in sonars), default=0.0) + max(kind.radius for kind in types)
+        return max((TOUCH, *(sonar.range for sonar in sonars))) + max(kind.radius for kind in types)
 
     def keys(self) -> tuple[ReadingKey, ...]:
         """All readings that some robot has."""

@@ -48,8 +48,6 @@ TYPE = np.dtype(
         ("load_ticks", "i8"),
         ("unload_ticks", "i8"),
         ("collides", "i8"),
-        ("first_step", "i8"),  # its steps of the sense plan: first, and one after the last
-        ("end_step", "i8"),
     ],
     align=True,
 )
@@ -177,6 +175,9 @@ PART = np.dtype(
 
 __all__ = ["SECTOR", "THING", "VIEW"]
 
+TOUCH = 0.005
+"""m; what a bumper is nearer to than this, it touches."""
+
 INT = np.dtype("i4")
 WHOLE = np.dtype([("v", "i8")])
 INDEX = np.dtype([("v", "i4")])
@@ -201,8 +202,7 @@ CONTEXT = np.dtype(
         ("lines", "i8"),
         ("shift", "i8"),
         ("gridded", "i8"),
-        ("near_cell", "f8"),  # of the lists of what stays
-        ("near_columns", "i8"),
+        ("near_columns", "i8"),  # of the lists of what stays
         ("near_lines", "i8"),
         ("count", "i8"),  # N, robots in a world
         ("goal", "i8"),

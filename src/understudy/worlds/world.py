@@ -41,6 +41,7 @@ class World:
     def __init__(self, scenario: Scenario, seeds: Sequence[int] = (0,)) -> None:
         check(scenario)
         self.scenario = scenario
+        seeds = self._listed(seeds)
         self.rules, self.names = rules_of(scenario), names_of(scenario)
         self.readings: Sequence[Reading] = readings_of(scenario)
         self.channels: Sequence[Channel] = channels_of(scenario)
@@ -64,8 +65,12 @@ class World:
 
     @property
     def time_s(self) -> float:
-        """Time since the last reset, s; that of the first world."""
-        return int(self.state.tick[0]) * self.scenario.tick_s
+        """Time since the last reset, s; SettingError where some worlds ended early, so that there is no one time."""
+        ticks = self.state.tick
+        if self.worlds > 1 and (ticks != ticks[0]).any():
+            remedy = "reset it before it goes on, or read the time of each world off its view"
+            raise self._wrong("time_s", "differs between its worlds, some of which have ended", remedy)
+        return int(ticks[0]) * self.scenario.tick_s
 
     @property
     def seeds(self) -> tuple[int, ...]:
@@ -94,13 +99,14 @@ class World:
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, one world per seed, as many worlds as before."""
+        seeds = self._listed(seeds)
         if (
             len(seeds) != self.worlds
             or not len(seeds)
             or not all(_is_whole(seed, 2**63 - 1) for seed in seeds)
         ):
             count = max(1, self.worlds)
-            raise self._wrong("seeds", f"are {list(seeds)}", f"give {count} from 0 to 2**63 - 1")
+            raise self._wrong("seeds", f"are {seeds}", f"give {count} from 0 to 2**63 - 1")
         state = lay_out(self.scenario, self.rules, np.asarray(seeds, np.int64))
         state.robots["aim"] = np.nan
         memory = np.full((self.agents, self._planner.slots), np.nan)
@@ -141,7 +147,11 @@ class World:
     def advance(
         self, plan: FusedPlan, ticks: int, threads: int | None = None, *, until_finished: bool = False
     ) -> None:
-        """Sense, decide and act so many times in one go, exactly as tick by tick (see `runtime.body.Fused`)."""
+        """Sense, decide and act so many times in one go, exactly as tick by tick (see `runtime.body.Fused`).
+
+        Where `until_finished`, a world ends with the tick in which it reaches its goal. Worlds that ended at different
+        times have no one `time_s`: reset them before they go on tick by tick.
+        """
         sensing = self._plan(self._known(plan.keys))
         advance(self._stage, sensing, plan, ticks, threads, until_finished=until_finished)
 
@@ -262,6 +272,13 @@ class World:
 
     def _wrong(self, setting: str, problem: str, remedy: str) -> SettingError:
         return SettingError(where=self._where, setting=setting, problem=problem, remedy=remedy)
+
+    def _listed(self, seeds: Sequence[int]) -> list[int]:
+        try:
+            return list(seeds)
+        except TypeError:  # one number, say
+            remedy = "give a list of whole numbers, one for each world: [5]"
+            raise self._wrong("seeds", f"are {seeds!r:.60}", remedy) from None
 
     def _class(self, name: str) -> Any:
         if name not in self.names.classes:

@@ -1,0 +1,57 @@
+"""The company: what the agents do that are not being taught."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, TypeAlias
+
+from understudy.model.library import Library
+from understudy.runtime.body import Body
+from understudy.runtime.interpreter import Interpreter, Level
+from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.run import Run
+from understudy.training.trainee import Mode
+
+RunStates: TypeAlias = tuple[tuple[Level, ...], ...]
+
+
+class Instant(NamedTuple):
+    """A moment of a session's run: the body, the run states of what is taught and of the others, and the mode."""
+
+    body: bytes
+    run: tuple[Level, ...]
+    mode: Mode
+    others: RunStates
+
+
+class Company:
+    """All agents of a body; the one being taught has a place among them, which `run` gives to whoever drives it."""
+
+    def __init__(self, body: Body, library: Library) -> None:
+        self._body, self._library = body, library
+        self._members = [Interpreter(IDLE_PROGRAM) for _ in range(body.agents)]
+
+    def run(self, agent: int, driver: Interpreter) -> Run:
+        """The run in which one agent is driven by somebody, and the others do as they do."""
+        members = list(self._members)
+        members[agent] = driver
+        return Run(self._body, members)
+
+    def behave(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
+        """Let all idle (None), or run a behavior of the library from its start."""
+        program = IDLE_PROGRAM if behavior is None else link(self._library, behavior, binding or {})
+        self._members = [Interpreter(program, now=self._body.time_s) for _ in self._members]
+
+    def start(self) -> None:
+        """Start afresh what they run."""
+        for member in self._members:
+            member.start(self._body.time_s)
+
+    def snapshot(self) -> RunStates:
+        """Their run states, for `restore`."""
+        return tuple(member.snapshot(self._body.time_s) for member in self._members)
+
+    def restore(self, snapshot: Sequence[Sequence[Level]]) -> None:
+        """Go back to run states, as far as they still do the same."""
+        for member, levels in zip(self._members, snapshot, strict=True):
+            member.restore(levels, now=self._body.time_s)
