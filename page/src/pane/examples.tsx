@@ -14,7 +14,7 @@ const KINDS: Readonly<Record<Example["kind"], string>> = {
 };
 
 /** So many are listed at first: a watched lesson has thousands. */
-const LATEST = 150;
+const LATEST = 400;
 
 interface TableProps {
   desk: Desk;
