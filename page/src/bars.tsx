@@ -4,6 +4,13 @@ import { useStudio } from "./context";
 
 export function Bars() {
   const studio = useStudio();
+  if (studio.refusal !== null) {
+    return (
+      <div class="bar lost" role="alert">
+        The studio does not let this page in: {studio.refusal}
+      </div>
+    );
+  }
   if (studio.linked === false) {
     return (
       <div class="bar lost" role="alert">

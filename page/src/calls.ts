@@ -19,7 +19,12 @@ export function ways(part: Part, names: readonly string[]): string[] {
     .map((way) => (way.length === 0 ? part.name : `${part.name}(${way.join(", ")})`));
 }
 
-export function offeredStates(scene: Scene, told: DeskNews, names: readonly string[], without: string): Offer[] {
+export function offeredStates(
+  scene: Scene,
+  told: DeskNews,
+  names: readonly string[],
+  without: string,
+): Offer[] {
   const trained = told.library.trained.filter(({ name }) => name !== without);
   return [...trained, ...scene.behaviors].map((part) => ({ name: part.name, ways: ways(part, names) }));
 }
@@ -33,7 +38,9 @@ export function offeredFeatures(scene: Scene, names: readonly string[]): Offer[]
 
 /** What the automaton under training can do now, as it is chosen: without its start state and its flags. */
 export function chosenStates(desk: Desk): string[] {
-  return desk.states.filter((state, index) => index > 0 && !state.flag).map((state) => state.runs ?? state.name);
+  return desk.states
+    .filter((state, index) => index > 0 && !state.flag)
+    .map((state) => state.runs ?? state.name);
 }
 
 /** Names separated by commas or spaces. */

@@ -3,7 +3,7 @@
 import { useStudio } from "./context";
 import type { Desk, State } from "./protocol";
 import type { Studio } from "./studio";
-import { className, keyName, plain } from "./words";
+import { className, keyName } from "./words";
 
 export function Directing() {
   const studio = useStudio();
@@ -11,7 +11,11 @@ export function Directing() {
   if (desk === null) return null;
   const corrected = studio.notice.tone === "correction";
   return (
-    <div class={className("directing", desk.mode, corrected && "corrected")} role="toolbar" aria-label="Direct the robot">
+    <div
+      class={className("directing", desk.mode, corrected && "corrected")}
+      role="toolbar"
+      aria-label="Direct the robot"
+    >
       <div class="states">
         {desk.states.map((state) => (
           <StateButton key={state.name} state={state} studio={studio} desk={desk} />
@@ -21,7 +25,6 @@ export function Directing() {
         type="button"
         class="keep"
         disabled={!studio.directs}
-        aria-label="keep doing this"
         aria-keyshortcuts="Enter"
         onClick={(event) => void studio.confirm(event.timeStamp)}
       >
@@ -39,16 +42,15 @@ function StateButton({ state, studio, desk }: { state: State; studio: Studio; de
     <button
       type="button"
       class={className("state", active && "on", waiting && "waiting", state.flag && "flag")}
-      aria-label={state.name}
       aria-pressed={active}
       aria-keyshortcuts={key}
       disabled={!studio.directs}
       title={title(state, desk)}
       onClick={(event) => void studio.press(state.name, event.timeStamp)}
     >
-      {key !== "" && <kbd>{key}</kbd>}
-      {plain(state.name)}
-      {state.flag && <span aria-hidden="true"> ⚑</span>}
+      {key !== "" && <kbd aria-hidden="true">{key}</kbd>}
+      {state.name}
+      {state.flag && <span aria-hidden="true">⚑</span>}
     </button>
   );
 }

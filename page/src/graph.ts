@@ -37,7 +37,11 @@ export function edgeId(edge: { from: string; to: string }): string {
   return `${edge.from} ${edge.to}`;
 }
 
-export function drawing(states: readonly State[], edges: readonly Edge[], name: (state: State) => string): Drawing {
+export function drawing(
+  states: readonly State[],
+  edges: readonly Edge[],
+  name: (state: State) => string,
+): Drawing {
   const graph = new Graph({ multigraph: true });
   graph.setGraph({ rankdir: "TB", nodesep: 26, edgesep: 18, ranksep: 40, marginx: 10, marginy: 10 });
   graph.setDefaultEdgeLabel(() => ({}));

@@ -1,11 +1,9 @@
 /** The header: what is trained and where, time, mode, saving. */
 
-import { useQuietStudio, useStudio } from "./context";
-import { useSlowNews } from "./news";
+import { useStudio } from "./context";
+import { Running } from "./running";
 import type { Studio } from "./studio";
-import { className, clock } from "./words";
-
-const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
+import { className } from "./words";
 
 export function Header() {
   const studio = useStudio();
@@ -61,79 +59,6 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
   );
 }
 
-function Running({ studio }: { studio: Studio }) {
-  const paused = studio.told?.paused ?? false;
-  const off = !studio.directs;
-  const seed = studio.told?.seed ?? studio.scene?.seed ?? 0;
-  return (
-    <div class="running" role="toolbar" aria-label="Time">
-      <button
-        type="button"
-        class="icon"
-        disabled={off}
-        aria-label="Reset"
-        title="The same world again"
-        onClick={() => void studio.ask({ do: "reset", seed: null })}
-      >
-        ↺
-      </button>
-      <button
-        type="button"
-        disabled={off}
-        title="The next world"
-        onClick={() => void studio.ask({ do: "reset", seed: seed + 1 })}
-      >
-        New world
-      </button>
-      <button
-        type="button"
-        class="pause"
-        disabled={off}
-        aria-pressed={paused}
-        aria-label={paused ? "Go on" : "Pause"}
-        onClick={() => void studio.ask({ do: "pause", paused: !paused })}
-      >
-        {paused ? "▶ Go on" : "❚❚ Pause"} <kbd>␣</kbd>
-      </button>
-      <button
-        type="button"
-        disabled={off || !paused}
-        aria-label="Step"
-        title="One tick"
-        onClick={() => void studio.ask({ do: "step" })}
-      >
-        Step <kbd>.</kbd>
-      </button>
-      <select
-        aria-label="Speed"
-        disabled={off}
-        value={String(studio.told?.speed ?? 1)}
-        onChange={(event) => {
-          void studio.ask({ do: "speed", speed: Number(event.currentTarget.value) });
-          event.currentTarget.blur();
-        }}
-      >
-        {SPEEDS.map((speed) => (
-          <option key={speed} value={String(speed)}>
-            {speed}×
-          </option>
-        ))}
-      </select>
-      <Time />
-    </div>
-  );
-}
-
-function Time() {
-  const studio = useQuietStudio();
-  useSlowNews(studio.framed, 90);
-  return (
-    <span class="soft time" title="Time in the world">
-      {clock(studio.motion.last?.time ?? 0)}
-    </span>
-  );
-}
-
 function ModeSwitch({ studio }: { studio: Studio }) {
   const mode = studio.desk?.mode ?? "training";
   return (
@@ -144,7 +69,9 @@ function ModeSwitch({ studio }: { studio: Studio }) {
           key={each}
           aria-pressed={mode === each}
           disabled={!studio.directs}
-          title={each === "training" ? "You decide; each press is an example" : "It decides; a press corrects it"}
+          title={
+            each === "training" ? "You decide; each press is an example" : "It decides; a press corrects it"
+          }
           onClick={() => void (mode !== each && studio.ask({ do: "turn" }))}
         >
           {each === "training" ? "Training" : "Testing"}
@@ -166,7 +93,11 @@ function Saving({ studio }: { studio: Studio }) {
         {desk.unsaved ? "every press kept" : saved ? "in the library" : "nothing to save yet"}
       </span>
       {(told?.viewers ?? 1) > 1 && studio.directs && (
-        <button type="button" title="Let somebody else direct" onClick={() => void studio.ask({ do: "hand_over" })}>
+        <button
+          type="button"
+          title="Let somebody else direct"
+          onClick={() => void studio.ask({ do: "hand_over" })}
+        >
           Hand over
         </button>
       )}

@@ -4,12 +4,15 @@ import { parsed, type Answer, type News, type Request } from "./protocol";
 
 const FIRST_WAIT = 300;
 const LONGEST_WAIT = 4000;
+const REFUSED = 4403;
 const KEPT = "understudy-key";
 
 export interface Listener {
   heard(news: News): void;
   saw(frame: ArrayBuffer): void;
   connected(open: boolean): void;
+  /** The server lets this page in no more, and says why. */
+  refused(reason: string): void;
 }
 
 export class Link {
@@ -29,7 +32,7 @@ export class Link {
       this.listener.connected(true);
     };
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.take(event.data);
-    socket.onclose = () => this.lost();
+    socket.onclose = (event) => this.lost(event);
     this.socket = socket;
   }
 
@@ -66,13 +69,17 @@ export class Link {
     sessionStorage.setItem(KEPT, key);
   }
 
-  private lost(): void {
+  private lost(event: CloseEvent): void {
     this.socket = null;
     for (const [id, resolve] of this.asked) {
       resolve({ re: id, error: "The connection was lost before the answer came." });
     }
     this.asked.clear();
     this.listener.connected(false);
+    if (event.code === REFUSED) {
+      this.listener.refused(event.reason);
+      return;
+    }
     setTimeout(() => this.open(), this.wait);
     this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
   }

@@ -149,7 +149,8 @@ export interface Example {
   values: readonly string[];
   kind: "directive" | "default" | "confirmation" | "watched";
   correction: boolean;
-  time_s: number;
+  /** When it was shown, in the time of its world; null where it was typed. */
+  time_s: number | null;
   contradicts: boolean;
 }
 

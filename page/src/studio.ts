@@ -39,7 +39,11 @@ export class Studio implements Listener {
   /** Whether there is a connection; null before there was ever one. */
   linked: boolean | null = null;
   directs = false;
+  /** Why the server does not let this page in; null while it does. */
+  refusal: string | null = null;
   notice: Notice = { text: "", tone: "" };
+  /** How many there were, to tell one from the next. */
+  notices = 0;
   latency: Latency | null = null;
   asking: string | null = null;
   switch: Switch | null = null;
@@ -76,12 +80,18 @@ export class Studio implements Listener {
 
   say(notice: Notice): void {
     this.notice = notice;
+    this.notices += 1;
     this.news.tell();
   }
 
   connected(open: boolean): void {
     if (open || this.linked !== null) this.linked = open;
     if (!open) this.directs = false;
+    this.news.tell();
+  }
+
+  refused(reason: string): void {
+    this.refusal = reason;
     this.news.tell();
   }
 
@@ -115,9 +125,11 @@ export class Studio implements Listener {
   private hear(news: DeskNews): void {
     const before = this.desk;
     const { desk, said } = news;
-    const recorded = before !== null && desk !== null && before.examples.length < desk.examples.length;
+    const grew = before !== null && desk !== null && before.examples.length < desk.examples.length;
+    const recorded = grew && (said.tone === "recorded" || said.tone === "correction");
     if (said.text !== this.told?.said.text || said.tone !== this.told.said.tone) {
       this.notice = recorded ? { ...said, undo: { do: "undo" } } : said;
+      this.notices += 1;
     }
     if (desk === null || before?.name !== desk.name) this.switch = null;
     else if (before.state !== desk.state) {

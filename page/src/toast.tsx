@@ -10,7 +10,7 @@ export function Toast() {
   return (
     <div class="toasts" role="status" aria-live="polite">
       {notice.text !== "" && (
-        <div class={className("toast", notice.tone)} key={notice.text}>
+        <div class={className("toast", notice.tone)} key={studio.notices}>
           <span>{notice.text}</span>
           {undo !== undefined && studio.directs && (
             <button type="button" onClick={() => void studio.ask(undo)}>

@@ -13,8 +13,7 @@ export function Welcome() {
     <div class="welcome">
       <p class="big">Teach a robot by showing it.</p>
       <p>
-        Begin an automaton, then drive the robot by pressing the names of behaviors. It learns when to
-        switch.
+        Begin an automaton, then drive the robot by pressing the names of behaviors. It learns when to switch.
       </p>
       {left !== undefined && (
         <button

@@ -30,7 +30,8 @@ export function minus(text: string): string {
 }
 
 /** Minutes and seconds: 0:48.3. */
-export function clock(seconds: number): string {
+export function clock(seconds: number | null): string {
+  if (seconds === null) return ABSENT;
   const tenths = Math.round(seconds * 10);
   const whole = Math.floor(tenths / 10) % 60;
   return `${Math.floor(tenths / 600)}:${String(whole).padStart(2, "0")}.${tenths % 10}`;

@@ -43,7 +43,9 @@ test("a frame is read as it was packed", () => {
   expect([...frame.robots.x]).toEqual([1.5, 9]);
   expect([frame.robots.y[0], frame.robots.heading[0], frame.robots.stored[0]]).toEqual([2.5, -0.5, 4]);
   expect([...frame.robots.doing]).toEqual([NONE, 3]);
-  expect([frame.things.slot[0], frame.things.kind[0], frame.things.x[0], frame.things.y[0]]).toEqual([7, 2, 6, 5]);
+  expect([frame.things.slot[0], frame.things.kind[0], frame.things.x[0], frame.things.y[0]]).toEqual([
+    7, 2, 6, 5,
+  ]);
   expect([frame.things.amount[0], frame.things.atFirst[0]]).toEqual([12, 16]);
   expect([...frame.features]).toEqual([3.5, NaN]);
   expect([...frame.sonars]).toEqual([0.25]);

@@ -5,7 +5,7 @@ import { usePanel, useStudio } from "../context";
 import { edgeId } from "../graph";
 import type { Panel } from "../panel";
 import type { Edge } from "../protocol";
-import { className, plain } from "../words";
+import { className } from "../words";
 import { GraphView } from "./graph";
 
 export function AutomatonTab() {
@@ -26,7 +26,7 @@ export function AutomatonTab() {
       <div class="graph-place">
         <GraphView desk={desk} panel={panel} last={studio.switch} />
       </div>
-      {desk.path.length > 1 && <p class="tiny path">now {desk.path.map(plain).join(" › ")}</p>}
+      {desk.path.length > 1 && <p class="tiny path">now {desk.path.join(" › ")}</p>}
       <Why />
       <div class="rules-head">
         <h3>{picked === undefined ? "What it learned" : "This transition"}</h3>
@@ -54,8 +54,13 @@ export function AutomatonTab() {
 function Rule({ edge, panel, picked }: { edge: Edge; panel: Panel; picked: boolean }) {
   return (
     <li class={className("rule", picked && "picked")}>
-      <button type="button" class="rule-name" aria-expanded={picked} onClick={() => panel.selectEdge(edgeId(edge))}>
-        {plain(edge.from)} → {plain(edge.to)}
+      <button
+        type="button"
+        class="rule-name"
+        aria-expanded={picked}
+        onClick={() => panel.selectEdge(edgeId(edge))}
+      >
+        {edge.from} → {edge.to}
       </button>
       {edge.when.map((when, index) => (
         <p class="condition" key={when}>
@@ -105,7 +110,12 @@ function Why() {
   };
   return (
     <div class="why" aria-live="polite">
-      <button type="button" class="small" title="Explains what it decides now, and why it last switched" onClick={() => void ask()}>
+      <button
+        type="button"
+        class="small"
+        title="Explains what it decides now, and why it last switched"
+        onClick={() => void ask()}
+      >
         why?
       </button>
       {lines === null ? (

@@ -5,7 +5,7 @@ import { curve, drawing, edgeId, type Bend, type Node } from "../graph";
 import type { Panel } from "../panel";
 import type { Desk } from "../protocol";
 import type { Switch } from "../studio";
-import { className, counted, plain } from "../words";
+import { className, counted } from "../words";
 
 const LARGEST = 1.15;
 const MOST_HIGH = 300;
@@ -21,7 +21,7 @@ export function GraphView({ desk, panel, last }: GraphProps) {
   const shape = desk.states.map(({ name, flag }) => `${name} ${flag}`).join();
   const edges = desk.edges.map(edgeId).join();
   const drawn = useMemo(
-    () => drawing(desk.states, desk.edges, ({ name, flag }) => plain(name) + (flag ? " ⚑" : "")),
+    () => drawing(desk.states, desk.edges, ({ name, flag }) => name + (flag ? " ⚑" : "")),
     [shape, edges],
   );
   const scale = Math.min(LARGEST, WIDE / drawn.width, MOST_HIGH / drawn.height);
@@ -106,10 +106,12 @@ function NodeView({ node, desk, first }: { node: Node; desk: Desk; first: boolea
   const active = desk.state === state.name;
   const waiting = desk.waiting === state.name;
   return (
-    <g class={className("node", active && "on", waiting && "waiting", state.flag && "flag", first && "start")}>
+    <g
+      class={className("node", active && "on", waiting && "waiting", state.flag && "flag", first && "start")}
+    >
       <rect x={x - width / 2} y={y - height / 2} width={width} height={height} rx={first ? height / 2 : 8} />
       <text x={x} y={y + 4} text-anchor="middle">
-        {plain(state.name)}
+        {state.name}
         {state.flag ? " ⚑" : ""}
       </text>
     </g>

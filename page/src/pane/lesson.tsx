@@ -1,18 +1,8 @@
-/** The tab Lesson: all examples; select one to change or delete it. */
+/** The tab Lesson: all examples, undo and redo. */
 
-import { useEffect, useRef } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
-import type { Panel } from "../panel";
-import type { Desk, Example } from "../protocol";
-import type { Studio } from "../studio";
-import { className, clock, counted, plain } from "../words";
-
-const KINDS: Readonly<Record<Example["kind"], string>> = {
-  directive: "press",
-  default: "default",
-  confirmation: "keep",
-  watched: "watched",
-};
+import { counted } from "../words";
+import { Examples } from "./examples";
 
 export function LessonTab() {
   const studio = useStudio();
@@ -64,136 +54,9 @@ export function LessonTab() {
         </p>
       ) : (
         <div class="table-place">
-          <Table desk={desk} panel={panel} studio={studio} />
+          <Examples desk={desk} panel={panel} studio={studio} />
         </div>
       )}
     </>
   );
-}
-
-interface TableProps {
-  desk: Desk;
-  panel: Panel;
-  studio: Studio;
-}
-
-function Table({ desk, panel, studio }: TableProps) {
-  const rows = [...desk.examples].reverse();
-  const body = useRef<HTMLTableSectionElement>(null);
-  useEffect(() => {
-    body.current?.querySelector(".shown")?.scrollIntoView({ block: "center" });
-  }, [panel.shown]);
-  return (
-    <table class="examples">
-      <thead>
-        <tr>
-          <th class="number">#</th>
-          <th>state</th>
-          <th>next</th>
-          {desk.features.map(({ label, unit }) => (
-            <th key={label} class="number" title={unit === "m" ? `${label}, m` : label}>
-              {shortened(label)}
-            </th>
-          ))}
-          <th>how</th>
-          <th class="number">time</th>
-        </tr>
-      </thead>
-      <tbody ref={body}>
-        {rows.map((example) => (
-          <Row key={example.number} example={example} desk={desk} panel={panel} studio={studio} />
-        ))}
-      </tbody>
-    </table>
-  );
-}
-
-function Row({ example, desk, panel, studio }: TableProps & { example: Example }) {
-  const { number, correction, contradicts } = example;
-  const picked = panel.example === number;
-  const marks = [picked && "picked", panel.shown.has(number) && "shown", correction && "correction"];
-  return (
-    <>
-      <tr
-        class={className(...marks, contradicts && "contradicts", example.kind)}
-        aria-selected={picked}
-        onClick={() => panel.selectExample(number)}
-      >
-        <td class="number">
-          <button type="button" class="link" aria-expanded={picked} aria-label={`Example ${number}`}>
-            {number}
-          </button>
-        </td>
-        <td>{plain(example.state)}</td>
-        <td>{example.next === example.state ? <span class="soft">stay</span> : plain(example.next)}</td>
-        {example.values.map((value, index) => (
-          <td key={desk.features[index]?.label} class="number">
-            {bare(value, desk.features[index]?.unit ?? "")}
-          </td>
-        ))}
-        <td class="kind">
-          {contradicts && (
-            <span class="warn" title="Another press shows otherwise for the same reading">
-              ≠{" "}
-            </span>
-          )}
-          {correction ? "correction" : KINDS[example.kind]}
-        </td>
-        <td class="number soft">
-          <span title={clock(example.time_s)}>{clock(example.time_s).replace(/\..*/, "")}</span>
-        </td>
-      </tr>
-      {picked && (
-        <tr class="picked detail">
-          <td colSpan={5 + desk.features.length}>
-            <Detail example={example} desk={desk} panel={panel} studio={studio} />
-          </td>
-        </tr>
-      )}
-    </>
-  );
-}
-
-function Detail({ example, desk, panel, studio }: TableProps & { example: Example }) {
-  const { number } = example;
-  const remove = async (): Promise<void> => {
-    const answer = await studio.ask({ do: "delete", number });
-    if (answer.error !== undefined) return;
-    panel.selectExample(null);
-    studio.say({ text: `Example ${number} is deleted.`, tone: "recorded", undo: { do: "undo" } });
-  };
-  return (
-    <div class="detail-row">
-      <label>
-        in {plain(example.state)}, go to{" "}
-        <select
-          value={example.next}
-          disabled={!studio.directs}
-          onChange={(event) => {
-            void studio.ask({ do: "edit", number, state: null, next: event.currentTarget.value });
-          }}
-        >
-          {desk.states.map(({ name }) => (
-            <option key={name} value={name}>
-              {name === example.state ? `${plain(name)} (stay)` : plain(name)}
-            </option>
-          ))}
-        </select>
-      </label>
-      <button type="button" class="small danger" disabled={!studio.directs} onClick={() => void remove()}>
-        Delete
-      </button>
-      {example.contradicts && <p class="tiny warn">Another press shows otherwise for the same reading.</p>}
-    </div>
-  );
-}
-
-/** A value in a column of meters needs no unit. */
-function bare(value: string, unit: string): string {
-  return unit === "m" ? value.replace(/ m$/, "") : value;
-}
-
-/** distance_to(A) is "distance A" over a narrow column. */
-function shortened(label: string): string {
-  return plain(label.replace(/_to\b/, "").replace(/\((.+)\)/, " $1"));
 }

@@ -2,9 +2,9 @@
 
 import { useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
-import type { Trained } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted } from "../words";
+import { counted } from "../words";
+import { Behavior } from "./behavior";
 
 export function LibraryTab() {
   const studio = useStudio();
@@ -75,83 +75,6 @@ export function LibraryTab() {
       )}
       <p class="padded tiny folder">in the folder {folder}</p>
     </>
-  );
-}
-
-function Behavior({ trained, studio }: { trained: Trained; studio: Studio }) {
-  const panel = usePanel();
-  const [asks, setAsks] = useState(false);
-  const { name, parameters, runs, examples, complete, why_not: whyNot } = trained;
-  const { desk, directs } = studio;
-  const here = desk?.name === name;
-  const open = async (discard: boolean): Promise<void> => {
-    if (desk !== null && desk.unsaved && !discard) return setAsks(true);
-    setAsks(false);
-    const answer = await studio.ask({ do: "open", name, discard });
-    if (answer.error === undefined) panel.open("automaton");
-  };
-  const saveFirst = async (): Promise<void> => {
-    const answer = await studio.ask({ do: "save", name: null });
-    if (answer.error === undefined) await open(true);
-  };
-  const remove = async (): Promise<void> => {
-    const answer = await studio.ask({ do: "remove", name });
-    if (answer.error !== undefined) return;
-    studio.say({ text: `${name} is deleted.`, tone: "recorded", undo: { do: "restore", name } });
-  };
-  return (
-    <li class={className("behavior", here && "on")}>
-      <div class="behavior-head">
-        <b>
-          {name}
-          {parameters.length > 0 && <span class="soft"> ({parameters.join(", ")})</span>}
-        </b>
-        <span class="space" />
-        {here ? (
-          <span class="tiny">being trained</span>
-        ) : (
-          <>
-            <button
-              type="button"
-              class="small"
-              aria-label={`Open ${name}`}
-              disabled={!directs}
-              onClick={() => void open(false)}
-            >
-              Open
-            </button>
-            <button
-              type="button"
-              class="small danger"
-              aria-label={`Delete ${name}`}
-              disabled={!directs}
-              onClick={() => void remove()}
-            >
-              Delete
-            </button>
-          </>
-        )}
-      </div>
-      <p class="tiny">
-        {counted(examples, "example")}
-        {runs.length > 0 && `, runs ${runs.join(", ")}`}
-      </p>
-      {!complete && <p class="warn">Not complete: {whyNot ?? "something it needs is missing"}</p>}
-      {asks && desk !== null && (
-        <div class="asks" role="alert">
-          <p>{desk.name} has changes that are not in the library.</p>
-          <button type="button" class="small" onClick={() => void saveFirst()}>
-            Save, then open
-          </button>
-          <button type="button" class="small" onClick={() => void open(true)}>
-            Open without saving
-          </button>
-          <button type="button" class="link" onClick={() => setAsks(false)}>
-            not now
-          </button>
-        </div>
-      )}
-    </li>
   );
 }
 

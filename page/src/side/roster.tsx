@@ -3,7 +3,7 @@
 import { useStudio } from "../context";
 import { useSlowNews } from "../news";
 import type { Studio } from "../studio";
-import { className, counted, plain } from "../words";
+import { className, counted } from "../words";
 
 const MOST = 6;
 
@@ -45,5 +45,5 @@ export function Roster() {
 
 function doing(studio: Studio, robot: number): string {
   const state = studio.desk?.states[studio.motion.last?.robots.doing[robot] ?? -1];
-  return state === undefined ? "idles" : plain(state.name);
+  return state === undefined ? "idles" : state.name;
 }

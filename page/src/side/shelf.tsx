@@ -42,7 +42,11 @@ export function Shelf() {
                   .filter(Boolean)
                   .join(" · ")}
               </span>
-              {!complete && <span class="warn" aria-label="not complete">!</span>}
+              {!complete && (
+                <span class="warn" aria-label="not complete">
+                  !
+                </span>
+              )}
             </button>
           </li>
         ))}

@@ -52,7 +52,10 @@ export function WorldView() {
         onKeyDown={(event) => {
           if (event.key === "+" || event.key === "=") stage?.zoom(1.25);
           else if (event.key === "-") stage?.zoom(0.8);
-          else if (event.key === "Escape") {
+          else if (event.key === "Delete" && marked?.what === "thing") {
+            void studio.ask({ do: "remove_object", slot: marked.of });
+            mark(null);
+          } else if (event.key === "Escape") {
             setTool(null);
             mark(null);
           }

@@ -53,7 +53,13 @@ function cone(picture: Picture, robot: number, fromDeg: number, toDeg: number, l
 function drawCamera(picture: Picture, robot: number): void {
   const { pen, scene, palette } = picture;
   for (const camera of scene.cameras[scene.robot_type[robot] ?? 0] ?? []) {
-    cone(picture, robot, -camera.view_deg / 2, camera.view_deg / 2, camera.range ?? scene.width + scene.height);
+    cone(
+      picture,
+      robot,
+      -camera.view_deg / 2,
+      camera.view_deg / 2,
+      camera.range ?? scene.width + scene.height,
+    );
     pen.globalAlpha = 0.1;
     pen.fillStyle = palette.accent;
     pen.fill();

@@ -44,6 +44,7 @@ class Hand {
   private held: Mark | null = null;
   private start = { x: 0, y: 0 };
   private moved = false;
+  private turned = false;
   private sent = 0;
 
   constructor(
@@ -57,6 +58,7 @@ class Hand {
     if (this.fingers.size > 1) return this.letGo();
     this.start = { x: event.offsetX, y: event.offsetY };
     this.moved = false;
+    this.turned = false;
     this.held = this.stage.studio.directs ? under(this.stage, event.offsetX, event.offsetY) : null;
   }
 
@@ -74,6 +76,7 @@ class Hand {
     if (Math.hypot(at.x - this.start.x, at.y - this.start.y) > SLOP_PX) this.moved = true;
     if (!this.moved) return;
     if (this.held === null) stage.pan(at.x - before.x, at.y - before.y);
+    else if (event.shiftKey && this.held.what === "robot") this.turn(this.held.of, at.x, at.y);
     else this.drag(this.held, at.x, at.y);
   }
 
@@ -84,7 +87,9 @@ class Hand {
     if (!this.moved && event.type === "pointerup") {
       this.clicked({ mark: under(stage, event.offsetX, event.offsetY), x, y });
     }
-    if (this.held !== null && this.moved) void this.put(this.held, x, y).then(() => this.letGo());
+    if (this.held !== null && this.turned) this.turn(this.held.of, event.offsetX, event.offsetY);
+    if (this.held !== null && this.moved && !this.turned)
+      void this.put(this.held, x, y).then(() => this.letGo());
     else this.letGo();
   }
 
@@ -100,6 +105,18 @@ class Hand {
     stage.dragged = { ...held, x, y };
     stage.draw();
     if (performance.now() - this.sent > EVERY_MS) void this.put(held, x, y);
+  }
+
+  /** With Shift, a robot stays and turns to the pointer. */
+  private turn(agent: number, px: number, py: number): void {
+    const { stage } = this;
+    const last = this.fingers.size === 0;
+    this.turned = true;
+    if (!last && performance.now() - this.sent < EVERY_MS) return;
+    this.sent = performance.now();
+    const { x, y } = stage.studio.motion.pose(agent, 1);
+    const [toX, toY] = toWorld(stage.view, stage.screen, px, py);
+    void stage.studio.ask({ do: "place", agent, x, y, heading: Math.atan2(toY - y, toX - x) });
   }
 
   private put(held: Mark, x: number, y: number): Promise<unknown> {

@@ -44,8 +44,13 @@ function drawCrowd(picture: Picture, type: number, trained: number): void {
   pen.fillStyle = palette.panel;
   pen.fill();
   pen.strokeStyle = paint(scene.types[type]?.color ?? null, palette.robot);
-  pen.lineWidth = 2;
+  pen.lineWidth = thin(picture, scene.types[type]?.radius ?? 0.2, 2);
   pen.stroke();
+}
+
+/** A line's width, thinner around what is small. */
+function thin(picture: Picture, radius: number, most: number): number {
+  return Math.max(1, Math.min(most, radius * picture.view.scale * 0.28));
 }
 
 function outline(picture: Picture, robot: number): void {
@@ -74,7 +79,7 @@ function drawTrained(picture: Picture, robot: number): void {
   pen.fillStyle = palette.panel;
   pen.fill();
   pen.strokeStyle = color;
-  pen.lineWidth = 3;
+  pen.lineWidth = Math.max(1.5, Math.min(3, radius * 0.28));
   pen.lineCap = "round";
   pen.stroke();
   const stored = motion.last?.robots.stored[robot] ?? 0;

@@ -32,7 +32,7 @@ function drawThing(picture: Picture, index: number): void {
   const [x, y] = spot(picture, at.x, at.y);
   const size = Math.max(extent(kind, atFirst) * view.scale, LEAST_PX);
   const color = paint(kind.color, kind.food ? palette.food : kind.home ? palette.accent : palette.soft);
-  const left = kind.food && atFirst > 0 ? amount / atFirst : 1;
+  const left = kind.food ? amount / Math.max(atFirst, 1) : 1;
 
   pen.fillStyle = color;
   if (kind.home) {

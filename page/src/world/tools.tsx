@@ -98,7 +98,9 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
       {mark.what === "robot" ? (
         <>
           <b>robot {mark.of + 1}</b>
-          {trained ? <span class="soft">is being trained</span> : null}
+          <span class="soft">
+            {trained ? "is being trained; " : ""}drag to move it, with Shift to turn it
+          </span>
           {!trained && desk !== null && (
             <button type="button" disabled={!directs} onClick={() => act({ do: "agent", agent: mark.of })}>
               Train this one
@@ -113,7 +115,11 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
               {frame.things.amount[at]} of {frame.things.atFirst[at]}
             </span>
           )}
-          <button type="button" disabled={!directs} onClick={() => act({ do: "remove_object", slot: mark.of })}>
+          <button
+            type="button"
+            disabled={!directs}
+            onClick={() => act({ do: "remove_object", slot: mark.of })}
+          >
             Remove
           </button>
         </>

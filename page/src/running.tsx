@@ -1,0 +1,81 @@
+/** Time: reset, pause, step, speed. */
+
+import { useQuietStudio } from "./context";
+import { useSlowNews } from "./news";
+import type { Studio } from "./studio";
+import { clock } from "./words";
+
+const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
+
+export function Running({ studio }: { studio: Studio }) {
+  const paused = studio.told?.paused ?? false;
+  const off = !studio.directs;
+  const still = off || studio.desk === null;
+  const seed = studio.told?.seed ?? studio.scene?.seed ?? 0;
+  return (
+    <div class="running" role="toolbar" aria-label="Time">
+      <button
+        type="button"
+        class="icon"
+        disabled={off}
+        aria-label="Reset"
+        title="The same world again"
+        onClick={() => void studio.ask({ do: "reset", seed: null })}
+      >
+        ↺
+      </button>
+      <button
+        type="button"
+        disabled={off}
+        title="The next world"
+        onClick={() => void studio.ask({ do: "reset", seed: seed + 1 })}
+      >
+        New world
+      </button>
+      <button
+        type="button"
+        class="pause"
+        disabled={still}
+        aria-label={paused ? "Go on" : "Pause"}
+        onClick={() => void studio.ask({ do: "pause", paused: !paused })}
+      >
+        {paused ? "▶ Go on" : "❚❚ Pause"} <kbd>␣</kbd>
+      </button>
+      <button
+        type="button"
+        disabled={still || !paused}
+        aria-label="Step"
+        title="One tick"
+        onClick={() => void studio.ask({ do: "step" })}
+      >
+        Step <kbd>.</kbd>
+      </button>
+      <select
+        aria-label="Speed"
+        disabled={off}
+        value={String(studio.told?.speed ?? 1)}
+        onChange={(event) => {
+          void studio.ask({ do: "speed", speed: Number(event.currentTarget.value) });
+          event.currentTarget.blur();
+        }}
+      >
+        {SPEEDS.map((speed) => (
+          <option key={speed} value={String(speed)}>
+            {speed}×
+          </option>
+        ))}
+      </select>
+      <Time />
+    </div>
+  );
+}
+
+function Time() {
+  const studio = useQuietStudio();
+  useSlowNews(studio.framed, 90);
+  return (
+    <span class="soft time" title="Time in the world">
+      {clock(studio.motion.last?.time ?? 0)}
+    </span>
+  );
+}
