@@ -10,6 +10,7 @@ import type { Panel } from "./panel";
 import { Pane } from "./pane";
 import { Side } from "./side";
 import type { Studio } from "./studio";
+import { Timeline } from "./timeline";
 import { WorldView } from "./world/canvas";
 
 const BUTTONS = "button:not([role=tab]), [role=button]";
@@ -26,6 +27,7 @@ export function App({ studio, panel }: { studio: Studio; panel: Panel }) {
         <main class="center">
           <WorldView />
           <Directing />
+          <Timeline />
         </main>
         <Pane />
       </div>

@@ -13,6 +13,8 @@ export type Request =
   | { do: "pause"; paused: boolean }
   | { do: "speed"; speed: number }
   | { do: "reset"; seed: number | null }
+  | { do: "rewind"; time_s: number }
+  | { do: "rewind"; example: number }
   | { do: "stand_for"; targets: Targets }
   | { do: "open"; name: string; discard?: boolean }
   | Beginning
@@ -237,6 +239,8 @@ export interface DeskNews {
   paused: boolean;
   speed: number;
   seed: number | null;
+  /** Which run of the world this is, and from when of its time one can go back in it. */
+  run: { number: number; from_s: number };
 }
 
 export type News = Hello | SceneNews | DeskNews;

@@ -4,6 +4,7 @@ import { decode } from "./frame";
 import { Link, type Listener } from "./link";
 import { Memory } from "./memory";
 import { News } from "./news";
+import { Past } from "./past";
 import type { Answer, Desk, DeskNews, News as ServerNews, Request, Said, Scene } from "./protocol";
 import { Motion } from "./world/motion";
 
@@ -34,6 +35,7 @@ export class Studio implements Listener {
   readonly framed = new News();
   readonly motion = new Motion();
   readonly memory = new Memory();
+  readonly past = new Past();
   scene: Scene | null = null;
   told: DeskNews | null = null;
   /** Whether there is a connection; null before there was ever one. */
@@ -111,6 +113,7 @@ export class Studio implements Listener {
     const frame = decode(buffer);
     this.motion.take(frame, performance.now());
     this.memory.see(frame.tick, frame.features);
+    this.past.see(frame.time);
     this.framed.tell();
   }
 
@@ -137,6 +140,8 @@ export class Studio implements Listener {
       this.switch = { from: before.state, to: desk.state, corrected, at: performance.now() };
     }
     if (labels(before) !== labels(desk)) this.memory.forget();
+    if (news.run.number !== this.told?.run.number) this.past.begin(news.run.from_s);
+    this.past.note(desk?.examples ?? [], grew && before?.name === desk?.name);
     this.told = news;
     this.directs = news.directs;
   }

@@ -136,6 +136,15 @@ function Detail({ example, desk, panel, studio }: TableProps & { example: Exampl
           ))}
         </select>
       </label>
+      <button
+        type="button"
+        class="small"
+        disabled={!studio.directs}
+        title="Go back to just before it was shown"
+        onClick={() => void studio.ask({ do: "rewind", example: number })}
+      >
+        Go there
+      </button>
       <button type="button" class="small danger" disabled={!studio.directs} onClick={() => void remove()}>
         Delete
       </button>

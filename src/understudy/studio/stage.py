@@ -51,6 +51,7 @@ class Stage:
         self._said = Said(NOTHING)
         self._picture: Picture | None = None
         self.reel = Reel()
+        self.run: Plain = {"number": 0, "from_s": 0.0}
         self.look_for_cut_off()
         if self.cut_off:
             self._said = Said(f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on")
@@ -202,6 +203,7 @@ class Stage:
 
     def _begin_reel(self) -> None:
         self.reel.forget()
+        self.run = {"number": self.run["number"] + 1, "from_s": self.world.time_s}
         if self.desk is not None:
             self.reel.see(self.desk.session)
 

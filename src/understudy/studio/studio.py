@@ -158,6 +158,7 @@ class Studio:
             "paused": stage.paused,
             "speed": stage.speed,
             "seed": stage.seed,
+            "run": stage.run,
         }
         director = self.viewers.director
         if shown == self._shown and director is self._directed:

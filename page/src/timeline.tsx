@@ -1,0 +1,62 @@
+/** The run so far as a line to go back on, with a mark for each press that was recorded. */
+
+import { useRef } from "preact/hooks";
+import { useStudio } from "./context";
+import { useSlowNews } from "./news";
+import type { Past } from "./past";
+import { className, clock } from "./words";
+
+const STEP_S = 0.5;
+
+export function Timeline() {
+  const studio = useStudio();
+  useSlowNews(studio.framed, 100);
+  const asked = useRef(false);
+  const { past, desk } = studio;
+  if (desk === null) return null;
+
+  const goBack = async (time: number): Promise<void> => {
+    if (asked.current) return; // the last one counts, when the server is ready for it
+    asked.current = true;
+    await studio.ask({ do: "rewind", time_s: time });
+    asked.current = false;
+  };
+
+  return (
+    <div class="timeline">
+      <div class="line">
+        {past.marks.map((mark) => (
+          <span
+            key={mark.number}
+            class={className("mark", mark.correction && "correction")}
+            style={{ left: share(past, mark.time) }}
+            title={`example ${mark.number}, at ${clock(mark.time)}`}
+          />
+        ))}
+        <input
+          type="range"
+          aria-label="Rewind"
+          aria-valuetext={clock(past.now)}
+          min={past.from}
+          max={past.latest}
+          step="any"
+          value={past.now}
+          disabled={!studio.directs || past.latest - past.from < STEP_S}
+          onInput={(event) => void goBack(Number(event.currentTarget.value))}
+          onKeyDown={(event) => {
+            const way = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
+            if (way === undefined) return;
+            event.preventDefault();
+            void goBack(Math.min(past.latest, Math.max(past.from, past.now + way * STEP_S)));
+          }}
+        />
+      </div>
+      <span class="hint">{past.now < past.latest ? "going on begins here" : "drag to rewind"}</span>
+    </div>
+  );
+}
+
+function share(past: Past, time: number): string {
+  const length = Math.max(past.latest - past.from, STEP_S);
+  return `${(100 * Math.min(1, Math.max(0, (time - past.from) / length))).toFixed(2)}%`;
+}
