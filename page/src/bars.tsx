@@ -22,7 +22,11 @@ export function Bars() {
   if (studio.told === null || studio.directs) return null;
   return (
     <div class="bar" role="status">
-      <span>Somebody else directs. You see everything, and can take over when nobody directs any more.</span>
+      <span>
+        {studio.told.directed
+          ? "Somebody else directs. You see everything, and can take over when nobody directs any more."
+          : "Nobody directs: take over, and the robot is yours."}
+      </span>
       <button type="button" class="small" onClick={() => void studio.ask({ do: "take" })}>
         Take
       </button>

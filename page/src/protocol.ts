@@ -241,6 +241,8 @@ export interface DeskNews {
   seed: number | null;
   /** Which run of the world this is, and from when of its time one can go back in it. */
   run: { number: number; from_s: number };
+  /** Whether anybody directs. */
+  directed: boolean;
 }
 
 export type News = Hello | SceneNews | DeskNews;

@@ -96,3 +96,22 @@ def test_a_server_that_is_killed_loses_nothing(teacher: Teacher, studio: Studio)
     teacher.page.get_by_role("button", name=re.compile("goto")).first.click()
     expect(teacher.directing("forward")).to_be_visible(timeout=15_000)
     assert teacher.examples == before
+
+
+def test_back_on_the_timeline(teacher: Teacher) -> None:
+    """The robot is back where it was, the lesson stays, and it goes on from there."""
+    teacher.press("ArrowUp")
+    teacher.page.wait_for_timeout(3_000)
+    teacher.press("Space")
+    far, before = teacher.reading(), teacher.examples
+    line = teacher.page.get_by_role("slider", name="Rewind")
+    line.focus()
+    for _ in range(3):
+        line.press("ArrowLeft")
+        teacher.page.wait_for_timeout(250)
+    near = teacher.reading()
+    assert near != far
+    assert teacher.examples == before
+    teacher.page.get_by_role("button", name=re.compile("Go on")).click()
+    teacher.page.wait_for_timeout(700)
+    assert teacher.reading() != near

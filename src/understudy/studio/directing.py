@@ -13,6 +13,9 @@ from understudy.studio import messages as m
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
 
+FOOD = 10
+"""Units in a source of food that somebody adds."""
+
 Action: TypeAlias = Callable[[Stage, Any], Plain | None]
 
 
@@ -92,7 +95,7 @@ def _place(stage: Stage, message: m.Place) -> None:
     if heading is None:
         heading = float(stage.world.state.robots["heading"][message.agent])
     place = (message.agent, message.x, message.y, heading)
-    stage.put(lambda world: world.place(*place), f"Robot {message.agent} was put elsewhere")
+    stage.put(lambda world: world.place(*place), f"Robot {message.agent + 1} was put elsewhere")
 
 
 def _move_object(stage: Stage, message: m.MoveObject) -> None:
@@ -100,7 +103,10 @@ def _move_object(stage: Stage, message: m.MoveObject) -> None:
 
 
 def _add_object(stage: Stage, message: m.AddObject) -> None:
-    stage.put(lambda world: world.add_object(message.kind, message.x, message.y), f"{message.kind} was added")
+    kind = message.kind
+    classes, rules = stage.world.names.classes, stage.world.rules.classes
+    amount = FOOD if kind in classes and rules["food"][classes.index(kind)] else 0
+    stage.put(lambda world: world.add_object(kind, message.x, message.y, amount=amount), f"{kind} was added")
 
 
 def _remove_object(stage: Stage, message: m.RemoveObject) -> None:

@@ -159,6 +159,7 @@ class Studio:
             "speed": stage.speed,
             "seed": stage.seed,
             "run": stage.run,
+            "directed": self.viewers.director is not None,
         }
         director = self.viewers.director
         if shown == self._shown and director is self._directed:
