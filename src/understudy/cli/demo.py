@@ -129,7 +129,7 @@ def _tell_lessons(teaching: Teaching, talk: Console) -> None:
     from rich.padding import Padding
     from rich.table import Table
 
-    from understudy.cli.shelf import conditions
+    from understudy.model.account import conditions
     from understudy.model.binding import called
 
     talk.print(

@@ -31,10 +31,10 @@ def diff(
 
     [dim]understudy diff goto --from 1 --to 3 --library demo/library[/]
     """
-    from understudy.cli.changes import changes
     from understudy.cli.output import print_json
     from understudy.cli.parts import some_kit
     from understudy.errors import SettingError
+    from understudy.model.changes import changes
     from understudy.model.folder import versions
 
     parts = some_kit(kit, world)

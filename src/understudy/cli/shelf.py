@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from math import isnan
 from pathlib import Path
 from typing import Any
 
 from understudy.errors import UnderstudyError
+from understudy.model.account import conditions, options, plain
 from understudy.model.automaton import Automaton
 from understudy.model.conditions import conditions as tree_conditions
-from understudy.model.conditions import sentences
 from understudy.model.document import Learn, Opened
 from understudy.model.example import Example
-from understudy.model.feature import BoundFeature
 from understudy.model.filenames import stem
 from understudy.model.folder import documents, joined, open_document, versions
-from understudy.model.kinds import Categorical
 from understudy.model.kit import Kit
-from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
 
@@ -62,17 +58,6 @@ def graph_conditions(automaton: Automaton) -> dict[tuple[str, str], list[str]]:
         for outcome, texts in tree_conditions(function, automaton.features).items()
         if outcome != STAY and names[outcome] != state
     }
-
-
-def conditions(automaton: Automaton) -> dict[str, list[str]]:
-    """By state, in words, when it switches to what."""
-    said = {}
-    for state, function in automaton.transitions.items():
-        if isinstance(function, Tree):
-            said[state] = list(sentences(function, automaton.features, automaton.state_names, state))
-        else:
-            said[state] = ["decided by a classifier of scikit-learn"]
-    return said
 
 
 def summary(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
@@ -129,13 +114,6 @@ def whole(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
     }
 
 
-def options(lesson: Lesson) -> dict[str, Any]:
-    """How a lesson is learned."""
-    chosen = lesson.options
-    learner = getattr(chosen.learner, "classifier", "trees")
-    return {"learner": learner, "reaction_s": chosen.reaction_s, "watched": chosen.watched}
-
-
 def example_row(example: Example, automaton: Automaton) -> dict[str, Any]:
     """One example; categorical values as labels, absent ones null."""
     values = zip(automaton.features, example.values, strict=True)
@@ -148,10 +126,3 @@ def example_row(example: Example, automaton: Automaton) -> dict[str, Any]:
         "edited": example.edited,
         "values": {str(bound): plain(value, bound) for bound, value in values},
     }
-
-
-def plain(value: float, bound: BoundFeature) -> float | str | None:
-    """A value as people write it: a number, a label, or None where absent."""
-    if isnan(value):
-        return None
-    return bound.kind.labels[int(value)] if isinstance(bound.kind, Categorical) else value

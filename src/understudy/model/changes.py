@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from understudy.cli.shelf import conditions, options, plain
+from understudy.model.account import conditions, options, plain
 from understudy.model.automaton import Automaton
 from understudy.model.example import Example
 from understudy.model.library import Taught

@@ -1,0 +1,38 @@
+"""An account of what was taught: conditions, options and values as people and programs read them."""
+
+from __future__ import annotations
+
+from math import isnan
+from typing import Any
+
+from understudy.model.automaton import Automaton
+from understudy.model.conditions import sentences
+from understudy.model.feature import BoundFeature
+from understudy.model.kinds import Categorical
+from understudy.model.lesson import Lesson
+from understudy.model.tree import Tree
+
+
+def conditions(automaton: Automaton) -> dict[str, list[str]]:
+    """By state, in words, when it switches to what."""
+    said = {}
+    for state, function in automaton.transitions.items():
+        if isinstance(function, Tree):
+            said[state] = list(sentences(function, automaton.features, automaton.state_names, state))
+        else:
+            said[state] = ["decided by a classifier of scikit-learn"]
+    return said
+
+
+def options(lesson: Lesson) -> dict[str, Any]:
+    """How a lesson is learned."""
+    chosen = lesson.options
+    learner = getattr(chosen.learner, "classifier", "trees")
+    return {"learner": learner, "reaction_s": chosen.reaction_s, "watched": chosen.watched}
+
+
+def plain(value: float, bound: BoundFeature) -> float | str | None:
+    """A value as people write it: a number, a label, or None where absent."""
+    if isnan(value):
+        return None
+    return bound.kind.labels[int(value)] if isinstance(bound.kind, Categorical) else value
