@@ -129,6 +129,42 @@ def save(folder: Path | str, taught: Taught) -> Path:
     return path
 
 
+def rename(folder: Path, former: str, taught: Taught) -> Path:
+    """Give an automaton another name, `taught` being it under that name; its former versions come along.
+
+    Killed in between, the folder has it under both names, each version under one of them.
+    """
+    path, name = folder / f"{stem(former)}.json", stem(taught.automaton.name)
+    renamed, data = folder / f"{name}.json", encode(taught)
+    with failing(path, "renaming"), locked(folder):
+        _refuse_alike(taught.automaton.name, renamed)
+        if renamed.exists():
+            raise DefinitionError(
+                what=f"automaton {taught.automaton.name!r}",
+                problem=f"{renamed.name} is there already",
+                remedy="give it another name",
+            )
+        write(renamed, data)
+        _move_versions(folder / VERSIONS / stem(former), folder / VERSIONS / name)
+        path.unlink()
+        sync_folder(folder)
+    return renamed
+
+
+def _move_versions(source: Path, target: Path) -> None:
+    """Versions go behind those that are there of an automaton that had the name before."""
+    moving = _versions(source)
+    if not moving:
+        return
+    target.mkdir(parents=True, exist_ok=True)
+    there = _versions(target)
+    number = there[-1].number if there else 0
+    for offset, version in enumerate(moving, start=1):
+        version.path.rename(target / f"{number + offset:04}{version.path.name.lstrip('0123456789')}")
+    for each in (target, source, target.parent):
+        sync_folder(each)
+
+
 def _refuse_alike(name: str, path: Path) -> None:
     for other in path.parent.glob("*.json"):
         if other.name != path.name and alike(unquote(other.stem)) == alike(name):

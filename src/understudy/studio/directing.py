@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 from understudy.desk.plan import Choices
 from understudy.errors import SettingError
-from understudy.studio import keeping, openings
+from understudy.studio import former, keeping, naming, openings
 from understudy.studio import messages as m
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
@@ -156,6 +156,13 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.Save: lambda stage, message: keeping.save(stage, message.name),
         m.Remove: lambda stage, message: keeping.remove(stage, message.name),
         m.Restore: lambda stage, message: keeping.restore(stage, message.name),
+        m.Rename: lambda stage, message: naming.rename(stage, message.name, message.to),
+        m.Duplicate: lambda stage, message: naming.duplicate(stage, message.name, message.to),
+        m.Versions: lambda stage, message: former.listed(stage, message.name),
+        m.Changes: lambda stage, message: former.told(
+            stage, message.name, message.version, to_next=message.next
+        ),
+        m.GoBack: lambda stage, message: former.go_back(stage, message.name, message.version),
         m.Agent: _agent,
         m.Place: _place,
         m.MoveObject: _move_object,

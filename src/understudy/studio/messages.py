@@ -148,6 +148,41 @@ class Restore(Message, frozen=True, kw_only=True, tag="restore"):
     name: Name
 
 
+class Rename(Message, frozen=True, kw_only=True, tag="rename"):
+    """Give a trained behavior another name."""
+
+    name: Name
+    to: Name
+
+
+class Duplicate(Message, frozen=True, kw_only=True, tag="duplicate"):
+    """Copy a trained behavior as it is in the library."""
+
+    name: Name
+    to: Name
+
+
+class Versions(Message, frozen=True, kw_only=True, tag="versions"):
+    """List the former versions of a trained behavior."""
+
+    name: Name
+
+
+class Changes(Message, frozen=True, kw_only=True, tag="changes"):
+    """Tell what changed from a former version to the next, or to the present one."""
+
+    name: Name
+    version: Index
+    next: bool = False
+
+
+class GoBack(Message, frozen=True, kw_only=True, tag="go_back"):
+    """Make a former version of a trained behavior the present one again."""
+
+    name: Name
+    version: Index
+
+
 class Agent(Message, frozen=True, kw_only=True, tag="agent"):
     """Which robot is trained."""
 
@@ -226,6 +261,11 @@ AnyMessage: TypeAlias = (
     | Save
     | Remove
     | Restore
+    | Rename
+    | Duplicate
+    | Versions
+    | Changes
+    | GoBack
     | Agent
     | Place
     | MoveObject

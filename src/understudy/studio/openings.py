@@ -87,6 +87,29 @@ def choose_agent(stage: Stage, agent: int) -> None:
     stage.take(opened, f"{desk.name} is trained with robot {agent} now")
 
 
+def settled(stage: Stage, name: str) -> bool:
+    """Whether an automaton of the library is the one in training; SessionError where it has unsaved changes."""
+    desk = stage.desk
+    if desk is None or desk.name != name:
+        return False
+    if desk.unsaved:
+        raise SessionError(f"{name} is being trained, and not saved as it is now: save it first")
+    return True
+
+
+def reopen(stage: Stage, name: str, said: str) -> None:
+    """What is trained was changed in the library: go on with it as it is there, perhaps under another name."""
+    desk, paused = stage.trained, stage.paused
+    lesson = stage.shelf.of(name).lesson
+    targets = dict(desk.screen.targets)
+    choices = Choices(targets=targets if lesson and set(lesson.automaton.parameters) == set(targets) else {})
+    start = checked(plan := _plan(stage, name, choices))
+    if start is None:  # pragma: no cover - what the library has is settled
+        raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
+    stage.take(begun(plan, start, stage.wall, body=stage.world, agent=desk.robot), said)
+    stage.pause(paused, said)
+
+
 def _plan(stage: Stage, name: str, choices: Choices | None = None) -> Plan:
     shelf = stage.shelf
     return Plan(name, shelf.folder, stage.world.scenario, shelf.library, choices or Choices(), stage.seed)

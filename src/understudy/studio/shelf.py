@@ -40,6 +40,16 @@ class Shelf:
             if alike(other) == alike(name):
                 raise SessionError(f"the library has {other} already: {remedy}")
 
+    def of(self, name: str) -> Taught:
+        """The automaton of this name as it is in the library."""
+        if name in self.problems:
+            raise SessionError(self.problems[name])
+        if name not in self.library.taught:
+            raise UnknownName(
+                what="automaton", name=name, where="the library", known=list(self.library.taught)
+            )
+        return self.library.taught[name]
+
     def plain(self) -> dict[str, Any]:
         """What a page shows of it."""
         kit = self.library.kit
@@ -103,13 +113,17 @@ def look(folder: Path, kit: Kit) -> Shelf:
 
 def save_copy(shelf: Shelf, taught: Taught, name: str) -> None:
     """Save an automaton under another name."""
-    automaton = replace(taught.automaton, name=name)
-    lesson = taught.lesson
+    save(shelf.folder, named(shelf, taught, name))
+
+
+def named(shelf: Shelf, taught: Taught, name: str) -> Taught:
+    """An automaton under another name; refused where that is a basic behavior's, or it would contain itself."""
+    automaton, lesson = replace(taught.automaton, name=name), taught.lesson
     if lesson is not None:
         lesson = replace(lesson, automaton=replace(lesson.automaton, name=name))
     copy = Taught(automaton, lesson)
-    shelf.library.with_taught(copy)  # refuses the name of a basic behavior, and one that contains itself
-    save(shelf.folder, copy)
+    shelf.library.with_taught(copy)
+    return copy
 
 
 def remove(shelf: Shelf, name: str) -> None:

@@ -20,6 +20,8 @@ FRAME_S = 1 / 60
 DESK_S = 1 / 20
 """How often the desk is shown at most, but for what was pressed."""
 LEFT = "Nobody directs, so the robot was paused"
+LOOKING = (m.Why, m.Versions, m.Changes)
+"""What pages may say that only look on."""
 _encode = msgspec.json.Encoder().encode
 
 
@@ -93,7 +95,7 @@ class Studio:
             self.viewers.hand_over(viewer)
             self.stage.pause(True, LEFT)
             return {}
-        if not isinstance(message, m.Why):
+        if not isinstance(message, LOOKING):
             self.viewers.refuse_others(viewer)
         return obey(self.stage, message)
 

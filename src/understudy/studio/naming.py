@@ -1,0 +1,43 @@
+"""Naming: a trained behavior of the library under another name, or twice."""
+
+from __future__ import annotations
+
+from understudy.desk.desk import Said
+from understudy.errors import SessionError
+from understudy.model import folder
+from understudy.studio import openings, shelf
+from understudy.studio.stage import Stage
+
+
+def rename(stage: Stage, name: str, to: str) -> None:
+    """Give a trained behavior another name, with its former versions; not where others run it by the former one."""
+    here = openings.settled(stage, name)
+    desk = stage.desk
+    stage.look()
+    taught = stage.shelf.of(name)
+    users = [*stage.shelf.library.users(name)]
+    if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
+        users.append(desk.name)
+    if users:
+        runs = ", ".join(dict.fromkeys(users))
+        raise SessionError(
+            f"{name} is run by {runs}: duplicate it instead, or choose the states of {runs} first"
+        )
+    stage.shelf.refuse_taken(to, remedy="give another name")
+    folder.rename(stage.shelf.folder, name, shelf.named(stage.shelf, taught, to))
+    stage.look()
+    said = f"{name} is called {to} now"
+    if here:
+        openings.reopen(stage, to, said)
+    else:
+        stage.said = Said(said, "recorded")
+
+
+def duplicate(stage: Stage, name: str, to: str) -> None:
+    """Copy a trained behavior as the library has it."""
+    stage.look()
+    taught = stage.shelf.of(name)
+    stage.shelf.refuse_taken(to, remedy="give another name")
+    shelf.save_copy(stage.shelf, taught, to)
+    stage.look()
+    stage.said = Said(f"{to} is a copy of {name}", "recorded")
