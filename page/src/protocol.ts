@@ -23,6 +23,10 @@ export type Request =
   | { do: "edit"; number: number; state: string | null; next: string | null }
   | { do: "save"; name: string | null }
   | { do: "remove" | "restore"; name: string }
+  | { do: "rename" | "duplicate"; name: string; to: string }
+  | { do: "versions"; name: string }
+  | { do: "changes"; name: string; version: number; next: boolean }
+  | { do: "go_back"; name: string; version: number }
   | { do: "agent"; agent: number }
   | { do: "place"; agent: number; x: number; y: number; heading: number | null }
   | { do: "move_object"; slot: number; x: number; y: number }
@@ -56,6 +60,20 @@ export interface Answer {
   error?: string;
   ms?: number;
   lines?: readonly string[];
+  versions?: readonly Version[];
+  changes?: readonly Change[];
+}
+
+/** A former version of a behavior, and when it was saved. */
+export interface Version {
+  number: number;
+  saved: string | null;
+}
+
+/** What changed in one respect: lines that begin with + (new), - (gone), or neither. */
+export interface Change {
+  topic: string;
+  lines: readonly string[];
 }
 
 export interface RobotType {
@@ -192,6 +210,8 @@ export interface Trained {
   parameters: readonly string[];
   runs: readonly string[];
   examples: number;
+  /** Former ones. */
+  versions: number;
   complete: boolean;
   why_not: string | null;
 }

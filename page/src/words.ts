@@ -37,6 +37,13 @@ export function clock(seconds: number | null): string {
   return `${Math.floor(tenths / 600)}:${String(whole).padStart(2, "0")}.${tenths % 10}`;
 }
 
+/** A moment as a date and a time of day: Nov 21, 10:15. */
+export function when(moment: string | null): string {
+  if (moment === null) return "";
+  const form = { month: "short", day: "numeric", hour: "2-digit", minute: "2-digit" } as const;
+  return new Date(moment).toLocaleString("en", { ...form, hour12: false });
+}
+
 /** 1 example, 2 examples. */
 export function counted(count: number, what: string): string {
   return `${count} ${what}${count === 1 ? "" : "s"}`;

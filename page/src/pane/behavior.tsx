@@ -5,11 +5,15 @@ import { usePanel } from "../context";
 import type { Trained } from "../protocol";
 import type { Studio } from "../studio";
 import { className, counted } from "../words";
+import { Naming, type Way } from "./naming";
+import { Versions } from "./versions";
 
 export function Behavior({ trained, studio }: { trained: Trained; studio: Studio }) {
   const panel = usePanel();
   const [asks, setAsks] = useState(false);
-  const { name, parameters, runs, examples, complete, why_not: whyNot } = trained;
+  const [shown, setShown] = useState<Way | "versions" | null>(null);
+  const show = (which: Way | "versions"): void => setShown(shown === which ? null : which);
+  const { name, parameters, runs, examples, versions, complete, why_not: whyNot } = trained;
   const { desk, directs } = studio;
   const here = desk?.name === name;
   const open = async (discard: boolean): Promise<void> => {
@@ -64,6 +68,34 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
         {counted(examples, "example")}
         {runs.length > 0 && `, runs ${runs.join(", ")}`}
       </p>
+      <p class="behavior-more">
+        {(["rename", "duplicate"] as const).map((way) => (
+          <button
+            type="button"
+            key={way}
+            class="link"
+            aria-label={`${way === "rename" ? "Rename" : "Duplicate"} ${name}`}
+            aria-expanded={shown === way}
+            disabled={!directs}
+            onClick={() => show(way)}
+          >
+            {way}
+          </button>
+        ))}
+        <button
+          type="button"
+          class="link"
+          aria-label={`Versions of ${name}`}
+          aria-expanded={shown === "versions"}
+          onClick={() => show("versions")}
+        >
+          {versions === 0 ? "versions" : counted(versions, "former version")}
+        </button>
+      </p>
+      {(shown === "rename" || shown === "duplicate") && (
+        <Naming key={shown} way={shown} name={name} studio={studio} close={() => setShown(null)} />
+      )}
+      {shown === "versions" && <Versions name={name} count={versions} studio={studio} />}
       {!complete && <p class="warn">Not complete: {whyNot ?? "something it needs is missing"}</p>}
       {asks && desk !== null && (
         <div class="asks" role="alert">

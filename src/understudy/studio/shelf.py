@@ -15,7 +15,7 @@ from understudy.errors import SessionError, UnderstudyError, UnknownName
 from understudy.learning.transitions import learn
 from understudy.model.atomic import failing, locked, sync_folder
 from understudy.model.filenames import alike, stem
-from understudy.model.folder import documents, joined, open_document, save
+from understudy.model.folder import documents, joined, open_document, save, versions
 from understudy.model.kit import Kit
 from understudy.model.library import Library, Taught
 from understudy.runtime.program import link
@@ -73,6 +73,7 @@ class Shelf:
             "parameters": list(taught.automaton.parameters),
             "runs": list(runs),
             "examples": 0 if lesson is None else sum(example.pressed for example in lesson.examples),
+            "versions": len(versions(self.folder, name)),
             "complete": why_not is None,
             "why_not": why_not,
         }
@@ -94,6 +95,7 @@ def _broken(name: str, problem: str) -> dict[str, Any]:
         "parameters": [],
         "runs": [],
         "examples": 0,
+        "versions": 0,
         "complete": False,
         "why_not": problem,
     }

@@ -1,0 +1,46 @@
+/** Another name for a trained behavior: for itself, or for a copy of it. */
+
+import { useEffect, useRef, useState } from "preact/hooks";
+import type { Studio } from "../studio";
+
+export type Way = "rename" | "duplicate";
+
+interface Props {
+  way: Way;
+  name: string;
+  studio: Studio;
+  close: () => void;
+}
+
+export function Naming({ way, name, studio, close }: Props) {
+  const [to, setTo] = useState(way === "rename" ? name : `${name} 2`);
+  const field = useRef<HTMLInputElement>(null);
+  useEffect(() => field.current?.select(), []);
+  const wanted = to.trim();
+  const useless = wanted === "" || wanted === name || !studio.directs;
+  const act = async (): Promise<void> => {
+    const answer = await studio.ask({ do: way, name, to: wanted });
+    if (answer.error === undefined) close();
+  };
+  return (
+    <form
+      class="naming"
+      onSubmit={(event) => {
+        event.preventDefault();
+        if (!useless) void act();
+      }}
+      onKeyDown={(event) => event.key === "Escape" && close()}
+    >
+      <input
+        ref={field}
+        value={to}
+        maxLength={150}
+        aria-label={way === "rename" ? `New name of ${name}` : `Name of the copy of ${name}`}
+        onInput={(event) => setTo(event.currentTarget.value)}
+      />
+      <button type="submit" class="small" disabled={useless}>
+        {way === "rename" ? "Rename" : "Duplicate"}
+      </button>
+    </form>
+  );
+}
