@@ -11,5 +11,10 @@ export default defineConfig({
     modulePreload: { polyfill: false },
     assetsInlineLimit: 0,
   },
-  server: { proxy: { "/ws": { target: "http://127.0.0.1:8611", ws: true } } },
+  server: {
+    proxy: {
+      "/ws": { target: "http://127.0.0.1:8611", ws: true },
+      "/library.zip": { target: "http://127.0.0.1:8611" },
+    },
+  },
 });

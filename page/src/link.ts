@@ -25,7 +25,9 @@ export class Link {
   constructor(private readonly listener: Listener) {}
 
   open(): void {
-    const socket = new WebSocket(this.address());
+    const here = this.address("ws");
+    here.protocol = here.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(here.href);
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.wait = FIRST_WAIT;
@@ -84,12 +86,12 @@ export class Link {
     this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
   }
 
-  private address(): string {
-    const here = new URL("ws", document.baseURI);
-    here.protocol = here.protocol === "https:" ? "wss:" : "ws:";
+  /** Where the server's `path` is, for this page: with its token and its key. */
+  address(path: string): URL {
+    const here = new URL(path, document.baseURI);
     const token = new URL(location.href).searchParams.get("token");
     if (token !== null) here.searchParams.set("token", token);
     if (this.key !== null) here.searchParams.set("key", this.key);
-    return here.href;
+    return here;
   }
 }

@@ -67,6 +67,11 @@ export class Studio implements Listener {
     return answer;
   }
 
+  /** Where something of the server is that is fetched by itself. */
+  address(path: string): URL {
+    return this.link.address(path);
+  }
+
   /** Direct to a state; `since` is when its key went down, by the page's clock. */
   async press(state: string, since: number): Promise<void> {
     this.asking = state;

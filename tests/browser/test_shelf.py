@@ -1,8 +1,9 @@
-"""The library at the page: other names, copies and former versions."""
+"""The library at the page: other names, copies, former versions, and the way out and in again as a file."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -24,7 +25,9 @@ def show(teacher: Teacher, state: str) -> None:
     """One more example, and save."""
     save = teacher.page.get_by_role("button", name="Save", exact=True)
     teacher.directing(state).click()
-    teacher.page.get_by_role("button", name="Step").click()
+    step = teacher.page.get_by_role("button", name="Step")
+    if step.is_enabled():  # time stands still
+        step.click()
     save.click()
     expect(save).to_be_disabled()
 
@@ -58,3 +61,35 @@ def test_back_to_a_former_version(teacher: Teacher) -> None:
     page.get_by_role("button", name="Go back to version 1 of goto").click()
     expect(page.get_by_role("button", name="version 2", exact=True)).to_be_visible()
     assert teacher.examples == 2
+
+
+def test_out_as_a_file_and_in_again(teacher: Teacher, tmp_path: Path) -> None:
+    page = teacher.page
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Export library").click()
+    parcel = tmp_path / "mine.zip"
+    download.value.save_as(parcel)
+    page.get_by_role("button", name="Duplicate goto").click()
+    page.get_by_role("textbox", name="Name of the copy of goto").press("Enter")
+    page.get_by_role("button", name="Open goto 2").click()
+    page.get_by_role("tab", name="Library").click()
+    page.get_by_role("button", name="Delete goto").click()
+
+    def give() -> None:
+        with page.expect_file_chooser() as chooser:
+            page.get_by_role("button", name="Import").click()
+        chooser.value.set_files(parcel)
+
+    give()
+    expect(page.get_by_text("Imported goto")).to_be_visible()
+    page.get_by_role("button", name="Open goto", exact=True).click()
+    show(teacher, "rotate_left")
+    page.get_by_role("tab", name="Library").click()
+    page.get_by_role("button", name="Open goto 2").click()
+    page.get_by_role("tab", name="Library").click()
+    give()
+    page.get_by_role("button", name="Replace").click()
+    expect(page.get_by_text("replaced goto, former versions are kept")).to_be_visible()
+    parcel.write_bytes(b"no zip")
+    give()
+    expect(page.get_by_text("cannot be read as a zip")).to_be_visible()

@@ -5,6 +5,7 @@ import { usePanel, useStudio } from "../context";
 import type { Studio } from "../studio";
 import { counted } from "../words";
 import { Behavior } from "./behavior";
+import { Parcel } from "./parcel";
 
 export function LibraryTab() {
   const studio = useStudio();
@@ -73,6 +74,8 @@ export function LibraryTab() {
           </ul>
         </>
       )}
+      <h3>As a file</h3>
+      <Parcel studio={studio} />
       <p class="padded tiny folder">in the folder {folder}</p>
     </>
   );

@@ -1,6 +1,6 @@
 /** Another name for a trained behavior: for itself, or for a copy of it. */
 
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { Studio } from "../studio";
 
 export type Way = "rename" | "duplicate";
@@ -15,7 +15,7 @@ interface Props {
 export function Naming({ way, name, studio, close }: Props) {
   const [to, setTo] = useState(way === "rename" ? name : `${name} 2`);
   const field = useRef<HTMLInputElement>(null);
-  useEffect(() => field.current?.select(), []);
+  useLayoutEffect(() => field.current?.select(), []);
   const wanted = to.trim();
   const useless = wanted === "" || wanted === name || !studio.directs;
   const act = async (): Promise<void> => {

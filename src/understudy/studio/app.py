@@ -10,12 +10,13 @@ from secrets import compare_digest
 from urllib.parse import urlsplit
 
 from starlette.applications import Starlette
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
+from understudy.studio.post import post
 from understudy.studio.studio import Studio
 from understudy.studio.viewers import Viewer
 
@@ -69,19 +70,20 @@ def app(
                 await clockwork
 
     files = StaticFiles(directory=static, check_dir=False)
-    routes = [Route("/", page), WebSocketRoute("/ws", socket), Mount("/", files)]
+    library = post(studio, lambda request: _refusal(request, token, hosts))
+    routes = [Route("/", page), WebSocketRoute("/ws", socket), library, Mount("/", files)]
     return Starlette(routes=routes, lifespan=life)
 
 
-def _refusal(websocket: WebSocket, token: str | None, hosts: Collection[str] | None) -> str | None:
-    """Why a page may not connect: another site's page, a name that only pretends to be this machine, no token."""
-    host = websocket.headers.get("host", "")
+def _refusal(caller: HTTPConnection, token: str | None, hosts: Collection[str] | None) -> str | None:
+    """Why somebody may not connect: another site's page, a name that only pretends to be this machine, no token."""
+    host = caller.headers.get("host", "")
     if hosts is not None and (urlsplit(f"//{host}").hostname or "") not in hosts:
         return "the studio is not called by this name"
-    origin = websocket.headers.get("origin")
+    origin = caller.headers.get("origin")
     if origin is not None and urlsplit(origin).netloc != host:
         return "a page of another site may not connect"
-    given = websocket.query_params.get("token", "")
+    given = caller.query_params.get("token", "")
     if token is not None and not compare_digest(given.encode(), token.encode()):
         return "the token is missing or wrong: open the link that the studio printed"
     return None
