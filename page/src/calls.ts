@@ -1,6 +1,6 @@
 /** What can be chosen: each behavior and feature with its parameters bound in every way. */
 
-import type { Desk, DeskNews, Part, Scene } from "./protocol";
+import type { Call, Desk, DeskNews, Part, Scene } from "./protocol";
 
 export interface Offer {
   name: string;
@@ -12,11 +12,22 @@ const MOST_WAYS = 24;
 
 /** A name with its parameters bound in every way. */
 export function ways(part: Part, names: readonly string[]): string[] {
-  let found: string[][] = [[]];
-  for (const _ of part.parameters) found = found.flatMap((way) => names.map((name) => [...way, name]));
-  return found
-    .slice(0, MOST_WAYS)
-    .map((way) => (way.length === 0 ? part.name : `${part.name}(${way.join(", ")})`));
+  return calls(part, names).map(called);
+}
+
+/** A behavior called in every way. */
+export function calls(part: Part, names: readonly string[]): Call[] {
+  let found: Record<string, string>[] = [{}];
+  for (const parameter of part.parameters) {
+    found = found.flatMap((targets) => names.map((name) => ({ ...targets, [parameter]: name })));
+  }
+  return found.slice(0, MOST_WAYS).map((targets) => ({ behavior: part.name, targets }));
+}
+
+/** goto(station). */
+export function called({ behavior, targets }: Call): string {
+  const bound = Object.values(targets);
+  return bound.length === 0 ? behavior : `${behavior}(${bound.join(", ")})`;
 }
 
 export function offeredStates(

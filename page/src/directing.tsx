@@ -21,6 +21,19 @@ export function Directing() {
           <StateButton key={state.name} state={state} studio={studio} desk={desk} />
         ))}
       </div>
+      {desk.watched && (
+        <button
+          type="button"
+          class="keep"
+          role="switch"
+          aria-checked={!desk.watching}
+          disabled={!studio.directs}
+          title={desk.watching ? "You watch: silence is consent" : "Silence is no consent now"}
+          onClick={() => void studio.ask({ do: "watch" })}
+        >
+          {desk.watching ? "" : "✓ "}I am not watching
+        </button>
+      )}
       <button
         type="button"
         class="keep"

@@ -28,6 +28,8 @@ export type Request =
   | { do: "changes"; name: string; version: number; next: boolean }
   | { do: "go_back"; name: string; version: number }
   | { do: "agent"; agent: number }
+  | { do: "others"; behavior: string | null; targets: Targets }
+  | { do: "watch" }
   | { do: "place"; agent: number; x: number; y: number; heading: number | null }
   | { do: "move_object"; slot: number; x: number; y: number }
   | { do: "add_object"; kind: string; x: number; y: number }
@@ -182,6 +184,12 @@ export interface Edge {
   examples: readonly number[];
 }
 
+/** A behavior, and what its parameters stand for. */
+export interface Call {
+  behavior: string;
+  targets: Targets;
+}
+
 /** The automaton under training. */
 export interface Desk {
   name: string;
@@ -198,6 +206,10 @@ export interface Desk {
   examples: readonly Example[];
   edges: readonly Edge[];
   watched: boolean;
+  /** Whether silence is consent now, in a lesson with watched examples. */
+  watching: boolean;
+  /** What the robots run that are not trained; null: they idle. */
+  others: Call | null;
   reaction_s: number;
   undoable: string | null;
   redoable: string | null;

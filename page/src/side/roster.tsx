@@ -1,9 +1,11 @@
 /** The robots, and which one is trained. */
 
+import { called } from "../calls";
 import { useStudio } from "../context";
 import { useSlowNews } from "../news";
 import type { Studio } from "../studio";
 import { className, counted } from "../words";
+import { Others } from "./others";
 
 const MOST = 6;
 
@@ -39,11 +41,13 @@ export function Roster() {
         })}
       </ul>
       {scene.robots > few.length && <p class="tiny">and {counted(scene.robots - few.length, "other")}</p>}
+      <Others />
     </section>
   );
 }
 
 function doing(studio: Studio, robot: number): string {
   const state = studio.desk?.states[studio.motion.last?.robots.doing[robot] ?? -1];
-  return state === undefined ? "idles" : state.name;
+  if (state !== undefined) return state.name;
+  return studio.desk?.others ? called(studio.desk.others) : "idles";
 }

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 from understudy.desk.plan import Choices
 from understudy.errors import SettingError
-from understudy.studio import former, keeping, naming, openings
+from understudy.studio import company, former, keeping, naming, openings
 from understudy.studio import messages as m
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
@@ -164,6 +164,8 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         ),
         m.GoBack: lambda stage, message: former.go_back(stage, message.name, message.version),
         m.Agent: _agent,
+        m.Others: lambda stage, message: company.occupy(stage, message.behavior, message.targets),
+        m.Watch: _desk(lambda desk, _: desk.watch()),
         m.Place: _place,
         m.MoveObject: _move_object,
         m.AddObject: _add_object,

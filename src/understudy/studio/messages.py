@@ -189,6 +189,17 @@ class Agent(Message, frozen=True, kw_only=True, tag="agent"):
     agent: Index
 
 
+class Others(Message, frozen=True, kw_only=True, tag="others"):
+    """What the robots do meanwhile that are not trained: idle, or a behavior of the library."""
+
+    behavior: Name | None
+    targets: Targets = {}
+
+
+class Watch(Message, frozen=True, kw_only=True, tag="watch"):
+    """I am not watching, so that silence is no consent; or I am again."""
+
+
 class Place(Message, frozen=True, kw_only=True, tag="place"):
     """Put a robot elsewhere; without a heading it keeps its own."""
 
@@ -267,6 +278,8 @@ AnyMessage: TypeAlias = (
     | Changes
     | GoBack
     | Agent
+    | Others
+    | Watch
     | Place
     | MoveObject
     | AddObject

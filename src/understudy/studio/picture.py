@@ -41,6 +41,7 @@ class Picture:
             "redoable": screen.redoable,
             "unsaved": desk.unsaved,
             "taught": screen.examples,
+            "watching": desk.session.watching,
             **self._taught(),
         }
 

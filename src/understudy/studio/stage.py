@@ -51,6 +51,7 @@ class Stage:
         self._said = Said(NOTHING)
         self._picture: Picture | None = None
         self.reel = Reel()
+        self.others: Plain | None = None  # what the robots run that are not trained; None: they idle
         self.run: Plain = {"number": 0, "from_s": 0.0}
         self.look_for_cut_off()
         if self.cut_off:
@@ -111,7 +112,7 @@ class Stage:
 
     def picture(self) -> Plain | None:
         """The desk as plain data."""
-        return None if self._picture is None else self._picture.take()
+        return None if self._picture is None else {**self._picture.take(), "others": self.others}
 
     def frame(self) -> bytes:
         """The moment, for drawing."""
@@ -237,7 +238,7 @@ class Stage:
         self._leave()
         self.opened, desk = opened, opened.desk
         self._picture, self.agent = Picture(desk), desk.robot
-        self.began_with = len(desk.session.examples)
+        self.began_with, self.others = len(desk.session.examples), None
         desk.set_speed(self._speed)
         desk.hold(False)
         desk.said = Said(said)

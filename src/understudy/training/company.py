@@ -37,9 +37,16 @@ class Company:
         members[agent] = driver
         return Run(self._body, members)
 
-    def behave(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
-        """Let all idle (None), or run a behavior of the library from its start."""
-        program = IDLE_PROGRAM if behavior is None else link(self._library, behavior, binding or {})
+    def behave(
+        self,
+        behavior: str | None,
+        binding: Mapping[str, str] | None = None,
+        *,
+        library: Library | None = None,
+    ) -> None:
+        """Let all idle (None), or run a behavior of the library, or of another, from its start."""
+        known = library or self._library
+        program = IDLE_PROGRAM if behavior is None else link(known, behavior, binding or {})
         self._members = [Interpreter(program, now=self._body.time_s) for _ in self._members]
 
     def start(self) -> None:

@@ -299,9 +299,15 @@ class Session:
         self._relink(self._new_trainee(self._notebook.lesson, self.mode))
         self._turned()
 
-    def others(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
-        """What the other agents do meanwhile: idle (None), or a behavior of the library."""
-        self._company.behave(behavior, binding)
+    def others(
+        self,
+        behavior: str | None,
+        binding: Mapping[str, str] | None = None,
+        *,
+        library: Library | None = None,
+    ) -> None:
+        """What the other agents do meanwhile: idle (None), or a behavior of the library, or of a newer one."""
+        self._company.behave(behavior, binding, library=library)
         self._run = self._new_run()
 
     # Changing the lesson

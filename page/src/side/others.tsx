@@ -1,0 +1,42 @@
+/** What the robots do meanwhile that are not trained. */
+
+import { called, calls } from "../calls";
+import { useStudio } from "../context";
+import { plain } from "../words";
+
+export function Others() {
+  const studio = useStudio();
+  const { scene, desk, told } = studio;
+  if (scene === null || desk === null || told === null || scene.robots < 2) return null;
+  const trained = told.library.trained.filter(({ complete }) => complete);
+  const offered = [...trained, ...scene.behaviors].flatMap((part) => calls(part, scene.targets));
+  const now = desk.others === null ? "" : called(desk.others);
+  const choose = (select: HTMLSelectElement): void => {
+    const { behavior, targets } = offered.find((each) => called(each) === select.value) ?? {
+      behavior: null,
+      targets: {},
+    };
+    void studio.ask({ do: "others", behavior, targets });
+    select.value = now;
+    select.blur();
+  };
+  return (
+    <label class="row">
+      <span class="soft">the others</span>
+      <select
+        value={now}
+        disabled={!studio.directs}
+        aria-label="What the others do meanwhile"
+        onChange={(event) => choose(event.currentTarget)}
+      >
+        <option value="">idle</option>
+        {now !== "" && !offered.some((each) => called(each) === now) && <option value={now}>{now}</option>}
+        {offered.map((each) => (
+          <option key={called(each)} value={called(each)}>
+            {plain(called(each))}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}

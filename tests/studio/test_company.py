@@ -1,0 +1,103 @@
+"""What the other robots do meanwhile, and whether somebody watches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.studio.pages import GOTO, Page, page, served, studio
+from tests.studio.test_library import teach
+
+from understudy.studio.studio import Studio
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Studio:
+    return studio(tmp_path / "library", world="forage-team")
+
+
+@pytest.fixture
+def person(made: Studio) -> Iterator[Page]:
+    with served(made) as client, page(client) as here:
+        here.done(**GOTO)
+        here.done("pause", paused=True)
+        yield here
+
+
+def places(made: Studio) -> list[tuple[float, float]]:
+    robots = made.stage.world.view().robots
+    return list(zip(robots.x.tolist(), robots.y.tolist(), strict=True))
+
+
+def test_the_others_idle_or_run_a_behavior(made: Studio, person: Page) -> None:
+    before = places(made)
+    person.done("step")
+    assert places(made) == before
+    person.done("others", behavior="forward")
+    for _ in range(5):
+        person.done("step")
+    moved = [now != then for now, then in zip(places(made), before, strict=True)]
+    assert moved == [False, *[True] * (len(before) - 1)]
+    assert (made.stage.picture() or {})["others"] == {"behavior": "forward", "targets": {}}
+    there = places(made)
+    person.done("others", behavior=None)
+    person.done("step")
+    assert places(made) == there
+    assert (made.stage.picture() or {})["others"] is None
+
+
+def test_the_others_run_what_was_just_saved(made: Studio, person: Page) -> None:
+    teach(person, "forward")
+    assert "goto" in person.say("others", behavior="goto", targets={"A": "station"})["error"]
+    person.done("save")
+    person.done("others", behavior="goto", targets={"A": "station"})
+    assert made.stage.said.text == "The others run goto(station) meanwhile"
+    before = places(made)
+    person.done("step")
+    assert places(made)[1:] != before[1:]
+    person.done("open", name="goto")
+    assert (made.stage.picture() or {})["others"] is None
+
+
+WRONG = [
+    ("fly", {}, "no behavior 'fly'"),
+    ("goto", {}, "need what A stands for"),
+    ("forward", {"A": "station"}, "need no targets"),
+    ("goto", {"A": "moon"}, "no target 'moon'"),
+]
+
+
+@pytest.mark.parametrize(("behavior", "targets", "said"), WRONG)
+def test_what_the_others_cannot_do(
+    made: Studio, person: Page, behavior: str, targets: dict[str, str], said: str
+) -> None:
+    teach(person, "forward")
+    person.done("save")
+    person.done("others", behavior="forward")
+    assert said in person.say("others", behavior=behavior, targets=targets)["error"]
+    assert made.stage.others == {"behavior": "forward", "targets": {}}
+    before = places(made)
+    person.done("step")
+    assert places(made)[1:] != before[1:]
+
+
+def test_one_robot_has_no_company(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as person:
+        assert "Nothing is being trained" in person.say("others", behavior=None)["error"].capitalize()
+        person.done(**GOTO)
+        assert "one robot" in person.say("others", behavior="forward")["error"]
+
+
+def test_nobody_watches(made: Studio, person: Page) -> None:
+    assert "presses only" in person.say("watch")["error"]
+    person.done("choose", states=["forward", "rotate_left"], features=["angle_to(A)"], watched=True)
+    teach(person, "forward")
+    for watching, state in ((False, "rotate_left"), (True, "forward")):
+        person.done("watch")
+        for _ in range(60):
+            person.done("step")
+        teach(person, state)
+        desk = made.stage.picture() or {}
+        kinds = [each["kind"] for each in desk["examples"]]
+        assert (desk["watching"], "watched" in kinds) == (watching, watching)
