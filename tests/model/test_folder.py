@@ -21,7 +21,7 @@ from understudy.model import atomic
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behavior import Behavior
 from understudy.model.filenames import LONGEST, stem
-from understudy.model.folder import load_version, open_library, save, versions
+from understudy.model.folder import load_version, open_library, rename, save, versions
 from understudy.model.kit import Kit
 from understudy.model.lesson import Options
 from understudy.model.library import Taught
@@ -45,6 +45,23 @@ def test_save_and_open(tmp_path: Path) -> None:
     opened = open_library(tmp_path / "new" / "library", KIT)
     assert opened.library.taught["goto"] == goto()
     assert opened.rebuilt == {}
+
+
+def test_renaming_takes_the_versions_along(tmp_path: Path) -> None:
+    for reaction_s in (0.1, 0.2, 0.3):
+        save(tmp_path, variant(reaction_s))
+    for reaction_s in (0.4, 0.5):
+        save(tmp_path, variant(reaction_s, "reach"))
+    with pytest.raises(DefinitionError, match="is there already"):
+        rename(tmp_path, "goto", variant(0.3, "reach"))
+    (tmp_path / "reach.json").unlink()
+    assert rename(tmp_path, "goto", variant(0.3, "reach")).name == "reach.json"
+    assert list(open_library(tmp_path, KIT).library.taught) == ["reach"]
+    kept = versions(tmp_path, "reach")
+    lessons = [load_version(tmp_path, "reach", each.number, KIT).taught.lesson for each in kept]
+    assert [each.number for each in kept] == [1, 2, 3]
+    assert [lesson.options.reaction_s for lesson in lessons if lesson] == [0.4, 0.1, 0.2]
+    assert versions(tmp_path, "goto") == ()
 
 
 def test_former_versions_are_kept(tmp_path: Path) -> None:

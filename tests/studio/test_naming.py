@@ -134,3 +134,13 @@ def test_who_looks_on_may_read_versions(made: Studio, person: Page) -> None:
     with served(made) as client, page(client) as other:
         assert other.done("versions", name="goto")["versions"] == []
         assert "only watches" in other.say("rename", name="goto", to="reach")["error"]
+
+
+def test_a_copy_can_be_used_at_once(made: Studio, person: Page) -> None:
+    person.done(**{**CARRY, "states": ["goto(station)"]})
+    assert "twin" in person.say("choose", states=["twin(station)"], features=["done"])["error"]
+    person.done("duplicate", name="goto", to="twin")
+    person.done("choose", states=["twin(station)", "goto(station)"], features=["done"])
+    teach(person, "twin", "goto")
+    person.done("save")
+    assert made.stage.library()["trained"][0]["runs"] == ["twin", "goto"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 
@@ -263,8 +264,14 @@ class Stage:
             self._leave()
 
     def look(self) -> None:
-        """See what the library's folder holds now."""
+        """See what the library's folder holds now; what is new there can be used in the lesson at once."""
         self.shelf = shelf.look(self.shelf.folder, self.kit)
+        if self.desk is not None:
+            session = self.desk.session
+            for name, taught in self.shelf.library.taught.items():
+                if name not in session.library.taught and name != self.desk.name:
+                    with suppress(UnderstudyError):  # it would contain itself, by what is older in the lesson
+                        session.library = session.library.with_taught(taught)
         self.rebuilt += 1
 
     def look_for_cut_off(self) -> None:
