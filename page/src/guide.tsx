@@ -99,7 +99,7 @@ function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Adv
   if (desk === null || !moment.begun) {
     if (form)
       return {
-        text: "All is chosen: four things it can do, two things it looks at. Press Begin.",
+        text: "All is chosen already: press Begin.",
         at: ".choice .primary",
       };
     return { text: "Begin goto, or open it again, and the tour goes on.", at: ".shelf-new" };

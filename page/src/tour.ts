@@ -4,6 +4,8 @@ import { News } from "./news";
 
 export const STEPS = ["Begin", "Turn", "Drive", "Once more", "Let it try"] as const;
 export const NEAR_M = 0.35;
+/** Nearer than this it counts as there. */
+const THERE_M = 1;
 /** A is ahead: where it is to stop turning, and where it may go on driving. */
 const TURNED_DEG = 5;
 const AHEAD_DEG = 15;
@@ -80,9 +82,10 @@ export class Tour {
   }
 
   private finishes(moment: Moment): boolean {
-    const { begun, testing, stopped, taught, angle } = moment;
+    const { begun, testing, taught, angle } = moment;
+    const stopped = moment.stopped && !(moment.distance > THERE_M);
     const tried = this.tries;
-    this.tries = begun && testing && (tried || !stopped);
+    this.tries = begun && testing && (tried || !moment.stopped);
     if (this.step === 0 || !begun) return begun && this.step === 0;
     if (this.step === 1) return stopped || (taught > 0 && Math.abs(angle) < AHEAD_DEG);
     if (this.step === 2) return stopped && !testing;

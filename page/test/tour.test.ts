@@ -24,7 +24,8 @@ const WAY: [Partial<Moment>, number][] = [
   [{ angle: 3 }, 1], // it looks there by chance: nothing was pressed
   [{ taught: 1, angle: 40 }, 1],
   [{ angle: 5 }, 2],
-  [{ stopped: true }, 3],
+  [{ stopped: true }, 2], // far away
+  [{ distance: 0.3 }, 3],
   [{ taught: 2 }, 3], // still the same world
   [{ seed: 1, stopped: false }, 3],
   [{ stopped: true }, 4],
