@@ -4,6 +4,7 @@ import { useEffect, useMemo } from "preact/hooks";
 import { Bars } from "./bars";
 import { AroundContext } from "./context";
 import { Directing } from "./directing";
+import { Guide } from "./guide";
 import { Header } from "./header";
 import { listenToKeys } from "./keys";
 import type { Panel } from "./panel";
@@ -11,12 +12,13 @@ import { Pane } from "./pane";
 import { Side } from "./side";
 import type { Studio } from "./studio";
 import { Timeline } from "./timeline";
+import type { Tour } from "./tour";
 import { WorldView } from "./world/canvas";
 
 const BUTTONS = "button:not([role=tab]), [role=button]";
 
-export function App({ studio, panel }: { studio: Studio; panel: Panel }) {
-  const around = useMemo(() => ({ studio, panel }), [studio, panel]);
+export function App({ studio, panel, tour }: { studio: Studio; panel: Panel; tour: Tour }) {
+  const around = useMemo(() => ({ studio, panel, tour }), [studio, panel, tour]);
   useEffect(() => listenToKeys(studio), [studio]);
   return (
     <AroundContext.Provider value={around}>
@@ -26,6 +28,7 @@ export function App({ studio, panel }: { studio: Studio; panel: Panel }) {
         <Side />
         <main class="center">
           <WorldView />
+          <Guide />
           <Directing />
           <Timeline />
         </main>

@@ -5,10 +5,12 @@ import { useContext } from "preact/hooks";
 import { useNews } from "./news";
 import type { Panel } from "./panel";
 import type { Studio } from "./studio";
+import type { Tour } from "./tour";
 
 interface Around {
   studio: Studio;
   panel: Panel;
+  tour: Tour;
 }
 
 export const AroundContext = createContext<Around | null>(null);
@@ -29,6 +31,13 @@ export function useStudio(): Studio {
 /** The studio without listening to it. */
 export function useQuietStudio(): Studio {
   return around().studio;
+}
+
+/** The tour; draws the component again when it goes on. */
+export function useTour(): Tour {
+  const { tour } = around();
+  useNews(tour.news);
+  return tour;
 }
 
 export function usePanel(): Panel {

@@ -56,6 +56,7 @@ function StateButton({ state, studio, desk }: { state: State; studio: Studio; de
       type="button"
       class={className("state", active && "on", waiting && "waiting", state.flag && "flag")}
       aria-pressed={active}
+      data-state={state.name}
       aria-keyshortcuts={key}
       disabled={!studio.directs}
       title={title(state, desk)}

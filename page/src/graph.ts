@@ -1,11 +1,15 @@
 /** Where the states and the transitions between them are drawn. */
 
 import { Graph, layout } from "@dagrejs/dagre";
-import type { Arrow, Edge, State } from "./protocol";
+import type { Arrow, Inner, Shape, Way } from "./protocol";
 
 const LETTER = 6.7;
 const PADDING = 26;
-const HEIGHT = 30;
+export const HEIGHT = 30;
+/** Room for the button that opens a state. */
+export const BUTTON = 20;
+/** Room around what an open state shows. */
+const FRAME = 6;
 
 interface Point {
   x: number;
@@ -13,7 +17,11 @@ interface Point {
 }
 
 export interface Node {
-  state: State;
+  state: Shape;
+  /** Where it is, from the outermost state inwards. */
+  path: string;
+  /** What it runs, while it is open. */
+  inner: Drawing | null;
   x: number;
   y: number;
   width: number;
@@ -21,7 +29,7 @@ export interface Node {
 }
 
 export interface Bend {
-  edge: Edge;
+  edge: Way;
   id: string;
   points: Point[];
 }
@@ -38,16 +46,27 @@ export function edgeId(edge: { from: string; to: string }): string {
 }
 
 export function drawing(
-  states: readonly State[],
-  edges: readonly Edge[],
-  name: (state: State) => string,
+  states: readonly Shape[],
+  edges: readonly Way[],
+  name: (state: Shape) => string,
+  opened: ReadonlySet<string> = new Set(),
+  nested: Readonly<Record<string, Inner>> = {},
+  above = "",
 ): Drawing {
+  const inside = (state: Shape): Drawing | null => {
+    const inner = state.automaton === null ? undefined : nested[state.automaton];
+    const path = `${above}/${state.name}`;
+    if (inner === undefined || !opened.has(path)) return null;
+    return drawing(inner.states, inner.edges, name, opened, nested, path);
+  };
+  const inner = new Map(states.map((state) => [state.name, inside(state)]));
   const graph = new Graph({ multigraph: true });
   graph.setGraph({ rankdir: "TB", nodesep: 26, edgesep: 18, ranksep: 40, marginx: 10, marginy: 10 });
   graph.setDefaultEdgeLabel(() => ({}));
   for (const state of states) {
-    const width = name(state).length * LETTER + PADDING;
-    graph.setNode(state.name, { width, height: HEIGHT });
+    const title = name(state).length * LETTER + PADDING + (state.automaton === null ? 0 : 2 * BUTTON);
+    const { width = 0, height = -FRAME } = inner.get(state.name) ?? {};
+    graph.setNode(state.name, { width: Math.max(title, width + 2 * FRAME), height: HEIGHT + height + FRAME });
   }
   const known = new Set(states.map((state) => state.name));
   const drawn = edges.filter(({ from, to }) => from !== to && known.has(from) && known.has(to));
@@ -60,7 +79,9 @@ export function drawing(
     height: size.height ?? 1,
     nodes: states.map((state) => {
       const at = graph.node(state.name) as { x?: number; y?: number; width: number; height: number };
-      return { state, x: at.x ?? 0, y: at.y ?? 0, width: at.width, height: at.height };
+      const path = `${above}/${state.name}`;
+      const { width, height } = at;
+      return { state, path, inner: inner.get(state.name) ?? null, x: at.x ?? 0, y: at.y ?? 0, width, height };
     }),
     arcs: drawn.map((edge) => {
       const label = graph.edge(edge.from, edge.to, edgeId(edge)) as { points?: Point[] };
@@ -82,7 +103,7 @@ function faced(drawing: Drawing): Drawing {
 }
 
 /** States that nothing leads to yet stand below the start state, flags below them. */
-function loose(states: readonly State[], edges: readonly Edge[]): [string, string][] {
+function loose(states: readonly Shape[], edges: readonly Way[]): [string, string][] {
   const [start, ...others] = states;
   if (start === undefined) return [];
   const middle = others.filter((state) => !state.flag);

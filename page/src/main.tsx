@@ -4,13 +4,15 @@ import { render } from "preact";
 import { App } from "./app";
 import { Panel } from "./panel";
 import { Studio } from "./studio";
+import { Tour } from "./tour";
 import "./style/base.css";
 import "./style/header.css";
 import "./style/side.css";
 import "./style/world.css";
 import "./style/panel.css";
+import "./style/tour.css";
 
 const studio = new Studio();
 const root = document.getElementById("app");
-if (root !== null) render(<App studio={studio} panel={new Panel()} />, root);
+if (root !== null) render(<App studio={studio} panel={new Panel()} tour={new Tour(localStorage)} />, root);
 studio.open();

@@ -149,12 +149,25 @@ export interface Scene {
   behaviors: readonly Part[];
 }
 
-export interface State {
+/** A state as it is drawn; those of nested automata, too. */
+export interface Shape {
   name: string;
-  key: string;
-  arrow: Arrow | null;
   flag: boolean;
   runs: string | null;
+  /** The trained automaton it runs. */
+  automaton: string | null;
+  arrow?: Arrow | null;
+}
+
+export interface State extends Shape {
+  key: string;
+  arrow: Arrow | null;
+}
+
+/** An automaton that a state runs. */
+export interface Inner {
+  states: readonly Shape[];
+  edges: readonly Way[];
 }
 
 export interface Feature {
@@ -176,11 +189,15 @@ export interface Example {
   contradicts: boolean;
 }
 
-/** What was learned: when it goes from one state to another, in words, a line for each way. */
-export interface Edge {
+/** When it goes from one state to another, in words, a line for each way. */
+export interface Way {
   from: string;
   to: string;
   when: readonly string[];
+}
+
+/** What was learned, and from which examples. */
+export interface Edge extends Way {
   examples: readonly number[];
 }
 
@@ -205,6 +222,8 @@ export interface Desk {
   features: readonly Feature[];
   examples: readonly Example[];
   edges: readonly Edge[];
+  /** The automata it runs, directly or through others, by name. */
+  nested: Readonly<Record<string, Inner>>;
   watched: boolean;
   /** Whether silence is consent now, in a lesson with watched examples. */
   watching: boolean;

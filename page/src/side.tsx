@@ -1,5 +1,6 @@
 /** The left column: robots, library, parameters, features now. */
 
+import { TakeUp } from "./guide";
 import { Readings } from "./side/readings";
 import { Roster } from "./side/roster";
 import { Shelf } from "./side/shelf";
@@ -10,6 +11,7 @@ export function Side() {
     <aside class="side" aria-label="Robots, library and features">
       <Roster />
       <Shelf />
+      <TakeUp />
       <Standing />
       <Readings />
     </aside>

@@ -1,14 +1,18 @@
 /** What to do first, while nothing is trained. */
 
-import { usePanel, useStudio } from "./context";
+import { usePanel, useStudio, useTour } from "./context";
+import { drafted } from "./draft";
 import { counted } from "./words";
 
 export function Welcome() {
   const studio = useStudio();
   const panel = usePanel();
+  const tour = useTour();
   if (studio.told === null || studio.desk !== null || panel.form !== null) return null;
   const { trained, cut_off: cutOff } = studio.told.library;
   const [left] = cutOff;
+  const empty = trained.length === 0 && left === undefined;
+  const shows = empty && studio.scene !== null && drafted("new", studio, studio.scene).name !== "";
   return (
     <div class="welcome">
       <p class="big">Teach a robot by showing it.</p>
@@ -33,6 +37,19 @@ export function Welcome() {
       >
         New automaton
       </button>
+      {shows && (
+        <button
+          type="button"
+          disabled={!studio.directs}
+          title="A tour of five steps: a robot that goes to a place by itself"
+          onClick={() => {
+            tour.begin(true);
+            panel.choose("new");
+          }}
+        >
+          Show me how
+        </button>
+      )}
       {trained.length > 0 && (
         <button type="button" onClick={() => panel.open("library")}>
           Open one of the library

@@ -3,7 +3,7 @@ import { drawing } from "../src/graph";
 import type { State } from "../src/protocol";
 
 function state(name: string, more: Partial<State> = {}): State {
-  return { name, key: "1", arrow: null, flag: false, runs: name, ...more };
+  return { name, key: "1", arrow: null, flag: false, runs: name, automaton: null, ...more };
 }
 
 const STATES = [
@@ -36,4 +36,17 @@ test("every transition between known states is drawn, there and back", () => {
   const arcs = drawing(STATES, edges, ({ name }) => name).arcs;
   expect(arcs.map(({ id }) => id)).toEqual(["start forward", "forward left", "left forward"]);
   expect(arcs.every(({ points }) => points.length > 1)).toBe(true);
+});
+
+test("a state that runs an automaton opens in place: it is as large as what it shows", () => {
+  const states = [state("start"), state("goto", { automaton: "goto" })];
+  const nested = { goto: { states: STATES, edges: [{ from: "start", to: "forward", when: ["always"] }] } };
+  const name = (each: { name: string }): string => each.name;
+  const closed = drawing(states, [], name, new Set(), nested).nodes[1];
+  const open = drawing(states, [], name, new Set(["/goto"]), nested).nodes[1];
+  expect(closed?.inner).toBeNull();
+  expect(open?.inner?.nodes.map(({ path }) => path)).toContain("/goto/forward");
+  expect(open?.inner?.arcs.map(({ id }) => id)).toEqual(["start forward"]);
+  expect(open?.width).toBeGreaterThan(open?.inner?.width ?? NaN);
+  expect(open?.height).toBeGreaterThan(open?.inner?.height ?? NaN);
 });

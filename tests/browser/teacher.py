@@ -10,19 +10,22 @@ from playwright.sync_api import Page, expect
 KEYS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight", "done": "4"}
 DISTANCE = re.compile(r"distance_to\(A\)\s*([\d.]+) m")
 ANGLE = re.compile(r"angle_to\(A\)\s*(−?\d+)°")
-NEAR_M, AHEAD_DEG = 0.35, 9.0
+NEAR_M = 0.35
 
 
 class Teacher:
     """One page, and what is pressed there."""
 
-    def __init__(self, page: Page) -> None:
-        self.page = page
+    def __init__(self, page: Page, *, turns_deg: float = 3.0, drives_deg: float = 9.0) -> None:
+        """How far off A may be when it stops turning, and before it stops driving."""
+        self.page, self._turns_deg, self._drives_deg = page, turns_deg, drives_deg
+        self.actions = 0
+        """How often something was pressed or clicked."""
 
     def begin_goto(self) -> None:
         """Begin the automaton that the page proposes where nothing was taught: goto, with A for the station."""
-        self.page.get_by_role("button", name="New automaton", exact=True).click()
-        self.page.get_by_role("button", name="Begin").click()
+        self.click("New automaton")
+        self.click("Begin")
         expect(self.directing("forward")).to_be_visible()
         expect(self.page.get_by_role("complementary")).to_contain_text(DISTANCE)
 
@@ -36,7 +39,7 @@ class Teacher:
     def state(self) -> str:
         """The state that is lit."""
         pressed = self.page.get_by_role("toolbar", name="Direct the robot").locator("[aria-pressed=true]")
-        return pressed.get_attribute("aria-label") or "" if pressed.count() else ""
+        return pressed.get_attribute("data-state") or "" if pressed.count() else ""
 
     def reading(self) -> tuple[float, float]:
         """Distance (m) and angle (deg) to A, as the page shows them."""
@@ -46,19 +49,23 @@ class Teacher:
         assert angle, text
         return float(distance[1]), float(angle[1].replace("−", "-"))
 
+    def wish(self, reading: tuple[float, float], now: str) -> str:
+        """What is right at a distance and an angle to A, while it does something."""
+        distance, angle = reading
+        if distance < NEAR_M:
+            return "done"
+        if abs(angle) > (self._drives_deg if now == "forward" else self._turns_deg):
+            return "rotate_left" if angle > 0 else "rotate_right"
+        return "forward"
+
     def show_the_way(self, *, seconds: float = 60.0) -> None:
         """Direct the robot to A with keys, until it is done."""
         until = monotonic() + seconds
         now = ""
         while monotonic() < until:
-            distance, angle = self.reading()
-            wish = "forward"
-            if distance < NEAR_M:
-                wish = "done"
-            elif abs(angle) > (AHEAD_DEG if now == "forward" else AHEAD_DEG / 3):
-                wish = "rotate_left" if angle > 0 else "rotate_right"
+            wish = self.wish(self.reading(), now)
             if wish != now:
-                self.page.keyboard.press(KEYS[wish])
+                self.press(KEYS[wish])
                 now = wish
             if now == "done":
                 self.page.wait_for_timeout(300)
@@ -68,11 +75,17 @@ class Teacher:
 
     def press(self, key: str) -> None:
         """Press a key."""
+        self.actions += 1
         self.page.keyboard.press(key)
+
+    def click(self, name: str) -> None:
+        """Click a button."""
+        self.actions += 1
+        self.page.get_by_role("button", name=name, exact=True).click()
 
     def new_world(self) -> None:
         """Another world."""
-        self.page.get_by_role("button", name="New world").click()
+        self.click("New world")
         self.page.wait_for_timeout(200)
 
     @property

@@ -194,6 +194,20 @@ def test_choosing_anew_keeps_the_examples(made: Studio, person: Page) -> None:
     assert [each["number"] for each in (made.stage.picture() or {})["examples"]] == [1, 3, 4]
 
 
+def test_the_automata_it_runs_are_told_with_their_states_and_transitions(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward", "done")
+    person.done("save")
+    person.done(**CARRY)
+    desk = made.stage.picture() or {}
+    assert [state["automaton"] for state in desk["states"]] == [None, "goto", None]
+    goto = desk["nested"]["goto"]
+    assert [state["name"] for state in goto["states"]][-1] == "done"
+    assert goto["states"][-1]["flag"]
+    assert ("start", "forward") in [(edge["from"], edge["to"]) for edge in goto["edges"]]
+    assert all(edge["when"] for edge in goto["edges"])
+
+
 def test_contradictions_are_marked(made: Studio, person: Page) -> None:
     person.done(**{**GOTO, "features": ["at_station"], "parameters": [], "targets": {}})
     teach(person, "forward")

@@ -1,7 +1,7 @@
 /** The automaton as a graph: the active state lit, the last transition flashing, every edge to be clicked. */
 
-import { useMemo } from "preact/hooks";
-import { curve, drawing, edgeId, type Bend, type Node } from "../graph";
+import { useMemo, useState } from "preact/hooks";
+import { BUTTON, curve, drawing, edgeId, HEIGHT, type Bend, type Node } from "../graph";
 import type { Panel } from "../panel";
 import type { Desk } from "../protocol";
 import type { Switch } from "../studio";
@@ -9,6 +9,8 @@ import { className, counted } from "../words";
 
 const LARGEST = 1.15;
 const MOST_HIGH = 300;
+/** While something is open in it. */
+const MOST_HIGH_OPEN = 520;
 const WIDE = 340;
 
 interface GraphProps {
@@ -18,13 +20,17 @@ interface GraphProps {
 }
 
 export function GraphView({ desk, panel, last }: GraphProps) {
+  const [opened, setOpened] = useState<ReadonlySet<string>>(new Set());
+  const open = (path: string): void => setOpened((before) => toggled(before, path));
   const shape = desk.states.map(({ name, flag }) => `${name} ${flag}`).join();
   const edges = desk.edges.map(edgeId).join();
   const drawn = useMemo(
-    () => drawing(desk.states, desk.edges, ({ name, flag }) => name + (flag ? " ⚑" : "")),
-    [shape, edges],
+    () =>
+      drawing(desk.states, desk.edges, ({ name, flag }) => name + (flag ? " ⚑" : ""), opened, desk.nested),
+    [shape, edges, opened, Object.keys(desk.nested).join()],
   );
-  const scale = Math.min(LARGEST, WIDE / drawn.width, MOST_HIGH / drawn.height);
+  const most = drawn.nodes.some(({ inner }) => inner !== null) ? MOST_HIGH_OPEN : MOST_HIGH;
+  const scale = Math.min(LARGEST, WIDE / drawn.width, most / drawn.height);
   const number = new Map(desk.edges.map((edge) => [edgeId(edge), edge.examples.length]));
   return (
     <svg
@@ -57,10 +63,16 @@ export function GraphView({ desk, panel, last }: GraphProps) {
         <ArcView key={arc.id} arc={arc} panel={panel} last={last} examples={number.get(arc.id) ?? 0} />
       ))}
       {drawn.nodes.map((node, index) => (
-        <NodeView key={node.state.name} node={node} desk={desk} first={index === 0} />
+        <NodeView key={node.path} node={node} desk={desk} first={index === 0} level={0} lit open={open} />
       ))}
     </svg>
   );
+}
+
+function toggled(opened: ReadonlySet<string>, path: string): ReadonlySet<string> {
+  const now = new Set(opened);
+  if (!now.delete(path)) now.add(path);
+  return now;
 }
 
 interface ArcProps {
@@ -101,19 +113,81 @@ function ArcView({ arc, panel, last, examples }: ArcProps) {
   );
 }
 
-function NodeView({ node, desk, first }: { node: Node; desk: Desk; first: boolean }) {
-  const { state, x, y, width, height } = node;
-  const active = desk.state === state.name;
-  const waiting = desk.waiting === state.name;
+interface NodeProps {
+  node: Node;
+  desk: Desk;
+  first: boolean;
+  /** How deep it lies, and whether all around it are active. */
+  level: number;
+  lit: boolean;
+  open: (path: string) => void;
+}
+
+function NodeView({ node, desk, first, level, lit, open }: NodeProps) {
+  const { state, x, y, width, height, inner } = node;
+  const active = lit && (level === 0 ? desk.state : desk.path[level]) === state.name;
+  const waiting = level === 0 && desk.waiting === state.name;
+  const top = y - height / 2;
   return (
     <g
       class={className("node", active && "on", waiting && "waiting", state.flag && "flag", first && "start")}
     >
-      <rect x={x - width / 2} y={y - height / 2} width={width} height={height} rx={first ? height / 2 : 8} />
-      <text x={x} y={y + 4} text-anchor="middle">
+      <rect x={x - width / 2} y={top} width={width} height={height} rx={first ? height / 2 : 8} />
+      <text x={x} y={top + HEIGHT / 2 + 4} text-anchor="middle">
         {state.name}
         {state.flag ? " ⚑" : ""}
       </text>
+      {state.automaton !== null && (
+        <Opener node={node} at={{ x: x + width / 2 - BUTTON / 2 - 4, y: top + HEIGHT / 2 }} open={open} />
+      )}
+      {inner !== null && (
+        <g class="inner" transform={`translate(${x - inner.width / 2} ${top + HEIGHT})`}>
+          {inner.arcs.map((arc) => (
+            <path key={arc.id} class="line" d={curve(arc.points)} marker-end="url(#head-line)">
+              <title>{`${arc.edge.from} to ${arc.edge.to}, ${arc.edge.when.join(", or ")}`}</title>
+            </path>
+          ))}
+          {inner.nodes.map((each, index) => (
+            <NodeView
+              key={each.path}
+              node={each}
+              desk={desk}
+              first={index === 0}
+              level={level + 1}
+              lit={active}
+              open={open}
+            />
+          ))}
+        </g>
+      )}
+    </g>
+  );
+}
+
+interface OpenerProps {
+  node: Node;
+  at: { x: number; y: number };
+  open: (path: string) => void;
+}
+
+/** Opens in place what a state runs, and closes it again. */
+function Opener({ node: { state, path, inner }, at, open }: OpenerProps) {
+  return (
+    <g
+      class="opener"
+      role="button"
+      tabindex={0}
+      aria-expanded={inner !== null}
+      aria-label={`What ${state.name} runs`}
+      onClick={() => open(path)}
+      onKeyDown={(event) => {
+        if (event.key !== "Enter" && event.key !== " ") return;
+        event.preventDefault();
+        open(path);
+      }}
+    >
+      <circle cx={at.x} cy={at.y} r={8} />
+      <path d={`M${at.x - 4} ${at.y}h8${inner === null ? `M${at.x} ${at.y - 4}v8` : ""}`} />
     </g>
   );
 }

@@ -51,7 +51,12 @@ export function Shelf() {
           </li>
         ))}
         <li>
-          <button type="button" class="row soft" disabled={!directs} onClick={() => panel.choose("new")}>
+          <button
+            type="button"
+            class="row soft shelf-new"
+            disabled={!directs}
+            onClick={() => panel.choose("new")}
+          >
             + new automaton
           </button>
         </li>

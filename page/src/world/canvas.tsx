@@ -3,6 +3,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { useStudio } from "../context";
 import { Latency } from "../latency";
+import { PadHint } from "../padhint";
 import { Toast } from "../toast";
 import { Welcome } from "../welcome";
 import { listenToPointer, type Chosen } from "./pointer";
@@ -70,6 +71,7 @@ export function WorldView() {
         </div>
       )}
       <Latency />
+      <PadHint />
       <Toast />
     </div>
   );

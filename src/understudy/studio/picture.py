@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping
 
 from understudy.desk import words
 from understudy.desk.desk import Desk
 from understudy.learning.report import contradictions
 from understudy.model.automaton import State, Transition
 from understudy.model.binding import called
-from understudy.model.conditions import conditions
 from understudy.model.example import Example
 from understudy.model.lesson import Lesson
-from understudy.model.tree import STAY, Tree
+from understudy.studio.nested import Nested, ways
 from understudy.studio.scene import Plain, described
 
 
@@ -24,6 +22,7 @@ class Picture:
         self._desk = desk
         self._of: Lesson | None = None
         self._lesson: Plain = {}
+        self._nested = Nested()
 
     def take(self) -> Plain:
         """The desk as it is now."""
@@ -60,19 +59,21 @@ class Picture:
                 ],
                 "examples": _examples(lesson),
                 "edges": list(_edges(lesson, learned)),
+                "nested": self._nested.below(automaton, self._desk.session.library),
                 "watched": lesson.options.watched,
                 "reaction_s": lesson.options.reaction_s,
             }
         return self._lesson
 
     def _state(self, state: State) -> Plain:
-        keys = self._desk.keys
+        keys, taught = self._desk.keys, self._desk.session.library.taught
         return {
             "name": state.name,
             "key": keys.plain.get(state.name, ""),
             "arrow": keys.arrows.get(state.name),
             "flag": state.flag is not None,
             "runs": None if state.behavior is None else called(state.behavior, state.binding),
+            "automaton": state.behavior if state.behavior in taught else None,
         }
 
 
@@ -107,25 +108,11 @@ def _time(lesson: Lesson, example: Example) -> float | None:
 
 def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[Plain]:
     """Where what was learned leads, and when, with the examples that showed it."""
-    names = lesson.automaton.state_names
     for state, function in learned.items():
         shown: dict[str, list[int]] = {}
         for example in lesson.examples:
             if example.state == state and example.next != state and example.pressed:
                 shown.setdefault(example.next, []).append(example.number)
-        for following, when in _ways(lesson, function, names, list(shown)):
+        for following, when in ways(lesson.automaton, function, list(shown)):
             if following != state:
                 yield {"from": state, "to": following, "when": when, "examples": shown.get(following, [])}
-
-
-def _ways(
-    lesson: Lesson, function: Transition, names: Sequence[str], shown: Sequence[str]
-) -> Iterator[tuple[str, list[str]]]:
-    if not isinstance(function, Tree):
-        for following in shown:
-            yield following, ["decided by a classifier of scikit-learn"]
-        return
-    found: Mapping[int, Sequence[Any]] = conditions(function, lesson.automaton.features)
-    for outcome, texts in found.items():
-        if outcome != STAY:
-            yield names[outcome], [words.signed(text) for text in texts]

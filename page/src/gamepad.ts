@@ -1,0 +1,98 @@
+/** A gamepad: what each of its buttons does. The browser tells of one once a button of it was pressed. */
+
+import { News } from "./news";
+import type { Arrow } from "./protocol";
+import type { Studio } from "./studio";
+
+/** What is held down, or leaned to, at one moment; numbered as the standard layout is. */
+export interface Held {
+  buttons: ReadonlySet<number>;
+  way: Arrow | null;
+}
+
+export type Act = Arrow | "confirm" | "pause" | "turn" | "undo" | "stop";
+
+const ACTS: Readonly<Record<number, Act>> = { 0: "confirm", 1: "undo", 2: "stop", 3: "turn", 9: "pause" };
+const PADS: Readonly<Record<number, Arrow>> = { 12: "up", 13: "down", 14: "left", 15: "right" };
+/** How far the stick is to lean before it counts, and back before it counts again. */
+const LEANS = 0.6;
+const RESTS = 0.4;
+const NOTHING: Held = { buttons: new Set(), way: null };
+
+/** What is held now; a stick that leans already may lean a little less. */
+export function held(pad: Pick<Gamepad, "axes" | "buttons">, before: Held): Held {
+  const pressed = pad.buttons.flatMap(({ pressed }, index) => (pressed ? [index] : []));
+  const [x = 0, y = 0] = pad.axes;
+  const cross = pressed.map((index) => PADS[index]).find((way) => way !== undefined);
+  return { buttons: new Set(pressed), way: cross ?? leaning(x, y, before.way) };
+}
+
+/** What to do, now that this is held: each press counts once. */
+export function acts(before: Held, now: Held): Act[] {
+  const begun = [...now.buttons].filter((index) => !before.buttons.has(index));
+  const found = begun.map((index) => ACTS[index]).filter((act) => act !== undefined);
+  return now.way !== null && now.way !== before.way ? [now.way, ...found] : found;
+}
+
+function leaning(x: number, y: number, before: Arrow | null): Arrow | null {
+  if (Math.hypot(x, y) < (before === null ? LEANS : RESTS)) return null;
+  if (Math.abs(x) > Math.abs(y)) return x > 0 ? "right" : "left";
+  return y > 0 ? "down" : "up";
+}
+
+/** The first gamepad that is connected, looked at once for each picture the browser draws. */
+export class Pad {
+  readonly news = new News();
+  connected = false;
+  private before: Held = NOTHING;
+  private timer = 0;
+
+  constructor(private readonly studio: Studio) {}
+
+  listen(): () => void {
+    const look = (): void => {
+      this.timer = requestAnimationFrame(look);
+      this.look();
+    };
+    const come = (): void => {
+      if (this.timer === 0) look();
+    };
+    addEventListener("gamepadconnected", come);
+    if (navigator.getGamepads?.().some((pad) => pad !== null)) come();
+    return () => {
+      removeEventListener("gamepadconnected", come);
+      this.rest();
+    };
+  }
+
+  private look(): void {
+    const pad = navigator.getGamepads().find((each) => each !== null);
+    if (this.connected !== (pad !== undefined)) {
+      this.connected = pad !== undefined;
+      this.news.tell();
+    }
+    if (pad === undefined) return this.rest();
+    const now = held(pad, this.before);
+    const found = acts(this.before, now);
+    this.before = now;
+    for (const act of found) this.act(act);
+  }
+
+  private rest(): void {
+    cancelAnimationFrame(this.timer);
+    this.timer = 0;
+    this.before = NOTHING;
+  }
+
+  private act(act: Act): void {
+    const { studio } = this;
+    if (studio.desk === null || !studio.directs) return;
+    if (act === "confirm") void studio.confirm(performance.now());
+    else if (act === "pause") void studio.ask({ do: "pause", paused: !(studio.told?.paused ?? false) });
+    else if (act === "turn" || act === "undo") void studio.ask({ do: act });
+    else {
+      const state = studio.desk.states.find(({ arrow, flag }) => (act === "stop" ? flag : arrow === act));
+      if (state !== undefined) void studio.press(state.name, performance.now());
+    }
+  }
+}

@@ -1,0 +1,153 @@
+/** The card of the tour: what to do next, under the world, so that it never covers the robot; a ring around what to press. */
+
+import { useEffect } from "preact/hooks";
+import { usePanel, useStudio, useTour } from "./context";
+import { useSlowNews } from "./news";
+import type { Desk, State } from "./protocol";
+import type { Studio } from "./studio";
+import { STEPS, wish, type Moment, type Tour } from "./tour";
+import { className, degrees, keyName } from "./words";
+
+interface Advice {
+  text: string;
+  /** What to press: a selector. */
+  at: string | null;
+}
+
+export function Guide() {
+  const studio = useStudio();
+  const panel = usePanel();
+  const tour = useTour();
+  useSlowNews(studio.framed, 80);
+  const moment = seen(studio);
+  useEffect(() => {
+    tour.see(moment);
+  });
+  const advice = tour.active ? advised(tour, moment, studio, panel.form !== null) : null;
+  usePointing(advice?.at ?? null);
+  if (advice === null || studio.told === null) return null;
+  return (
+    <section class={className("guide", tour.done && "over")} aria-label="Tour">
+      <ol class="steps" aria-hidden="true">
+        {STEPS.map((name, index) => (
+          <li key={name} class={className(index < tour.step && "passed", index === tour.step && "now")} />
+        ))}
+      </ol>
+      <p aria-live="polite">
+        <b>{tour.done ? "Done" : `${tour.step + 1} of ${STEPS.length}: ${STEPS[tour.step]}`}.</b>{" "}
+        {advice.text}
+      </p>
+      <button type="button" class="small" onClick={() => tour.leave()}>
+        {tour.done ? "Close" : "Leave the tour"}
+      </button>
+    </section>
+  );
+}
+
+/** The way back into a tour that was left. */
+export function TakeUp() {
+  const tour = useTour();
+  if (!tour.left) return null;
+  return (
+    <button type="button" class="row soft" onClick={() => tour.begin(false)}>
+      Go on with the tour
+    </button>
+  );
+}
+
+/** What the tour looks at, as it is now. */
+function seen(studio: Studio): Moment {
+  const { desk, told, motion } = studio;
+  const read = (name: string): number => {
+    const index = desk?.features.findIndex(({ label }) => label === `${name}(${desk.parameters[0]})`) ?? -1;
+    return motion.last?.features[index] ?? NaN;
+  };
+  const state = desk?.states.find(({ name }) => name === desk.state);
+  return {
+    begun: desk !== null && teaches(desk),
+    testing: desk?.mode === "testing",
+    state: desk?.state ?? "",
+    stopped: state?.flag ?? false,
+    taught: desk?.taught ?? 0,
+    seed: told?.seed ?? null,
+    distance: read("distance_to"),
+    angle: degrees(read("angle_to")),
+  };
+}
+
+/** Whether it is what the tour teaches: going to a thing. */
+function teaches(desk: Desk): boolean {
+  const labels = desk.features.map(({ label }) => label);
+  const [parameter] = desk.parameters;
+  const sees = [`distance_to(${parameter})`, `angle_to(${parameter})`].every((each) => labels.includes(each));
+  const goes = (["up", "left", "right"] as const).every((way) =>
+    desk.states.some((each) => each.arrow === way),
+  );
+  return sees && goes && desk.states.some(({ flag }) => flag);
+}
+
+const NEW_WORLD = ".running [title='The next world']";
+const TEST = ".modes button:last-child";
+
+function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Advice {
+  const { desk } = studio;
+  if (tour.done)
+    return {
+      text: "It goes there by itself, and you wrote no rule. Save keeps it in the library.",
+      at: ".saving button:last-child",
+    };
+  if (desk === null || !moment.begun) {
+    if (form)
+      return {
+        text: "All is chosen already: press Begin.",
+        at: ".choice .primary",
+      };
+    return { text: "Begin goto, or open it again, and the tour goes on.", at: ".shelf-new" };
+  }
+  if (studio.told?.paused === true)
+    return { text: "The robot is paused. Space lets it go on.", at: ".pause" };
+  if (tour.step === 3 && tour.same(moment))
+    return { text: "Two examples are better than one: go to a new world.", at: NEW_WORLD };
+  if (tour.step < 4) return drives(moment, desk);
+  if (moment.testing && !moment.stopped) {
+    return { text: "Watch. Where it does wrong, press what is right: that is one more example.", at: null };
+  }
+  if (moment.stopped) return { text: "Now a world it has never seen.", at: NEW_WORLD };
+  const text = desk.examples.some(({ correction }) => correction)
+    ? "Corrected. Drive on until it is right, and let it try again: press T."
+    : "Hands off: press T, and it decides by itself.";
+  return { text, at: TEST };
+}
+
+/** What to press to come to A. */
+function drives(moment: Moment, desk: Desk): Advice {
+  const now = desk.states.find(({ name }) => name === moment.state);
+  const wished = wish(moment, now?.arrow ?? null);
+  const next = desk.states.find((each) => (wished === "done" ? each.flag : each.arrow === wished));
+  const place = desk.targets[desk.parameters[0] ?? ""] ?? "the place";
+  if (wished === null || next === undefined)
+    return { text: `Turn until the robot sees the ${place}.`, at: null };
+  if (now === next) {
+    const wait =
+      wished === "up"
+        ? `It drives. Wait until it is at the ${place}.`
+        : `It turns. Wait until the ${place} is ahead.`;
+    return { text: `${wait} Nothing to press now.`, at: null };
+  }
+  return { text: said(next, wished, place), at: `.state[data-state=${CSS.escape(next.name)}]` };
+}
+
+function said(next: State, wished: string, place: string): string {
+  if (wished === "done") return `It is there: press ${keyName(next)}, ${next.name}.`;
+  if (wished === "up") return `The ${place} is ahead: press ${keyName(next)}, ${next.name}.`;
+  return `The ${place} is to the ${wished}: press ${keyName(next)}, ${next.name}.`;
+}
+
+/** A ring around what to press. */
+function usePointing(at: string | null): void {
+  useEffect(() => {
+    const found = at === null ? null : document.querySelector(at);
+    found?.setAttribute("data-pointed", "");
+    return () => found?.removeAttribute("data-pointed");
+  });
+}

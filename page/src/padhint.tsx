@@ -1,0 +1,33 @@
+/** What the buttons of a gamepad do, while one is connected. */
+
+import { useEffect, useMemo } from "preact/hooks";
+import { useStudio } from "./context";
+import { Pad } from "./gamepad";
+import { useNews } from "./news";
+
+export function PadHint() {
+  const studio = useStudio();
+  const pad = useMemo(() => new Pad(studio), [studio]);
+  useEffect(() => pad.listen(), [pad]);
+  useNews(pad.news);
+  if (!pad.connected || studio.desk === null) return null;
+  const flag = studio.desk.states.find((state) => state.flag);
+  const hints = [
+    ["✚", "direct"],
+    ["A", "keep doing this"],
+    ...(flag === undefined ? [] : [["X", flag.name]]),
+    ["Y", studio.desk.mode === "training" ? "testing" : "training"],
+    ["B", "undo"],
+    ["Start", "pause"],
+  ];
+  return (
+    <p class="tiny pad-hint">
+      gamepad{" "}
+      {hints.map(([key, does]) => (
+        <span key={key}>
+          <kbd>{key}</kbd> {does}{" "}
+        </span>
+      ))}
+    </p>
+  );
+}

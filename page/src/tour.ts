@@ -1,0 +1,123 @@
+/** The first-run tour: five steps, each done by what the person really does; ends with a robot that goes by itself. */
+
+import { News } from "./news";
+
+export const STEPS = ["Begin", "Turn", "Drive", "Once more", "Let it try"] as const;
+export const NEAR_M = 0.35;
+/** Nearer than this it counts as there. */
+const THERE_M = 1;
+/** A is ahead: where it is to stop turning, and where it may go on driving. */
+const TURNED_DEG = 5;
+const AHEAD_DEG = 15;
+const KEPT = "understudy-tour";
+
+/** What the tour looks at. */
+export interface Moment {
+  /** Whether what the tour teaches is on the desk. */
+  begun: boolean;
+  testing: boolean;
+  /** The state that is lit. */
+  state: string;
+  /** Whether it is a flag: the robot has stopped, and says so. */
+  stopped: boolean;
+  /** How many presses the lesson has. */
+  taught: number;
+  seed: number | null;
+  /** Where A is: m and degrees, left of ahead above 0; NaN while it is not seen. */
+  distance: number;
+  angle: number;
+}
+
+interface Kept {
+  step: number;
+  active: boolean;
+  seed: number | null;
+}
+
+export class Tour {
+  readonly news = new News();
+  /** How many steps are done. */
+  step = 0;
+  active = false;
+  /** The world of the step before: the next one is in another. */
+  private seed: number | null = null;
+  /** Whether the robot moves by itself, and nobody has corrected it since. */
+  private tries = false;
+
+  constructor(private readonly store: Pick<Storage, "getItem" | "setItem">) {
+    Object.assign(this, read(store));
+  }
+
+  get done(): boolean {
+    return this.step >= STEPS.length;
+  }
+
+  /** Whether it was left on the way. */
+  get left(): boolean {
+    return !this.active && this.step > 0 && !this.done;
+  }
+
+  /** Take it up: from the beginning, or where it was left. */
+  begin(anew: boolean): void {
+    if (anew) this.step = 0;
+    this.active = true;
+    this.keep();
+  }
+
+  leave(): void {
+    this.active = false;
+    this.keep();
+  }
+
+  see(moment: Moment): void {
+    if (!this.active || this.done || !this.finishes(moment)) return;
+    this.step += 1;
+    this.seed = moment.seed;
+    this.keep();
+  }
+
+  /** Whether the world of the step before is still there. */
+  same({ seed }: Moment): boolean {
+    return seed === this.seed;
+  }
+
+  private finishes(moment: Moment): boolean {
+    const { begun, testing, taught, angle } = moment;
+    const stopped = moment.stopped && !(moment.distance > THERE_M);
+    const tried = this.tries;
+    this.tries = begun && testing && (tried || !moment.stopped);
+    if (this.step === 0 || !begun) return begun && this.step === 0;
+    if (this.step === 1) return stopped || (taught > 0 && Math.abs(angle) < AHEAD_DEG);
+    if (this.step === 2) return stopped && !testing;
+    if (this.step === 3) return stopped && !testing && !this.same(moment);
+    return stopped && testing && tried;
+  }
+
+  private keep(): void {
+    const kept: Kept = { step: this.step, active: this.active, seed: this.seed };
+    this.store.setItem(KEPT, JSON.stringify(kept));
+    this.news.tell();
+  }
+}
+
+/** Which way the robot should go: its arrow, or "done" where it is there; null while A is not seen. */
+export function wish(
+  { distance, angle }: Moment,
+  now: string | null,
+): "up" | "left" | "right" | "done" | null {
+  if (Number.isNaN(distance) || Number.isNaN(angle)) return null;
+  if (distance < NEAR_M) return "done";
+  const ahead = Math.abs(angle) < (now === "up" ? AHEAD_DEG : TURNED_DEG);
+  return ahead ? "up" : angle > 0 ? "left" : "right";
+}
+
+function read(store: Pick<Storage, "getItem">): Partial<Kept> {
+  try {
+    const { step, active, seed } = JSON.parse(store.getItem(KEPT) ?? "{}") as Partial<Kept>;
+    return typeof step === "number" && typeof active === "boolean"
+      ? { step, active, seed: seed ?? null }
+      : {};
+  } catch {
+    return {};
+  }
+}

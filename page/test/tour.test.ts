@@ -1,0 +1,76 @@
+import { expect, test } from "vitest";
+import { STEPS, Tour, wish, type Moment } from "../src/tour";
+
+function store(): Pick<Storage, "getItem" | "setItem"> {
+  const kept = new Map<string, string>();
+  return { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => void kept.set(key, value) };
+}
+
+const FIRST: Moment = {
+  begun: false,
+  testing: false,
+  state: "start",
+  stopped: false,
+  taught: 0,
+  seed: 0,
+  distance: 5,
+  angle: 60,
+};
+
+// what changes, and how many steps are done then
+const WAY: [Partial<Moment>, number][] = [
+  [{}, 0],
+  [{ begun: true }, 1],
+  [{ angle: 3 }, 1], // it looks there by chance: nothing was pressed
+  [{ taught: 1, angle: 40 }, 1],
+  [{ angle: 5 }, 2],
+  [{ stopped: true }, 2], // far away
+  [{ distance: 0.3 }, 3],
+  [{ taught: 2 }, 3], // still the same world
+  [{ seed: 1, stopped: false }, 3],
+  [{ stopped: true }, 4],
+  [{ testing: true }, 4], // it has stopped before it tried
+  [{ seed: 2, stopped: false }, 4],
+  [{ testing: false }, 4], // a correction
+  [{ stopped: true }, 4], // and shown, not by itself
+  [{ testing: true }, 4],
+  [{ seed: 3, stopped: false }, 4],
+  [{ stopped: true }, 5],
+];
+
+test("each step is done by what the person does", () => {
+  const tour = new Tour(store());
+  tour.begin(true);
+  let moment = FIRST;
+  for (const [change, done] of WAY) {
+    moment = { ...moment, ...change };
+    tour.see(moment);
+    expect(tour.step, JSON.stringify(change)).toBe(done);
+  }
+  expect(tour.done).toBe(true);
+  expect(STEPS).toHaveLength(5);
+});
+
+test("it can be left and taken up again, on a page loaded anew, too", () => {
+  const kept = store();
+  const tour = new Tour(kept);
+  tour.begin(true);
+  tour.see({ ...FIRST, begun: true });
+  tour.leave();
+  tour.see({ ...FIRST, begun: true, stopped: true });
+  const again = new Tour(kept);
+  expect([again.step, again.active, again.left]).toEqual([1, false, true]);
+  again.begin(false);
+  expect([again.step, again.left]).toEqual([1, false]);
+});
+
+test.each([
+  [5, 60, null, "left"],
+  [5, -60, null, "right"],
+  [5, 6, "left", "left"], // turning goes on until it is well ahead
+  [5, 12, "up", "up"], // driving does not stop for a little
+  [0.2, 60, "up", "done"],
+  [NaN, NaN, "up", null],
+] as const)("%s m, %s degrees, while %s: %s", (distance, angle, now, wished) => {
+  expect(wish({ ...FIRST, distance, angle }, now)).toBe(wished);
+});

@@ -1,0 +1,144 @@
+"""The page keeps the rules of axe-core, in light and in dark, and can be used without a mouse."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import pytest
+from playwright.sync_api import Page, expect
+from tests.browser.studio import Studio
+from tests.browser.teacher import DISTANCE, Teacher
+
+from understudy.model.folder import open_library
+from understudy.worlds.catalog import find_world
+from understudy.worlds.kits import kit_of
+
+SOURCE = Path(__file__).parents[2] / "page"
+AXE = Path("node_modules", "axe-core", "axe.min.js")
+SERIOUS = ("serious", "critical")
+MOST_TABS = 120
+
+
+@pytest.fixture(scope="session")
+def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The source of axe-core, as page/package.json names it."""
+    if (SOURCE / AXE).is_file():
+        return (SOURCE / AXE).read_text()
+    npm = shutil.which("npm") or ""
+    if not npm:
+        reason = "there is no npm, which brings axe-core"
+        pytest.fail(reason) if os.environ.get("CI") else pytest.skip(reason)
+    page = tmp_path_factory.mktemp("axe")
+    for name in ("package.json", "package-lock.json"):
+        shutil.copy(SOURCE / name, page)
+    command = [npm, "ci", "--no-audit", "--no-fund"]
+    done = subprocess.run(command, cwd=page, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return (page / AXE).read_text()
+
+
+def findings(page: Page, axe: str) -> list[str]:
+    """What axe-core finds wrong, where it is serious; motion is waited for."""
+    page.wait_for_timeout(300)
+    page.evaluate(axe)
+    found: dict[str, Any] = page.evaluate("axe.run()")
+    return [
+        f"{each['id']}: {each['help']}: {node['html'][:160]} {node['failureSummary'][-160:]}"
+        for each in found["violations"]
+        if each["impact"] in SERIOUS
+        for node in each["nodes"]
+    ]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_is_in_the_way_of_anybody(
+    visit: Callable[[], Page], axe: str, scheme: Literal["light", "dark"]
+) -> None:
+    teacher = Teacher(visit())
+    page = teacher.page
+    page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    wrong = {"welcome": findings(page, axe)}
+    teacher.click("Show me how")
+    wrong["form"] = findings(page, axe)
+    teacher.click("Begin")
+    expect(page.get_by_role("complementary")).to_contain_text(DISTANCE)
+    wrong["begun"] = findings(page, axe)
+    for key in ("ArrowLeft", "ArrowUp", "ArrowRight"):
+        teacher.press(key)
+        page.wait_for_timeout(300)
+    wrong["training"] = findings(page, axe)
+    page.get_by_role("tab", name=re.compile("Lesson")).click()
+    wrong["lesson"] = findings(page, axe)
+    teacher.press("t")
+    wrong["testing"] = findings(page, axe)
+    teacher.press("ArrowUp")
+    wrong["corrected"] = findings(page, axe)
+    teacher.press("Space")
+    wrong["paused"] = findings(page, axe)
+    teacher.click("Save")
+    page.get_by_role("tab", name=re.compile("Library")).click()
+    wrong["library"] = findings(page, axe)
+    nests(teacher)
+    wrong["nested"] = findings(page, axe)
+    assert not {name: each for name, each in wrong.items() if each}
+
+
+def nests(teacher: Teacher) -> None:
+    """Begin an automaton that runs goto, and open goto in its graph."""
+    page = teacher.page
+    page.get_by_role("tab", name="Automaton").click()
+    teacher.click("+ new automaton")
+    page.get_by_label("Name", exact=True).fill("carry")
+    page.get_by_label("goto(station)", exact=True).check()
+    page.get_by_label("food_stored", exact=True).check()
+    teacher.click("Begin")
+    teacher.click("What goto runs")
+    expect(page.locator(".inner").get_by_text("rotate_left", exact=True)).to_be_visible()
+
+
+def test_goto_is_taught_and_saved_without_a_mouse(visit: Callable[[], Page], studio: Studio) -> None:
+    teacher = Teacher(visit())
+    page = teacher.page
+    tab_to(page, "New automaton")
+    page.keyboard.press("Enter")
+    tab_to(page, "Begin")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("complementary")).to_contain_text(DISTANCE)
+    tab_to(page, "rotate_left")
+    page.keyboard.press("Enter")
+    expect(teacher.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
+    for key, state in (("ArrowUp", "forward"), ("ArrowRight", "rotate_right"), ("4", "done")):
+        page.keyboard.press(key)
+        expect(teacher.directing(state)).to_have_attribute("aria-pressed", "true")
+        page.wait_for_timeout(300)
+    tab_to(page, "New world")
+    page.keyboard.press("Enter")
+    page.keyboard.press("t")
+    expect(page.get_by_role("button", name="Testing")).to_have_attribute("aria-pressed", "true")
+    expect(teacher.directing("start")).to_have_attribute("aria-pressed", "false")
+    tab_to(page, "Automaton")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    expect(page.get_by_role("tab", name=re.compile("Library"))).to_be_focused()
+    tab_to(page, "Save")
+    page.keyboard.press("Enter")
+    expect(page.get_by_text("in the library")).to_be_visible()
+    assert "goto" in open_library(studio.library, kit_of(find_world("forage"))).library.taught
+
+
+def tab_to(page: Page, name: str) -> None:
+    """Press Tab until the focus is on what has this name."""
+    for _ in range(MOST_TABS):
+        page.keyboard.press("Tab")
+        focused = page.evaluate(
+            "(e => e.getAttribute('aria-label') ?? e.dataset.state ?? e.innerText)(document.activeElement)"
+        )
+        if re.match(rf"{re.escape(name)}\b", (focused or "").strip()):
+            return
+    raise AssertionError(f"Tab does not come to {name}")
