@@ -90,7 +90,7 @@ function Saving({ studio }: { studio: Studio }) {
     <div class="saving">
       <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
         <span class={className("dot", (desk.unsaved || !saved) && "open")} />
-        {desk.unsaved ? "every press kept" : saved ? "in the library" : "nothing to save yet"}
+        {desk.unsaved ? "every press kept" : saved ? "in the library" : "nothing yet"}
       </span>
       {(told?.viewers ?? 1) > 1 && studio.directs && (
         <button
