@@ -1,5 +1,6 @@
-/** The left column: robots, library, parameters, features now. */
+/** The left column: robots, library, parameters, food, features now. */
 
+import { Food } from "./side/food";
 import { Readings } from "./side/readings";
 import { Roster } from "./side/roster";
 import { Shelf } from "./side/shelf";
@@ -11,6 +12,7 @@ export function Side() {
       <Roster />
       <Shelf />
       <Standing />
+      <Food />
       <Readings />
     </aside>
   );
