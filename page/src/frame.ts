@@ -39,6 +39,8 @@ export interface Frame {
   /** The values of the chosen features; NaN is absent. */
   features: Float32Array;
   sonars: Float32Array;
+  /** How much food all robots brought home. */
+  delivered: number;
 }
 
 export function decode(buffer: ArrayBuffer): Frame {
@@ -51,6 +53,7 @@ export function decode(buffer: ArrayBuffer): Frame {
   const thingsAt = HEAD + robots * ROBOT;
   const featuresAt = thingsAt + things * THING;
   const sonarsAt = featuresAt + features * 4;
+  const sonars = view.getUint8(sonarsAt);
   return {
     paused: (bits & 1) !== 0,
     testing: (bits & 2) !== 0,
@@ -62,7 +65,8 @@ export function decode(buffer: ArrayBuffer): Frame {
     robots: robotsOf(view, HEAD, robots),
     things: thingsOf(view, thingsAt, things),
     features: floats(view, featuresAt, features),
-    sonars: floats(view, sonarsAt + 1, view.getUint8(sonarsAt)),
+    sonars: floats(view, sonarsAt + 1, sonars),
+    delivered: view.getUint32(sonarsAt + 1 + sonars * 4, true),
   };
 }
 

@@ -52,6 +52,9 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
           disabled={!studio.directs}
           value={seed === null ? "" : String(seed)}
           onChange={go}
+          onKeyDown={(event) => {
+            if (event.key === "Enter") event.currentTarget.blur();
+          }}
           title="Another number, another world"
         />
       </label>

@@ -1,6 +1,7 @@
-/** The left column: robots, library, parameters, features now. */
+/** The left column: robots, library, parameters, food, features now. */
 
 import { TakeUp } from "./guide";
+import { Food } from "./side/food";
 import { Readings } from "./side/readings";
 import { Roster } from "./side/roster";
 import { Shelf } from "./side/shelf";
@@ -13,6 +14,7 @@ export function Side() {
       <Shelf />
       <TakeUp />
       <Standing />
+      <Food />
       <Readings />
     </aside>
   );

@@ -3,7 +3,7 @@ import { decode, NONE } from "../src/frame";
 
 /** A frame of two robots, one object, two features and one sonar, as the server packs it. */
 function packed(): ArrayBuffer {
-  const buffer = new ArrayBuffer(24 + 2 * 16 + 16 + 2 * 4 + 1 + 4);
+  const buffer = new ArrayBuffer(24 + 2 * 16 + 16 + 2 * 4 + 1 + 4 + 4);
   const view = new DataView(buffer);
   const put16 = (at: number, value: number): void => view.setUint16(at, value, true);
   const put32 = (at: number, value: number): void => view.setFloat32(at, value, true);
@@ -33,6 +33,7 @@ function packed(): ArrayBuffer {
   put32(76, NaN);
   view.setUint8(80, 1);
   put32(81, 0.25);
+  view.setUint32(85, 70_000, true);
   return buffer;
 }
 
@@ -49,6 +50,7 @@ test("a frame is read as it was packed", () => {
   expect([frame.things.amount[0], frame.things.atFirst[0]]).toEqual([12, 16]);
   expect([...frame.features]).toEqual([3.5, NaN]);
   expect([...frame.sonars]).toEqual([0.25]);
+  expect(frame.delivered).toBe(70_000);
 });
 
 test("a frame of another kind is refused", () => {

@@ -63,6 +63,7 @@ class Frame:
     objects: list[tuple[Any, ...]]
     features: list[float]
     sonar: list[float]
+    delivered: int
 
     @classmethod
     def read(cls, data: bytes) -> Frame:
@@ -78,8 +79,10 @@ class Frame:
         at += 4 * features
         (sonars,) = struct.unpack_from("<B", data, at)
         sonar = list(struct.unpack_from(f"<{sonars}f", data, at + 1))
-        assert len(data) == at + 1 + 4 * sonars
-        return cls(kind, bits, time_s, state, agent, tick, rows, things, values, sonar)
+        at += 1 + 4 * sonars
+        (delivered,) = struct.unpack_from("<I", data, at)
+        assert len(data) == at + 4
+        return cls(kind, bits, time_s, state, agent, tick, rows, things, values, sonar, delivered)
 
 
 @dataclass

@@ -35,6 +35,7 @@ def same(read: Frame, stage: Stage) -> None:
     assert [row[4:] for row in read.objects] == list(
         zip(things.amount.tolist(), things.at_first.tolist(), strict=True)
     )
+    assert read.delivered == robots.delivered.sum()
     assert read.time_s == view.time_s
     assert read.tick == round(view.time_s / stage.world.tick_s)
 
@@ -83,3 +84,9 @@ def test_absent_values_and_numbers_that_are_too_large(tmp_path: Path) -> None:
     assert read.features[1] == 1.5
     assert isnan(read.sonar[0])
     assert {row[4] for row in read.objects} == {NONE}
+
+
+def test_food_that_is_home(tmp_path: Path) -> None:
+    stage = studio(tmp_path, world="forage-team").stage
+    stage.world.state.robots["delivered"][:2] = 40_000, 30_000
+    assert Frame.read(stage.frame()).delivered == 70_000

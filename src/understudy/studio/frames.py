@@ -1,6 +1,7 @@
 """Frames: the world at one moment as bytes a page reads without parsing; all little-endian.
 
-header, N robots, K objects, F feature values (f32, absent is NaN), the count of sonar readings (u8), those (f32)
+header, N robots, K objects, F feature values (f32, absent is NaN), the count of sonar readings (u8), those (f32),
+and how much food all robots brought home (u32)
 """
 
 from __future__ import annotations
@@ -63,7 +64,10 @@ def frame(
     for name in ("slot", "kind", "amount", "at_first"):
         objects[name] = _small(getattr(view.objects, name))
     parts = (header, robots, objects, _floats(features))
-    return b"".join([*(part.tobytes() for part in parts), bytes([len(sonar)]), _floats(sonar).tobytes()])
+    home = int(view.robots.delivered.sum()).to_bytes(4, "little")
+    return b"".join(
+        [*(part.tobytes() for part in parts), bytes([len(sonar)]), _floats(sonar).tobytes(), home]
+    )
 
 
 def _small(numbers: NDArray[np.integer[Any]]) -> NDArray[np.uint16]:

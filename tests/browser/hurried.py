@@ -1,0 +1,29 @@
+"""A studio in a hurry: `python -m tests.browser.hurried LIBRARY TIMES`, whose second lasts so many seconds."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from time import monotonic
+
+from understudy.studio.serving import listen, serve
+from understudy.studio.stage import Stage
+from understudy.studio.studio import Studio
+from understudy.worlds.catalog import find_world
+from understudy.worlds.kits import kit_of
+
+
+def main(library: Path, times: float) -> None:
+    """Serve the forage world."""
+    scenario = find_world("forage")
+    stage = Stage(scenario, library, kit_of(scenario), wall=lambda: monotonic() * times)
+    address = listen("127.0.0.1", 0, None)
+
+    def ready() -> None:
+        sys.stdout.write(f"The studio is at {address.link}\n")
+
+    serve(Studio(stage), address, ready=ready)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), float(sys.argv[2]))
