@@ -5,14 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
+from understudy.errors import SessionError
 from understudy.model.library import Library
-from understudy.runtime.body import Body
+from understudy.runtime.body import Body, Rewindable
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run import Run
 from understudy.training.trainee import Mode
 
 RunStates: TypeAlias = tuple[tuple[Level, ...], ...]
+
+
+NO_SIMULATION = "it is no simulation; drive the robot into position instead"
+
+
+def rewindable(body: Body) -> Rewindable:
+    """The body as one that can go back; SessionError where it cannot."""
+    if not isinstance(body, Rewindable):
+        raise SessionError(f"this body cannot be rewound: {NO_SIMULATION}")
+    return body
 
 
 class Instant(NamedTuple):

@@ -27,7 +27,7 @@ from understudy.runtime.body import Body, Resettable, Rewindable, every_key
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import link
 from understudy.runtime.run import Run
-from understudy.training.company import Company, Instant
+from understudy.training.company import NO_SIMULATION, Company, Instant, rewindable
 from understudy.training.design import check_names, check_targets
 from understudy.training.edits import Choice, deleted, edited, rechosen
 from understudy.training.journal import Began, Journal
@@ -39,8 +39,6 @@ from understudy.training.trainee import Mode, Outcome, Press, Trainee
 from understudy.training.values import own_readings, shown
 
 Clock: TypeAlias = Callable[[], float]
-
-NO_SIMULATION = "it is no simulation; drive the robot into position instead"
 
 
 class Session:
@@ -254,11 +252,11 @@ class Session:
 
     def instant(self) -> Instant:
         """This moment of the run, to come back to with `rewind`; SessionError where the body cannot be rewound."""
-        return Instant(self._rewindable.snapshot(), self.run_state, self.mode, self._company.snapshot())
+        return Instant(rewindable(self.body).snapshot(), self.run_state, self.mode, self._company.snapshot())
 
     def rewind(self, instant: Instant) -> None:
         """Go back to a moment of this session, world and automata both; the lesson stays, and nothing is recorded."""
-        self._rewindable.restore(instant.body)
+        rewindable(self.body).restore(instant.body)
         self._company.restore(instant.others)
         self.moved()
         self._trainee.press = None
@@ -266,12 +264,6 @@ class Session:
         self._trainee.restore(instant.run, now=self.body.time_s)
         self._turned()
         self._keep_snapshot()
-
-    @property
-    def _rewindable(self) -> Rewindable:
-        if not isinstance(self.body, Rewindable):
-            raise SessionError(f"this body cannot be rewound: {NO_SIMULATION}")
-        return self.body
 
     def drive(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
         """Drive the robot into position with a basic behavior, recording nothing; None ends it."""
