@@ -18,9 +18,12 @@ QUIET = (
 )  # fmt: skip
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[Browser]:
-    """The system's Chromium; where there is none the test is skipped, but in continuous integration it fails."""
+    """The system's Chromium; where there is none the test is skipped, but in continuous integration it fails.
+
+    It ends with the module: as long as it is there, an event loop runs in this thread, and no test can run another.
+    """
     found = next((path for name in NAMES if (path := shutil.which(name))), None)
     if found is None:
         reason = "there is no Chromium: apt-get install chromium"
