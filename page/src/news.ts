@@ -1,6 +1,6 @@
 /** Something that changes, and those who want to know. */
 
-import { useEffect, useReducer } from "preact/hooks";
+import { useLayoutEffect, useReducer } from "preact/hooks";
 
 export class News {
   private readonly listeners = new Set<() => void>();
@@ -15,16 +15,20 @@ export class News {
   }
 }
 
-/** Draw the component again whenever there is news. */
+/**
+ * Draw the component again whenever there is news.
+ *
+ * It listens before the browser does anything else: news that came between a drawing and a later effect would be missed.
+ */
 export function useNews(news: News): void {
   const [, again] = useReducer((count: number) => count + 1, 0);
-  useEffect(() => news.listen(() => again(undefined)), [news]);
+  useLayoutEffect(() => news.listen(() => again(undefined)), [news]);
 }
 
 /** Draw the component again when there is news, but no more often than every `ms`. */
 export function useSlowNews(news: News, ms: number): void {
   const [, again] = useReducer((count: number) => count + 1, 0);
-  useEffect(() => {
+  useLayoutEffect(() => {
     let due: ReturnType<typeof setTimeout> | null = null;
     const stop = news.listen(() => {
       due ??= setTimeout(() => {

@@ -16,6 +16,12 @@ from understudy.worlds.kits import kit_of
 
 Visit = Callable[[], Page]
 
+PAINTED_LATE = """
+const later = window.setTimeout;
+window.requestAnimationFrame = (draw) => later(() => draw(performance.now()), 800);
+window.setTimeout = (call, ms, ...given) => later(call, (ms ?? 0) + 800, ...given);
+"""
+
 
 @pytest.fixture
 def teacher(visit: Visit) -> Teacher:
@@ -69,6 +75,17 @@ def test_a_page_loaded_anew_shows_the_same(teacher: Teacher) -> None:
     teacher.press("ArrowUp")
     teacher.page.wait_for_timeout(500)
     assert teacher.examples > before
+
+
+def test_a_page_that_is_painted_late_misses_nothing(visit: Visit) -> None:
+    """What the server tells at once may come before the browser has painted anything."""
+    teacher = Teacher(visit())
+    teacher.begin_goto()
+    teacher.page.add_init_script(PAINTED_LATE)
+    teacher.page.reload()
+    expect(teacher.directing("rotate_left")).to_be_visible()
+    expect(teacher.page.get_by_role("banner")).to_contain_text("goto (A)")
+    expect(teacher.page.get_by_role("complementary")).to_contain_text("goto")
 
 
 def test_who_looks_on_cannot_direct_until_the_other_is_gone(teacher: Teacher, visit: Visit) -> None:
