@@ -5,23 +5,22 @@ After the teacher or the published results changed, bring all of it up to date w
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
-ROOT = Path(__file__).parents[2]
+from tests.docs.experiments import as_markdown, wrapped
+from tests.docs.pages import ROOT
+
+from understudy.experiments.published import published
+
 README, FORAGING, PICTURES = ROOT / "README.md", ROOT / "docs" / "foraging.md", ROOT / "docs" / "pictures"
-PUBLISHED = ROOT / "src" / "understudy" / "experiments" / "forage" / "expected.json"
 DEMO = "<!-- demo: python -m tests.docs.renew puts here what it prints -->\n", "<!-- end of demo -->"
 RESULTS = (
     "<!-- results: python -m tests.docs.renew puts here what expected.json says -->\n",
     "<!-- end of results -->",
 )
-METHODS = ("watched", "plain")
 PATH_SEED = 8
 """The teaching whose path is the README's picture: one that shows much of the arena."""
 
@@ -60,49 +59,21 @@ def excerpt(printed: str) -> str:
     return "\n" + "\n".join(shown) + "\n\n"
 
 
-def tables(published: Mapping[str, Any]) -> str:
-    """The tables of results."""
-    found = [published["methods"][method] for method in METHODS]
-    rows = [
-        ("teachings that reach 95 % success", [f"{f['teachings_reaching_95']} of {f['of']}" for f in found]),
-        ("success of the worst teaching", [f"{f['success']['min']:.0%}" for f in found]),
-        (
-            "food per second, of the hand-coded forager's",
-            [_spread(f["relative_to_expert"], 2) for f in found],
-        ),
-        ("press-made examples, all four lessons", [_spread(f["examples"], 0) for f in found]),
-        ("presses", [_spread(f["presses"], 0) for f in found]),
-        ("teaching, simulated seconds", [_spread(f["teaching_seconds"], 0) for f in found]),
-    ]
-    names = found[0]["corner_cases"]
-    corners = [(name, [f"{f['corner_cases'][name]['min']:.0%}" for f in found]) for name in names]
-    first, stop = published["seeds"]
-    return (
-        f"\nTeaching seeds {first} to {stop - 1}:\n\n{_table('', rows)}\n"
-        f"The paper's corner cases, success of the worst teaching:\n\n{_table('corner case', corners)}\n"
-        f"The hand-coded forager takes {_spread(published['yardstick'], 2)} times its lower bound.\n\n"
-    )
-
-
-def _table(title: str, rows: list[tuple[str, list[str]]]) -> str:
-    lines = [f"| {title} | {' | '.join(METHODS)} |", f"|---|{'---|' * len(METHODS)}"]
-    return "\n".join(lines + [f"| {name} | {' | '.join(cells)} |" for name, cells in rows]) + "\n"
-
-
-def _spread(values: Mapping[str, float], digits: int) -> str:
-    return f"{values['median']:.{digits}f} ({values['min']:.{digits}f} to {values['max']:.{digits}f})"
-
-
-def published() -> Any:
-    """The published results."""
-    return json.loads(PUBLISHED.read_text(encoding="utf-8"))
+def tables() -> str:
+    """The tables of what was published."""
+    known = published("forage")
+    assert known is not None
+    findings = known.findings
+    lines = [line for table in findings.tables for line in as_markdown(table)]
+    notes = [line for note in findings.notes for line in wrapped(note)]
+    return "\n" + "\n".join([*lines, *notes, ""])
 
 
 def main() -> None:
     """Bring the documents up to date."""
     from PIL import Image
 
-    put_between(FORAGING, RESULTS, tables(published()))
+    put_between(FORAGING, RESULTS, tables())
     with TemporaryDirectory() as folder:
         put_between(README, DEMO, excerpt(demo(Path(folder))))
         graph = Path(folder, "pictures", "goto.svg")

@@ -2,103 +2,164 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from understudy.cli.parts import Json
+from understudy.experiments.catalog import QUESTIONS
+from understudy.experiments.experiment import Plan
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-app = typer.Typer(help="Run a published experiment again; `list` names them.", no_args_is_help=True)
+    from understudy.experiments.experiment import Experiment
+    from understudy.experiments.published import Result
 
-QUICK = 2
-
-
-@app.command("list")
-def list_(as_json: Json = False) -> None:
-    """The experiments there are."""
-    from understudy.cli.output import console, print_json, table
-
-    experiments = [{"name": "forage", "question": "Can a robot be taught to forage, and how well does it?"}]
-    if as_json:
-        print_json(experiments)
-        return
-    made = table("experiment", "question")
-    for each in experiments:
-        made.add_row(each["name"], each["question"])
-    console().print(made)
+RESULTS = Path("results")
+SHOWN = 12
+"""So many differences from what was published are told."""
 
 
-@app.command()
-def forage(
+def experiment(
+    name: Annotated[str, typer.Argument(metavar="list|all|NAME", help="Which one; list names them.")],
     seeds: Annotated[
         str | None,
         typer.Option("--seeds", metavar="A:B", help="The teachings; the published ones unless given."),
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help=f"Only the first {QUICK} teachings.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A small part, compared with what was published.")
+    ] = False,
+    data: Annotated[
+        Path | None,
+        typer.Option("--data", metavar="DIR", help="Data from elsewhere, for one that takes any."),
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="FILE.json", help="Keep the result in a file, too.")
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Where results are kept: results/NAME unless given."),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", "-j", min=1, help="So many processes; one per processor unless given."),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Teach twenty robots to forage, each judged on 100 unseen worlds, with both methods.
+    """Run published experiments again: teach robots, judge them, and compare with what was published.
 
-    Exit code 1 if the result falls short of what it must reach.
+    What is in the folder of results already is not done again, so that a run that was cut off goes on. Exit code 1
+    if something comes out otherwise than published, or a goal that was reached is missed.
 
-    [dim]understudy experiment forage --seeds 41000:41020[/]
+    [dim]understudy experiment forage --quick[/]
     """
-    import msgspec
-
     from understudy.cli.evaluate import parse_seeds
     from understudy.cli.output import console, print_json
+    from understudy.experiments.catalog import find_experiment
+
+    if name == "list":
+        _list(as_json=as_json)
+        return
+    chosen = None if seeds is None else parse_seeds(seeds)
+    told: dict[str, dict[str, Any]] = {}
+    for each in QUESTIONS if name == "all" else [name]:
+        found = find_experiment(each)
+        folder = (
+            (out or RESULTS) / (f"{each}-quick" if quick else each) if name == "all" or out is None else out
+        )
+        plan = Plan(chosen or (found.seeds[: found.quick] if quick else found.seeds), quick, data)
+        result = _run(found, plan, folder, jobs=jobs or os.cpu_count() or 1, quiet=as_json)
+        wrong = _wrong(result, found)
+        told[each] = {"result": result, "wrong": wrong, "passed": not wrong}
+        if not as_json:
+            _tell(result, wrong, folder, console())
+    passed = all(each["passed"] for each in told.values())
+    if as_json:
+        print_json(told | {"passed": passed} if name == "all" else told[name])
+    raise typer.Exit(0 if passed else 1)
+
+
+def _list(*, as_json: bool) -> None:
+    from understudy.cli.output import console, print_json, table
+
+    if as_json:
+        print_json([{"name": name, "question": question} for name, question in QUESTIONS.items()])
+        return
+    made = table("experiment", "~question")
+    for row in QUESTIONS.items():
+        made.add_row(*row)
+    console().print(made)
+
+
+def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool) -> Result:
+    """Run it, and put its result and its figure into the folder."""
+    from understudy.cli.output import console
     from understudy.cli.parts import find_world
     from understudy.cli.progress import compile_once, progress
-    from understudy.experiments.forage.run import TEACHINGS, run
-    from understudy.model.atomic import write
+    from understudy.experiments import figures, published
+    from understudy.experiments.kept import Kept
+    from understudy.experiments.running import missing, run
 
-    chosen = TEACHINGS if seeds is None else parse_seeds(seeds)
-    compile_once(learner=True, world=find_world("forage"), quiet=as_json)
-    with progress("Robots taught", quiet=as_json) as report:
-        result = run(chosen[:QUICK] if quick else chosen, progress=report)
-    if out is not None:
-        write(out, msgspec.json.format(msgspec.json.encode(result), indent=2) + b"\n")
-    if as_json:
-        print_json(result)
-    else:
-        _tell(result, console())
-    raise typer.Exit(0 if result["passed"] else 1)
+    notes = console(err=True)
+    for module, install in missing(found).items():
+        notes.print(f"[yellow]Skipped:[/] what needs {module}, which is not installed: {install}")
+    kept = Kept(found.name, folder)
+    if kept.put_aside:
+        notes.print(f"[dim]What {folder} held is of another version of the program, and was put aside.[/]")
+    elif len(kept):
+        notes.print(f"[dim]Going on: {len(kept)} pieces are in {folder} already.[/]")
+    compile_once(learner=True, quiet=quiet)
+    for world in found.worlds:
+        compile_once(world=find_world(world), quiet=quiet)
+    try:
+        with progress(found.name, quiet=quiet) as report:
+            rows = run(found, plan, kept, jobs=jobs, progress=report)
+    except KeyboardInterrupt:
+        notes.print(f"{len(kept)} pieces are kept in {folder}: the same command goes on from there.")
+        raise
+    seeds, findings = list(plan.seeds), found.conclude(rows)
+    result = published.Result(found.name, found.question, seeds, plan.quick, findings, rows)
+    published.save(result, folder / "result.json")
+    figures.save(found.draw(rows), folder / "figure.svg")
+    return result
 
 
-def _tell(result: dict[str, Any], out: Console) -> None:
+def _wrong(result: Result, experiment: Experiment) -> list[str]:
+    """What is not as it was published: rows of the same tasks, and goals that were reached; else all goals."""
+    from understudy.experiments.published import differences, published
+
+    known = published(result.experiment)
+    short = [] if known is None else [goal.what for goal in known.findings.misses]
+    missed = [
+        f"{goal.what}: {goal.measured}, not {goal.wanted}"
+        for goal in (() if result.quick else result.findings.misses)
+        if goal.what not in short
+    ]
+    return [*missed, *([] if known is None else differences(result.rows, known, experiment))]
+
+
+def _tell(result: Result, wrong: list[str], folder: Path, out: Console) -> None:
     from understudy.cli.output import table
 
-    first, last = result["seeds"]
-    methods = result["methods"]
-    made = table("", *(f"#{method}" for method in methods))
-    for what, told in (
-        ("teachings that reach 95 %", lambda found: f"{found['teachings_reaching_95']} of {found['of']}"),
-        ("success, worst teaching", lambda found: f"{found['success']['min']:.0%}"),
-        ("food per second / yardstick's", lambda found: _spread(found["relative_to_expert"], 3)),
-        ("press-made examples", lambda found: _spread(found["examples"], 0)),
-        ("presses", lambda found: _spread(found["presses"], 0)),
-        ("teaching time, s", lambda found: _spread(found["teaching_seconds"], 0)),
-    ):
-        made.add_row(what, *map(told, methods.values()))
-    out.print(f"[bold]Foraging[/]: teachings {first}:{last}, each judged on its own 100 unseen worlds")
-    out.print("[dim]medians over teachings, with the smallest and the largest[/]")
-    out.print(made)
-    corners = table("corner case", *(f"#{method}" for method in methods))
-    for name in methods["watched"]["corner_cases"]:
-        corners.add_row(name, *(f"{found['corner_cases'][name]['min']:.0%}" for found in methods.values()))
-    out.print("Success in the paper's corner cases, worst teaching")
-    out.print(corners)
-    out.print(f"The hand-coded yardstick takes {_spread(result['yardstick'], 3)} of its lower bound's time.")
-    for miss in result["misses"]:
-        out.print(f"[red]Short:[/] {miss}")
-
-
-def _spread(values: dict[str, float], digits: int) -> str:
-    return f"{values['median']:.{digits}f} ({values['min']:.{digits}f}–{values['max']:.{digits}f})"
+    findings = result.findings
+    out.print(f"[bold]{result.question}[/]")
+    if result.quick:
+        out.print("[dim]The quick version: too few teachings to judge by.[/]")
+    out.print(findings.headline + "\n")
+    for each in findings.tables:
+        made = table(*each.columns, title=each.title)
+        for row in each.rows:
+            made.add_row(*row)
+        out.print(made)
+    if not result.quick and findings.goals:
+        made = table("~goal", "#wanted", "#measured", "", title="What it was to reach")
+        for goal in findings.goals:
+            made.add_row(goal.what, goal.wanted, goal.measured, "" if goal.held else "[red]short[/]")
+        out.print(made)
+    for note in findings.notes:
+        out.print(note)
+    for problem in wrong[:SHOWN]:
+        out.print(f"[red]Not as published:[/] {problem}")
+    if len(wrong) > SHOWN:
+        out.print(f"[dim]… and {len(wrong) - SHOWN} more.[/]")
+    out.print(f"[dim]Kept in {folder}: result.json, figure.svg, rows.jsonl[/]\n")

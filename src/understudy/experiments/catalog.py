@@ -1,0 +1,31 @@
+"""The published experiments by name; each is a module `run` in a folder of its name, with its `EXPERIMENT`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from types import MappingProxyType
+
+from understudy.errors import UnknownName
+from understudy.experiments.experiment import Experiment
+
+QUESTIONS: Mapping[str, str] = MappingProxyType(
+    {
+        "forage": "Can a robot be taught to forage, and how well does it do it then?",
+    }
+)
+"""What each asks, in the order in which they are told."""
+
+
+def find_experiment(name: str) -> Experiment:
+    """An experiment by its name."""
+    if name not in QUESTIONS:
+        raise UnknownName(what="experiment", name=name, where="the catalog", known=list(QUESTIONS))
+    found: Experiment = import_module(f"understudy.experiments.{name}.run").EXPERIMENT
+    return found
+
+
+def folder_of(name: str) -> Path:
+    """Where an experiment lies, with its README and what it came to when it was published."""
+    return Path(__file__).parent / name

@@ -1,0 +1,71 @@
+"""Figures of experiments, in one style: every taught automaton a dot, medians as lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLORS = ("#2563a8", "#c8651b", "#3b8a57", "#8a4fa3", "#a8323e", "#6b7280", "#9a7b16")
+STYLE: Any = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+    "svg.hashsalt": "understudy",
+    "svg.fonttype": "none",
+}
+
+
+def panels(
+    count: int = 1, *, rows: int = 1, wide: float = 3.4, tall: float = 2.8
+) -> tuple[Figure, list[Axes]]:
+    """A figure with panels side by side, in so many rows."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    columns = -(-count // rows)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(wide * columns, tall * rows), layout="constrained")
+        made = [figure.add_subplot(rows, columns, k + 1) for k in range(count)]
+    return figure, made
+
+
+def dots(axes: Axes, groups: Mapping[str, Sequence[float]], said: str) -> None:
+    """A column of dots per group, one for each automaton, with a line at the median; a group may be empty."""
+    for at, (values, color) in enumerate(zip(groups.values(), COLORS * len(groups), strict=False)):
+        found = np.asarray(values, np.float64)
+        if len(found) == 0:
+            continue
+        aside = at + 0.3 * _fanned(found)
+        axes.plot(aside, found, "o", color=color, markersize=4, alpha=0.6, markeredgewidth=0)
+        axes.hlines(np.median(found), at - 0.35, at + 0.35, color=color, linewidth=2)
+    axes.set_xticks(range(len(groups)), list(groups))
+    axes.set_xlim(-0.6, len(groups) - 0.4)
+    axes.set_ylabel(said)
+
+
+def _fanned(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """How far aside each dot lies, from -1 to 1, so that equal ones do not hide each other."""
+    order = np.argsort(values, kind="stable")
+    steps = np.array([0.0, 0.5, -0.5, 1.0, -1.0, 0.25, -0.25, 0.75, -0.75])
+    aside = np.empty(len(values))
+    aside[order] = steps[np.arange(len(values)) % len(steps)]
+    return aside
+
+
+def save(figure: Figure, path: Path) -> None:
+    """As SVG or PNG, by the name's ending; the same figure gives the same file."""
+    import matplotlib as mpl
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with mpl.rc_context(STYLE):
+        figure.savefig(path, dpi=150, metadata={"Date": None} if path.suffix == ".svg" else None)

@@ -1,0 +1,61 @@
+"""What can be said of few numbers: spread, intervals, and whether two groups differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import erfc, sqrt
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers: TypeAlias = Sequence[float] | NDArray[np.float64]
+Z95 = 1.959964
+
+
+def spread(values: Numbers) -> dict[str, float]:
+    """Smallest, median and largest."""
+    low, middle, high = np.percentile(np.asarray(values, np.float64), [0, 50, 100])
+    return {"min": round(float(low), 4), "median": round(float(middle), 4), "max": round(float(high), 4)}
+
+
+def told(values: Numbers, digits: int = 0, *, percent: bool = False) -> str:
+    """Median, with the smallest and the largest: "40 (31–55)"; of shares in percent: "98 % (93–100)"."""
+    if len(values) == 0:
+        return "none"
+    low, middle, high = np.percentile(np.asarray(values, np.float64) * (100 if percent else 1), [0, 50, 100])
+    return f"{middle:.{digits}f}{' %' if percent else ''} ({low:.{digits}f}–{high:.{digits}f})"
+
+
+def interval_of_share(count: int, of: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of a share (Wilson 1927)."""
+    if of == 0:
+        return 0.0, 1.0
+    share, square = count / of, Z95 * Z95 / of
+    middle = (share + square / 2) / (1 + square)
+    half = Z95 * sqrt(share * (1 - share) / of + square / (4 * of)) / (1 + square)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def interval_of_median(values: Numbers, *, draws: int = 4_000) -> tuple[float, float]:
+    """A 95 % interval of the median by the percentile bootstrap (Efron 1979), always with the same draws."""
+    found = np.asarray(values, np.float64)
+    drawn = np.random.default_rng(0).integers(len(found), size=(draws, len(found)))
+    low, high = np.percentile(np.median(found[drawn], axis=1), [2.5, 97.5])
+    return float(low), float(high)
+
+
+def differ(first: Numbers, second: Numbers) -> float:
+    """Two-sided p that two groups come from one distribution (Mann and Whitney 1947): normal, corrected for ties."""
+    sizes = n, m = len(first), len(second)
+    pooled = np.concatenate([np.asarray(first, np.float64), np.asarray(second, np.float64)])
+    _, place, count = np.unique(pooled, return_inverse=True, return_counts=True)
+    ranks = (np.cumsum(count) - (count - 1) / 2)[place]
+    statistic = float(ranks[:n].sum()) - n * (n + 1) / 2
+    total = sum(sizes)
+    ties = float((count.astype(np.float64) ** 3 - count).sum())
+    variance = n * m / 12 * (total + 1 - ties / (total * (total - 1)))
+    if variance <= 0:
+        return 1.0
+    off = max(0.0, abs(statistic - n * m / 2) - 0.5)
+    return float(erfc(off / sqrt(variance) / sqrt(2)))

@@ -1,0 +1,123 @@
+"""What holds of every experiment, and how one is run: kept, cut off, gone on with, compared with what was published."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import pytest
+from tests.docs import experiments as docs
+
+from understudy.errors import UnknownName
+from understudy.experiments.catalog import QUESTIONS, find_experiment, folder_of
+from understudy.experiments.experiment import Experiment, Findings, Plan, Row, Task
+from understudy.experiments.kept import FORMER, NAME, Kept
+from understudy.experiments.published import differences, published
+from understudy.experiments.running import run
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_every_experiment_is_whole(name: str) -> None:
+    experiment, known = find_experiment(name), published(name)
+    assert experiment.name == name
+    assert experiment.question == QUESTIONS[name]
+    assert known is not None
+    assert not known.quick
+    readme = (folder_of(name) / "README.md").read_text(encoding="utf-8")
+    assert all(f"**{part}" in readme for part in ("Question", "Method", "Result"))
+    quick = experiment.tasks(Plan(experiment.seeds[: experiment.quick], quick=True))
+    assert len({msgspec.json.encode(task, order="sorted") for task in quick}) == len(quick) > 0
+    published_tasks = {msgspec.json.encode(row["task"], order="sorted") for row in known.rows}
+    assert all(msgspec.json.encode(task, order="sorted") in published_tasks for task in quick)
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_what_follows_from_the_published_rows_is_what_was_published(name: str) -> None:
+    known = published(name)
+    assert known is not None
+    found = find_experiment(name).conclude(known.rows)
+    assert msgspec.json.decode(msgspec.json.encode(found)) == msgspec.json.decode(
+        msgspec.json.encode(known.findings)
+    )
+
+
+def test_the_page_says_what_was_published() -> None:
+    assert docs.PAGE.read_text(encoding="utf-8") == docs.page()
+
+
+def test_an_unknown_one_is_named() -> None:
+    with pytest.raises(UnknownName, match="forage"):
+        find_experiment("forrage")
+
+
+# One of our own, to run and to cut off
+
+
+def made(worked: list[Task], *, until: int = 99, value: float = 0.5) -> Experiment:
+    """Squares of numbers, until it is cut off."""
+
+    def work(task: Task) -> Row:
+        if len(worked) == until:
+            raise KeyboardInterrupt
+        worked.append(task)
+        return {"square": task["seed"] ** 2, "share": value, "absent": float("nan")}
+
+    return Experiment(
+        name="forage",
+        question="?",
+        seeds=range(4),
+        quick=1,
+        tasks=lambda plan: [{"seed": seed} for seed in plan.seeds],
+        work=work,
+        conclude=lambda rows: Findings("Found."),
+        draw=lambda rows: None,  # type: ignore[arg-type,return-value]
+    )
+
+
+PLAN = Plan(range(4))
+
+
+def test_a_run_that_is_cut_off_goes_on(tmp_path: Path) -> None:
+    worked: list[Task] = []
+    with pytest.raises(KeyboardInterrupt):
+        run(made(worked, until=2), PLAN, Kept("forage", tmp_path))
+    with (tmp_path / NAME).open("ab") as file:
+        file.write(b'{"task": {"seed": 2}, "squa')  # killed in the middle of a line
+    rows = run(made(worked), PLAN, Kept("forage", tmp_path))
+    assert [task["seed"] for task in worked] == [0, 1, 2, 3]
+    assert [row["square"] for row in rows] == [0, 1, 4, 9]
+    assert rows == run(made([], until=0), PLAN, Kept("forage", tmp_path))
+    assert rows[0]["absent"] is None
+
+
+def test_rows_of_another_version_are_put_aside(tmp_path: Path) -> None:
+    (tmp_path / NAME).write_text(
+        '{"experiment": "forage", "source": "old"}\n{"task": {"seed": 0}, "square": 7}\n'
+    )
+    kept = Kept("forage", tmp_path)
+    assert kept.put_aside
+    assert len(kept) == 0
+    assert "7" in (tmp_path / FORMER).read_text()
+
+
+def test_what_differs_from_the_published_is_said() -> None:
+    experiment = made([])
+    rows = run(experiment, PLAN, Kept("forage"))
+    known = published("forage")
+    assert known is not None
+    known = replace(known, rows=rows)
+    assert differences(rows, known, experiment) == []
+    assert differences(run(made([], value=0.5 + 1e-9), PLAN, Kept("forage")), known, experiment) == []
+    other = run(made([], value=0.6), PLAN, Kept("forage"))
+    assert differences(other, known, experiment)[0] == "0: share is 0.6, published was 0.5"
+
+
+def test_processes_side_by_side_find_the_same(tmp_path: Path) -> None:
+    experiment = find_experiment("forage")
+    plan = Plan(experiment.seeds[:1])
+    known = published("forage")
+    assert known is not None
+    rows = run(experiment, plan, Kept("forage", tmp_path), jobs=2)
+    assert differences(rows, known, experiment) == []
+    assert [row["task"]["method"] for row in rows] == ["watched", "plain"]
