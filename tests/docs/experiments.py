@@ -55,7 +55,7 @@ def told(result: Result) -> Iterator[str]:
     for note in findings.notes:
         yield from wrapped(note)
     where = f"../src/understudy/experiments/{result.experiment}"
-    yield f"[How it is done]({where}/README.md), [all rows]({where}/expected.json)\n"
+    yield f"[How it is done]({where}/README.md),\n[all rows]({where}/expected.json)\n"
 
 
 def wrapped(text: str) -> Iterator[str]:
