@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import json
 from pathlib import Path
+from sys import stderr
 
 import pytest
 from tests.studio.pages import GOTO, Wall, studio
@@ -47,4 +48,5 @@ def test_hours_of_fast_time(tmp_path: Path) -> None:
     made.stage.close()
     assert made.stage.world.time_s == pytest.approx(HOURS * 3600, rel=0.01)
     assert shown > 10_000
+    stderr.write(f"the server held, bytes after each hour: {sizes}\n")
     assert (sizes[-1] - sizes[HOURS // 2 - 1]) / (HOURS / 2) < MOST_GROWTH, sizes
