@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
+from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
 from understudy.errors import SettingError
 from understudy.studio import company, former, keeping, naming, openings
@@ -33,7 +34,7 @@ def _step(stage: Stage, message: m.Step) -> None:
 
 
 def _speed(stage: Stage, message: m.Speed) -> None:
-    stage.set_speed(message.speed)
+    stage.set_speed(FASTEST if message.speed == "fastest" else message.speed)
 
 
 def _reset(stage: Stage, message: m.Reset) -> None:

@@ -11,8 +11,8 @@ from time import monotonic
 from understudy.desk import journals, words
 from understudy.desk.desk import Desk, Said
 from understudy.desk.opening import Opened
-from understudy.desk.pace import SPEEDS, Wall
-from understudy.errors import SessionError, SettingError, UnderstudyError
+from understudy.desk.pace import Wall, known_speed
+from understudy.errors import SessionError, UnderstudyError
 from understudy.model.kit import Kit
 from understudy.studio import frames, shelf
 from understudy.studio.picture import Picture
@@ -153,7 +153,7 @@ class Stage:
         if desk is None:
             return
         try:
-            if desk.beat():
+            for _ in desk.ticks():
                 self.moved += 1
                 self.reel.see(desk.session)
         except Exception as error:
@@ -184,11 +184,7 @@ class Stage:
 
     def set_speed(self, speed: float) -> None:
         """How many times as fast as in life the world goes."""
-        if speed not in SPEEDS:
-            known = ", ".join(f"{each:g}" for each in SPEEDS)
-            problem, remedy = f"is {speed:g}", f"give one of {known}"
-            raise SettingError(where="the studio", setting="speed", problem=problem, remedy=remedy)
-        self._speed = speed
+        self._speed = known_speed(speed, "the studio")
         if self.desk is not None:
             self.desk.set_speed(speed)
 
