@@ -93,6 +93,10 @@ export interface ObjectClass {
   home: boolean;
   solid: boolean;
   pushable: boolean;
+  /** A place that somebody marked. */
+  marker: boolean;
+  /** Whether it makes sense to add one. */
+  offered: boolean;
 }
 
 export interface Disc {
