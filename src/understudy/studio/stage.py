@@ -52,7 +52,6 @@ class Stage:
         self._said = Said(NOTHING)
         self._picture: Picture | None = None
         self.reel = Reel()
-        self.others: Plain | None = None  # what the robots run that are not trained; None: they idle
         self.run: Plain = {"number": 0, "from_s": 0.0}
         self.look_for_cut_off()
         if self.cut_off:
@@ -83,6 +82,14 @@ class Stage:
             self._said = said
         else:
             self.desk.said = said
+
+    @property
+    def others(self) -> Plain | None:
+        """What the robots run that are not trained; None: they idle."""
+        doing = None if self.desk is None else self.desk.session.company.occupied
+        if doing is None or doing.behavior is None:
+            return None
+        return {"behavior": doing.behavior, "targets": dict(doing.targets)}
 
     @property
     def paused(self) -> bool:
@@ -235,7 +242,7 @@ class Stage:
         self._leave()
         self.opened, desk = opened, opened.desk
         self._picture, self.agent = Picture(desk), desk.robot
-        self.began_with, self.others = len(desk.session.examples), None
+        self.began_with = len(desk.session.examples)
         desk.set_speed(self._speed)
         desk.hold(False)
         desk.said = Said(said)
