@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import nan
+from math import isnan, nan
 from pathlib import Path
 from typing import Any
 
@@ -98,3 +98,18 @@ def test_where_there_is_no_such_target_it_is_said(tmp_path: Path) -> None:
     )
     assert result.exit_code == 2
     assert "no target 'nearest_marker'" in " ".join(result.stderr.split()), result.stderr
+
+
+def test_what_a_parameter_stands_for_is_shown_at_once_while_time_stands_still(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as somebody:
+        somebody.send(GOTO)
+        somebody.done("pause", paused=True)
+        while somebody.frame is None or len(somebody.frame.features) != 2:
+            somebody.hear()
+        assert not isnan(somebody.frame.features[0])
+        somebody.done("stand_for", targets={"A": TARGET})
+        while not isnan(somebody.frame.features[0]):
+            somebody.hear()
+        somebody.done("choose", states=["forward"], features=["food_left"])
+        while len(somebody.frame.features) != 1:
+            somebody.hear()

@@ -49,10 +49,6 @@ def _rewind(stage: Stage, message: m.Rewind) -> None:
     stage.rewind(reel.at(message.time_s) if message.time_s is not None else reel.of(message.example or 0))
 
 
-def _stand_for(stage: Stage, message: m.StandFor) -> None:
-    stage.trained.bind(message.targets)
-
-
 def _open(stage: Stage, message: m.Open) -> None:
     openings.go_on(stage, message.name, discard=message.discard)
 
@@ -77,6 +73,7 @@ def _choose(stage: Stage, message: m.Choose) -> None:
         reaction_s=message.reaction_s,
     )
     stage.trained.choose(choices)
+    stage.moved += 1
 
 
 def _edit(stage: Stage, message: m.Edit) -> None:
@@ -149,7 +146,7 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.Speed: _speed,
         m.Reset: _reset,
         m.Rewind: _rewind,
-        m.StandFor: _stand_for,
+        m.StandFor: _desk(lambda desk, message: desk.bind(message.targets)),
         m.Open: _open,
         m.New: _new,
         m.Choose: _choose,
