@@ -39,10 +39,10 @@ def latencies(teacher: Teacher) -> list[float]:
 
 def test_a_press_is_in_the_journal_and_shown_at_once(teacher: Teacher) -> None:
     """Measured up to three times: a machine that has other things to do makes it late, and never early."""
-    for _ in range(3):
-        waits = latencies(teacher)
-        if median(waits) < ANSWERED_MS:
-            break
+    waits = latencies(teacher)
+    for _ in range(2):
+        if median(waits) >= ANSWERED_MS:
+            waits = latencies(teacher)
     _log.info("median %.1f ms, 95%% %.1f ms", median(waits), quantiles(waits, n=20)[-1])
     assert median(waits) < ANSWERED_MS, waits
     assert teacher.examples >= PRESSES
