@@ -45,6 +45,30 @@ export function edgeId(edge: { from: string; to: string }): string {
   return `${edge.from} ${edge.to}`;
 }
 
+/** An edge wherever it is drawn: the path of the state whose automaton it belongs to, then the edge. */
+function arcId(above: string, edge: Way): string {
+  return above === "" ? edgeId(edge) : `${above}\n${edgeId(edge)}`;
+}
+
+/** The edge of a nested automaton by the id that it is drawn with, and the automaton it belongs to. */
+export function innerEdge(
+  states: readonly Shape[],
+  nested: Readonly<Record<string, Inner>>,
+  id: string,
+  above = "",
+): { edge: Way; of: string } | null {
+  for (const { name, automaton } of states) {
+    const path = `${above}/${name}`;
+    const inner = automaton === null ? undefined : nested[automaton];
+    if (automaton === null || inner === undefined) continue;
+    const edge = inner.edges.find((each) => arcId(path, each) === id);
+    if (edge !== undefined) return { edge, of: automaton };
+    const deeper = id.startsWith(`${path}/`) ? innerEdge(inner.states, nested, id, path) : null;
+    if (deeper !== null) return deeper;
+  }
+  return null;
+}
+
 export function drawing(
   states: readonly Shape[],
   edges: readonly Way[],
@@ -85,7 +109,7 @@ export function drawing(
     }),
     arcs: drawn.map((edge) => {
       const label = graph.edge(edge.from, edge.to, edgeId(edge)) as { points?: Point[] };
-      return { edge, id: edgeId(edge), points: label.points ?? [] };
+      return { edge, id: arcId(above, edge), points: label.points ?? [] };
     }),
   });
 }

@@ -14,10 +14,13 @@ export class Panel {
   /** The selected edge, "from to". */
   edge: string | null = null;
   example: number | null = null;
+  /** The behavior of the library that was asked for, another object each time. */
+  behavior: { name: string } | null = null;
   /** Examples pointed at: those behind an edge. */
   shown: ReadonlySet<number> = new Set();
 
   open(tab: Tab): void {
+    if (tab !== "library") this.behavior = null;
     this.tab = tab;
     this.form = null;
     this.news.tell();
@@ -36,6 +39,11 @@ export class Panel {
   selectExample(example: number | null): void {
     this.example = this.example === example ? null : example;
     this.news.tell();
+  }
+
+  showBehavior(name: string): void {
+    this.behavior = { name };
+    this.open("library");
   }
 
   showExamples(numbers: readonly number[]): void {

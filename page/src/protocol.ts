@@ -11,7 +11,7 @@ export type Request =
   | { do: "press"; state: string }
   | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "why" | "take" | "hand_over" }
   | { do: "pause"; paused: boolean }
-  | { do: "speed"; speed: number }
+  | { do: "speed"; speed: Speed }
   | { do: "reset"; seed: number | null }
   | { do: "rewind"; time_s: number }
   | { do: "rewind"; example: number }
@@ -93,6 +93,10 @@ export interface ObjectClass {
   home: boolean;
   solid: boolean;
   pushable: boolean;
+  /** A place that somebody marked. */
+  marker: boolean;
+  /** Whether it makes sense to add one. */
+  offered: boolean;
 }
 
 export interface Disc {
@@ -207,6 +211,9 @@ export interface Call {
   targets: Targets;
 }
 
+/** How many times as fast as in life, or as fast as it goes. */
+export type Speed = number | "fastest";
+
 /** The automaton under training. */
 export interface Desk {
   name: string;
@@ -288,7 +295,7 @@ export interface DeskNews {
   directs: boolean;
   viewers: number;
   paused: boolean;
-  speed: number;
+  speed: Speed;
   seed: number | null;
   /** Which run of the world this is, and from when of its time one can go back in it. */
   run: { number: number; from_s: number };

@@ -2,10 +2,11 @@
 
 import { useQuietStudio } from "./context";
 import { useSlowNews } from "./news";
+import type { Speed } from "./protocol";
 import type { Studio } from "./studio";
 import { clock } from "./words";
 
-const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
+const SPEEDS: readonly Speed[] = [0.25, 0.5, 1, 2, 4, 8, 16, "fastest"];
 
 export function Running({ studio }: { studio: Studio }) {
   const paused = studio.told?.paused ?? false;
@@ -55,13 +56,14 @@ export function Running({ studio }: { studio: Studio }) {
         disabled={off}
         value={String(studio.told?.speed ?? 1)}
         onChange={(event) => {
-          void studio.ask({ do: "speed", speed: Number(event.currentTarget.value) });
+          const speed = SPEEDS.find((each) => String(each) === event.currentTarget.value);
+          if (speed !== undefined) void studio.ask({ do: "speed", speed });
           event.currentTarget.blur();
         }}
       >
         {SPEEDS.map((speed) => (
           <option key={speed} value={String(speed)}>
-            {speed}×
+            {speed === "fastest" ? speed : `${speed}×`}
           </option>
         ))}
       </select>

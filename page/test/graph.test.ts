@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { drawing } from "../src/graph";
+import { drawing, innerEdge } from "../src/graph";
 import type { State } from "../src/protocol";
 
 function state(name: string, more: Partial<State> = {}): State {
@@ -46,7 +46,28 @@ test("a state that runs an automaton opens in place: it is as large as what it s
   const open = drawing(states, [], name, new Set(["/goto"]), nested).nodes[1];
   expect(closed?.inner).toBeNull();
   expect(open?.inner?.nodes.map(({ path }) => path)).toContain("/goto/forward");
-  expect(open?.inner?.arcs.map(({ id }) => id)).toEqual(["start forward"]);
+  expect(open?.inner?.arcs.map(({ id }) => id)).toEqual(["/goto\nstart forward"]);
   expect(open?.width).toBeGreaterThan(open?.inner?.width ?? NaN);
   expect(open?.height).toBeGreaterThan(open?.inner?.height ?? NaN);
+});
+
+test("an edge of an automaton in an automaton is told from those outside by where it is", () => {
+  const edge = { from: "start", to: "forward", when: ["when far"] };
+  const nested = {
+    goto: { states: [state("start"), state("forward")], edges: [edge] },
+    harvest: { states: [state("start"), state("goto", { automaton: "goto" })], edges: [] },
+  };
+  const states = [
+    state("start"),
+    state("goto", { automaton: "goto" }),
+    state("harvest", { automaton: "harvest" }),
+  ];
+  const opened = new Set(["/goto", "/harvest", "/harvest/goto"]);
+  const drawn = drawing(states, [], ({ name }) => name, opened, nested);
+  const near = drawn.nodes[1]?.inner?.arcs[0]?.id ?? "";
+  const deep = drawn.nodes[2]?.inner?.nodes[1]?.inner?.arcs[0]?.id ?? "";
+  expect(new Set(["start forward", near, deep]).size).toBe(3);
+  expect(innerEdge(states, nested, near)).toEqual({ edge, of: "goto" });
+  expect(innerEdge(states, nested, deep)).toEqual({ edge, of: "goto" });
+  expect(innerEdge(states, nested, "start forward")).toBeNull();
 });

@@ -89,6 +89,12 @@ class Teacher:
         self.page.wait_for_timeout(200)
 
     @property
+    def clock_s(self) -> float:
+        """The world's time, s."""
+        minutes, seconds = self.page.get_by_title("Time in the world").inner_text().split(":")
+        return 60 * int(minutes) + float(seconds)
+
+    @property
     def examples(self) -> int:
         """How many examples the lesson has, as its tab says."""
         text = self.page.get_by_role("tab", name=re.compile("Lesson")).inner_text()

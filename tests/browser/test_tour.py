@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from time import monotonic
 
@@ -9,6 +10,9 @@ from playwright.sync_api import Page, expect
 from tests.browser.teacher import DISTANCE, KEYS, Teacher
 
 MOST_ACTIONS = 25
+ACTION_S, MOST_S = 1.5, 120.0
+"""What a person takes for an action, and for the whole tour, with the time that the robot is on its way."""
+_log = logging.getLogger(__name__)
 
 
 def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[[], Page]) -> None:
@@ -21,14 +25,19 @@ def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[[], Page]) -> N
     expect(tour).to_contain_text("2 of 5")
     expect(page.get_by_role("complementary")).to_contain_text(DISTANCE)
     teacher.show_the_way()
+    robot_s = teacher.clock_s
     expect(tour).to_contain_text("4 of 5")
     teacher.new_world()
     teacher.show_the_way()
+    robot_s += teacher.clock_s
     expect(tour).to_contain_text("5 of 5")
     teacher.new_world()
     lets_it_try(teacher)
+    robot_s += teacher.clock_s
     expect(tour).to_contain_text("by itself")
+    _log.info("%d actions, the robot on its way for %.1f s", teacher.actions, robot_s)
     assert teacher.actions <= MOST_ACTIONS
+    assert ACTION_S * teacher.actions + robot_s <= MOST_S
     page.reload()
     page.get_by_role("button", name="Close", exact=True).click()
     page.reload()

@@ -9,22 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.cli.forage_parts import AUTOMATA
 from typer.testing import CliRunner, Result
 
 from understudy.cli.app import app
-from understudy.model.folder import save
-from understudy.model.library import Taught
 
 ROOT = Path(__file__).parents[2]
 SELF = "state,next,kind,x:continuous\nloop,other,directive,1\n"
-
-
-@pytest.fixture
-def library(tmp_path: Path) -> Path:
-    for automaton in AUTOMATA:
-        save(tmp_path / "library", Taught(automaton))
-    return tmp_path / "library"
 
 
 def process(*arguments: object, into: str = "", **environment: str) -> subprocess.CompletedProcess[bytes]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, nan, nextafter, radians
+from math import degrees, inf, nan, nextafter, radians
 
 import pytest
 from hypothesis import given, settings
@@ -22,6 +22,7 @@ DISTANCE = BoundFeature(
     Feature("distance_to", Continuous(), reading="range", of="A", unit="m"), Binding(A="A")
 )
 ANGLE = BoundFeature(Feature("angle_to", Toroidal(), reading="bearing", of="A", unit="rad"), Binding(A="A"))
+AMOUNT = BoundFeature(Feature("amount", Continuous(), reading="amount"))
 DONE = BoundFeature(Flag("done"))
 STATUS = BoundFeature(Feature("status", Categorical(("idle", "busy", "lost", "home")), reading="status"))
 FEATURES = (DISTANCE, ANGLE, DONE, STATUS)
@@ -41,8 +42,8 @@ def test_a_single_leaf() -> None:
 
 def test_thresholds() -> None:
     assert said(below(0, 0.3784, 1, 2), leaf(1), leaf(0)) == {
-        0: ("distance_to(A) is at least 0.378 m",),
-        1: ("distance_to(A) is below 0.378 m",),
+        0: ("distance_to(A) is at least 0.38 m",),
+        1: ("distance_to(A) is below 0.38 m",),
     }
     assert said(below(0, nextafter(3.0, inf), 1, 2), leaf(1), leaf(0)) == {
         0: ("distance_to(A) is above 3 m",),
@@ -94,17 +95,60 @@ def test_what_makes_no_difference_is_left_out() -> None:
     }
 
 
-def test_numbers_are_rounded_only_as_far_as_they_can_be_told_apart() -> None:
-    def numbers(*cuts: float) -> list[str]:
-        words = Words(DISTANCE, cuts, known_absent=False)
-        return [words.number(cut) for cut in cuts]
+NUMBERS: list[
+    tuple[BoundFeature, list[float], list[float], list[str]]
+] = [  # feature, cuts, values shown, said
+    (DISTANCE, [0.123456], [], ["0.12 m"]),
+    (DISTANCE, [1.2341, 1.2344], [], ["1.23 m", "1.234 m"]),
+    (DISTANCE, [12345.5], [], ["12345.5 m"]),
+    (DISTANCE, [0.000012345], [], ["0.00001 m"]),
+    (DISTANCE, [2.3456], [2.3412, 2.3456], ["2.345 m"]),
+    (DISTANCE, [nextafter(2.3412, inf)], [2.3412, 9.0], ["2.35 m"]),
+    (DISTANCE, [nextafter(3.0, inf)], [3.0, 28.0], ["3 m"]),
+    (DISTANCE, [3.0, nextafter(3.0, inf)], [2.0, 3.0, 4.0], ["3 m", "3 m"]),
+    (AMOUNT, [1234.56], [], ["1235"]),
+    (AMOUNT, [0.123456, 0.5], [0.12345, 0.4], ["0.1235", "0.5"]),
+    (ANGLE, [0.0004, 90.0], [], ["0°", "90°"]),
+    (ANGLE, [0.0004, 34.4564], [20.0, 40.0], ["0°", "34°"]),
+    (ANGLE, [34.4564], [34.4, 34.4564], ["34.45°"]),
+    (ANGLE, [34.4564], [34.4564, 20.0], ["34°"]),
+    (ANGLE, [34.4564001], [34.4564, 40.0], ["35°"]),
+    (ANGLE, [0.3, 359.8], [], ["0°", "359.8°"]),
+    (ANGLE, [350.0, 359.8], [], ["350°", "0°"]),
+]
 
-    assert numbers(0.123456) == ["0.123 m"]
-    assert numbers(1.2341, 1.2344) == ["1.2341 m", "1.2344 m"]
-    assert numbers(12345.5) == ["12346 m"]
-    assert numbers(0.000012345) == ["0.0000123 m"]
-    angles = Words(ANGLE, (radians(0.4), radians(90)), known_absent=False)
-    assert angles.number(radians(0.4)) == "0.4°"
+
+@pytest.mark.parametrize(("feature", "cuts", "values", "said"), NUMBERS)
+def test_numbers_are_as_short_as_they_can_be(
+    feature: BoundFeature, cuts: list[float], values: list[float], said: list[str]
+) -> None:
+    """They are told apart, and what was shown stays on its side of them."""
+    unit = radians if feature is ANGLE else float
+    words = Words(feature, map(unit, cuts), known_absent=False, values=map(unit, values))
+    assert [words.number(unit(cut)) for cut in cuts] == said
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.lists(st.floats(0.01, 6.28), min_size=2, max_size=12, unique=True),
+    st.sampled_from(["m", "rad", "units"]),
+)
+def test_no_example_changes_sides(values: list[float], unit: str) -> None:
+    """Cuts at every second value: what is said of them divides the values as they do."""
+    kind = Toroidal() if unit == "rad" else Continuous()
+    feature = BoundFeature(Feature("f", kind, reading="f", unit=unit))
+    cuts = sorted(values)[1::2]
+    words = Words(feature, cuts, known_absent=False, values=values)
+    numbers = [float(words.number(cut).split()[0].rstrip("°")) for cut in cuts]
+    shown = [degrees(value) if unit == "rad" else value for value in values]
+    for cut, number in zip(cuts, numbers, strict=True):
+        exact = degrees(cut) if unit == "rad" else cut
+        at_most = words.statement(Region(((-inf, cut),), False)).split()[2:4] == ["at", "most"]
+        if unit == "rad" and number == 0.0:
+            number = 360.0 if exact > 180 else 0.0
+        assert [each <= number if at_most else each < number for each in shown] == [
+            each < exact for each in shown
+        ]
 
 
 def test_sentences() -> None:

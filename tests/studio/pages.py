@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -11,9 +12,11 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+import uvicorn
 from starlette.testclient import TestClient, WebSocketTestSession
 
 from understudy.studio.app import app
+from understudy.studio.serving import listen
 from understudy.studio.stage import Stage
 from understudy.studio.studio import Studio
 from understudy.worlds.catalog import find_world
@@ -156,3 +159,22 @@ def page(client: TestClient, query: str = "") -> Iterator[Page]:
 def served(made: Studio) -> Iterator[TestClient]:
     with TestClient(app(made), base_url=HOME) as client:
         yield client
+
+
+class Served:
+    """A real server on a real socket, in a thread of its own."""
+
+    def __init__(self, made: Studio) -> None:
+        self.address = listen("127.0.0.1", 0, None)
+        config = uvicorn.Config(app(made), log_level="error", ws_per_message_deflate=False)
+        self.server = uvicorn.Server(config)
+        self.thread = threading.Thread(target=self.server.run, kwargs={"sockets": [self.address.listener]})
+
+    def __enter__(self) -> str:
+        self.thread.start()
+        return f"ws://127.0.0.1:{self.address.port}/ws"
+
+    def __exit__(self, *_: object) -> None:
+        self.server.should_exit = True
+        self.thread.join(20)
+        assert not self.thread.is_alive()

@@ -101,3 +101,43 @@ def test_nobody_watches(made: Studio, person: Page) -> None:
         desk = made.stage.picture() or {}
         kinds = [each["kind"] for each in desk["examples"]]
         assert (desk["watching"], "watched" in kinds) == (watching, watching)
+
+
+def test_after_a_kill_the_others_go_on_and_who_did_not_watch_still_does_not(tmp_path: Path) -> None:
+    folder = tmp_path / "library"
+    with served(studio(folder, world="forage-team")) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        person.done("choose", states=["forward", "rotate_left"], features=["angle_to(A)"], watched=True)
+        teach(person, "forward")
+        person.done("others", behavior="rotate_left")
+        person.done("others", behavior="forward")
+        person.done("watch")
+    made = studio(folder, world="forage-team")
+    with served(made) as client, page(client) as person:
+        person.done("open", name="goto")
+        desk = made.stage.picture() or {}
+        assert desk["others"] == {"behavior": "forward", "targets": {}}
+        assert not desk["watching"]
+        before = places(made)
+        person.done("step")
+        assert all(now != then for now, then in zip(places(made)[1:], before[1:], strict=True))
+
+
+def test_others_that_the_library_has_no_more_idle_after_a_kill(tmp_path: Path) -> None:
+    folder = tmp_path / "library"
+    with served(studio(folder, world="forage-team")) as client, page(client) as person:
+        person.done(**{**GOTO, "name": "reach"})
+        person.done("pause", paused=True)
+        teach(person, "forward")
+        person.done("save")
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        teach(person, "forward")
+        person.done("others", behavior="reach", targets={"A": "station"})
+    (folder / "reach.json").unlink()
+    made = studio(folder, world="forage-team")
+    with served(made) as client, page(client) as person:
+        person.done("open", name="goto")
+        assert (made.stage.picture() or {})["others"] is None
+        person.done("step")

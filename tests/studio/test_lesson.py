@@ -6,6 +6,7 @@ import json
 from math import pi, tau
 from pathlib import Path
 
+import pytest
 from tests.studio.pages import GOTO, Page, page, served, studio
 
 
@@ -120,3 +121,32 @@ def test_back_to_a_moment_and_on_from_there(tmp_path: Path) -> None:
         person.done("rewind", example=number)
         assert "kept" in person.say("rewind", example=10_000)["error"]
         assert "two things" in person.say("rewind", example=number, time_s=1.0)["error"]
+
+
+@pytest.mark.parametrize("ticks_after", [0, 7])
+def test_cut_off_after_going_back(tmp_path: Path, ticks_after: int) -> None:
+    """The lesson is whole, and the world as at the last snapshot, which going back takes."""
+    with served(studio(tmp_path)) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        for state in ("forward", "rotate_left", "forward"):
+            person.done("press", state=state)
+            for _ in range(8):
+                step(person)
+        person.done("rewind", time_s=1.0)
+        while person.frame is None or person.frame.time_s > 1.05:
+            person.hear()
+        there = person.frame
+        for _ in range(ticks_after):
+            step(person)
+    with served(studio(tmp_path)) as client, page(client) as person:
+        person.done("open", name="goto")
+        while not person.desk["desk"] or person.frame is None or not person.frame.bits & 4:
+            person.hear()
+        desk = person.desk["desk"]
+        assert [each["number"] for each in desk["examples"]] == [1, 2, 3, 4, 5, 6]
+        assert (desk["undoable"], desk["state"]) == ("rotate_left → forward", "rotate_left")
+        assert (person.frame.time_s, person.frame.robots) == (there.time_s, there.robots)
+        person.done("press", state="done")
+        step(person)
+        person.done("save")

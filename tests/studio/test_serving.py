@@ -5,19 +5,16 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
-import threading
 import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-import uvicorn
-from tests.studio.pages import Wall
+from tests.studio.pages import Served, Wall
 from websockets.asyncio.client import connect
 
 from understudy.errors import SettingError
 from understudy.studio import viewers
-from understudy.studio.app import app
 from understudy.studio.serving import is_loopback, listen
 from understudy.studio.stage import Stage
 from understudy.studio.studio import Studio
@@ -31,6 +28,12 @@ def test_the_next_free_port(tmp_path: Path) -> None:
     second = listen("127.0.0.1", first.port, None)
     assert second.port > first.port
     assert first.link == f"http://127.0.0.1:{first.port}/"
+    with socket.create_connection(("127.0.0.1", first.port)):
+        taken, _ = first.listener.accept()
+        assert taken.proto == socket.IPPROTO_TCP, (
+            "asyncio lets answers leave at once where it knows that it is TCP"
+        )
+        taken.close()
     first.listener.close()
     second.listener.close()
 
@@ -80,25 +83,6 @@ def test_a_page_that_never_reads_is_let_go() -> None:
         viewer.tell(b"answer")
     assert viewer.closing
     assert viewer.next() is None
-
-
-class Served:
-    """A real server on a real socket, in a thread of its own."""
-
-    def __init__(self, made: Studio) -> None:
-        self.address = listen("127.0.0.1", 0, None)
-        config = uvicorn.Config(app(made), log_level="error", ws_per_message_deflate=False)
-        self.server = uvicorn.Server(config)
-        self.thread = threading.Thread(target=self.server.run, kwargs={"sockets": [self.address.listener]})
-
-    def __enter__(self) -> str:
-        self.thread.start()
-        return f"ws://127.0.0.1:{self.address.port}/ws"
-
-    def __exit__(self, *_: object) -> None:
-        self.server.should_exit = True
-        self.thread.join(20)
-        assert not self.thread.is_alive()
 
 
 def test_a_page_that_does_not_read_holds_up_nobody(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from tests.terminal.desks import GOTO, Wall, plan
 from tests.worlds.made import crossing
 
 from understudy.desk import journals, keys
-from understudy.desk.pace import Pace
+from understudy.desk.pace import BUSY_S, FASTEST, Pace
 from understudy.desk.plan import Choices, checked
 from understudy.desk.words import clock, signed, spark, value
 from understudy.errors import UnderstudyError
@@ -55,10 +55,38 @@ def test_speeds_end_somewhere() -> None:
     pace = Pace(Wall(), tick_s=0.1)
     for _ in range(20):
         pace.faster()
+    assert pace.speed == FASTEST
+    pace.slower()
     assert pace.speed == 16
     for _ in range(20):
         pace.slower()
     assert pace.speed == 0.25
+
+
+def test_as_fast_as_it_goes_takes_what_fits_into_a_beat() -> None:
+    wall = Wall()
+    pace = Pace(wall, tick_s=0.1)
+    pace.speed = FASTEST
+    assert list(pace.ticks()) == [], "time stands still"
+    pace.go()
+    wall.now = 1000.0
+    taken = 0
+    for _ in pace.ticks():
+        taken += 1
+        wall.now += BUSY_S / 3
+    assert taken == 3
+    assert pace.time_s == pytest.approx(1000.0 + BUSY_S)
+    for _ in pace.ticks():
+        taken += 1
+        wall.now += 5.0
+    assert taken == 4, "one at least, however long it takes"
+    for _ in pace.ticks():
+        taken += 1
+        pace.stop()
+    assert taken == 5, "what stops it is obeyed at once"
+    pace.go()
+    pace.speed = 1.0
+    assert pace.due() == 0, "nothing is owed"
 
 
 def test_no_key_of_a_state_is_a_key_of_a_command() -> None:

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from tests.cli.test_commands import run
+from tests.cli.commands import run
 
 GOTO = (
     "--parameters", "A", "--states", "forward,rotate_left,rotate_right", "--flags", "done",

@@ -2,9 +2,9 @@
 
 import { useEffect, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
-import { edgeId } from "../graph";
+import { edgeId, innerEdge } from "../graph";
 import type { Panel } from "../panel";
-import type { Edge } from "../protocol";
+import type { Edge, Way } from "../protocol";
 import { className } from "../words";
 import { GraphView } from "./graph";
 
@@ -20,6 +20,7 @@ export function AutomatonTab() {
     );
   }
   const picked = desk.edges.find((edge) => edgeId(edge) === panel.edge);
+  const inner = panel.edge === null ? null : innerEdge(desk.states, desk.nested, panel.edge);
   const edges = picked === undefined ? desk.edges : [picked];
   return (
     <>
@@ -29,8 +30,14 @@ export function AutomatonTab() {
       {desk.path.length > 1 && <p class="tiny path">now {desk.path.join(" › ")}</p>}
       <Why />
       <div class="rules-head">
-        <h3>{picked === undefined ? "What it learned" : "This transition"}</h3>
-        {picked !== undefined && (
+        <h3>
+          {inner !== null
+            ? `This transition, in ${inner.of}`
+            : picked === undefined
+              ? "What it learned"
+              : "This transition"}
+        </h3>
+        {(picked !== undefined || inner !== null) && (
           <button type="button" class="link" onClick={() => panel.selectEdge(null)}>
             show all
           </button>
@@ -43,9 +50,16 @@ export function AutomatonTab() {
         </p>
       )}
       <ul class="rules">
-        {edges.map((edge) => (
-          <Rule key={edgeId(edge)} edge={edge} panel={panel} picked={edge === picked} />
-        ))}
+        {inner !== null ? (
+          <li class="rule picked">
+            <b class="rule-name">
+              {inner.edge.from} → {inner.edge.to}
+            </b>
+            <Conditions edge={inner.edge} />
+          </li>
+        ) : (
+          edges.map((edge) => <Rule key={edgeId(edge)} edge={edge} panel={panel} picked={edge === picked} />)
+        )}
       </ul>
     </>
   );
@@ -62,12 +76,7 @@ function Rule({ edge, panel, picked }: { edge: Edge; panel: Panel; picked: boole
       >
         {edge.from} → {edge.to}
       </button>
-      {edge.when.map((when, index) => (
-        <p class="condition" key={when}>
-          <span class="soft">{index > 0 ? "or " : ""}</span>
-          {when === "always" ? "always" : <When text={when.replace(/^when /, "")} />}
-        </p>
-      ))}
+      <Conditions edge={edge} />
       {edge.examples.length > 0 && (
         <p class="tiny">
           shown by{" "}
@@ -78,6 +87,19 @@ function Rule({ edge, panel, picked }: { edge: Edge; panel: Panel; picked: boole
         </p>
       )}
     </li>
+  );
+}
+
+function Conditions({ edge }: { edge: Way }) {
+  return (
+    <>
+      {edge.when.map((when, index) => (
+        <p class="condition" key={when}>
+          <span class="soft">{index > 0 ? "or " : ""}</span>
+          {when === "always" ? "always" : <When text={when.replace(/^when /, "")} />}
+        </p>
+      ))}
+    </>
   );
 }
 

@@ -1,6 +1,6 @@
 /** One trained behavior of the library: open it, delete it, and why it is not complete. */
 
-import { useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel } from "../context";
 import type { Trained } from "../protocol";
 import type { Studio } from "../studio";
@@ -31,8 +31,20 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
     if (answer.error !== undefined) return;
     studio.say({ text: `${name} is deleted.`, tone: "recorded", undo: { do: "restore", name } });
   };
+  const place = useRef<HTMLLIElement>(null);
+  const wanted = panel.behavior?.name === name;
+  useEffect(() => {
+    if (!wanted) return;
+    place.current?.scrollIntoView({ block: "nearest" });
+    place.current?.focus({ preventScroll: true });
+  }, [wanted && panel.behavior]);
   return (
-    <li class={className("behavior", here && "on")}>
+    <li
+      ref={place}
+      class={className("behavior", here && "on", wanted && "wanted")}
+      tabIndex={-1}
+      aria-current={wanted ? "true" : undefined}
+    >
       <div class="behavior-head">
         <b>
           {name}

@@ -63,7 +63,16 @@ export function GraphView({ desk, panel, last }: GraphProps) {
         <ArcView key={arc.id} arc={arc} panel={panel} last={last} examples={number.get(arc.id) ?? 0} />
       ))}
       {drawn.nodes.map((node, index) => (
-        <NodeView key={node.path} node={node} desk={desk} first={index === 0} level={0} lit open={open} />
+        <NodeView
+          key={node.path}
+          node={node}
+          desk={desk}
+          panel={panel}
+          first={index === 0}
+          level={0}
+          lit
+          open={open}
+        />
       ))}
     </svg>
   );
@@ -79,10 +88,13 @@ interface ArcProps {
   arc: Bend;
   panel: Panel;
   last: Switch | null;
-  examples: number;
+  /** How many there are; those of nested automata are not at hand. */
+  examples?: number;
+  /** The nested automaton that it belongs to. */
+  of?: string | null;
 }
 
-function ArcView({ arc, panel, last, examples }: ArcProps) {
+function ArcView({ arc, panel, last, examples, of }: ArcProps) {
   const picked = panel.edge === arc.id;
   const flash = last !== null && edgeId(last) === arc.id;
   const path = curve(arc.points);
@@ -93,7 +105,7 @@ function ArcView({ arc, panel, last, examples }: ArcProps) {
       role="button"
       tabindex={0}
       aria-pressed={picked}
-      aria-label={`${arc.edge.from} to ${arc.edge.to}, ${counted(examples, "example")}`}
+      aria-label={`${arc.edge.from} to ${arc.edge.to}, ${examples === undefined ? `in ${of}` : counted(examples, "example")}`}
       onClick={() => panel.selectEdge(arc.id)}
       onKeyDown={(event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
@@ -106,7 +118,7 @@ function ArcView({ arc, panel, last, examples }: ArcProps) {
         class="line"
         d={path}
         marker-end={`url(#head-${head})`}
-        style={{ strokeWidth: Math.min(1 + 0.5 * Math.log2(1 + examples), 3) }}
+        style={{ strokeWidth: Math.min(1 + 0.5 * Math.log2(1 + (examples ?? 0)), 3) }}
       />
       {flash && <path key={`${last.at}`} class="flash" d={path} marker-end="url(#head-flash)" />}
     </g>
@@ -116,6 +128,7 @@ function ArcView({ arc, panel, last, examples }: ArcProps) {
 interface NodeProps {
   node: Node;
   desk: Desk;
+  panel: Panel;
   first: boolean;
   /** How deep it lies, and whether all around it are active. */
   level: number;
@@ -123,7 +136,7 @@ interface NodeProps {
   open: (path: string) => void;
 }
 
-function NodeView({ node, desk, first, level, lit, open }: NodeProps) {
+function NodeView({ node, desk, panel, first, level, lit, open }: NodeProps) {
   const { state, x, y, width, height, inner } = node;
   const active = lit && (level === 0 ? desk.state : desk.path[level]) === state.name;
   const waiting = level === 0 && desk.waiting === state.name;
@@ -143,15 +156,14 @@ function NodeView({ node, desk, first, level, lit, open }: NodeProps) {
       {inner !== null && (
         <g class="inner" transform={`translate(${x - inner.width / 2} ${top + HEIGHT})`}>
           {inner.arcs.map((arc) => (
-            <path key={arc.id} class="line" d={curve(arc.points)} marker-end="url(#head-line)">
-              <title>{`${arc.edge.from} to ${arc.edge.to}, ${arc.edge.when.join(", or ")}`}</title>
-            </path>
+            <ArcView key={arc.id} arc={arc} panel={panel} last={null} of={state.automaton} />
           ))}
           {inner.nodes.map((each, index) => (
             <NodeView
               key={each.path}
               node={each}
               desk={desk}
+              panel={panel}
               first={index === 0}
               level={level + 1}
               lit={active}

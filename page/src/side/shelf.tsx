@@ -32,8 +32,8 @@ export function Shelf() {
             <button
               type="button"
               class={className("row", name === desk?.name && "on")}
-              onClick={() => panel.open("library")}
-              title={complete ? "Open it in the tab Library" : "It is not complete"}
+              onClick={() => panel.showBehavior(name)}
+              title={complete ? "Go to it in the tab Library" : "It is not complete"}
             >
               <span aria-hidden="true">{name === desk?.name ? "◆" : "◇"}</span>
               <b>{name}</b>

@@ -5,6 +5,8 @@ import { turned } from "./geometry";
 
 const LONGEST_GAP = 260;
 const JUMP_M = 1.2;
+/** How far anything moves in a tick, m. */
+const FASTEST_M = 0.1;
 const TRAIL = 600;
 
 export interface Place {
@@ -22,6 +24,8 @@ export class Motion {
   private former: Frame | null = null;
   private arrived = 0;
   private gap = 100;
+  /** What is farther apart in the two frames was put there: m. */
+  private jump = JUMP_M;
 
   take(frame: Frame, now: number): void {
     const last = this.last;
@@ -30,6 +34,7 @@ export class Motion {
       const gap = Math.min(now - this.arrived, LONGEST_GAP);
       this.gap += (gap - this.gap) * 0.2;
     }
+    this.jump = Math.max(JUMP_M, FASTEST_M * (continues ? frame.tick - last.tick : 0));
     this.former = continues ? last : null;
     if (!continues || last.agent !== frame.agent) this.trail.length = 0;
     this.last = frame;
@@ -51,7 +56,7 @@ export class Motion {
     if (before === undefined || share >= 1) return { x, y, heading };
     const fromX = before.x[robot] ?? x;
     const fromY = before.y[robot] ?? y;
-    if (Math.hypot(x - fromX, y - fromY) > JUMP_M) return { x, y, heading };
+    if (Math.hypot(x - fromX, y - fromY) > this.jump) return { x, y, heading };
     const from = before.heading[robot] ?? heading;
     return {
       x: fromX + (x - fromX) * share,
@@ -69,7 +74,7 @@ export class Motion {
     if (before === undefined || share >= 1 || before.slot[thing] !== things.slot[thing]) return { x, y };
     const fromX = before.x[thing] ?? x;
     const fromY = before.y[thing] ?? y;
-    if (Math.hypot(x - fromX, y - fromY) > JUMP_M) return { x, y };
+    if (Math.hypot(x - fromX, y - fromY) > this.jump) return { x, y };
     return { x: fromX + (x - fromX) * share, y: fromY + (y - fromY) * share };
   }
 
@@ -80,7 +85,7 @@ export class Motion {
     if (end !== undefined) {
       const step = Math.hypot(at.x - end.x, at.y - end.y);
       if (step < 0.02) return;
-      if (step > JUMP_M) this.trail.length = 0;
+      if (step > this.jump) this.trail.length = 0;
     }
     this.trail.push(at);
     if (this.trail.length > TRAIL) this.trail.shift();

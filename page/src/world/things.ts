@@ -6,6 +6,7 @@ import { paint } from "./palette";
 import { disc, is, letters, spot, type Picture } from "./picture";
 
 const LEAST_PX = 4;
+const FLAG_PX = 18;
 
 /** Half the extent of an object on the ground, m. */
 export function extent(kind: ObjectClass, atFirst: number): number {
@@ -35,7 +36,8 @@ function drawThing(picture: Picture, index: number): void {
   const left = kind.food ? amount / Math.max(atFirst, 1) : 1;
 
   pen.fillStyle = color;
-  if (kind.home) {
+  if (kind.marker) drawMarker(picture, x, y, size, color);
+  else if (kind.home) {
     pen.beginPath();
     pen.roundRect(x - size, y - size, 2 * size, 2 * size, size * 0.35);
     pen.fill();
@@ -53,6 +55,28 @@ function drawThing(picture: Picture, index: number): void {
     const name = kind.food ? (amount > 0 ? `${amount} ${plain(kind.name)}` : "empty") : plain(kind.name);
     letters(picture, name, x + size + 6, y + 4, palette.soft);
   }
+}
+
+/** A flag on a pole that stands in a ring: nothing else in a world looks like it. */
+function drawMarker(picture: Picture, x: number, y: number, size: number, color: string): void {
+  const { pen, palette } = picture;
+  const high = Math.max(2.6 * size, FLAG_PX);
+  pen.globalAlpha = 0.25;
+  fillDisc(pen, x, y, size);
+  pen.globalAlpha = 1;
+  ring(pen, x, y, size, color, 2);
+  pen.beginPath();
+  pen.moveTo(x, y);
+  pen.lineTo(x, y - high);
+  pen.strokeStyle = palette.ink;
+  pen.lineWidth = 2;
+  pen.stroke();
+  pen.beginPath();
+  pen.moveTo(x, y - high);
+  pen.lineTo(x + 0.6 * high, y - 0.78 * high);
+  pen.lineTo(x, y - 0.56 * high);
+  pen.closePath();
+  pen.fill();
 }
 
 function fillDisc(pen: CanvasRenderingContext2D, x: number, y: number, radius: number): void {

@@ -68,11 +68,14 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
         >
           <option value="">{tool === null ? "+ add" : "not now"}</option>
           <option value="obstacle">obstacle</option>
-          {scene.classes.map(({ name }) => (
-            <option key={name} value={`thing ${name}`}>
-              {plain(name)}
-            </option>
-          ))}
+          {scene.classes.map(
+            ({ name, offered }) =>
+              offered && (
+                <option key={name} value={`thing ${name}`}>
+                  {plain(name)}
+                </option>
+              ),
+          )}
         </select>
       )}
       {tool !== null && <p class="tools placing-hint">Click where it shall stand. Escape: not now.</p>}

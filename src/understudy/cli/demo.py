@@ -140,7 +140,7 @@ def _tell_lessons(teaching: Teaching, talk: Console) -> None:
         title = called(name, {parameter: parameter for parameter in automaton.parameters})
         talk.print(f"  [bold cyan]{escape(title)}[/]")
         grid = Table.grid(padding=(0, 2))
-        for state, lines in conditions(automaton).items():
+        for state, lines in conditions(automaton, teaching.library.taught[name].lesson).items():
             leaves = [line for line in lines if not line.startswith("stays")]
             for index, line in enumerate(leaves):
                 grid.add_row(f"[cyan]{escape(state)}[/]" if index == 0 else "", escape(line))
@@ -158,11 +158,11 @@ def _save(library: Library, out: Path, seed: int) -> list[Path]:
     for taught in library.taught.values():
         save(out / "library", taught)
     world, folder = worlds_of(seed)[0], out / "pictures"
-    graphs = {folder / f"{name}.svg": taught.automaton for name, taught in library.taught.items()}
+    graphs = {folder / f"{name}.svg": taught for name, taught in library.taught.items()}
     path = folder / "path.png"
     with failing(folder, "writing the pictures", remedy="see that the disk has room"):
-        for picture, automaton in graphs.items():
-            write(picture, automaton_svg(automaton, graph_conditions(automaton)).encode())
+        for picture, taught in graphs.items():
+            write(picture, automaton_svg(taught.automaton, graph_conditions(taught)).encode())
         path_png(frames_of(library, world), path, title=f"Taught to forage: world {world}")
     return [*graphs, path]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from understudy.errors import UnderstudyError
-from understudy.model.account import conditions, options, plain
+from understudy.model.account import conditions, options, plain, shown
 from understudy.model.automaton import Automaton
 from understudy.model.conditions import conditions as tree_conditions
 from understudy.model.document import Learn, Opened
@@ -16,7 +16,7 @@ from understudy.model.example import Example
 from understudy.model.filenames import stem
 from understudy.model.folder import documents, joined, open_document, versions
 from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY, Tree
 
 
@@ -48,14 +48,16 @@ def look(folder: Path, kit: Kit | None, learn: Learn | None) -> Shelf:
     return Shelf(folder, library, opened, problems)
 
 
-def graph_conditions(automaton: Automaton) -> dict[tuple[str, str], list[str]]:
+def graph_conditions(taught: Taught) -> dict[tuple[str, str], list[str]]:
     """By state and next state, in words, when: for a picture."""
-    names = automaton.state_names
+    automaton, names = taught.automaton, taught.automaton.state_names
     return {
         (state, names[outcome]): list(texts)
         for state, function in automaton.transitions.items()
         if isinstance(function, Tree)
-        for outcome, texts in tree_conditions(function, automaton.features).items()
+        for outcome, texts in tree_conditions(
+            function, automaton.features, shown(taught.lesson, state)
+        ).items()
         if outcome != STAY and names[outcome] != state
     }
 
@@ -104,7 +106,7 @@ def whole(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
             for bound in automaton.features
         ],
         "stateless": automaton.stateless,
-        "conditions": conditions(automaton),
+        "conditions": conditions(automaton, lesson),
         "options": None if lesson is None else options(lesson),
         "examples": [] if lesson is None else [example_row(each, automaton) for each in lesson.examples],
         "versions": [

@@ -5,7 +5,7 @@ Every action says in one sentence what came of it (`said`); UnderstudyError wher
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -14,10 +14,10 @@ from understudy.desk import words
 from understudy.desk.journals import alike
 from understudy.desk.keys import Keys, drive_keys, state_keys
 from understudy.desk.memory import Memory
-from understudy.desk.pace import SPEEDS, Pace
+from understudy.desk.pace import Pace, known_speed, said_speed
 from understudy.desk.plan import Choices
 from understudy.desk.why import Switch, Why
-from understudy.errors import SessionError, SettingError
+from understudy.errors import SessionError
 from understudy.model.feature import BoundFeature
 from understudy.model.folder import save
 from understudy.model.lesson import Lesson
@@ -126,10 +126,13 @@ class Desk:
 
     def beat(self) -> bool:
         """Take the ticks that are due; whether there were any."""
-        due = self.pace.due()
-        for _ in range(due):
+        return sum(1 for _ in self.ticks()) > 0
+
+    def ticks(self) -> Iterator[None]:
+        """Take the ticks that are due, one after the other."""
+        for _ in self.pace.ticks():
             self.tick()
-        return due > 0
+            yield
 
     def tick(self) -> None:
         """One tick, and what it showed."""
@@ -179,13 +182,8 @@ class Desk:
 
     def set_speed(self, speed: float) -> None:
         """The world goes at one of the speeds there are."""
-        if speed not in SPEEDS:
-            known = ", ".join(f"{each:g}" for each in SPEEDS)
-            raise SettingError(
-                where="the trainer", setting="speed", problem=f"is {speed:g}", remedy=f"give one of {known}"
-            )
-        self.pace.speed = speed
-        self.said = Said(f"{speed:g} times as fast as in life")
+        self.pace.speed = known_speed(speed, "the trainer")
+        self.said = Said(said_speed(speed))
 
     def _set_pace(self) -> None:
         stands = self.paused or self.held or (self.driving and self.steering is None)
@@ -194,12 +192,12 @@ class Desk:
     def faster(self) -> None:
         """The world goes faster."""
         self.pace.faster()
-        self.said = Said(f"{self.pace.speed:g} times as fast as in life")
+        self.said = Said(said_speed(self.pace.speed))
 
     def slower(self) -> None:
         """The world goes slower."""
         self.pace.slower()
-        self.said = Said(f"{self.pace.speed:g} times as fast as in life")
+        self.said = Said(said_speed(self.pace.speed))
 
     # Pressing
 

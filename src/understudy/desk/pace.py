@@ -2,16 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from math import ceil
+from collections.abc import Callable, Iterator
+from math import ceil, inf, isinf
 from typing import TypeAlias
+
+from understudy.errors import SettingError
 
 Wall: TypeAlias = Callable[[], float]
 """A clock that only goes forward, s."""
 
-SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+FASTEST = inf
+"""As fast as it goes."""
+SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, FASTEST)
+BUSY_S = 0.012
+"""How long a beat takes ticks that goes as fast as it can: most of a picture's 1/60 s; the rest is for pages."""
 LONGEST_STALL_S = 0.25
 """What is made up for after a stall; a longer one is let go, so that the world never races."""
+
+
+def known_speed(speed: float, where: str) -> float:
+    """A speed that there is; SettingError where it is another."""
+    if speed not in SPEEDS:
+        known = ", ".join(f"{each:g}" for each in SPEEDS[:-1])
+        remedy = f"give one of {known}, or fastest"
+        raise SettingError(where=where, setting="speed", problem=f"is {speed:g}", remedy=remedy)
+    return speed
+
+
+def said_speed(speed: float) -> str:
+    """A speed in words."""
+    return "As fast as it goes" if isinf(speed) else f"{speed:g} times as fast as in life"
 
 
 class Pace:
@@ -45,8 +65,19 @@ class Pace:
         """One tick is taken while time stands still."""
         self._time_s += self._tick_s
 
+    def ticks(self) -> Iterator[None]:
+        """Once for each tick to take now; as fast as it goes, as many as fit into a beat, and one at least."""
+        if not isinf(self.speed):
+            yield from (None for _ in range(self.due()))
+            return
+        began = self._advanced()
+        while self._going:
+            yield
+            if self._advanced() - began >= BUSY_S:
+                return
+
     def due(self) -> int:
-        """Ticks to take now."""
+        """Ticks to take now, where the speed is a number."""
         self._advance()
         ticks = int(self._owed_s / self._tick_s + 1e-6)
         most = max(1, ceil(LONGEST_STALL_S * self.speed / self._tick_s))
@@ -61,9 +92,13 @@ class Pace:
         """The next lower speed, if there is one."""
         self.speed = SPEEDS[max(SPEEDS.index(self.speed) - 1, 0)]
 
+    def _advanced(self) -> float:
+        self._advance()
+        return self._last
+
     def _advance(self) -> None:
         now = self._wall()
         passed, self._last = now - self._last, now
         if self._going:
             self._time_s += passed
-            self._owed_s += passed * self.speed
+            self._owed_s = 0.0 if isinf(self.speed) else self._owed_s + passed * self.speed

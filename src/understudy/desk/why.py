@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from understudy.desk.words import signed
 from understudy.learning.explain import Explanation, explain
 from understudy.learning.transitions import learn
+from understudy.model.account import shown
 from understudy.model.automaton import Transition
 from understudy.model.conditions import sentences
 from understudy.model.lesson import Lesson
@@ -62,7 +63,8 @@ class Why:
             if not isinstance(function, Tree):
                 said.append((state, "decided by a classifier of scikit-learn"))
                 continue
-            found = sentences(function, automaton.features, automaton.state_names, state)
+            vectors = shown(self._lesson, state)
+            found = sentences(function, automaton.features, automaton.state_names, state, vectors)
             said.extend((state, signed(sentence)) for sentence in found)
         return said
 

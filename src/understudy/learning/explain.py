@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from understudy.learning.arrays import teaching
+from understudy.model.account import shown as vectors_shown
 from understudy.model.automaton import Transition
 from understudy.model.conditions import path_conditions
 from understudy.model.example import Example
@@ -54,6 +55,5 @@ def explain(
         for example in teaching(lesson).get(state, ())
         if leaf != STAY and transition.path(example.values)[1] == leaf
     )
-    return Explanation(
-        state, following, path_conditions(transition, steps, automaton.features), alike, shown=leaf != STAY
-    )
+    held = path_conditions(transition, steps, automaton.features, vectors_shown(lesson, state))
+    return Explanation(state, following, held, alike, shown=leaf != STAY)

@@ -9,6 +9,7 @@ from time import perf_counter
 from understudy.learning.arrays import teaching, vectors
 from understudy.learning.grow import prepare
 from understudy.learning.transitions import learn_state
+from understudy.model.account import shown
 from understudy.model.automaton import Transition
 from understudy.model.conditions import sentences
 from understudy.model.example import Example
@@ -68,14 +69,14 @@ def _sentences(lesson: Lesson, state: str, function: Transition) -> tuple[str, .
     automaton = lesson.automaton
     if not isinstance(function, Tree):
         return (f"decided by {type(getattr(function, 'classifier', function)).__name__} of scikit-learn",)
-    return sentences(function, automaton.features, automaton.state_names, state)
+    return sentences(function, automaton.features, automaton.state_names, state, shown(lesson, state))
 
 
 def contradictions(lesson: Lesson, state: str) -> tuple[tuple[Example, ...], ...]:
     """The state's directives and confirmations that contradict each other, grouped by feature vector."""
-    shown = [example for example in teaching(lesson).get(state, ()) if example.shown]
+    told = [example for example in teaching(lesson).get(state, ()) if example.shown]
     return tuple(
-        tuple(group) for group in vectors(shown).values() if len({example.next for example in group}) > 1
+        tuple(group) for group in vectors(told).values() if len({example.next for example in group}) > 1
     )
 
 

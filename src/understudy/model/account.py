@@ -13,12 +13,21 @@ from understudy.model.lesson import Lesson
 from understudy.model.tree import Tree
 
 
-def conditions(automaton: Automaton) -> dict[str, list[str]]:
-    """By state, in words, when it switches to what."""
+def shown(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:
+    """The feature vectors that a state's function was learned from."""
+    if lesson is None:
+        return []
+    pooled = lesson.automaton.stateless
+    return [example.values for example in lesson.examples if pooled or example.state == state]
+
+
+def conditions(automaton: Automaton, lesson: Lesson | None) -> dict[str, list[str]]:
+    """By state, in words, when it switches to what, as it was learned from the lesson."""
     said = {}
     for state, function in automaton.transitions.items():
         if isinstance(function, Tree):
-            said[state] = list(sentences(function, automaton.features, automaton.state_names, state))
+            vectors = shown(lesson, state)
+            said[state] = list(sentences(function, automaton.features, automaton.state_names, state, vectors))
         else:
             said[state] = ["decided by a classifier of scikit-learn"]
     return said

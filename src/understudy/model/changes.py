@@ -19,7 +19,7 @@ def changes(before: Taught, after: Taught) -> dict[str, list[str]]:
         "features": _lines(_features(old), _features(new)),
         "options": _lines(_options(before), _options(after)),
         "examples": _lines(_examples(before), _examples(after)),
-        "conditions": _conditions(old, new),
+        "conditions": _conditions(before, after),
     }
     return {topic: lines for topic, lines in found.items() if lines}
 
@@ -69,9 +69,9 @@ def _example(example: Example, automaton: Automaton) -> str:
     return f"  in {example.state} {said} ({example.kind}): {', '.join(values)}"
 
 
-def _conditions(old: Automaton, new: Automaton) -> list[str]:
+def _conditions(old: Taught, new: Taught) -> list[str]:
     lines = []
-    before, after = conditions(old), conditions(new)
+    before, after = (conditions(each.automaton, each.lesson) for each in (old, new))
     for state in dict.fromkeys([*before, *after]):
         gone = [line for line in before.get(state, []) if line not in after.get(state, [])]
         come = [line for line in after.get(state, []) if line not in before.get(state, [])]

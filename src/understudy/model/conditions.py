@@ -8,22 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
+from typing import TypeAlias
 
 from understudy.model.feature import BoundFeature
 from understudy.model.regions import Box, Region, boxes, covers, known_absent, meets, path_box
 from understudy.model.tree import STAY, Step, Tree
 from understudy.model.words import Words
 
+Vectors: TypeAlias = Sequence[Sequence[float]]
+"""The feature vectors that were shown: numbers in words keep them on their sides."""
 MOST_LEAVES = 48
 """A tree with more leaves is put in words leaf by leaf: nobody would read it, and joining them takes long."""
 
 
-def conditions(tree: Tree, features: Sequence[BoundFeature]) -> Mapping[int, tuple[str, ...]]:
+def conditions(
+    tree: Tree, features: Sequence[BoundFeature], shown: Vectors = ()
+) -> Mapping[int, tuple[str, ...]]:
     """For each outcome of a tree, when: a condition for each way; "always" where there is no other outcome.
 
     Every feature vector decided so fulfills one of them, and no other vector does.
     """
-    words = _words(tree, features)
+    words = _words(tree, features, shown)
     return {
         outcome: tuple(" and ".join(_statements(box, words)) or "always" for box in found)
         for outcome, found in simplified(tree, features).items()
@@ -31,10 +36,14 @@ def conditions(tree: Tree, features: Sequence[BoundFeature]) -> Mapping[int, tup
 
 
 def sentences(
-    tree: Tree, features: Sequence[BoundFeature], state_names: Sequence[str], state: str
+    tree: Tree,
+    features: Sequence[BoundFeature],
+    state_names: Sequence[str],
+    state: str,
+    shown: Vectors = (),
 ) -> tuple[str, ...]:
     """When a state is left, a sentence for each way: "load when food_below_me is yes"; the last: when not."""
-    found = conditions(tree, features)
+    found = conditions(tree, features, shown)
     here = list(state_names).index(state) if state in state_names else STAY
     leaves = tuple(
         f"{state_names[outcome]} {text if text == 'always' else 'when ' + text}"
@@ -47,10 +56,12 @@ def sentences(
     return (*leaves, "stays otherwise" if leaves else "stays always")
 
 
-def path_conditions(tree: Tree, steps: Iterable[Step], features: Sequence[BoundFeature]) -> tuple[str, ...]:
+def path_conditions(
+    tree: Tree, steps: Iterable[Step], features: Sequence[BoundFeature], shown: Vectors = ()
+) -> tuple[str, ...]:
     """What held on the way of one decision: a statement for each feature that was asked about."""
     steps = tuple(steps)
-    words = _words(tree, features)
+    words = _words(tree, features, shown)
     box = path_box(tree, steps, [bound.kind for bound in features])
     asked = {tree.nodes[step.node].feature for step in steps}
     return tuple(words[feature].statement(box[feature]) for feature in sorted(asked))
@@ -70,14 +81,16 @@ def simplified(tree: Tree, features: Sequence[BoundFeature]) -> dict[int, list[B
     return found
 
 
-def _words(tree: Tree, features: Sequence[BoundFeature]) -> list[Words]:
+def _words(tree: Tree, features: Sequence[BoundFeature], shown: Vectors) -> list[Words]:
     cuts: list[list[float]] = [[] for _ in features]
     for node in tree.nodes:
         if node.feature >= 0:
             cuts[node.feature] += [cut for cut in (node.low, node.high) if cut == cut]
     knows = known_absent(tree, len(features))
+    values = list(zip(*shown, strict=True)) or [()] * len(features)
     return [
-        Words(bound, own, known_absent=known) for bound, own, known in zip(features, cuts, knows, strict=True)
+        Words(bound, own, known_absent=known, values=there)
+        for bound, own, known, there in zip(features, cuts, knows, values, strict=True)
     ]
 
 

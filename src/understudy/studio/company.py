@@ -24,13 +24,12 @@ def occupy(stage: Stage, behavior: str | None, targets: Mapping[str, str]) -> No
     for target in targets.values():
         if target not in known:
             raise UnknownName(what="target", name=target, where="the world", known=known)
+    before = stage.others or {"behavior": None, "targets": {}}
     try:
         desk.session.others(behavior, targets, library=library)
     except UnderstudyError:
-        before = stage.others or {"behavior": None, "targets": {}}
         desk.session.others(before["behavior"], before["targets"], library=library)
         raise
-    stage.others = None if behavior is None else {"behavior": behavior, "targets": dict(targets)}
     doing = "idle" if behavior is None else f"run {called(behavior, Binding(targets))}"
     desk.said = Said(f"The others {doing} meanwhile")
     stage.moved += 1

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
+from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
 from understudy.errors import SettingError
 from understudy.studio import company, former, keeping, naming, openings
@@ -33,7 +34,7 @@ def _step(stage: Stage, message: m.Step) -> None:
 
 
 def _speed(stage: Stage, message: m.Speed) -> None:
-    stage.set_speed(message.speed)
+    stage.set_speed(FASTEST if message.speed == "fastest" else message.speed)
 
 
 def _reset(stage: Stage, message: m.Reset) -> None:
@@ -46,10 +47,6 @@ def _rewind(stage: Stage, message: m.Rewind) -> None:
         raise SettingError(where="the studio", setting="rewind", problem=problem, remedy=remedy)
     reel = stage.reel
     stage.rewind(reel.at(message.time_s) if message.time_s is not None else reel.of(message.example or 0))
-
-
-def _stand_for(stage: Stage, message: m.StandFor) -> None:
-    stage.trained.bind(message.targets)
 
 
 def _open(stage: Stage, message: m.Open) -> None:
@@ -76,6 +73,7 @@ def _choose(stage: Stage, message: m.Choose) -> None:
         reaction_s=message.reaction_s,
     )
     stage.trained.choose(choices)
+    stage.moved += 1
 
 
 def _edit(stage: Stage, message: m.Edit) -> None:
@@ -148,7 +146,7 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.Speed: _speed,
         m.Reset: _reset,
         m.Rewind: _rewind,
-        m.StandFor: _stand_for,
+        m.StandFor: _desk(lambda desk, message: desk.bind(message.targets)),
         m.Open: _open,
         m.New: _new,
         m.Choose: _choose,

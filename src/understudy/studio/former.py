@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from understudy.desk.desk import Said
 from understudy.learning.transitions import learn
 from understudy.model.changes import changes
 from understudy.model.folder import load_version, save, versions
@@ -38,12 +37,8 @@ def go_back(stage: Stage, name: str, number: int) -> None:
     stage.shelf.of(name)
     taught = shelf.named(stage.shelf, _version(stage, name, number), name)  # it may have had another name
     save(stage.shelf.folder, taught)
-    stage.look()
     said = f"{name} is as it was in version {number}; what it was until now is kept as a version, too"
-    if here:
-        openings.reopen(stage, name, said)
-    else:
-        stage.said = Said(said, "recorded")
+    openings.changed(stage, name, said, here=here)
 
 
 def _version(stage: Stage, name: str, number: int) -> Taught:

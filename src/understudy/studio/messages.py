@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 from msgspec import Meta, Struct
@@ -59,9 +59,9 @@ class Step(Message, frozen=True, kw_only=True, tag="step"):
 
 
 class Speed(Message, frozen=True, kw_only=True, tag="speed"):
-    """How many times as fast as in life."""
+    """How many times as fast as in life, or as fast as it goes."""
 
-    speed: float
+    speed: float | Literal["fastest"]
 
 
 class Reset(Message, frozen=True, kw_only=True, tag="reset"):

@@ -25,12 +25,7 @@ def rename(stage: Stage, name: str, to: str) -> None:
         )
     stage.shelf.refuse_taken(to, remedy="give another name")
     folder.rename(stage.shelf.folder, name, shelf.named(stage.shelf, taught, to))
-    stage.look()
-    said = f"{name} is called {to} now"
-    if here:
-        openings.reopen(stage, to, said)
-    else:
-        stage.said = Said(said, "recorded")
+    openings.changed(stage, to, f"{name} is called {to} now", here=here)
 
 
 def duplicate(stage: Stage, name: str, to: str) -> None:

@@ -6,9 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from understudy.desk import words
+from understudy.model.account import shown
 from understudy.model.automaton import Automaton, Transition
 from understudy.model.binding import called
-from understudy.model.conditions import conditions
+from understudy.model.conditions import Vectors, conditions
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
 from understudy.studio.scene import Plain
@@ -36,12 +38,12 @@ class Nested:
     def _drawn(self, automaton: Automaton, library: Library) -> Plain:
         known = self._known.get(automaton.name)
         if known is None or known[0] is not automaton:
-            known = automaton, _drawn(automaton, library)
+            known = automaton, _drawn(automaton, library, library.taught[automaton.name].lesson)
             self._known[automaton.name] = known
         return known[1]
 
 
-def _drawn(automaton: Automaton, library: Library) -> Plain:
+def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> Plain:
     return {
         "states": [
             {
@@ -55,19 +57,21 @@ def _drawn(automaton: Automaton, library: Library) -> Plain:
         "edges": [
             {"from": state, "to": following, "when": when}
             for state, function in automaton.transitions.items()
-            for following, when in ways(automaton, function, ())
+            for following, when in ways(automaton, function, (), shown(lesson, state))
             if following != state
         ],
     }
 
 
-def ways(automaton: Automaton, function: Transition, shown: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
-    """Where a transition function leads, and when; of one that cannot be put in words, where it was shown to."""
+def ways(
+    automaton: Automaton, function: Transition, directed: Sequence[str], vectors: Vectors
+) -> Iterator[tuple[str, list[str]]]:
+    """Where a transition function learned from such vectors leads, and when; of a classifier, where it was directed."""
     if not isinstance(function, Tree):
-        for following in shown:
+        for following in directed:
             yield following, ["decided by a classifier of scikit-learn"]
         return
-    found: Mapping[int, Sequence[Any]] = conditions(function, automaton.features)
+    found: Mapping[int, Sequence[Any]] = conditions(function, automaton.features, vectors)
     for outcome, texts in found.items():
         if outcome != STAY:
             yield automaton.state_names[outcome], [words.signed(text) for text in texts]

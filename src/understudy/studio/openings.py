@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from understudy.desk import journals
+from understudy.desk.desk import Said
 from understudy.desk.opening import begun, resumed
 from understudy.desk.plan import Choices, Plan, Start, checked
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
@@ -97,8 +98,17 @@ def settled(stage: Stage, name: str) -> bool:
     return True
 
 
-def reopen(stage: Stage, name: str, said: str) -> None:
-    """What is trained was changed in the library: go on with it as it is there, perhaps under another name."""
+def changed(stage: Stage, name: str, said: str, *, here: bool) -> None:
+    """An automaton was changed in the library; the one in training (`here`) goes on as it is there now."""
+    stage.look()
+    if here:
+        _reopen(stage, name, said)
+    else:
+        stage.said = Said(said, "recorded")
+
+
+def _reopen(stage: Stage, name: str, said: str) -> None:
+    """Go on with what is trained as the library has it, perhaps under another name."""
     desk, paused = stage.trained, stage.paused
     lesson = stage.shelf.of(name).lesson
     targets = dict(desk.screen.targets)

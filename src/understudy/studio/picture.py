@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from understudy.desk import words
 from understudy.desk.desk import Desk
 from understudy.learning.report import contradictions
+from understudy.model.account import shown
 from understudy.model.automaton import State, Transition
 from understudy.model.binding import called
 from understudy.model.example import Example
@@ -109,10 +110,10 @@ def _time(lesson: Lesson, example: Example) -> float | None:
 def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[Plain]:
     """Where what was learned leads, and when, with the examples that showed it."""
     for state, function in learned.items():
-        shown: dict[str, list[int]] = {}
+        led: dict[str, list[int]] = {}
         for example in lesson.examples:
             if example.state == state and example.next != state and example.pressed:
-                shown.setdefault(example.next, []).append(example.number)
-        for following, when in ways(lesson.automaton, function, list(shown)):
+                led.setdefault(example.next, []).append(example.number)
+        for following, when in ways(lesson.automaton, function, list(led), shown(lesson, state)):
             if following != state:
-                yield {"from": state, "to": following, "when": when, "examples": shown.get(following, [])}
+                yield {"from": state, "to": following, "when": when, "examples": led.get(following, [])}

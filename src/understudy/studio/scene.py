@@ -7,7 +7,8 @@ from typing import Any, TypeAlias
 
 from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.kit import Kit
-from understudy.worlds.scenario import Camera, RobotType, Sonar
+from understudy.worlds.markers import MARKER
+from understudy.worlds.scenario import MOUSE, Camera, RobotType, Sonar
 from understudy.worlds.world import World
 
 Plain: TypeAlias = dict[str, Any]
@@ -67,12 +68,15 @@ def described(kind: Kind) -> Plain:
 
 def _classes(world: World) -> list[Plain]:
     view, rows = world.view(), world.rules.classes
+    pointed = any(MOUSE in (target.object, target.nearest) for target in world.scenario.targets.values())
     return [
         {
             "name": name,
             "color": view.color(int(row["color"])),
             "radius": float(row["radius"]),
             **{each: bool(row[each]) for each in ("food", "home", "solid", "pushable")},
+            "marker": name == MARKER,
+            "offered": pointed or name != MOUSE,
         }
         for name, row in zip(world.names.classes, rows, strict=True)
     ]

@@ -58,7 +58,9 @@ def listen(host: str, port: int, token: str | None) -> Address:
         token = None if is_loopback(host) else token_urlsafe(18)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     for each in range(port, min(port + TRIES, 65536)) if port else [0]:
-        listener = socket.socket(family, socket.SOCK_STREAM)
+        # That it is TCP has to be said for asyncio to send at once: otherwise answers wait for the page to
+        # acknowledge what was sent before, which it may put off for 40 ms.
+        listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((host, each))

@@ -11,8 +11,8 @@ from time import monotonic
 from understudy.desk import journals, words
 from understudy.desk.desk import Desk, Said
 from understudy.desk.opening import Opened
-from understudy.desk.pace import SPEEDS, Wall
-from understudy.errors import SessionError, SettingError, UnderstudyError
+from understudy.desk.pace import Wall, known_speed
+from understudy.errors import SessionError, UnderstudyError
 from understudy.model.kit import Kit
 from understudy.studio import frames, shelf
 from understudy.studio.picture import Picture
@@ -52,7 +52,6 @@ class Stage:
         self._said = Said(NOTHING)
         self._picture: Picture | None = None
         self.reel = Reel()
-        self.others: Plain | None = None  # what the robots run that are not trained; None: they idle
         self.run: Plain = {"number": 0, "from_s": 0.0}
         self.look_for_cut_off()
         if self.cut_off:
@@ -83,6 +82,14 @@ class Stage:
             self._said = said
         else:
             self.desk.said = said
+
+    @property
+    def others(self) -> Plain | None:
+        """What the robots run that are not trained; None: they idle."""
+        doing = None if self.desk is None else self.desk.session.company.occupied
+        if doing is None or doing.behavior is None:
+            return None
+        return {"behavior": doing.behavior, "targets": dict(doing.targets)}
 
     @property
     def paused(self) -> bool:
@@ -153,7 +160,7 @@ class Stage:
         if desk is None:
             return
         try:
-            if desk.beat():
+            for _ in desk.ticks():
                 self.moved += 1
                 self.reel.see(desk.session)
         except Exception as error:
@@ -184,11 +191,7 @@ class Stage:
 
     def set_speed(self, speed: float) -> None:
         """How many times as fast as in life the world goes."""
-        if speed not in SPEEDS:
-            known = ", ".join(f"{each:g}" for each in SPEEDS)
-            problem, remedy = f"is {speed:g}", f"give one of {known}"
-            raise SettingError(where="the studio", setting="speed", problem=problem, remedy=remedy)
-        self._speed = speed
+        self._speed = known_speed(speed, "the studio")
         if self.desk is not None:
             self.desk.set_speed(speed)
 
@@ -239,7 +242,7 @@ class Stage:
         self._leave()
         self.opened, desk = opened, opened.desk
         self._picture, self.agent = Picture(desk), desk.robot
-        self.began_with, self.others = len(desk.session.examples), None
+        self.began_with = len(desk.session.examples)
         desk.set_speed(self._speed)
         desk.hold(False)
         desk.said = Said(said)

@@ -8,7 +8,7 @@ from time import monotonic, perf_counter
 
 import msgspec
 
-from understudy.desk.pace import Wall
+from understudy.desk.pace import FASTEST, Wall
 from understudy.errors import SessionError
 from understudy.studio import messages as m
 from understudy.studio.directing import obey
@@ -17,6 +17,8 @@ from understudy.studio.stage import Stage, explained
 from understudy.studio.viewers import PER_SECOND, Viewer, Viewers
 
 FRAME_S = 1 / 60
+REST_S = 0.002
+"""What a beat leaves at least for what pages say, however long it took."""
 DESK_S = 1 / 20
 """How often the desk is shown at most, but for what was pressed."""
 LEFT = "Nobody directs, so the robot was paused"
@@ -107,7 +109,7 @@ class Studio:
             while True:
                 began = perf_counter()
                 self.beat()
-                await asyncio.sleep(max(0.0, FRAME_S - (perf_counter() - began)))
+                await asyncio.sleep(max(REST_S, FRAME_S - (perf_counter() - began)))
         finally:
             self.stage.close()
 
@@ -158,7 +160,7 @@ class Studio:
             "said": {"text": stage.said.text, "tone": stage.said.tone},
             "viewers": len(self.viewers),
             "paused": stage.paused,
-            "speed": stage.speed,
+            "speed": "fastest" if stage.speed == FASTEST else stage.speed,
             "seed": stage.seed,
             "run": stage.run,
             "directed": self.viewers.director is not None,

@@ -8,6 +8,7 @@ from rich.text import Text
 
 from understudy.desk import words
 from understudy.desk.desk import Desk
+from understudy.desk.pace import FASTEST
 from understudy.model.example import Example, ExampleKind
 from understudy.training.trainee import Mode
 
@@ -44,7 +45,8 @@ def header(desk: Desk, width: int) -> Text:
         left.append(" PAUSED ", LIT)
     shown = screen.examples
     right = Text.assemble(
-        f"{shown} example{'s' * (shown != 1)}  {words.clock(screen.time_s)}  {desk.pace.speed:g}×  ",
+        f"{shown} example{'s' * (shown != 1)}  {words.clock(screen.time_s)}  "
+        f"{'fastest' if desk.pace.speed == FASTEST else f'{desk.pace.speed:g}×'}  ",
         ("unsaved ", "bold") if desk.unsaved else ("saved " if shown else ""),
     )
     left.truncate(max(0, width - right.cell_len - 1))

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import NamedTuple, TypeAlias
 
-from understudy.errors import SessionError
+from understudy.errors import SessionError, UnderstudyError
 from understudy.model.library import Library
 from understudy.runtime.body import Body, Rewindable
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run import Run
+from understudy.training.journal import Occupied
 from understudy.training.trainee import Mode
 
 RunStates: TypeAlias = tuple[tuple[Level, ...], ...]
@@ -38,9 +40,12 @@ class Instant(NamedTuple):
 class Company:
     """All agents of a body; the one being taught has a place among them, which `run` gives to whoever drives it."""
 
-    def __init__(self, body: Body, library: Library) -> None:
+    def __init__(self, body: Body, library: Library, past: Occupied | None = None) -> None:
         self._body, self._library = body, library
-        self._members = [Interpreter(IDLE_PROGRAM) for _ in range(body.agents)]
+        self.behave(None)
+        if past is not None:
+            with suppress(UnderstudyError):  # the library has it no more: they idle
+                self.behave(past.behavior, past.targets)
 
     def run(self, agent: int, driver: Interpreter) -> Run:
         """The run in which one agent is driven by somebody, and the others do as they do."""
@@ -58,7 +63,8 @@ class Company:
         """Let all idle (None), or run a behavior of the library, or of another, from its start."""
         known = library or self._library
         program = IDLE_PROGRAM if behavior is None else link(known, behavior, binding or {})
-        self._members = [Interpreter(program, now=self._body.time_s) for _ in self._members]
+        self.occupied = Occupied(behavior, dict(binding or {}))
+        self._members = [Interpreter(program, now=self._body.time_s) for _ in range(self._body.agents)]
 
     def start(self) -> None:
         """Start afresh what they run."""

@@ -123,12 +123,37 @@ class Turned(msgspec.Struct, frozen=True, tag=True):
     waiting: Press | None
 
 
+class Occupied(msgspec.Struct, frozen=True, tag=True):
+    """What the agents do from here on that are not being taught: idle (None), or a behavior."""
+
+    behavior: str | None
+    targets: dict[str, str]
+
+
+class Attended(msgspec.Struct, frozen=True, tag=True):
+    """Whether somebody watches from here on."""
+
+    watching: bool
+
+
 class Placed(msgspec.Struct, frozen=True, tag=True):
     """The robot did not get by itself to where it is from here on."""
 
 
 AnyEntry: TypeAlias = (
-    Began | Ticks | Snapshot | Pressed | Stepped | Acted | Accepted | Raised | Went | Turned | Placed
+    Began
+    | Ticks
+    | Snapshot
+    | Pressed
+    | Stepped
+    | Acted
+    | Accepted
+    | Raised
+    | Went
+    | Turned
+    | Occupied
+    | Attended
+    | Placed
 )
 
 _encode = msgspec.msgpack.Encoder(enc_hook=dict).encode  # a Binding is written as a plain mapping

@@ -13,7 +13,17 @@ from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
 from understudy.model.lesson import Lesson
 from understudy.runtime.interpreter import Level
-from understudy.training.journal import Accepted, Acted, Journal, Pressed, Raised, Stepped, Turned, Went
+from understudy.training.journal import (
+    Accepted,
+    Acted,
+    Attended,
+    Journal,
+    Pressed,
+    Raised,
+    Stepped,
+    Turned,
+    Went,
+)
 from understudy.training.past import Past, difference
 from understudy.training.recorder import Moment, compact
 from understudy.training.trainee import Entry, Mode, Outcome, Press
@@ -29,10 +39,20 @@ class Notebook:
     def __init__(self, past: Past, journal: Journal, *, steady: frozenset[str]) -> None:
         self.journal = journal
         self.presses = past.presses
-        self.watching = True
+        self._watching = past.watching
         self._history, self._recorder = past.history, past.recorder
         self._steady = steady
         self._watched = Watching()
+
+    @property
+    def watching(self) -> bool:
+        """Whether somebody watches, so that silence is consent where the lesson wants it."""
+        return self._watching
+
+    @watching.setter
+    def watching(self, watching: bool) -> None:
+        self._watching = watching
+        self.journal.write(Attended(watching))
 
     @property
     def lesson(self) -> Lesson:

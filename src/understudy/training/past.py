@@ -22,7 +22,9 @@ from understudy.training.journal import (
     Accepted,
     Acted,
     AnyEntry,
+    Attended,
     Began,
+    Occupied,
     Placed,
     Pressed,
     Raised,
@@ -56,6 +58,8 @@ class Past:
     ticks: int = 0
     body_tick: int | None = None
     about: Mapping[str, str | int | float | bool] = field(default_factory=dict)
+    others: Occupied | None = None
+    watching: bool = True
 
     @classmethod
     def none(cls, lesson: Lesson, keys: Sequence[ReadingKey], targets: Mapping[str, str], agent: int) -> Self:
@@ -123,6 +127,10 @@ class Past:
             case Turned():
                 self.mode, self.run, self.targets = entry.mode, tuple(entry.run), dict(entry.targets)
                 self.waiting = entry.waiting
+            case Occupied():
+                self.others = entry
+            case Attended():
+                self.watching = entry.watching
             case Placed():
                 self.recorder.begin_episode()
             case Began():

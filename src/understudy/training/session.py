@@ -98,7 +98,7 @@ class Session:
         self._keys = every_key(body)
         steady = frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
         self._notebook = Notebook(past, Journal(), steady=steady)
-        self._company = Company(body, library)
+        self.company = Company(body, library, past.others)
         self._driving: Interpreter | None = None
         self._percept: Percept | None = None
         check_names(library, self.automaton)
@@ -247,17 +247,17 @@ class Session:
             raise SessionError(f"this body cannot be reset: {NO_SIMULATION}")
         self.body.reset([seed])
         self._percept = None
-        self._company.start()
+        self.company.start()
         self.restart()
 
     def instant(self) -> Instant:
         """This moment of the run, to come back to with `rewind`; SessionError where the body cannot be rewound."""
-        return Instant(rewindable(self.body).snapshot(), self.run_state, self.mode, self._company.snapshot())
+        return Instant(rewindable(self.body).snapshot(), self.run_state, self.mode, self.company.snapshot())
 
     def rewind(self, instant: Instant) -> None:
         """Go back to a moment of this session, world and automata both; the lesson stays, and nothing is recorded."""
         rewindable(self.body).restore(instant.body)
-        self._company.restore(instant.others)
+        self.company.restore(instant.others)
         self.moved()
         self._trainee.press = None
         self._trainee.mode = instant.mode
@@ -299,8 +299,9 @@ class Session:
         library: Library | None = None,
     ) -> None:
         """What the other agents do meanwhile: idle (None), or a behavior of the library, or of a newer one."""
-        self._company.behave(behavior, binding, library=library)
+        self.company.behave(behavior, binding, library=library)
         self._run = self._new_run()
+        self._notebook.journal.write(self.company.occupied)
 
     # Changing the lesson
 
@@ -394,4 +395,4 @@ class Session:
         return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)
 
     def _new_run(self) -> Run:
-        return self._company.run(self.agent, self._driving or self._trainee)
+        return self.company.run(self.agent, self._driving or self._trainee)

@@ -8,13 +8,14 @@ from understudy.compiling import undisturbed
 from understudy.errors import UnknownName
 from understudy.runtime.engine import Engine
 from understudy.runtime.program import IDLE_PROGRAM
+from understudy.worlds.markers import with_markers
 from understudy.worlds.scenario import Scenario
 from understudy.worlds.scenario_files import SUFFIX, builtin_scenarios, load_scenario
 from understudy.worlds.world import World
 
 
 def find_world(name: str | Path) -> Scenario:
-    """The built-in scenario of this name, or that of a file.
+    """The built-in scenario of this name, or that of a file, with room for markers.
 
     UnknownName for what is neither a name nor looks like a path; FileError for a file that is no scenario.
     """
@@ -23,7 +24,7 @@ def find_world(name: str | Path) -> Scenario:
     if isinstance(name, str) and name not in known and path.suffix != SUFFIX and len(path.parts) < 2:
         where = f"Understudy, which takes a path ending in {SUFFIX} too,"
         raise UnknownName(what="world", name=name, where=where, known=known)
-    return load_scenario(name)
+    return with_markers(load_scenario(name))
 
 
 def prepare(scenario: Scenario) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 
 from understudy.errors import SettingError
+from understudy.worlds.markers import without_markers
 from understudy.worlds.scenario import Scenario
 from understudy.worlds.scenario_files import load_scenario
 
@@ -129,7 +130,8 @@ class ForageSettings:
 
 
 def settings_of(scenario: Scenario) -> ForageSettings | None:
-    """The settings that make a scenario, but for words, colors and its limit; None where there are none."""
+    """The settings that make a scenario, but for words, colors, markers and its limit; None where there are none."""
+    scenario = without_markers(scenario)
     try:
         (forager,), (robots,), (_, food) = scenario.types.values(), scenario.robots, scenario.objects
         found = ForageSettings(
