@@ -1,0 +1,360 @@
+"""A person who teaches foraging at the page: looks at what is shown there, and presses, as the scripted teacher does.
+
+What they wish and what they complain of is the scripted teacher's; what they see is what the page writes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import count
+from math import nan, radians
+from time import monotonic
+from typing import Any
+
+from playwright.sync_api import Page, expect
+from tests.browser.teacher import Teacher
+
+from understudy.model.kinds import NO, YES
+from understudy.training.demonstrators import forager
+from understudy.training.demonstrators.person import Seen, Verdict, Wish
+from understudy.training.demonstrators.teacher import Topic
+from understudy.training.screen import Screen
+from understudy.training.trainee import Mode
+
+LOOK = """() => {
+  const all = (selector) => [...document.querySelectorAll(selector)];
+  const text = (selector) => document.querySelector(selector)?.innerText ?? "";
+  return {
+    features: all(".reading").map((each) => each.innerText.split("\\n").slice(0, 2)),
+    states: all(".state").map(({ dataset }) => dataset.state),
+    state: all(".state.on").map(({ dataset }) => dataset.state)[0] ?? "",
+    flag: all(".state.flag.on").length > 0,
+    waiting: all(".state.waiting").map(({ dataset }) => dataset.state)[0] ?? null,
+    testing: text(".modes [aria-pressed=true]") === "Testing",
+    clock: text(".time"),
+    path: text(".path"),
+    examples: Number(text("#tab-lesson").replace(/\\D+/g, "")),
+  };
+}"""
+"""All that a person takes in at a glance."""
+CLOCK = re.compile(r"(\d+):([\d.]+)")
+HOME, LEFT = re.compile(r"(\d+) at home"), re.compile(r"(\d+) left")
+ARROWS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight"}
+
+REACTION_S = 0.12
+"""How long they still think about a press; that they see and press late comes by itself."""
+FIRST_FRESH = 100
+"""Robots are tried in worlds from here on, and shown things in those before."""
+GOES_TO = {"harvest": "nearest_food", "deposit": "station"}
+
+
+@dataclass(frozen=True, slots=True)
+class About:
+    """What a person chooses in the form, and how fast time goes while they show it and while it tries."""
+
+    topic: Topic
+    states: Sequence[str]
+    features: Sequence[str]
+    shows: int
+    tries: int
+    flags: bool = True
+
+
+GOTO = About(forager.GOTO, (), (), shows=1, tries=4)
+HARVEST = About(
+    forager.HARVEST,
+    ["goto(nearest_food)", "load_food"],
+    ["done", "food_left", "food_stored", "food_below_me"],
+    shows=2,
+    tries=8,
+)
+DEPOSIT = About(
+    forager.DEPOSIT, ["goto(station)", "unload_food"], ["done", "food_stored", "at_station"], shows=2, tries=8
+)
+FORAGE = About(
+    forager.FORAGE, ["harvest", "deposit"], ["done", "food_stored", "food_left"], shows=8, tries=16, flags=False
+)
+
+
+class Forager(Teacher):
+    """One page, and a person who teaches there."""
+
+    def __init__(self, page: Page, *, said: Callable[[str], None] = lambda what: None) -> None:
+        super().__init__(page)
+        self._fresh, self._said = count(FIRST_FRESH), said
+        self.corrections = 0
+
+    # What they see
+
+    def screen(self) -> Screen:
+        """What the page shows now."""
+        looked: dict[str, Any] = self.page.evaluate(LOOK)
+        clock = CLOCK.search(looked["clock"])
+        return Screen(
+            time_s=int(clock[1]) * 60 + float(clock[2]) if clock else 0.0,
+            mode=Mode.TESTING if looked["testing"] else Mode.TRAINING,
+            state=looked["state"],
+            path=tuple(looked["path"].removeprefix("now ").split(" › ")) if looked["path"] else (looked["state"],),
+            flag=looked["state"] if looked["flag"] else None,
+            features={label: number(text) for label, text in looked["features"]},
+            states=tuple(looked["states"]),
+            targets={},
+            waiting=looked["waiting"],
+            examples=looked["examples"],
+            undoable=None,
+            redoable=None,
+        )
+
+    @property
+    def home(self) -> int:
+        """How much food is at home, as the page says."""
+        return self._food(HOME)
+
+    @property
+    def left(self) -> int:
+        """How much food is left where it was."""
+        return self._food(LEFT)
+
+    def _food(self, what: re.Pattern[str]) -> int:
+        found = what.search(self.page.get_by_role("complementary").inner_text())
+        assert found is not None
+        return int(found[1])
+
+    # What they do
+
+    def direct(self, state: str) -> None:
+        """Direct the robot, with the key where it is an arrow; until it does that."""
+        if state in ARROWS:
+            self.press(ARROWS[state])
+        else:
+            self.actions += 1
+            self.directing(state).click()
+        expect(self.directing(state)).to_have_attribute("aria-pressed", "true")
+
+    def begin(self, about: About) -> None:
+        """Begin an automaton, chosen in the form; silence is consent."""
+        name = about.topic.name
+        if name == "goto":
+            self.begin_goto()
+        else:
+            self.click("+ new automaton")
+            form = self.page.locator("form.choice")
+            form.get_by_label("Name").fill(name)
+            for label in (*about.states, *about.features):
+                self.actions += 1
+                form.get_by_role("checkbox", name=label, exact=True).check()
+            if not about.flags:
+                form.get_by_label("Flags").fill("")
+            self.click("Begin")
+            self._begun(name)
+        self.click("+ choose features")
+        self.actions += 2
+        self.page.get_by_role("checkbox", name="Silence is consent").check()
+        if name == "goto":
+            self.page.get_by_label("Reaction time").fill("0.2")
+        self.click("Choose")
+        expect(self.page.locator("form.choice")).to_have_count(0)
+
+    def _begun(self, name: str) -> None:
+        expect(self.page.get_by_role("banner").locator(".what")).to_contain_text(name)
+        expect(self.page.locator("form.choice")).to_have_count(0)
+
+    def open(self, name: str) -> None:
+        """Train one of the library on."""
+        self.actions += 1
+        self.page.get_by_role("tab", name="Library").click()
+        self.click(f"Open {name}")
+        self._begun(name)
+
+    def save(self) -> None:
+        """Keep it in the library, where it is not there as it is now."""
+        save = self.page.get_by_role("button", name="Save", exact=True)
+        if save.is_enabled():
+            self.click("Save")
+        expect(save).to_be_disabled()
+
+    def world(self, seed: int, target: str | None = None) -> None:
+        """The world of a number, and what A stands for in it."""
+        self.actions += 1
+        field = self.page.get_by_label("seed")
+        field.fill(str(seed))
+        field.press("Enter")
+        expect(self.page.get_by_role("status").filter(has_text=f"World {seed} from its")).to_be_visible()
+        if target is not None:
+            self.stand_for(target)
+        self.page.wait_for_timeout(250)
+
+    def stand_for(self, target: str) -> None:
+        """Let A stand for something."""
+        choice = self.page.get_by_label("What A stands for")
+        if choice.input_value() != target:
+            self.actions += 1
+            choice.select_option(target)
+            expect(choice).to_have_value(target)
+            self.page.wait_for_timeout(250)
+
+    def speed(self, times: int) -> None:
+        """How fast time goes."""
+        choice = self.page.get_by_role("combobox", name="Speed")
+        if choice.input_value() != str(times):
+            self.actions += 1
+            choice.select_option(str(times))
+            expect(choice).to_have_value(str(times))
+
+    def afresh(self) -> None:
+        """The automaton from its start state, the robot where it is."""
+        self.click("start afresh")
+        expect(self.directing("start")).to_have_attribute("aria-pressed", "true")
+        self.page.wait_for_timeout(250)
+
+    def test(self) -> None:
+        """Let it decide by itself."""
+        testing = self.page.get_by_role("button", name="Testing")
+        if testing.get_attribute("aria-pressed") != "true":
+            self.press("t")
+        expect(testing).to_have_attribute("aria-pressed", "true")
+
+    # Watching
+
+    def show(self, about: About, *, until: Seen | None = None) -> None:
+        """Direct the robot to whatever they wish."""
+        self.speed(about.shows)
+        topic = about.topic
+        verdict = self.watch(topic.show, until=until or topic.finished, limit_s=topic.limit_s * 2)
+        assert verdict is Verdict.ENOUGH, (topic.name, self.screen())
+
+    def try_out(self, about: About) -> Verdict:
+        """Let it show what it learned, and correct the first thing that looks wrong."""
+        topic = about.topic
+        self.speed(about.tries)
+        self.test()
+
+        def until(screen: Screen) -> bool:
+            return screen.mode is Mode.TRAINING or topic.finished(screen)
+
+        verdict = self.watch(topic.complain, until=until, limit_s=topic.limit_s, patience_s=30.0)
+        return Verdict.CORRECTED if self.screen().mode is Mode.TRAINING else verdict
+
+    def watch(self, wish: Wish, *, until: Seen, limit_s: float, patience_s: float = 1e9) -> Verdict:
+        """Press what they wish where it is not so, until they have seen enough or lost patience."""
+        path: tuple[str, ...] = ()
+        began = changed = self.screen().time_s
+        hand: tuple[str, float] | None = None
+        while (screen := self.screen()).time_s - began < limit_s:
+            wished = wish(screen)
+            if wished is None or wished == screen.state:
+                hand = None
+                if screen.waiting is None and until(screen):
+                    return Verdict.ENOUGH
+            elif hand is None or hand[0] != wished:
+                hand = wished, monotonic() + REACTION_S
+            elif monotonic() >= hand[1]:
+                self.direct(wished)
+                hand = None
+            if screen.path != path:
+                path, changed = screen.path, screen.time_s
+            if screen.time_s - changed > patience_s:
+                return Verdict.LOST
+            self.page.wait_for_timeout(20)
+        return Verdict.LOST
+
+    # Teaching
+
+    def teach(self, about: About, *, passes: int, most: int = 30) -> None:
+        """Let it try in fresh worlds, and correct it, until so many tries in a row needed no correction."""
+        passed = tried = 0
+        fresh = True
+        while passed < passes:
+            tried += 1
+            assert tried <= most, f"{about.topic.name} did not come right in {most} tries"
+            if fresh:
+                self.world(next(self._fresh), ("station", "nearest_food")[tried % 2] if about is GOTO else None)
+            verdict = self.try_out(about)
+            self._said(f"{about.topic.name}: try {tried} {verdict.name.lower()}")
+            passed = passed + 1 if verdict is Verdict.ENOUGH else 0
+            fresh = verdict is not Verdict.CORRECTED
+            if verdict is Verdict.LOST:
+                self.help(about)
+            self.corrections += verdict is not Verdict.ENOUGH
+
+    def help(self, about: About) -> None:
+        """Where it lost its way: correct what is below, or show it from there."""
+        path = self.screen().path
+        if about is GOTO or "goto" not in path:
+            self.page.get_by_role("button", name="Training").click()
+            self.actions += 1
+            self.show(about)
+            return
+        above = path[path.index("goto") - 1] if path.index("goto") else about.topic.name
+        self.save()
+        self.open("goto")
+        self.stand_for(GOES_TO[above])
+        for _ in range(12):
+            verdict = self.try_out(GOTO)
+            self._said(f"goto below {about.topic.name}: {verdict.name.lower()}")
+            if verdict is Verdict.ENOUGH:
+                break
+            if verdict is Verdict.LOST:
+                self.help(GOTO)
+                break
+        self.save()
+        self.open(about.topic.name)
+
+
+WAYS = ((1, "station"), (13, "nearest_food"), (47, "station"), (32, "nearest_food"))
+"""Worlds to show the way in, and where to: near on the left and on the right, far on the right and on the left."""
+PLENTY, LAST, TWO_WAYS = 11, 42, 8
+"""Worlds with 31, 10 and 13 units of food."""
+
+
+def number(text: str) -> float:
+    """A value as the page writes it: 3.42 m, −31°, yes; angles in rad, a dash where it is absent."""
+    if text in ("yes", "no"):
+        return YES if text == "yes" else NO
+    found = re.match(r"-?[\d.]+", text.replace("−", "-"))
+    if found is None:
+        return nan
+    return radians(float(found[0])) if text.endswith("°") else float(found[0])
+
+
+def teach_goto(person: Forager, *, passes: int = 5) -> None:
+    """From both sides, near and far; then let it try."""
+    person.begin(GOTO)
+    for seed, target in WAYS:
+        person.world(seed, target)
+        person.show(GOTO)
+    person.teach(GOTO, passes=passes)
+    person.save()
+
+
+def teach_harvest(person: Forager, *, passes: int = 3) -> None:
+    """Until it is full, that it is full, and until no food is left; then let it try."""
+    person.world(PLENTY)
+    person.begin(HARVEST)
+    person.show(HARVEST)
+    person.afresh()
+    person.show(HARVEST)
+    person.world(LAST)
+    person.show(HARVEST)
+    person.teach(HARVEST, passes=passes)
+    person.save()
+
+
+def teach_deposit(person: Forager) -> None:
+    """With what it has just harvested, and with nothing."""
+    person.begin(DEPOSIT)
+    person.show(DEPOSIT)
+    person.afresh()
+    person.show(DEPOSIT)
+    person.save()
+
+
+def teach_forage(person: Forager) -> None:
+    """One round with two ways."""
+    person.world(TWO_WAYS)
+    person.begin(FORAGE)
+    person.show(FORAGE)
+    person.teach(FORAGE, passes=1)
+    person.save()
