@@ -59,6 +59,8 @@ class About:
     features: Sequence[str]
     shows: int
     tries: int
+    drives: int = 1
+    """How fast while it is on its way, where there is nothing to press."""
     flags: bool = True
 
 
@@ -69,12 +71,23 @@ HARVEST = About(
     ["done", "food_left", "food_stored", "food_below_me"],
     shows=2,
     tries=8,
+    drives=8,
 )
 DEPOSIT = About(
-    forager.DEPOSIT, ["goto(station)", "unload_food"], ["done", "food_stored", "at_station"], shows=2, tries=8
+    forager.DEPOSIT,
+    ["goto(station)", "unload_food"],
+    ["done", "food_stored", "at_station"],
+    shows=2,
+    tries=8,
+    drives=8,
 )
 FORAGE = About(
-    forager.FORAGE, ["harvest", "deposit"], ["done", "food_stored", "food_left"], shows=8, tries=16, flags=False
+    forager.FORAGE,
+    ["harvest", "deposit"],
+    ["done", "food_stored", "food_left"],
+    shows=8,
+    tries=16,
+    flags=False,
 )
 
 
@@ -84,7 +97,7 @@ class Forager(Teacher):
     def __init__(self, page: Page, *, said: Callable[[str], None] = lambda what: None) -> None:
         super().__init__(page)
         self._fresh, self._said = count(FIRST_FRESH), said
-        self.corrections = 0
+        self.corrections, self._times = 0, 1
 
     # What they see
 
@@ -197,8 +210,9 @@ class Forager(Teacher):
 
     def speed(self, times: int) -> None:
         """How fast time goes."""
-        choice = self.page.get_by_role("combobox", name="Speed")
-        if choice.input_value() != str(times):
+        if times != self._times:
+            self._times = times
+            choice = self.page.get_by_role("combobox", name="Speed")
             self.actions += 1
             choice.select_option(str(times))
             expect(choice).to_have_value(str(times))
@@ -220,9 +234,13 @@ class Forager(Teacher):
 
     def show(self, about: About, *, until: Seen | None = None) -> None:
         """Direct the robot to whatever they wish."""
-        self.speed(about.shows)
         topic = about.topic
-        verdict = self.watch(topic.show, until=until or topic.finished, limit_s=topic.limit_s * 2)
+
+        def wish(screen: Screen) -> str | None:
+            self.speed(about.drives if screen.state == "goto" else about.shows)
+            return topic.show(screen)
+
+        verdict = self.watch(wish, until=until or topic.finished, limit_s=topic.limit_s * 2)
         assert verdict is Verdict.ENOUGH, (topic.name, self.screen())
 
     def try_out(self, about: About) -> Verdict:
@@ -305,8 +323,8 @@ class Forager(Teacher):
 
 WAYS = ((1, "station"), (13, "nearest_food"), (47, "station"), (32, "nearest_food"))
 """Worlds to show the way in, and where to: near on the left and on the right, far on the right and on the left."""
-PLENTY, LAST, TWO_WAYS = 11, 42, 8
-"""Worlds with 31, 10 and 13 units of food."""
+PLENTY, LAST, TWO_WAYS = 6, 42, 8
+"""Worlds with 34, 10 and 13 units of food."""
 
 
 def number(text: str) -> float:
@@ -343,10 +361,8 @@ def teach_harvest(person: Forager, *, passes: int = 3) -> None:
 
 
 def teach_deposit(person: Forager) -> None:
-    """With what it has just harvested, and with nothing."""
+    """With what it has just harvested."""
     person.begin(DEPOSIT)
-    person.show(DEPOSIT)
-    person.afresh()
     person.show(DEPOSIT)
     person.save()
 

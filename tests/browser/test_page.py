@@ -88,6 +88,20 @@ def test_a_page_that_is_painted_late_misses_nothing(visit: Visit) -> None:
     expect(teacher.page.get_by_role("complementary")).to_contain_text("goto")
 
 
+def test_a_seed_is_typed_while_the_robot_goes_on(teacher: Teacher) -> None:
+    """News from the server leave what is typed as it is."""
+    teacher.page.get_by_role("combobox", name="Speed").select_option("0.25")
+    seed = teacher.page.get_by_label("seed")
+    teacher.press("ArrowLeft")
+    seed.fill("4")
+    expect(teacher.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
+    expect(seed).to_have_value("4")
+    seed.press_sequentially("2")
+    seed.press("Enter")
+    expect(teacher.page.get_by_text("World 42 from its beginning")).to_be_visible()
+    expect(seed).to_have_value("42")
+
+
 def test_who_looks_on_cannot_direct_until_the_other_is_gone(teacher: Teacher, visit: Visit) -> None:
     other = Teacher(visit())
     expect(other.directing("forward")).to_be_disabled()
