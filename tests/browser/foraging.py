@@ -39,8 +39,9 @@ LOOK = """() => {
   };
 }"""
 """All that a person takes in at a glance."""
+NAMES = re.compile(r"\w+")
 CLOCK = re.compile(r"(\d+):([\d.]+)")
-HOME, LEFT = re.compile(r"(\d+) at home"), re.compile(r"(\d+) left")
+FOOD = re.compile(r"(\d+) at home, (\d+) carried, (\d+) left")
 ARROWS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight"}
 
 REACTION_S = 0.12
@@ -109,7 +110,7 @@ class Forager(Teacher):
             time_s=int(clock[1]) * 60 + float(clock[2]) if clock else 0.0,
             mode=Mode.TESTING if looked["testing"] else Mode.TRAINING,
             state=looked["state"],
-            path=tuple(looked["path"].removeprefix("now ").split(" › ")) if looked["path"] else (looked["state"],),
+            path=tuple(NAMES.findall(looked["path"])[1:]) or (looked["state"],),
             flag=looked["state"] if looked["flag"] else None,
             features={label: number(text) for label, text in looked["features"]},
             states=tuple(looked["states"]),
@@ -121,19 +122,12 @@ class Forager(Teacher):
         )
 
     @property
-    def home(self) -> int:
-        """How much food is at home, as the page says."""
-        return self._food(HOME)
-
-    @property
-    def left(self) -> int:
-        """How much food is left where it was."""
-        return self._food(LEFT)
-
-    def _food(self, what: re.Pattern[str]) -> int:
-        found = what.search(self.page.get_by_role("complementary").inner_text())
+    def food(self) -> tuple[int, int]:
+        """How much food is at home, and how much there is, as the page says."""
+        found = FOOD.search(self.page.get_by_role("complementary").inner_text())
         assert found is not None
-        return int(found[1])
+        home, carried, left = (int(each) for each in found.groups())
+        return home, home + carried + left
 
     # What they do
 
@@ -149,26 +143,30 @@ class Forager(Teacher):
     def begin(self, about: About) -> None:
         """Begin an automaton, chosen in the form; silence is consent."""
         name = about.topic.name
-        if name == "goto":
+        if about is GOTO:
             self.begin_goto()
         else:
-            self.click("+ new automaton")
-            form = self.page.locator("form.choice")
-            form.get_by_label("Name").fill(name)
-            for label in (*about.states, *about.features):
-                self.actions += 1
-                form.get_by_role("checkbox", name=label, exact=True).check()
-            if not about.flags:
-                form.get_by_label("Flags").fill("")
+            self.fill(about)
             self.click("Begin")
             self._begun(name)
         self.click("+ choose features")
         self.actions += 2
         self.page.get_by_role("checkbox", name="Silence is consent").check()
-        if name == "goto":
+        if about is GOTO:
             self.page.get_by_label("Reaction time").fill("0.2")
         self.click("Choose")
         expect(self.page.locator("form.choice")).to_have_count(0)
+
+    def fill(self, about: About) -> None:
+        """Fill in the form for an automaton."""
+        self.click("+ new automaton")
+        form = self.page.locator("form.choice")
+        form.get_by_label("Name").fill(about.topic.name)
+        for label in (*about.states, *about.features):
+            self.actions += 1
+            form.get_by_role("checkbox", name=label, exact=True).check()
+        if not about.flags:
+            form.get_by_label("Flags").fill("")
 
     def _begun(self, name: str) -> None:
         expect(self.page.get_by_role("banner").locator(".what")).to_contain_text(name)
@@ -194,7 +192,8 @@ class Forager(Teacher):
         field = self.page.get_by_label("seed")
         field.fill(str(seed))
         field.press("Enter")
-        expect(self.page.get_by_role("status").filter(has_text=f"World {seed} from its")).to_be_visible()
+        expect(field).not_to_be_focused()
+        expect(field).to_have_value(str(seed))
         if target is not None:
             self.stand_for(target)
         self.page.wait_for_timeout(250)
@@ -278,6 +277,16 @@ class Forager(Teacher):
             self.page.wait_for_timeout(20)
         return Verdict.LOST
 
+    def let_alone(self, *, limit_s: float) -> None:
+        """Hands off, as fast as it goes, until all food is home."""
+        self.speed(16)
+        self.test()
+        actions = self.actions
+        while (food := self.food)[0] < food[1]:
+            assert self.screen().time_s < limit_s, f"{food[0]} of {food[1]} at home: {self.screen()}"
+            self.page.wait_for_timeout(100)
+        assert self.actions == actions
+
     # Teaching
 
     def teach(self, about: About, *, passes: int, most: int = 30) -> None:
@@ -288,7 +297,9 @@ class Forager(Teacher):
             tried += 1
             assert tried <= most, f"{about.topic.name} did not come right in {most} tries"
             if fresh:
-                self.world(next(self._fresh), ("station", "nearest_food")[tried % 2] if about is GOTO else None)
+                self.world(
+                    next(self._fresh), ("station", "nearest_food")[tried % 2] if about is GOTO else None
+                )
             verdict = self.try_out(about)
             self._said(f"{about.topic.name}: try {tried} {verdict.name.lower()}")
             passed = passed + 1 if verdict is Verdict.ENOUGH else 0
@@ -348,16 +359,21 @@ def teach_goto(person: Forager, *, passes: int = 5) -> None:
 
 
 def teach_harvest(person: Forager, *, passes: int = 3) -> None:
-    """Until it is full, that it is full, and until no food is left; then let it try."""
+    """Show it, then let it try."""
     person.world(PLENTY)
     person.begin(HARVEST)
+    show_harvest(person)
+    person.teach(HARVEST, passes=passes)
+    person.save()
+
+
+def show_harvest(person: Forager) -> None:
+    """Until it is full, that it is full, and until no food is left."""
     person.show(HARVEST)
     person.afresh()
     person.show(HARVEST)
     person.world(LAST)
     person.show(HARVEST)
-    person.teach(HARVEST, passes=passes)
-    person.save()
 
 
 def teach_deposit(person: Forager) -> None:
