@@ -9,38 +9,18 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import count
-from math import nan, radians
 from time import monotonic
-from typing import Any
 
 from playwright.sync_api import Page, expect
+from tests.browser.glance import glance
 from tests.browser.teacher import Teacher
 
-from understudy.model.kinds import NO, YES
 from understudy.training.demonstrators import forager
 from understudy.training.demonstrators.person import Seen, Verdict, Wish
 from understudy.training.demonstrators.teacher import Topic
 from understudy.training.screen import Screen
 from understudy.training.trainee import Mode
 
-LOOK = """() => {
-  const all = (selector) => [...document.querySelectorAll(selector)];
-  const text = (selector) => document.querySelector(selector)?.innerText ?? "";
-  return {
-    features: all(".reading").map((each) => each.innerText.split("\\n").slice(0, 2)),
-    states: all(".state").map(({ dataset }) => dataset.state),
-    state: all(".state.on").map(({ dataset }) => dataset.state)[0] ?? "",
-    flag: all(".state.flag.on").length > 0,
-    waiting: all(".state.waiting").map(({ dataset }) => dataset.state)[0] ?? null,
-    testing: text(".modes [aria-pressed=true]") === "Testing",
-    clock: text(".time"),
-    path: text(".path"),
-    examples: Number(text("#tab-lesson").replace(/\\D+/g, "")),
-  };
-}"""
-"""All that a person takes in at a glance."""
-NAMES = re.compile(r"\w+")
-CLOCK = re.compile(r"(\d+):([\d.]+)")
 FOOD = re.compile(r"(\d+) at home, (\d+) carried, (\d+) left")
 ARROWS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight"}
 
@@ -48,6 +28,7 @@ REACTION_S = 0.12
 """How long they still think about a press; that they see and press late comes by itself."""
 FIRST_FRESH = 100
 """Robots are tried in worlds from here on, and shown things in those before."""
+PATIENCE_S, MOST_HELP = 30.0, 8
 GOES_TO = {"harvest": "nearest_food", "deposit": "station"}
 
 
@@ -98,28 +79,13 @@ class Forager(Teacher):
     def __init__(self, page: Page, *, said: Callable[[str], None] = lambda what: None) -> None:
         super().__init__(page)
         self._fresh, self._said = count(FIRST_FRESH), said
-        self.corrections, self._times = 0, 1
+        self.corrections, self._helped, self._times = 0, 0, 1
 
     # What they see
 
     def screen(self) -> Screen:
         """What the page shows now."""
-        looked: dict[str, Any] = self.page.evaluate(LOOK)
-        clock = CLOCK.search(looked["clock"])
-        return Screen(
-            time_s=int(clock[1]) * 60 + float(clock[2]) if clock else 0.0,
-            mode=Mode.TESTING if looked["testing"] else Mode.TRAINING,
-            state=looked["state"],
-            path=tuple(NAMES.findall(looked["path"])[1:]) or (looked["state"],),
-            flag=looked["state"] if looked["flag"] else None,
-            features={label: number(text) for label, text in looked["features"]},
-            states=tuple(looked["states"]),
-            targets={},
-            waiting=looked["waiting"],
-            examples=looked["examples"],
-            undoable=None,
-            redoable=None,
-        )
+        return glance(self.page)
 
     @property
     def food(self) -> tuple[int, int]:
@@ -142,31 +108,26 @@ class Forager(Teacher):
 
     def begin(self, about: About) -> None:
         """Begin an automaton, chosen in the form; silence is consent."""
-        name = about.topic.name
-        if about is GOTO:
-            self.begin_goto()
-        else:
-            self.fill(about)
-            self.click("Begin")
-            self._begun(name)
-        self.click("+ choose features")
-        self.actions += 2
-        self.page.get_by_role("checkbox", name="Silence is consent").check()
-        if about is GOTO:
-            self.page.get_by_label("Reaction time").fill("0.2")
-        self.click("Choose")
-        expect(self.page.locator("form.choice")).to_have_count(0)
+        self.fill(about)
+        self.click("Begin")
+        self._begun(about.topic.name)
 
     def fill(self, about: About) -> None:
-        """Fill in the form for an automaton."""
-        self.click("+ new automaton")
+        """Fill in the form for an automaton; for the first one it proposes all but the options."""
         form = self.page.locator("form.choice")
-        form.get_by_label("Name").fill(about.topic.name)
+        if about is GOTO:
+            self.click("New automaton")
+            form.get_by_label("Reaction time").fill("0.2")
+        else:
+            self.click("+ new automaton")
+            form.get_by_label("Name").fill(about.topic.name)
+            if not about.flags:
+                form.get_by_label("Flags").fill("")
         for label in (*about.states, *about.features):
             self.actions += 1
             form.get_by_role("checkbox", name=label, exact=True).check()
-        if not about.flags:
-            form.get_by_label("Flags").fill("")
+        self.actions += 1
+        form.get_by_role("checkbox", name="Silence is consent").check()
 
     def _begun(self, name: str) -> None:
         expect(self.page.get_by_role("banner").locator(".what")).to_contain_text(name)
@@ -239,8 +200,9 @@ class Forager(Teacher):
             self.speed(about.drives if screen.state == "goto" else about.shows)
             return topic.show(screen)
 
-        verdict = self.watch(wish, until=until or topic.finished, limit_s=topic.limit_s * 2)
-        assert verdict is Verdict.ENOUGH, (topic.name, self.screen())
+        until = until or topic.finished
+        while self.watch(wish, until=until, limit_s=topic.limit_s, patience_s=PATIENCE_S) is Verdict.LOST:
+            self.correct_below(about)
 
     def try_out(self, about: About) -> Verdict:
         """Let it show what it learned, and correct the first thing that looks wrong."""
@@ -251,7 +213,7 @@ class Forager(Teacher):
         def until(screen: Screen) -> bool:
             return screen.mode is Mode.TRAINING or topic.finished(screen)
 
-        verdict = self.watch(topic.complain, until=until, limit_s=topic.limit_s, patience_s=30.0)
+        verdict = self.watch(topic.complain, until=until, limit_s=topic.limit_s, patience_s=PATIENCE_S)
         return Verdict.CORRECTED if self.screen().mode is Mode.TRAINING else verdict
 
     def watch(self, wish: Wish, *, until: Seen, limit_s: float, patience_s: float = 1e9) -> Verdict:
@@ -310,26 +272,41 @@ class Forager(Teacher):
 
     def help(self, about: About) -> None:
         """Where it lost its way: correct what is below, or show it from there."""
-        path = self.screen().path
-        if about is GOTO or "goto" not in path:
-            self.page.get_by_role("button", name="Training").click()
-            self.actions += 1
+        if "goto" in self.screen().path:
+            self.correct_below(about)
+        else:
+            self.press("t")
             self.show(about)
-            return
+
+    def correct_below(self, about: About) -> None:
+        """Open goto where it lost its way, and correct it there; where it needs nothing there, show a way once more."""
+        path = self.screen().path
+        self._helped += 1
+        assert about is not GOTO, f"{about.topic.name} lost its way: {self.screen()}"
+        assert "goto" in path, f"{about.topic.name} lost its way: {self.screen()}"
+        assert self._helped <= MOST_HELP, f"{about.topic.name} lost its way again: {self.screen()}"
         above = path[path.index("goto") - 1] if path.index("goto") else about.topic.name
         self.save()
         self.open("goto")
         self.stand_for(GOES_TO[above])
-        for _ in range(12):
-            verdict = self.try_out(GOTO)
-            self._said(f"goto below {about.topic.name}: {verdict.name.lower()}")
-            if verdict is Verdict.ENOUGH:
-                break
-            if verdict is Verdict.LOST:
-                self.help(GOTO)
-                break
+        corrections = self.corrections
+        while (verdict := self.try_out(GOTO)) is Verdict.CORRECTED:
+            self.corrections += 1
+        self._said(
+            f"goto, which {above} runs: {verdict.name.lower()}, {self.corrections - corrections} corrections"
+        )
+        if verdict is Verdict.LOST:
+            self.help(GOTO)
+        elif self.corrections == corrections and about is not DEPOSIT:  # which needs the load it has here
+            self.way(self._helped % len(WAYS))
         self.save()
         self.open(about.topic.name)
+
+    def way(self, number: int) -> None:
+        """Show goto one of its ways."""
+        seed, target = WAYS[number]
+        self.world(seed, target)
+        self.show(GOTO)
 
 
 WAYS = ((1, "station"), (13, "nearest_food"), (47, "station"), (32, "nearest_food"))
@@ -338,22 +315,11 @@ PLENTY, LAST, TWO_WAYS = 6, 42, 8
 """Worlds with 34, 10 and 13 units of food."""
 
 
-def number(text: str) -> float:
-    """A value as the page writes it: 3.42 m, −31°, yes; angles in rad, a dash where it is absent."""
-    if text in ("yes", "no"):
-        return YES if text == "yes" else NO
-    found = re.match(r"-?[\d.]+", text.replace("−", "-"))
-    if found is None:
-        return nan
-    return radians(float(found[0])) if text.endswith("°") else float(found[0])
-
-
-def teach_goto(person: Forager, *, passes: int = 5) -> None:
+def teach_goto(person: Forager, *, passes: int = 6) -> None:
     """From both sides, near and far; then let it try."""
     person.begin(GOTO)
-    for seed, target in WAYS:
-        person.world(seed, target)
-        person.show(GOTO)
+    for number in range(len(WAYS)):
+        person.way(number)
     person.teach(GOTO, passes=passes)
     person.save()
 
