@@ -185,7 +185,7 @@ class Desk:
                 where="the trainer", setting="speed", problem=f"is {speed:g}", remedy=f"give one of {known}"
             )
         self.pace.speed = speed
-        self.said = Said(f"{speed:g} times as fast as in life")
+        self.said = Said(words.speed(speed))
 
     def _set_pace(self) -> None:
         stands = self.paused or self.held or (self.driving and self.steering is None)
@@ -194,12 +194,12 @@ class Desk:
     def faster(self) -> None:
         """The world goes faster."""
         self.pace.faster()
-        self.said = Said(f"{self.pace.speed:g} times as fast as in life")
+        self.said = Said(words.speed(self.pace.speed))
 
     def slower(self) -> None:
         """The world goes slower."""
         self.pace.slower()
-        self.said = Said(f"{self.pace.speed:g} times as fast as in life")
+        self.said = Said(words.speed(self.pace.speed))
 
     # Pressing
 
