@@ -67,7 +67,7 @@ FORAGE = About(
     forager.FORAGE,
     ["harvest", "deposit"],
     ["done", "food_stored", "food_left"],
-    shows=8,
+    shows=16,
     tries=16,
     flags=False,
 )
