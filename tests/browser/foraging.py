@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import count
+from math import inf
 from time import monotonic
 
 from playwright.sync_api import Page, expect
@@ -19,7 +20,6 @@ from understudy.training.demonstrators import forager
 from understudy.training.demonstrators.person import Seen, Verdict, Wish
 from understudy.training.demonstrators.teacher import Topic
 from understudy.training.screen import Screen
-from understudy.training.trainee import Mode
 
 FOOD = re.compile(r"(\d+) at home, (\d+) carried, (\d+) left")
 ARROWS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight"}
@@ -216,14 +216,34 @@ class Forager(Teacher):
         topic = about.topic
         self.speed(about.tries)
         self.test()
+        return self.watch(
+            topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=PATIENCE_S, corrects=True
+        )
 
-        def until(screen: Screen) -> bool:
-            return screen.mode is Mode.TRAINING or topic.finished(screen)
+    def correct(self, wish: Wish) -> bool:
+        """Let time stand still, press what is right if it still is, and let it try on; whether it was.
 
-        verdict = self.watch(topic.complain, until=until, limit_s=topic.limit_s, patience_s=PATIENCE_S)
-        return Verdict.CORRECTED if self.screen().mode is Mode.TRAINING else verdict
+        So nothing is recorded that they only did not prevent in time.
+        """
+        self.press("Space")
+        expect(self.page.get_by_role("button", name="Go on")).to_be_visible()
+        self.page.wait_for_timeout(200)
+        screen = self.screen()
+        wished = wish(screen)
+        wrong = wished is not None and wished != screen.state
+        if wished is not None and wrong:
+            self.directing(wished).click()
+            self.press(".")
+            expect(self.directing(wished)).to_have_attribute("aria-pressed", "true")
+            self.actions += 1
+            self.test()
+        self.press("Space")
+        expect(self.page.get_by_role("button", name="Pause")).to_be_visible()
+        return wrong
 
-    def watch(self, wish: Wish, *, until: Seen, limit_s: float, patience_s: float = 1e9) -> Verdict:
+    def watch(
+        self, wish: Wish, *, until: Seen, limit_s: float, patience_s: float = inf, corrects: bool = False
+    ) -> Verdict:
         """Press what they wish where it is not so, until they have seen enough or lost patience."""
         path: tuple[str, ...] = ()
         began = changed = self.screen().time_s
@@ -237,8 +257,11 @@ class Forager(Teacher):
             elif hand is None or hand[0] != wished:
                 hand = wished, monotonic() + REACTION_S
             elif monotonic() >= hand[1]:
-                self.direct(wished)
                 hand = None
+                if not corrects:
+                    self.direct(wished)
+                elif self.correct(wish):
+                    return Verdict.CORRECTED
             if screen.path != path:
                 path, changed = screen.path, screen.time_s
             if screen.time_s - changed > patience_s:
