@@ -74,15 +74,15 @@ function kept(draft: Draft, studio: Studio, scene: Scene): Pick<Draft, "states" 
 /** How a draft is asked for. */
 export function request(form: Form, draft: Draft, studio: Studio, scene: Scene, discard: boolean): Request {
   const flags = listed(draft.flags);
+  const reaction = Number(draft.reaction);
+  const options = { watched: draft.watched, reaction_s: Number.isFinite(reaction) ? reaction : null };
   if (form === "choose") {
-    const reaction = Number(draft.reaction);
     return {
       do: "choose",
       states: draft.states,
       features: draft.features,
       flags,
-      watched: draft.watched,
-      reaction_s: Number.isFinite(reaction) ? reaction : null,
+      ...options,
     };
   }
   const parameters = listed(draft.parameters);
@@ -94,6 +94,7 @@ export function request(form: Form, draft: Draft, studio: Studio, scene: Scene, 
     parameters,
     flags,
     targets: Object.fromEntries(parameters.map((each) => [each, draft.targets[each] ?? first])),
+    ...options,
     discard,
   };
 }

@@ -1,5 +1,6 @@
 /** The header: what is trained and where, time, mode, saving. */
 
+import { useState } from "preact/hooks";
 import { useStudio } from "./context";
 import { Running } from "./running";
 import type { Studio } from "./studio";
@@ -34,11 +35,13 @@ export function Header() {
 
 function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
   const seed = studio.told?.seed ?? studio.scene?.seed ?? null;
+  const [typed, setTyped] = useState<string | null>(null);
   const go = (event: Event): void => {
     const field = event.currentTarget as HTMLInputElement;
     const wanted = Number(field.value);
-    if (field.value === "" || !Number.isInteger(wanted) || wanted < 0) field.value = String(seed ?? "");
-    else void studio.ask({ do: "reset", seed: wanted });
+    const sensible = field.value !== "" && Number.isInteger(wanted) && wanted >= 0;
+    if (sensible) void studio.ask({ do: "reset", seed: wanted });
+    setTyped(null);
     field.blur();
   };
   return (
@@ -50,8 +53,10 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
           class="seed"
           inputMode="numeric"
           disabled={!studio.directs}
-          value={seed === null ? "" : String(seed)}
+          value={typed ?? (seed === null ? "" : String(seed))}
+          onInput={(event) => setTyped(event.currentTarget.value)}
           onChange={go}
+          onBlur={() => setTyped(null)}
           onKeyDown={(event) => {
             if (event.key === "Enter") event.currentTarget.blur();
           }}

@@ -44,6 +44,8 @@ export interface Beginning {
   parameters: readonly string[];
   flags: readonly string[];
   targets: Targets;
+  watched: boolean;
+  reaction_s: number | null;
   discard: boolean;
 }
 

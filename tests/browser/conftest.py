@@ -12,6 +12,8 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from tests.browser.studio import Studio
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
+SNAPS = "UNDERSTUDY_SNAPS"
+"""The variable that names a folder for what pages looked like."""
 QUIET = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync",
@@ -32,6 +34,18 @@ def chromium() -> Iterator[Browser]:
         browser = playwright.chromium.launch(executable_path=found, args=list(QUIET))
         yield browser
         browser.close()
+
+
+@pytest.fixture
+def snap(tmp_path: Path) -> Callable[[Page, str], None]:
+    """Keeps what a page looks like, under a name: in the folder of UNDERSTUDY_SNAPS, or beside the test's files."""
+    folder = Path(os.environ.get(SNAPS) or tmp_path / "snaps")
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def kept(page: Page, name: str) -> None:
+        page.screenshot(path=folder / f"{name}.png")
+
+    return kept
 
 
 @pytest.fixture

@@ -1,21 +1,119 @@
-"""Takes the pictures of the documents at the real page: `python -m tests.browser.pictures`."""
+"""Takes the pictures of the documents at the real page, in a lesson of foraging: `python -m tests.browser.pictures`.
+
+It takes two minutes. With --out FOLDER they go there.
+"""
 
 from __future__ import annotations
 
+import argparse
 import shutil
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeAlias
 
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Page, sync_playwright
+from tests.browser import foraging
 from tests.browser.conftest import NAMES, QUIET
+from tests.browser.foraging import GOTO, HARVEST, Forager
 from tests.browser.studio import Studio
-from tests.browser.teacher import Teacher
+
+from understudy.training.screen import Screen
 
 PICTURES = Path(__file__).parents[2] / "docs" / "pictures"
+ANYWHERE = 1_000
 
 
-def main() -> None:
-    """A lesson of goto, and the page as it tests what it learned."""
+Take: TypeAlias = Callable[[str], None]
+"""Takes a picture of the page, by its name."""
+
+
+def main(folder: Path) -> None:
+    """One lesson after the other, with a picture where there is something to see."""
+    with at_the_page() as page:
+        person = Forager(page)
+
+        def take(name: str) -> None:
+            page.mouse.move(0, 0)
+            page.wait_for_timeout(300)
+            page.screenshot(path=folder / f"{name}.png")
+
+        goto(person, take)
+        harvest(person, take)
+        foraging.teach_deposit(person)
+        foraging.teach_forage(person)
+        forage(person, take)
+
+
+def goto(person: Forager, take: Take) -> None:
+    """On its way while it is shown, and while it decides."""
+    person.begin(GOTO)
+    for seed, target in foraging.WAYS[:-1]:
+        person.world(seed, target)
+        person.show(GOTO)
+    seed, target = foraging.WAYS[-1]
+    person.world(seed, target)
+    person.show(GOTO, until=lambda screen: screen.state == "forward" and _way(screen) < 3.0)
+    take("studio-goto")
+    person.show(GOTO)
+    person.teach(GOTO, passes=5)
+    person.world(ANYWHERE, "station")
+    person.speed(1)
+    person.test()
+    person.watch(_content, until=lambda screen: screen.state == "forward" and _way(screen) < 2.0, limit_s=60)
+    take("studio")
+    person.save()
+
+
+def harvest(person: Forager, take: Take) -> None:
+    """The form, what it shows, and the automaton with goto open in it."""
+    person.world(foraging.PLENTY)
+    person.fill(HARVEST)
+    take("studio-form")
+    person.begin(HARVEST)
+    foraging.show_harvest(person)
+    person.teach(HARVEST, passes=3)
+    person.page.get_by_role("tab", name="Lesson").click()
+    take("studio-lesson")
+    person.page.get_by_role("tab", name="Automaton").click()
+    person.page.get_by_role("button", name="What goto runs").click()
+    person.world(ANYWHERE)
+    person.speed(2)
+    person.test()
+    person.watch(_content, until=lambda screen: screen.path[-1] == "forward", limit_s=60)
+    person.page.wait_for_timeout(600)
+    take("studio-harvest")
+    person.save()
+
+
+def forage(person: Forager, take: Take) -> None:
+    """By itself, on its way home the second time."""
+    person.world(ANYWHERE + 1)
+    person.speed(8)
+    person.page.get_by_role("button", name="What harvest runs").click()
+    person.test()
+    person.watch(_content, until=lambda screen: person.food[0] > 0 and screen.state == "harvest", limit_s=400)
+    person.watch(_content, until=lambda screen: screen.state == "deposit", limit_s=400)
+    person.page.get_by_role("button", name="What deposit runs").click()
+    person.speed(1)
+    person.watch(_content, until=lambda screen: screen.path[-1] == "forward", limit_s=100)
+    person.page.wait_for_timeout(1_500)
+    take("studio-forage")
+
+
+def _content(screen: Screen) -> str | None:
+    """Nothing to press."""
+    return None
+
+
+def _way(screen: Screen) -> float:
+    return screen.features["distance_to(A)"]
+
+
+@contextmanager
+def at_the_page() -> Iterator[Page]:
+    """The page of a studio with an empty library."""
     found = next(path for name in NAMES if (path := shutil.which(name)))
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         studio = Studio(Path(folder) / "library")
@@ -23,19 +121,12 @@ def main() -> None:
         browser = playwright.chromium.launch(executable_path=found, args=list(QUIET))
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.goto(studio.address)
-        teacher = Teacher(page)
-        teacher.begin_goto()
-        for world in range(3):
-            if world:
-                teacher.new_world()
-            teacher.show_the_way()
-        teacher.new_world()
-        teacher.press("t")
-        page.wait_for_timeout(5_500)
-        page.screenshot(path=PICTURES / "studio.png")
+        yield page
         browser.close()
         studio.stop()
 
 
 if __name__ == "__main__":
-    main()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=PICTURES)
+    main(parser.parse_args().out)

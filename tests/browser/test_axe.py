@@ -24,6 +24,8 @@ AXE = Path("node_modules", "axe-core", "axe.min.js")
 SERIOUS = ("serious", "critical")
 MOST_TABS = 120
 
+Snap = Callable[[Page, str], None]
+
 
 @pytest.fixture(scope="session")
 def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
@@ -58,34 +60,40 @@ def findings(page: Page, axe: str) -> list[str]:
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_is_in_the_way_of_anybody(
-    visit: Callable[[], Page], axe: str, scheme: Literal["light", "dark"]
+    visit: Callable[[], Page], snap: Snap, axe: str, scheme: Literal["light", "dark"]
 ) -> None:
     teacher = Teacher(visit())
     page = teacher.page
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
-    wrong = {"welcome": findings(page, axe)}
+    wrong = {}
+
+    def look(name: str) -> None:
+        wrong[name] = findings(page, axe)
+        snap(page, f"{scheme}-{len(wrong)}-{name}")
+
+    look("welcome")
     teacher.click("Show me how")
-    wrong["form"] = findings(page, axe)
+    look("form")
     teacher.click("Begin")
     expect(page.get_by_role("complementary")).to_contain_text(DISTANCE)
-    wrong["begun"] = findings(page, axe)
+    look("begun")
     for key in ("ArrowLeft", "ArrowUp", "ArrowRight"):
         teacher.press(key)
         page.wait_for_timeout(300)
-    wrong["training"] = findings(page, axe)
+    look("training")
     page.get_by_role("tab", name=re.compile("Lesson")).click()
-    wrong["lesson"] = findings(page, axe)
+    look("lesson")
     teacher.press("t")
-    wrong["testing"] = findings(page, axe)
+    look("testing")
     teacher.press("ArrowUp")
-    wrong["corrected"] = findings(page, axe)
+    look("corrected")
     teacher.press("Space")
-    wrong["paused"] = findings(page, axe)
+    look("paused")
     teacher.click("Save")
     page.get_by_role("tab", name=re.compile("Library")).click()
-    wrong["library"] = findings(page, axe)
+    look("library")
     nests(teacher)
-    wrong["nested"] = findings(page, axe)
+    look("nested")
     assert not {name: each for name, each in wrong.items() if each}
 
 

@@ -15,6 +15,7 @@ from understudy.worlds.catalog import find_world
 from understudy.worlds.kits import kit_of
 
 Visit = Callable[[], Page]
+Snap = Callable[[Page, str], None]
 
 PAINTED_LATE = """
 const later = window.setTimeout;
@@ -63,6 +64,20 @@ def test_a_correction_and_back(teacher: Teacher) -> None:
     assert teacher.examples == before
 
 
+def test_examples_that_contradict_each_other_are_marked(teacher: Teacher, snap: Snap) -> None:
+    """At the same place once to the left and once to the right: one of them was a slip."""
+    teacher.press("Space")
+    for key in ("ArrowLeft", "ArrowRight"):
+        teacher.press(key)
+        teacher.press(".")
+        expect(teacher.directing("start")).to_have_attribute("aria-pressed", "false")
+        teacher.click("Reset")
+        expect(teacher.directing("start")).to_have_attribute("aria-pressed", "true")
+    teacher.page.get_by_role("tab", name=re.compile("Lesson")).click()
+    expect(teacher.page.get_by_text("2 contradict each other")).to_be_visible()
+    snap(teacher.page, "contradictions")
+
+
 def test_a_page_loaded_anew_shows_the_same(teacher: Teacher) -> None:
     teacher.press("ArrowLeft")
     teacher.page.wait_for_timeout(400)
@@ -88,11 +103,28 @@ def test_a_page_that_is_painted_late_misses_nothing(visit: Visit) -> None:
     expect(teacher.page.get_by_role("complementary")).to_contain_text("goto")
 
 
-def test_who_looks_on_cannot_direct_until_the_other_is_gone(teacher: Teacher, visit: Visit) -> None:
+def test_a_seed_is_typed_while_the_robot_goes_on(teacher: Teacher) -> None:
+    """News from the server leave what is typed as it is."""
+    teacher.page.get_by_role("combobox", name="Speed").select_option("0.25")
+    seed = teacher.page.get_by_label("seed")
+    teacher.press("ArrowLeft")
+    seed.fill("4")
+    expect(teacher.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
+    expect(seed).to_have_value("4")
+    seed.press_sequentially("2")
+    seed.press("Enter")
+    expect(teacher.page.get_by_text("World 42 from its beginning")).to_be_visible()
+    expect(seed).to_have_value("42")
+
+
+def test_who_looks_on_cannot_direct_until_the_other_is_gone(
+    teacher: Teacher, visit: Visit, snap: Snap
+) -> None:
     other = Teacher(visit())
     expect(other.directing("forward")).to_be_disabled()
     teacher.press("ArrowUp")
     expect(other.directing("forward")).to_have_attribute("aria-pressed", "true")
+    snap(other.page, "looking-on")
     teacher.page.close()
     other.page.get_by_role("button", name=re.compile("Take|Direct")).first.click()
     expect(other.directing("rotate_left")).to_be_enabled()
@@ -101,13 +133,14 @@ def test_who_looks_on_cannot_direct_until_the_other_is_gone(teacher: Teacher, vi
     expect(other.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
 
 
-def test_a_server_that_is_killed_loses_nothing(teacher: Teacher, studio: Studio) -> None:
+def test_a_server_that_is_killed_loses_nothing(teacher: Teacher, studio: Studio, snap: Snap) -> None:
     for key in ("ArrowLeft", "ArrowUp", "ArrowRight"):
         teacher.press(key)
         teacher.page.wait_for_timeout(400)
     before = teacher.examples
     studio.kill()
     expect(teacher.page.get_by_text(re.compile("[Cc]onnection|lost|gone"))).not_to_have_count(0)
+    snap(teacher.page, "connection-lost")
     studio.start()
     teacher.page.wait_for_timeout(3_000)
     teacher.page.get_by_role("button", name=re.compile("goto")).first.click()

@@ -96,6 +96,13 @@ def test_goto_from_an_empty_library(tmp_path: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == [".journals", "goto.json"]
 
 
+def test_a_lesson_begins_with_its_options(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as teacher:
+        teacher.done(**GOTO, watched=True, reaction_s=0.2)
+        desk = teacher.until_desk()["desk"]
+        assert (desk["watched"], desk["reaction_s"], desk["examples"]) == (True, 0.2, [])
+
+
 def test_back_to_a_moment_and_on_from_there(tmp_path: Path) -> None:
     """The world and the automaton go back, the lesson stays; what is done again comes out the same."""
     with served(studio(tmp_path / "library")) as client, page(client) as person:

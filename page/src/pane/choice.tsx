@@ -78,7 +78,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
         chosen={draft.features}
         choose={(features) => change({ features })}
       />
-      {!fresh && <Options draft={draft} change={change} />}
+      <Options draft={draft} change={change} />
       {asks ? (
         <div class="asks" role="alert">
           <p>{atStake(studio, draft.name)}</p>

@@ -71,13 +71,13 @@ export function Options({ draft, change }: PartProps) {
         Silence is consent: while you watch and do not press, it is doing right.
       </label>
       <label class="field">
-        <span>Reaction time, s</span>
+        <span>Reaction time</span>
         <input
           value={draft.reaction}
           inputMode="decimal"
           onInput={(event) => change({ reaction: event.currentTarget.value })}
         />
-        <span class="tiny">how late your presses come</span>
+        <span class="tiny">how late your presses come, s</span>
       </label>
     </fieldset>
   );

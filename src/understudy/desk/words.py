@@ -74,6 +74,11 @@ def recorded(examples: Sequence[Example], features: Sequence[BoundFeature]) -> s
     return ("correction: " if first.correction else "") + ", ".join(parts)
 
 
+def speed(times: float) -> str:
+    """How fast the world goes: 4 times as fast as in life."""
+    return "As fast as in life" if times == 1 else f"{times:g} times as fast as in life"
+
+
 def clock(seconds: float) -> str:
     """Minutes and seconds: 0:48.3."""
     tenths = round(seconds * 10)

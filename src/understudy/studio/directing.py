@@ -60,6 +60,8 @@ def _new(stage: Stage, message: m.New) -> None:
         flags=message.flags,
         parameters=message.parameters,
         targets=message.targets,
+        watched=message.watched,
+        reaction_s=message.reaction_s,
     )
     openings.begin(stage, message.name, choices, discard=message.discard)
 

@@ -103,6 +103,8 @@ class New(Message, frozen=True, kw_only=True, tag="new"):
     parameters: Names = []
     flags: Names = []
     targets: Targets = {}
+    watched: bool | None = None
+    reaction_s: float | None = None
     discard: bool = False
 
 

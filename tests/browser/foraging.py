@@ -1,0 +1,388 @@
+"""A person who teaches foraging at the page: looks at what is shown there, and presses, as the scripted teacher does.
+
+What they wish and what they complain of is the scripted teacher's; what they see is what the page writes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import count
+from math import inf
+from time import monotonic
+
+from playwright.sync_api import Page, expect
+from tests.browser.glance import glance
+from tests.browser.teacher import Teacher
+
+from understudy.training.demonstrators import forager
+from understudy.training.demonstrators.person import Seen, Verdict, Wish
+from understudy.training.demonstrators.teacher import Topic
+from understudy.training.screen import Screen
+
+FOOD = re.compile(r"(\d+) at home, (\d+) carried, (\d+) left")
+ARROWS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight"}
+
+REACTION_S = 0.12
+"""How long they still think about a press; that they see and press late comes by itself."""
+FIRST_FRESH = 100
+"""Robots are tried in worlds from here on, and shown things in those before."""
+PATIENCE_S, MOST_HELP = 30.0, 8
+GOES_TO = {"harvest": "nearest_food", "deposit": "station"}
+
+
+@dataclass(frozen=True, slots=True)
+class About:
+    """What a person chooses in the form, and how fast time goes while they show it and while it tries."""
+
+    topic: Topic
+    states: Sequence[str]
+    features: Sequence[str]
+    shows: int
+    tries: int
+    drives: int = 1
+    """How fast while it is on its way, where there is nothing to press."""
+    flags: bool = True
+
+
+GOTO = About(forager.GOTO, (), (), shows=1, tries=4)
+HARVEST = About(
+    forager.HARVEST,
+    ["goto(nearest_food)", "load_food"],
+    ["done", "food_left", "food_stored", "food_below_me"],
+    shows=2,
+    tries=8,
+    drives=8,
+)
+DEPOSIT = About(
+    forager.DEPOSIT,
+    ["goto(station)", "unload_food"],
+    ["done", "food_stored", "at_station"],
+    shows=2,
+    tries=8,
+    drives=8,
+)
+FORAGE = About(
+    forager.FORAGE,
+    ["harvest", "deposit"],
+    ["done", "food_stored", "food_left"],
+    shows=16,
+    tries=16,
+    flags=False,
+)
+
+
+class Forager(Teacher):
+    """One page, and a person who teaches there."""
+
+    def __init__(self, page: Page, *, said: Callable[[str], None] = lambda what: None) -> None:
+        super().__init__(page)
+        self._fresh, self._said = count(FIRST_FRESH), said
+        self.corrections, self._helped, self._times = 0, 0, 1
+
+    # What they see
+
+    def screen(self) -> Screen:
+        """What the page shows now."""
+        return glance(self.page)
+
+    @property
+    def food(self) -> tuple[int, int]:
+        """How much food is at home, and how much there is, as the page says."""
+        found = FOOD.search(self.page.get_by_role("complementary").inner_text())
+        assert found is not None
+        home, carried, left = (int(each) for each in found.groups())
+        return home, home + carried + left
+
+    # What they do
+
+    def direct(self, state: str) -> None:
+        """Direct the robot, with the key where it is an arrow; until it does that."""
+        if state in ARROWS:
+            self.press(ARROWS[state])
+        else:
+            self.actions += 1
+            self.directing(state).click()
+        expect(self.directing(state)).to_have_attribute("aria-pressed", "true")
+
+    def begin(self, about: About) -> None:
+        """Begin an automaton, chosen in the form; silence is consent."""
+        self.fill(about)
+        self.click("Begin")
+        self._begun(about.topic.name)
+
+    def fill(self, about: About) -> None:
+        """Fill in the form for an automaton; for the first one it proposes all but the options."""
+        form = self.page.locator("form.choice")
+        if about is GOTO:
+            self.click("New automaton")
+            form.get_by_label("Reaction time").fill("0.2")
+        else:
+            self.click("+ new automaton")
+            form.get_by_label("Name").fill(about.topic.name)
+            if not about.flags:
+                form.get_by_label("Flags").fill("")
+        for label in (*about.states, *about.features):
+            self.actions += 1
+            form.get_by_role("checkbox", name=label, exact=True).check()
+        self.actions += 1
+        form.get_by_role("checkbox", name="Silence is consent").check()
+
+    def _begun(self, name: str) -> None:
+        """It is trained now; what the robot did since the last was saved is saved first, where that is asked."""
+        trained = self.page.get_by_role("banner").locator(".what").filter(has_text=name)
+        asks = self.page.get_by_role("button", name=re.compile("^Save, then"))
+        expect(trained.or_(asks).first).to_be_visible()
+        if asks.is_visible():
+            self.actions += 1
+            asks.click()
+        expect(trained).to_be_visible()
+        expect(self.page.locator("form.choice")).to_have_count(0)
+
+    def open(self, name: str) -> None:
+        """Train one of the library on."""
+        self.actions += 1
+        self.page.get_by_role("tab", name="Library").click()
+        self.click(f"Open {name}")
+        self._begun(name)
+
+    def save(self) -> None:
+        """Keep it in the library, where it is not there as it is now."""
+        save = self.page.get_by_role("button", name="Save", exact=True)
+        if save.is_enabled():
+            self.click("Save")
+        expect(save).to_be_disabled()
+
+    def world(self, seed: int, target: str | None = None) -> None:
+        """The world of a number, and what A stands for in it."""
+        self.actions += 1
+        field = self.page.get_by_label("seed")
+        field.fill(str(seed))
+        field.press("Enter")
+        expect(field).not_to_be_focused()
+        expect(field).to_have_value(str(seed))
+        if target is not None:
+            self.stand_for(target)
+        self.page.wait_for_timeout(250)
+
+    def stand_for(self, target: str) -> None:
+        """Let A stand for something."""
+        choice = self.page.get_by_label("What A stands for")
+        if choice.input_value() != target:
+            self.actions += 1
+            choice.select_option(target)
+            expect(choice).to_have_value(target)
+            self.page.wait_for_timeout(250)
+
+    def speed(self, times: int) -> None:
+        """How fast time goes."""
+        if times != self._times:
+            self._times = times
+            choice = self.page.get_by_role("combobox", name="Speed")
+            self.actions += 1
+            choice.select_option(str(times))
+            expect(choice).to_have_value(str(times))
+
+    def afresh(self) -> None:
+        """The automaton from its start state, the robot where it is."""
+        self.click("start afresh")
+        expect(self.directing("start")).to_have_attribute("aria-pressed", "true")
+        self.page.wait_for_timeout(250)
+
+    def test(self) -> None:
+        """Let it decide by itself."""
+        testing = self.page.get_by_role("button", name="Testing")
+        if testing.get_attribute("aria-pressed") != "true":
+            self.press("t")
+        expect(testing).to_have_attribute("aria-pressed", "true")
+
+    # Watching
+
+    def show(self, about: About, *, until: Seen | None = None) -> None:
+        """Direct the robot to whatever they wish."""
+        topic = about.topic
+
+        def wish(screen: Screen) -> str | None:
+            self.speed(about.drives if screen.state == "goto" else about.shows)
+            return topic.show(screen)
+
+        until = until or topic.finished
+        while self.watch(wish, until=until, limit_s=topic.limit_s, patience_s=PATIENCE_S) is Verdict.LOST:
+            self.correct_below(about)
+
+    def try_out(self, about: About) -> Verdict:
+        """Let it show what it learned, and correct the first thing that looks wrong."""
+        topic = about.topic
+        self.speed(about.tries)
+        self.test()
+        return self.watch(
+            topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=PATIENCE_S, corrects=True
+        )
+
+    def correct(self, wish: Wish) -> bool:
+        """Let time stand still, press what is right if it still is, and let it try on; whether it was.
+
+        So nothing is recorded that they only did not prevent in time.
+        """
+        self.press("Space")
+        expect(self.page.get_by_role("button", name="Go on")).to_be_visible()
+        self.page.wait_for_timeout(200)
+        screen = self.screen()
+        wished = wish(screen)
+        wrong = wished is not None and wished != screen.state
+        if wished is not None and wrong:
+            self.directing(wished).click()
+            self.press(".")
+            expect(self.directing(wished)).to_have_attribute("aria-pressed", "true")
+            self.actions += 1
+            self.test()
+        self.press("Space")
+        expect(self.page.get_by_role("button", name="Pause")).to_be_visible()
+        return wrong
+
+    def watch(
+        self, wish: Wish, *, until: Seen, limit_s: float, patience_s: float = inf, corrects: bool = False
+    ) -> Verdict:
+        """Press what they wish where it is not so, until they have seen enough or lost patience."""
+        path: tuple[str, ...] = ()
+        began = changed = self.screen().time_s
+        hand: tuple[str, float] | None = None
+        while (screen := self.screen()).time_s - began < limit_s:
+            wished = wish(screen)
+            if wished is None or wished == screen.state:
+                hand = None
+                if screen.waiting is None and until(screen):
+                    return Verdict.ENOUGH
+            elif hand is None or hand[0] != wished:
+                hand = wished, monotonic() + REACTION_S
+            elif monotonic() >= hand[1]:
+                hand = None
+                if not corrects:
+                    self.direct(wished)
+                elif self.correct(wish):
+                    return Verdict.CORRECTED
+            if screen.path != path:
+                path, changed = screen.path, screen.time_s
+            if screen.time_s - changed > patience_s:
+                return Verdict.LOST
+            self.page.wait_for_timeout(20)
+        return Verdict.LOST
+
+    def let_alone(self, *, limit_s: float) -> None:
+        """Hands off, as fast as it goes, until all food is home."""
+        self.speed(16)
+        self.test()
+        actions = self.actions
+        while (food := self.food)[0] < food[1]:
+            assert self.screen().time_s < limit_s, f"{food[0]} of {food[1]} at home: {self.screen()}"
+            self.page.wait_for_timeout(100)
+        assert self.actions == actions
+
+    # Teaching
+
+    def teach(self, about: About, *, passes: int, most: int = 30) -> None:
+        """Let it try in fresh worlds, and correct it, until so many tries in a row needed no correction."""
+        passed = tried = 0
+        fresh = True
+        while passed < passes:
+            tried += 1
+            assert tried <= most, f"{about.topic.name} did not come right in {most} tries"
+            if fresh:
+                self.world(
+                    next(self._fresh), ("station", "nearest_food")[tried % 2] if about is GOTO else None
+                )
+            verdict = self.try_out(about)
+            self._said(f"{about.topic.name}: try {tried} {verdict.name.lower()}")
+            passed = passed + 1 if verdict is Verdict.ENOUGH else 0
+            fresh = verdict is not Verdict.CORRECTED
+            if verdict is Verdict.LOST:
+                self.help(about)
+            self.corrections += verdict is not Verdict.ENOUGH
+
+    def help(self, about: About) -> None:
+        """Where it lost its way: correct what is below, or show it from there."""
+        if "goto" in self.screen().path:
+            self.correct_below(about)
+        else:
+            self.press("t")
+            self.show(about)
+
+    def correct_below(self, about: About) -> None:
+        """Open goto where it lost its way, and correct it there; where it needs nothing there, show a way once more."""
+        path = self.screen().path
+        self._helped += 1
+        assert about is not GOTO, f"{about.topic.name} lost its way: {self.screen()}"
+        assert "goto" in path, f"{about.topic.name} lost its way: {self.screen()}"
+        assert self._helped <= MOST_HELP, f"{about.topic.name} lost its way again: {self.screen()}"
+        above = path[path.index("goto") - 1] if path.index("goto") else about.topic.name
+        self.save()
+        self.open("goto")
+        self.stand_for(GOES_TO[above])
+        corrections = self.corrections
+        while (verdict := self.try_out(GOTO)) is Verdict.CORRECTED:
+            self.corrections += 1
+        self._said(
+            f"goto, which {above} runs: {verdict.name.lower()}, {self.corrections - corrections} corrections"
+        )
+        if verdict is Verdict.LOST:
+            self.help(GOTO)
+        elif self.corrections == corrections and about is not DEPOSIT:  # which needs the load it has here
+            self.way(self._helped % len(WAYS))
+        self.save()
+        self.open(about.topic.name)
+
+    def way(self, number: int) -> None:
+        """Show goto one of its ways."""
+        seed, target = WAYS[number]
+        self.world(seed, target)
+        self.show(GOTO)
+
+
+WAYS = ((1, "station"), (13, "nearest_food"), (47, "station"), (32, "nearest_food"))
+"""Worlds to show the way in, and where to: near on the left and on the right, far on the right and on the left."""
+PLENTY, LAST, TWO_WAYS = 6, 42, 8
+"""Worlds with 34, 10 and 13 units of food."""
+
+
+def teach_goto(person: Forager, *, passes: int = 6) -> None:
+    """From both sides, near and far; then let it try."""
+    person.begin(GOTO)
+    for number in range(len(WAYS)):
+        person.way(number)
+    person.teach(GOTO, passes=passes)
+    person.save()
+
+
+def teach_harvest(person: Forager, *, passes: int = 3) -> None:
+    """Show it, then let it try."""
+    person.world(PLENTY)
+    person.begin(HARVEST)
+    show_harvest(person)
+    person.teach(HARVEST, passes=passes)
+    person.save()
+
+
+def show_harvest(person: Forager) -> None:
+    """Until it is full, that it is full, and until no food is left."""
+    person.show(HARVEST)
+    person.afresh()
+    person.show(HARVEST)
+    person.world(LAST)
+    person.show(HARVEST)
+
+
+def teach_deposit(person: Forager) -> None:
+    """With what it has just harvested."""
+    person.begin(DEPOSIT)
+    person.show(DEPOSIT)
+    person.save()
+
+
+def teach_forage(person: Forager) -> None:
+    """One round with two ways."""
+    person.world(TWO_WAYS)
+    person.begin(FORAGE)
+    person.show(FORAGE)
+    person.teach(FORAGE, passes=1)
+    person.save()

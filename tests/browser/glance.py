@@ -1,0 +1,62 @@
+"""What a person takes in at a glance at the page: the screen of the session, read off what is written there."""
+
+from __future__ import annotations
+
+import re
+from math import nan, radians
+from typing import Any
+
+from playwright.sync_api import Page
+
+from understudy.model.kinds import NO, YES
+from understudy.training.screen import Screen
+from understudy.training.trainee import Mode
+
+LOOK = """() => {
+  const all = (selector) => [...document.querySelectorAll(selector)];
+  const text = (selector) => document.querySelector(selector)?.innerText ?? "";
+  return {
+    features: all(".reading").map((each) => each.innerText.split("\\n").slice(0, 2)),
+    states: all(".state").map(({ dataset }) => dataset.state),
+    state: all(".state.on").map(({ dataset }) => dataset.state)[0] ?? "",
+    flag: all(".state.flag.on").length > 0,
+    waiting: all(".state.waiting").map(({ dataset }) => dataset.state)[0] ?? null,
+    testing: text(".modes [aria-pressed=true]") === "Testing",
+    clock: text(".time"),
+    path: text(".path"),
+    examples: Number(text("#tab-lesson").replace(/\\D+/g, "")),
+  };
+}"""
+"""All that a person takes in at a glance."""
+NAMES = re.compile(r"\w+")
+CLOCK = re.compile(r"(\d+):([\d.]+)")
+
+
+def glance(page: Page) -> Screen:
+    """What the page shows now."""
+    seen: dict[str, Any] = page.evaluate(LOOK)
+    clock = CLOCK.search(seen["clock"])
+    return Screen(
+        time_s=int(clock[1]) * 60 + float(clock[2]) if clock else 0.0,
+        mode=Mode.TESTING if seen["testing"] else Mode.TRAINING,
+        state=seen["state"],
+        path=tuple(NAMES.findall(seen["path"])[1:]) or (seen["state"],),
+        flag=seen["state"] if seen["flag"] else None,
+        features={label: written(text) for label, text in seen["features"]},
+        states=tuple(seen["states"]),
+        targets={},
+        waiting=seen["waiting"],
+        examples=seen["examples"],
+        undoable=None,
+        redoable=None,
+    )
+
+
+def written(text: str) -> float:
+    """A value as the page writes it: 3.42 m, −31°, yes; angles in rad, a dash where it is absent."""
+    if text in ("yes", "no"):
+        return YES if text == "yes" else NO
+    found = re.match(r"-?[\d.]+", text.replace("−", "-"))
+    if found is None:
+        return nan
+    return radians(float(found[0])) if text.endswith("°") else float(found[0])

@@ -1,0 +1,47 @@
+"""From an empty library to a robot that forages, with real clicks and keys at the page alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from sys import stderr
+from time import monotonic
+
+import pytest
+from playwright.sync_api import Page
+from tests.browser.foraging import Forager, teach_deposit, teach_forage, teach_goto, teach_harvest
+
+from understudy.training.demonstrators.forager import CAPACITY
+
+UNSEEN = (2_000, 2_001)
+"""Worlds that nobody taught or tried the robot in, with 15 and 49 units of food."""
+LIMIT_S = 1_000
+"""In the world's time."""
+MOST_SECONDS = 600
+"""To forage within ten minutes, by the clock on the wall."""
+
+
+def test_a_robot_learns_to_harvest(visit: Callable[[], Page]) -> None:
+    """What was taught before is a state of what is taught next."""
+    person = Forager(visit())
+    teach_goto(person, passes=3)
+    teach_harvest(person, passes=2)
+
+
+@pytest.mark.soak
+def test_a_robot_learns_to_forage(visit: Callable[[], Page]) -> None:
+    """It brings all food home, on more ways than one, in worlds it has not seen, and nobody presses anything."""
+    began = monotonic()
+
+    def say(what: str) -> None:
+        stderr.write(f"{monotonic() - began:6.1f} s {person.actions:4} actions  {what}\n")
+
+    person = Forager(visit(), said=say)
+    for teach in (teach_goto, teach_harvest, teach_deposit, teach_forage):
+        teach(person)
+        say(teach.__name__)
+    for seed in UNSEEN:
+        person.world(seed)
+        assert person.food[1] > CAPACITY
+        person.let_alone(limit_s=LIMIT_S)
+        say(f"{person.food[0]} units at home")
+    assert monotonic() - began < MOST_SECONDS
