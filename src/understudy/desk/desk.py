@@ -14,7 +14,7 @@ from understudy.desk import words
 from understudy.desk.journals import alike
 from understudy.desk.keys import Keys, drive_keys, state_keys
 from understudy.desk.memory import Memory
-from understudy.desk.pace import Pace, known_speed, said_speed
+from understudy.desk.pace import Pace, known_speed
 from understudy.desk.plan import Choices
 from understudy.desk.why import Switch, Why
 from understudy.errors import SessionError
@@ -182,18 +182,8 @@ class Desk:
 
     def set_speed(self, speed: float) -> None:
         """The world goes at one of the speeds there are."""
-<<<<<<< HEAD
         self.pace.speed = known_speed(speed, "the trainer")
-        self.said = Said(said_speed(speed))
-=======
-        if speed not in SPEEDS:
-            known = ", ".join(f"{each:g}" for each in SPEEDS)
-            raise SettingError(
-                where="the trainer", setting="speed", problem=f"is {speed:g}", remedy=f"give one of {known}"
-            )
-        self.pace.speed = speed
         self.said = Said(words.speed(speed))
->>>>>>> forage
 
     def _set_pace(self) -> None:
         stands = self.paused or self.held or (self.driving and self.steering is None)
@@ -202,20 +192,12 @@ class Desk:
     def faster(self) -> None:
         """The world goes faster."""
         self.pace.faster()
-<<<<<<< HEAD
-        self.said = Said(said_speed(self.pace.speed))
-=======
         self.said = Said(words.speed(self.pace.speed))
->>>>>>> forage
 
     def slower(self) -> None:
         """The world goes slower."""
         self.pace.slower()
-<<<<<<< HEAD
-        self.said = Said(said_speed(self.pace.speed))
-=======
         self.said = Said(words.speed(self.pace.speed))
->>>>>>> forage
 
     # Pressing
 

@@ -29,11 +29,6 @@ def known_speed(speed: float, where: str) -> float:
     return speed
 
 
-def said_speed(speed: float) -> str:
-    """A speed in words."""
-    return "As fast as it goes" if isinf(speed) else f"{speed:g} times as fast as in life"
-
-
 class Pace:
     """The world's clockwork; it stands still at first."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from math import degrees, isnan
+from math import degrees, inf, isnan
 
 from understudy.model.example import Example, ExampleKind
 from understudy.model.feature import BoundFeature
@@ -76,6 +76,8 @@ def recorded(examples: Sequence[Example], features: Sequence[BoundFeature]) -> s
 
 def speed(times: float) -> str:
     """How fast the world goes: 4 times as fast as in life."""
+    if times == inf:
+        return "As fast as it goes"
     return "As fast as in life" if times == 1 else f"{times:g} times as fast as in life"
 
 
