@@ -15,7 +15,7 @@ import { Timeline } from "./timeline";
 import type { Tour } from "./tour";
 import { WorldView } from "./world/canvas";
 
-const BUTTONS = "button:not([role=tab]), [role=button]";
+const BUTTONS = "button, [role=button]";
 
 export function App({ studio, panel, tour }: { studio: Studio; panel: Panel; tour: Tour }) {
   const around = useMemo(() => ({ studio, panel, tour }), [studio, panel, tour]);

@@ -15,7 +15,7 @@ export function Standing() {
       <h2>Parameters</h2>
       {desk.parameters.map((parameter) => (
         <label class="row" key={parameter}>
-          <b>{parameter}</b> <span class="soft">stands for</span>
+          <b>{parameter}</b> <span class="soft">is</span>
           <select
             value={desk.targets[parameter] ?? ""}
             disabled={!studio.directs}
