@@ -13,7 +13,7 @@ from understudy.errors import UnknownName
 from understudy.experiments.catalog import QUESTIONS, find_experiment, folder_of
 from understudy.experiments.experiment import Experiment, Findings, Plan, Row, Task
 from understudy.experiments.kept import FORMER, NAME, Kept
-from understudy.experiments.published import differences, published
+from understudy.experiments.published import differences, published, read, save
 from understudy.experiments.running import run
 
 
@@ -121,3 +121,10 @@ def test_processes_side_by_side_find_the_same(tmp_path: Path) -> None:
     rows = run(experiment, plan, Kept("forage", tmp_path), jobs=2)
     assert differences(rows, known, experiment) == []
     assert [row["task"]["method"] for row in rows] == ["watched", "plain"]
+
+
+def test_a_result_reads_back_as_it_was(tmp_path: Path) -> None:
+    known = published("forage")
+    assert known is not None
+    save(known, tmp_path / "result.json")
+    assert read(tmp_path / "result.json") == known

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isclose
 from pathlib import Path
 from typing import Any
@@ -32,9 +32,11 @@ class Result:
 
 
 def save(result: Result, path: Path) -> None:
-    """Put a result in a file."""
+    """Put a result in a file, a row a line."""
+    head = msgspec.json.format(msgspec.json.encode(replace(result, rows=[])), indent=1)
+    rows = b",\n".join(msgspec.json.encode(row) for row in result.rows)
     with failing(path, "writing the result"):
-        write(path, msgspec.json.format(msgspec.json.encode(result), indent=1) + b"\n")
+        write(path, head.replace(b'"rows": []', b'"rows": [\n' + rows + b"\n ]") + b"\n")
 
 
 def published(name: str) -> Result | None:
@@ -42,6 +44,11 @@ def published(name: str) -> Result | None:
     path = folder_of(name) / EXPECTED
     if not path.is_file():
         return None
+    return read(path)
+
+
+def read(path: Path) -> Result:
+    """A result out of a file."""
     return msgspec.json.decode(path.read_bytes(), type=Result)
 
 
