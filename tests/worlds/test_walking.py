@@ -14,6 +14,7 @@ from understudy.worlds.soccer import (
     POSITIONS,
     PUSHED_LEFT,
     PUSHED_RIGHT,
+    Push,
     Soccer,
     Start,
     X,

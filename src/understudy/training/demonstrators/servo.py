@@ -88,6 +88,33 @@ class Stateless:
         return "walk_forward"
 
 
+@dataclass(frozen=True, slots=True)
+class ThenStop:
+    """Teaches to approach as `approach` does and to stop there, all in one automaton with a flag `done`.
+
+    `too_early_px` is how small the ball is where it has plainly stopped too early.
+    """
+
+    approach: Wish
+    too_early_px: float = 0.6 * THERE_PX
+
+    def __call__(self, screen: Screen) -> str | None:
+        """The state it would rather have the robot in."""
+        size = screen.features["blob_size(ball)"]
+        if screen.state == "done":
+            seen_small = size < self.too_early_px
+            return ("forwardL" if blob_x(screen) < MIDDLE_PX else "forwardR") if seen_small else None
+        return "done" if size >= THERE_PX else self.approach(screen)
+
+
+def show_approach_then_stop(screen: Screen) -> str | None:
+    """The same in two layers: run `approach`, taught before, until the ball is large enough, then `done`."""
+    size = screen.features["blob_size(ball)"]
+    if screen.state == "done":
+        return "approach" if size < 0.6 * THERE_PX else None
+    return "done" if size >= THERE_PX else "approach"
+
+
 def four_states(library: Library, name: str = "approach") -> Lesson:
     """An empty lesson with the paper's four states."""
     return new_lesson(library, name, states=FOUR_STATES, features=FEATURES)
