@@ -126,11 +126,11 @@ def stateless(library: Library, name: str = "approach") -> Lesson:
 
 
 def _left(screen: Screen) -> bool:
-    return blob_x(screen) < MIDDLE_PX - 30.0
+    return blob_x(screen) < MIDDLE_PX - 50.0
 
 
 def _right(screen: Screen) -> bool:
-    return blob_x(screen) > MIDDLE_PX + 30.0
+    return blob_x(screen) > MIDDLE_PX + 50.0
 
 
 def _lost(screen: Screen) -> bool:
@@ -150,8 +150,8 @@ def topic(show: Wish, complain: Wish, *, stateful: bool, tries: int = 3, limit_s
             Case(ANYWHERE, suits=_left),
             Case(ANYWHERE, suits=_right),
             Case(ANYWHERE, suits=_lost),
-            Case(ANYWHERE, suits=_right, push=Push(forward[1], "turn_left", PUSH_S)),
-            Case(ANYWHERE, suits=_left, push=Push(forward[0], "turn_right", PUSH_S)),
+            Case(ANYWHERE, suits=_right, push=Push(forward[1], "turn_right", PUSH_S)),
+            Case(ANYWHERE, suits=_left, push=Push(forward[0], "turn_left", PUSH_S)),
         ),
         tries=tries,
         limit_s=limit_s,
@@ -160,7 +160,7 @@ def topic(show: Wish, complain: Wish, *, stateful: bool, tries: int = 3, limit_s
 
 ANYWHERE = "anywhere"
 """The practice: the ball anywhere around the robot."""
-PUSH_S = 1.5
+PUSH_S = 1.3
 SIDES = ("left", "right")
 
 
