@@ -190,7 +190,8 @@ def _notes(found: Any, lost: Any, edges: Any) -> tuple[str, ...]:
     return (
         f"Pushed to either side, one push in two goes where the policy turns anyway: even the robot written by hand is "
         f"only ×{most:.2f} as fast as it, so that ×{FASTER} is out of reach of any robot with these speeds. A larger "
-        "push, an earlier one, watched examples and a reaction time were tried on other seeds and came to no more than ×1.3.",
+        "push, an earlier one, watched examples and a reaction time were tried on other seeds and came to no more "
+        "than ×1.3.",
         "State helps where the robot saw on which side the ball went, and a policy would turn the other way. It does "
         "not help from a start without the ball, where nobody has seen anything; nor, while nothing pushes the robot, "
         "beside a teacher who keeps the ball in the frame: that one is even a little faster "
