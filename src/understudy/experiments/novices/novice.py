@@ -56,11 +56,10 @@ class Novice(Person):
         while self.seconds < MINUTES_S:
             body.starts = [STARTS[traits.situations[turn % len(traits.situations)]]]
             session.reset(FIRST_SEED + int(draws.integers(2**40)))
-            self.seconds += traits.carry_s
+            self.seconds = min(MINUTES_S, self.seconds + traits.carry_s)
             self._side = None
             left = MINUTES_S - self.seconds
-            if left > 0:
-                self.show(session, self.wish, until=self.there, limit_s=min(traits.patience_s, left))
+            self.show(session, self.wish, until=self.there, limit_s=min(traits.patience_s, left))
             turn += 1
         return session.taught()
 
