@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SEEDS = range(53_000, 53_100)
-SENSITIVITY = 30
+SENSITIVITY = 50
 """How many of the novices, the first ones, are run again with each trait changed."""
 FACTORS = (0.5, 1.5)
 TRIALS = 10
@@ -101,6 +101,14 @@ def succeeded(row: Row) -> bool:
     return bool(row["reached"] >= SUCCESS * TRIALS * len(POSITIONS))
 
 
+def everywhere(row: Row) -> bool:
+    """Whether it does so in half of the trials from each position: a stricter reading, told beside."""
+    return all(
+        sum(each is not None and each == each for each in row["times"][p]) >= SUCCESS * TRIALS
+        for p in POSITIONS
+    )
+
+
 def base(rows: Sequence[Row]) -> list[Row]:
     """Those of the novices as they are."""
     return [row for row in rows if "trait" not in row["task"]]
@@ -111,9 +119,9 @@ def changed(rows: Sequence[Row], trait: str, factor: float) -> list[Row]:
     return [row for row in rows if row["task"].get("trait") == trait and row["task"]["factor"] == factor]
 
 
-def share(rows: Sequence[Row]) -> dict[str, Any]:
+def share(rows: Sequence[Row], well: Callable[[Row], bool] = succeeded) -> dict[str, Any]:
     """How many of them succeed, with the 95 % interval of the share."""
-    count, of = sum(map(succeeded, rows)), len(rows)
+    count, of = sum(map(well, rows)), len(rows)
     low, high = interval_of_share(count, of)
     return {"succeed": count, "of": of, "low": round(low, 4), "high": round(high, 4)}
 
@@ -127,43 +135,45 @@ def _said(found: Mapping[str, Any]) -> str:
 def conclude(rows: Sequence[Row]) -> Findings:
     """How many succeed, how fast their robots are, what separates those who fail, and what it hangs on."""
     novices = base(rows)
-    all_, good = share(novices), [row for row in novices if succeeded(row)]
+    half, each_ = share(novices), share(novices, everywhere)
     sensitivity = {
-        trait: {str(factor): share(changed(rows, trait, factor)) for factor in FACTORS} for trait in RANGES
+        trait: {str(factor): both(changed(rows, trait, factor)) for factor in FACTORS} for trait in RANGES
     }
-    same = share(novices[:SENSITIVITY])
-    always = sum(row["reached"] == TRIALS * len(POSITIONS) for row in novices)
-    positions = {position: _times(good, position) for position in POSITIONS}
-    times = [each for seconds in positions.values() for each in seconds]
+    same = both(novices[:SENSITIVITY])
+    times = [median for row in novices if succeeded(row) for median in _medians([row])]
     return Findings(
-        headline=f"{all_['succeed']} of {all_['of']} simulated novices (95 % interval "
-        f"{100 * all_['low']:.0f} to {100 * all_['high']:.0f} %) teach a robot to walk up to the ball in five minutes, "
-        f"without a test or a correction; the paper's were 4 of 5 people. {always} of {all_['of']} robots get there in "
-        f"every trial. The median trial of those who succeed takes {np.median(times):.0f} s.",
+        headline=f"{half['succeed']} of {half['of']} simulated novices (95 % interval {100 * half['low']:.0f} to "
+        f"{100 * half['high']:.0f} %) teach a robot in five minutes to reach the ball in half of its trials at least, "
+        f"by themselves and without a test or a correction (the paper: 4 of 5 people); their median robot takes "
+        f"{np.median(times):.0f} s. But only {each_['succeed']} of {each_['of']} manage it from each of the three "
+        "positions: the others' robots do not find a ball that they do not see at first.",
         tables=(
             Table(
-                f"From each position, {len(good)} novices who succeed",
+                f"From each position, {len(novices)} novices",
                 (
                     "",
+                    "#novices who succeed from there",
                     "#trials that reach the ball",
-                    "#seconds, median over novices",
-                    "#slowest tenth of trials, s",
+                    "#seconds, median of each robot",
                 ),
-                [_position(good, position) for position in POSITIONS],
+                [_position(novices, position) for position in POSITIONS],
             ),
             Table(
-                "What separates those who fail",
+                "Who succeeds",
+                ("", "#in half of all trials", "#from each position"),
+                [(who, *(_said(found) for found in both(of).values())) for who, of in _groups(novices)],
+            ),
+            Table(
+                "What separates those who succeed from each position",
                 ("", "#succeed", "#fail", "#p"),
                 [_separated(novices, trait, read) for trait, read in READ.items()],
             ),
             Table(
-                "Who succeeds", ("", "#succeed"), [(who, _said(share(of))) for who, of in _groups(novices)]
-            ),
-            Table(
-                f"Success of the first {same['of']} novices with one trait changed; as they are: {_said(same)}",
-                ("", *(f"#×{factor}" for factor in FACTORS)),
+                f"The first {same['half']['of']} novices with one trait changed; as they are, {_said(same['half'])} "
+                f"succeed, and {_said(same['everywhere'])} from each position",
+                ("", *(f"#{what}, ×{factor}" for what in ("half", "each") for factor in FACTORS)),
                 [
-                    (trait, *(_said(found[str(factor)]) for factor in FACTORS))
+                    (trait, *(_said(found[str(factor)][what]) for what in same for factor in FACTORS))
                     for trait, found in sensitivity.items()
                 ],
             ),
@@ -172,47 +182,61 @@ def conclude(rows: Sequence[Row]) -> Findings:
             Goal(
                 "novices who succeed, from the automaton alone",
                 f"{WANTED:.0%}",
-                _said(all_),
-                all_["succeed"] >= WANTED * all_["of"],
+                _said(half),
+                half["succeed"] >= WANTED * half["of"],
             ),
         ),
-        notes=_notes(novices, sensitivity, same),
-        numbers={"all": all_, "always": always, "sensitivity": sensitivity, "first": same},
+        notes=_notes(novices),
+        numbers={"half": half, "everywhere": each_, "sensitivity": sensitivity, "first": same},
     )
 
 
-READ = {
-    "reaction, s": ("reaction_s", 2),
-    "slips": ("slips", 3),
-    "lapses": ("lapses", 2),
-    "misjudged": ("misjudged", 2),
-    "off the middle, px": ("off_middle_px", 0),
+READ: Mapping[str, tuple[Callable[[Row], float], int]] = {
+    "mean reaction, s": (lambda row: row["traits"]["reaction_s"], 2),
+    "chance of a slip": (lambda row: row["traits"]["slips"], 3),
+    "share of time not looking": (lambda row: row["traits"]["lapses"], 2),
+    "misjudged, either way": (lambda row: abs(row["traits"]["misjudged"]), 2),
+    "off the middle, either way, px": (lambda row: abs(row["traits"]["off_middle_px"]), 0),
+    "situations shown, of 3": (lambda row: len(row["traits"]["situations"]), 0),
+    "presses that slipped": (lambda row: row["slipped"], 0),
+    "presses": (lambda row: row["presses"], 0),
 }
 
 
-def _separated(rows: Sequence[Row], what: str, read: tuple[str, int]) -> tuple[str, str, str, str]:
-    trait, digits = read
-    groups = [[abs(row["traits"][trait]) for row in rows if succeeded(row) is well] for well in (True, False)]
-    p = f"{differ(*groups):.2g}" if all(groups) else ""
-    return (what, told(groups[0], digits), told(groups[1], digits), p)
+def both(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
+    """`share` by either reading of success."""
+    return {"half": share(rows), "everywhere": share(rows, everywhere)}
+
+
+def _separated(
+    rows: Sequence[Row], what: str, read: tuple[Callable[[Row], float], int]
+) -> tuple[str, str, str, str]:
+    value, digits = read
+    good, bad = ([value(row) for row in rows if everywhere(row) is well] for well in (True, False))
+    p = f"{differ(good, bad):.2g}" if good and bad else ""
+    return (what, told(good, digits), told(bad, digits), p)
 
 
 def _groups(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
     """Novices by what they understood, thought of and do."""
+    mistakes = {
+        UNDERSTOOD: "understood forwardL and forwardR",
+        **{each: f"misunderstood: {each}" for each in MISTAKES},
+    }
+    traits = [(row, row["traits"]) for row in rows]
     return [
+        ("all", list(rows)),
         *(
-            (
-                f"forwardL and forwardR misunderstood: {mistake}",
-                [r for r in rows if r["traits"]["mistake"] == mistake],
-            )
-            for mistake in (UNDERSTOOD, *MISTAKES)
+            (said, [row for row, of in traits if of["mistake"] == mistake])
+            for mistake, said in mistakes.items()
         ),
+        ("showed all situations", [row for row, of in traits if len(of["situations"]) == len(SITUATIONS)]),
         *(
-            (f"never showed: {each}", [r for r in rows if each not in r["traits"]["situations"]])
+            (f"never showed: {each}", [row for row, of in traits if each not in of["situations"]])
             for each in SITUATIONS
         ),
-        ("turn only once the ball is lost", [r for r in rows if not r["traits"]["edge_px"]]),
-        ("turn at the edge of the frame too", [r for r in rows if r["traits"]["edge_px"]]),
+        ("turn only once the ball is lost", [row for row, of in traits if not of["edge_px"]]),
+        ("turn at the edge of the frame too", [row for row, of in traits if of["edge_px"]]),
     ]
 
 
@@ -220,39 +244,34 @@ def _times(rows: Sequence[Row], position: str) -> list[float]:
     return [each for row in rows for each in row["times"][position] if each is not None and each == each]
 
 
+def _medians(rows: Sequence[Row], positions: Sequence[str] = tuple(POSITIONS)) -> list[float]:
+    """The median time of each robot over the trials in which it gets there."""
+    found = [[each for position in positions for each in _times([row], position)] for row in rows]
+    return [float(np.median(each)) for each in found if each]
+
+
 def _position(rows: Sequence[Row], position: str) -> tuple[str, str, str, str]:
-    reached = _times(rows, position)
-    own = [np.median(found) for row in rows if (found := _times([row], position))]
-    slow = f"over {np.percentile(reached, 90):.0f}" if reached else ""
-    return (position, f"{len(reached)} of {TRIALS * len(rows)}", told(own, 1), slow)
+    good = [row for row in rows if len(_times([row], position)) >= SUCCESS * TRIALS]
+    low, high = interval_of_share(len(good), len(rows))
+    said = f"{len(good)} of {len(rows)} ({100 * low:.0f}–{100 * high:.0f} %)"
+    reached = f"{len(_times(rows, position))} of {TRIALS * len(rows)}"
+    return (position, said, reached, told(_medians(good, [position]), 1))
 
 
-def _notes(
-    novices: Sequence[Row], sensitivity: Mapping[str, Any], same: Mapping[str, Any]
-) -> tuple[str, ...]:
-    never = [row for row in novices if row["reached"] == 0]
-    lowest = (
-        min(
-            (found["succeed"] / found["of"], trait, factor)
-            for trait, by in sensitivity.items()
-            for factor, found in by.items()
-            if found["of"]
-        )
-        if all(found["of"] for by in sensitivity.values() for found in by.values())
-        else None
+def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
+    never = sum(row["reached"] == 0 for row in novices)
+    always = sum(row["reached"] == TRIALS * len(POSITIONS) for row in novices)
+    return (
+        f"Success was defined before any novice was run: the ball is reached in {SUCCESS:.0%} of thirty trials, within "
+        f"120 s each. {always} of {len(novices)} robots get there in every trial, and {never} in none, as the paper's "
+        "fifth.",
+        "Why robots do not find a ball that they do not see at first, from twenty novices on other seeds: of nine of "
+        "them six were never put where it could not be seen, and walk straight on; three had, each way once, been "
+        "turned back after they had turned past the ball, so that while nothing is seen left says right and right says "
+        "left. What is pressed outvotes what is recorded by itself, and one test would have shown it.",
+        "The model is no person: it lacks people who do not understand at all what they are to do, and those who ask. "
+        "Its traits were fixed, with their sources, before the first run and not touched since.",
     )
-    notes = [
-        f"To succeed is to get to the ball in {SUCCESS:.0%} of thirty trials, within 120 s each; it was defined before "
-        f"any novice was run. Robots that never get there, as the paper's fifth: {len(never)} of {len(novices)}.",
-        "The model is no person: what it lacks is people who do not understand at all what they are to do. Traits were "
-        "fixed, with sources, before the first run, and not touched.",
-    ]
-    if lowest is not None:
-        notes.append(
-            f"The lowest share with one trait changed is {lowest[0]:.0%} ({lowest[1]} ×{lowest[2]}); with all as they "
-            f"are it is {same['succeed'] / same['of']:.0%} of the same novices."
-        )
-    return tuple(notes)
 
 
 def draw(rows: Sequence[Row]) -> Figure:
@@ -278,20 +297,23 @@ def draw(rows: Sequence[Row]) -> Figure:
 
 
 def _draw_changes(axes: Axes, rows: Sequence[Row]) -> None:
-    """Success with each trait changed, with intervals."""
-    same = share(base(rows)[:SENSITIVITY])
-    axes.axvline(100 * same["succeed"] / same["of"], color="#6b7280", linewidth=1, linestyle=":")
+    """Success with each trait changed: filled, in half of all trials; hollow, from each position."""
+    same = both(base(rows)[:SENSITIVITY])
+    for now in same.values():
+        axes.axvline(100 * now["succeed"] / now["of"], color="#6b7280", linewidth=1, linestyle=":")
     for factor, color, up in zip(FACTORS, COLORS, (0.14, -0.14), strict=False):
-        found = [share(changed(rows, trait, factor)) for trait in RANGES]
-        at = [(k + up, each) for k, each in enumerate(found) if each["of"]]
-        axes.hlines(
-            [y for y, _ in at], [100 * e["low"] for _, e in at], [100 * e["high"] for _, e in at], color=color
-        )
-        middle = [100 * each["succeed"] / each["of"] for _, each in at]
-        axes.plot(middle, [y for y, _ in at], "o", color=color, markersize=4, label=f"×{factor}")
+        for what, fill in (("half", color), ("everywhere", "white")):
+            found = [both(changed(rows, trait, factor))[what] for trait in RANGES]
+            at = [(k + up, each) for k, each in enumerate(found) if each["of"]]
+            low, high = ([100 * each[end] for _, each in at] for end in ("low", "high"))
+            middle = [100 * each["succeed"] / each["of"] for _, each in at]
+            heights = [height for height, _ in at]
+            axes.hlines(heights, low, high, color=color, linewidth=1)
+            label = f"×{factor}" if fill == color else None
+            axes.plot(middle, heights, "o", color=color, markerfacecolor=fill, markersize=4.5, label=label)
     axes.set_yticks(range(len(RANGES)), list(RANGES))
     axes.set_xlim(0, 103)
-    axes.set_xlabel("novices who succeed, %")
+    axes.set_xlabel("novices who succeed, %\n(hollow: from each position)")
     axes.set_title("with one trait changed")
     axes.legend(fontsize=7.5, loc="lower left")
 

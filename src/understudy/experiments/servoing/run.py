@@ -192,7 +192,7 @@ def _notes(found: Any, lost: Any, edges: Any) -> tuple[str, ...]:
         f"only ×{either:.2f} as fast as the policy then, and ×{away:.2f} where the push goes the other way, so that "
         f"×{FASTER} is out of any robot's reach in the one and nearly all that can be had in the other. Larger and "
         "smaller pushes, earlier and later ones, watched examples and a reaction time were tried on other seeds: "
-        "×1.2 to ×1.3 and ×1.4 to ×1.6.",
+        "×1.1 to ×1.3 and ×1.2 to ×1.6.",
         "State helps where the robot saw on which side the ball went, and a policy would turn the other way. It does "
         "not help from a start without the ball, where nobody has seen anything; nor, while nothing pushes the robot, "
         "beside a teacher who keeps the ball in the frame: that one is even a little faster "
