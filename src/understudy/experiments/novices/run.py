@@ -259,6 +259,10 @@ def _position(rows: Sequence[Row], position: str) -> tuple[str, str, str, str]:
 
 
 def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
+    early, late = (
+        share([row for row in novices if bool(row["traits"]["edge_px"]) is at], everywhere)
+        for at in (True, False)
+    )
     never = sum(row["reached"] == 0 for row in novices)
     always = sum(row["reached"] == TRIALS * len(POSITIONS) for row in novices)
     return (
@@ -268,7 +272,10 @@ def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
         "Why robots do not find a ball that they do not see at first, from twenty novices on other seeds: of nine of "
         "them six were never put where it could not be seen, and walk straight on; three had, each way once, been "
         "turned back after they had turned past the ball, so that while nothing is seen left says right and right says "
-        "left. What is pressed outvotes what is recorded by itself, and one test would have shown it.",
+        "left. What is pressed outvotes what is recorded by itself, and one test would have shown it. It seems to "
+        "happen most to those who turn the robot while the ball is still at the edge of the frame: from each position "
+        f"{early['succeed']} of {early['of']} of them succeed, and {late['succeed']} of {late['of']} of those who wait "
+        "until it is lost, as the paper describes.",
         "The model is no person: it lacks people who do not understand at all what they are to do, and those who ask. "
         "Its traits were fixed, with their sources, before the first run and not touched since.",
     )
