@@ -322,7 +322,7 @@ def _draw_changes(axes: Axes, rows: Sequence[Row]) -> None:
     axes.set_xlim(0, 103)
     axes.set_xlabel("novices who succeed, %\n(hollow: from each position)")
     axes.set_title("with one trait changed")
-    axes.legend(fontsize=7.5, loc="lower left")
+    axes.legend(fontsize=7.5, loc="upper left")
 
 
 EXPERIMENT = Experiment(
