@@ -169,8 +169,8 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 [_separated(novices, trait, read) for trait, read in READ.items()],
             ),
             Table(
-                f"The first {same['half']['of']} novices with one trait changed; as they are, {_said(same['half'])} "
-                f"succeed, and {_said(same['everywhere'])} from each position",
+                f"The first {same['half']['of']} novices with one trait changed (as they are: "
+                f"{same['half']['succeed']} succeed, {same['everywhere']['succeed']} from each position)",
                 ("", *(f"#{what}, ×{factor}" for what in ("half", "each") for factor in FACTORS)),
                 [
                     (trait, *(_said(found[str(factor)][what]) for what in same for factor in FACTORS))
