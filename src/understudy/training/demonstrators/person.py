@@ -117,6 +117,9 @@ class Person:
             delay = self._draws.normal(self.reaction.mean_s, self.reaction.spread_s)
             self._due = (wished, now + max(self.reaction.least_s, delay))
         if now >= self._due[1] - 1e-9:
-            session.direct(wished)
-            self.presses += 1
-            self._due = None
+            self._press(session, wished)
+
+    def _press(self, session: Session, wished: str) -> None:
+        session.direct(wished)
+        self.presses += 1
+        self._due = None
