@@ -10,8 +10,9 @@ import numpy as np
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
 from understudy.experiments.repertoire.plots import Plot, apart, built, concave, convex, middles
 from understudy.experiments.repertoire.rovers import RADIUS, SPEED
-from understudy.experiments.repertoire.tracks import Column, Table, Tracks, gained, length_of, turns
+from understudy.experiments.repertoire.tracks import Table, Tracks, gained, length_of, turns
 from understudy.experiments.repertoire.walls import LEFT, by_hand, follow
+from understudy.model.kinds import Column
 from understudy.model.lesson import Options
 
 NEAR_M, LIMIT_S = 1.0, 90.0
@@ -34,7 +35,8 @@ def bound(tracks: Tracks, plots: Sequence[Plot]) -> Column:
     """
     far, _ = apart(tracks.x[:1], tracks.y[:1], plots)
     loops = np.array([length_of(hull(plot.corners)) for plot in plots]) + tau * RADIUS
-    return (np.maximum(0.0, far[0] - NEAR_M) + loops - NEAR_M) / SPEED
+    seconds: Column = (np.maximum(0.0, far[0] - NEAR_M) + loops - NEAR_M) / SPEED
+    return seconds
 
 
 def hull(corners: Table) -> Table:
@@ -72,7 +74,7 @@ def _feat(name: str, what: str, make: Callable[[int], Plot]) -> Feat:
         measured="once around in 90 s, never more than 1 m away from it",
         bounded="the obstacle's convex hull, once around",
         kit=built([make(0)], solid=True).kit,
-        topics=(follow(name, LEFT, "obstacle", cases=2, seconds=25.0),),
+        topics=(follow(name, LEFT, "obstacle", cases=2, seconds=20.0),),
         options={name: Options(watched=True, reaction_s=0.2)},
         practice=lambda practice, seed: built([make(seed)], solid=True),
         trial=lambda seeds: _trial(seeds, make),

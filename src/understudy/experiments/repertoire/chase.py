@@ -9,8 +9,8 @@ import numpy as np
 
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
 from understudy.experiments.repertoire.rovers import SPEED, Turning, after, bearing, rover
-from understudy.experiments.repertoire.tracks import Tracks, signed
-from understudy.model.feature import Percept
+from understudy.experiments.repertoire.tracks import Table, Tracks, signed
+from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.lesson import Options
 from understudy.runtime.body import Commands
@@ -98,7 +98,7 @@ TOPIC = Topic(
 class Hand:
     """Turns to the hare, drives, waits beside it."""
 
-    keys = (("range", "hare"), ("bearing", "hare"))
+    keys: Sequence[ReadingKey] = (("range", "hare"), ("bearing", "hare"))
 
     def __init__(self, world: World) -> None:
         self._turning = Turning(world.agents)
@@ -131,9 +131,10 @@ def bound(tracks: Tracks) -> Column:
     return np.maximum(tracks.first(far <= driven), tracks.tick_s)
 
 
-def distance(tracks: Tracks) -> np.ndarray:
+def distance(tracks: Tracks) -> Table:
     """From the rover to the hare [T+1, W], m."""
-    return np.hypot(tracks.objects_x[:, :, 0] - tracks.x, tracks.objects_y[:, :, 0] - tracks.y)
+    far: Table = np.hypot(tracks.objects_x[:, :, 0] - tracks.x, tracks.objects_y[:, :, 0] - tracks.y)
+    return far
 
 
 FEAT = Feat(

@@ -8,12 +8,14 @@ import numpy as np
 
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
 from understudy.experiments.repertoire.rovers import SPEED, after, bearing, rover
-from understudy.experiments.repertoire.tracks import Column, Table, Tracks, Yes, in_turn, signed
-from understudy.model.feature import Percept
+from understudy.experiments.repertoire.tracks import Table, Tracks, Yes, in_turn, signed
+from understudy.model.feature import Percept, ReadingKey
+from understudy.model.kinds import YES, Column
 from understudy.model.lesson import Options
 from understudy.runtime.body import Commands
+from understudy.training.demonstrators.forager import raised
 from understudy.training.demonstrators.person import Seen
-from understudy.training.demonstrators.teacher import Case, Topic
+from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
 from understudy.worlds.kits import kit_of
@@ -63,7 +65,7 @@ def circling(state: str, aside: float, side: int, slack: float = 0.0) -> str | N
 
 def circle(side: int) -> Topic:
     """Circling A, which stays on one side."""
-    name = f"circle_{SIDES[side]}"
+    name, across = f"circle_{SIDES[side]}", Push("forward", f"veer_{SIDES[side]}", 2.2)
 
     def show(screen: Screen) -> str | None:
         return circling(screen.state, side * bearing(screen), side)
@@ -84,9 +86,8 @@ def circle(side: int) -> Topic:
         complain,
         after(25.0),
         cases=(
-            Case("poles", {"A": "red_pole"}, _at(side, 0.3, 1.2), after(20.0)),
-            Case("poles", {"A": "blue_pole"}, _at(side, -2.6, -0.8), _straight),
-            Case("poles", {"A": "blue_pole"}, _at(side, 2.0, 2.9), _straight),
+            Case("poles", {"A": "red_pole"}, _at(side, 0.3, 1.2), after(15.0)),
+            Case("poles", {"A": "blue_pole"}, _at(side, 2.0, 2.9), _straight, push=across),
         ),
         tries=4,
         limit_s=50.0,
@@ -102,21 +103,55 @@ def _at(side: int, least: float, most: float) -> Seen:
     return lambda screen: least < side * bearing(screen) < most
 
 
+def lap(side: int) -> Topic:
+    """Around A until B comes ahead, to be passed on the other side."""
+    name, circling = f"lap_{SIDES[side]}", f"circle_{SIDES[side]}"
+
+    def wanted(screen: Screen, least: float) -> str | None:
+        if screen.state == "start":
+            return circling
+        return "done" if least < -side * bearing(screen, "B") < LEAVING[1] else None
+
+    def complain(screen: Screen) -> str | None:
+        if screen.state == "done":
+            return None if -0.2 < -side * bearing(screen, "B") < 0.9 else circling
+        return wanted(screen, LEAVING[0] + 0.15)
+
+    return Topic(
+        name,
+        lambda library: new_lesson(
+            library,
+            name,
+            parameters=["A", "B"],
+            states=[f"{circling}(A)"],
+            flags=["done"],
+            features=["angle_to(B)"],
+        ),
+        lambda screen: wanted(screen, LEAVING[0]),
+        complain,
+        raised,
+        cases=(
+            Case("poles", {"A": "red_pole", "B": "blue_pole"}, _turned_from),
+            Case("poles", {"A": "blue_pole", "B": "red_pole"}, _turned_from),
+            Case("poles", {"A": "red_pole", "B": "blue_pole"}, _turned_from),
+        ),
+        tries=8,
+        limit_s=60.0,
+    )
+
+
+def _turned_from(screen: Screen) -> bool:
+    """B is behind."""
+    return abs(bearing(screen, "B")) > 1.5
+
+
 def show(screen: Screen) -> str | None:
-    """Around A until B comes ahead, to be passed on the other side; then around B until A does, and so on."""
-    return _traced(screen, *LEAVING)
-
-
-def complain(screen: Screen) -> str | None:
-    """Where it goes on around a pole after it should have left."""
-    return _traced(screen, LEAVING[1], LEAVING[1] + 0.6)
-
-
-def _traced(screen: Screen, least: float, most: float) -> str | None:
+    """A lap around A, then one around B, over and over."""
     if screen.state == "start":
-        return "circle_left"
-    other, side, leaves = ("B", RIGHT, "circle_right") if screen.state == "circle_left" else ("A", LEFT, "circle_left")
-    return leaves if least < side * bearing(screen, other) < most else None
+        return "lap_left"
+    if screen.features["done"] != YES:
+        return None
+    return "lap_right" if screen.state == "lap_left" else "lap_left"
 
 
 EIGHT = Topic(
@@ -125,22 +160,22 @@ EIGHT = Topic(
         library,
         "eight",
         parameters=["A", "B"],
-        states=["circle_left(A)", "circle_right(B)"],
-        features=["angle_to(A)", "angle_to(B)"],
+        states=["lap_left(A, B)", "lap_right(B, A)"],
+        features=["done"],
     ),
     show,
-    complain,
-    after(60.0),
+    show,
+    lambda screen: screen.time_s >= 40.0 and screen.examples >= 6,
     cases=(Case("poles", {"A": "red_pole", "B": "blue_pole"}),),
-    tries=2,
-    limit_s=80.0,
+    tries=1,
+    limit_s=120.0,
 )
 
 
 class Hand:
     """The same by hand, reacting at once."""
 
-    keys = (("bearing", "red_pole"), ("bearing", "blue_pole"))
+    keys: Sequence[ReadingKey] = (("bearing", "red_pole"), ("bearing", "blue_pole"))
 
     def __init__(self, world: World) -> None:
         self._first = np.ones(world.agents, np.bool_)
@@ -167,7 +202,10 @@ def judge(tracks: Tracks) -> Judged:
 
 def passings(tracks: Tracks) -> Yes:
     """Whether the line behind A was crossed counter-clockwise, that behind B clockwise [T+1, W, 2], within 2 m."""
-    a, b = (np.stack([tracks.objects_x[:, :, k], tracks.objects_y[:, :, k]]) for k in (slot_of("red"), slot_of("blue")))
+    a, b = (
+        np.stack([tracks.objects_x[:, :, k], tracks.objects_y[:, :, k]])
+        for k in (slot_of("red"), slot_of("blue"))
+    )
     place = np.stack([tracks.x, tracks.y])
     return np.stack([_crossed(place, a, b, LEFT), _crossed(place, b, a, RIGHT)], axis=2)
 
@@ -207,9 +245,11 @@ FEAT = Feat(
     measured="two whole eights in 150 s",
     bounded="straight lines from target to target",
     kit=kit_of(SCENARIO),
-    topics=(circle(LEFT), circle(RIGHT), EIGHT),
+    topics=(circle(LEFT), circle(RIGHT), lap(LEFT), lap(RIGHT), EIGHT),
     options={
-        name: Options(watched=True, reaction_s=0.2) for name in ("circle_left", "circle_right", "eight")
+        **{f"circle_{side}": Options(watched=True, reaction_s=0.2) for side in SIDES.values()},
+        **{f"lap_{side}": Options(watched=True, reaction_s=0.2) for side in SIDES.values()},
+        "eight": Options(watched=True),
     },
     practice=lambda practice, seed: World(SCENARIO, [seed]),
     trial=_trial,

@@ -20,7 +20,10 @@ from understudy.worlds.world import World
 class Hand(Protocol):
     """A controller written by hand, for N robots at once, that does one basic behavior at a time."""
 
-    keys: Sequence[ReadingKey]
+    @property
+    def keys(self) -> Sequence[ReadingKey]:
+        """What it reads."""
+        ...
 
     def decide(self, percept: Percept) -> Commands:
         """What each robot does now."""

@@ -11,7 +11,8 @@ from math import ceil, degrees, pi, sqrt, tau
 import numpy as np
 
 from understudy.experiments.repertoire.rovers import SONAR, rover
-from understudy.experiments.repertoire.tracks import Column, Table, distance_to_line, length_of
+from understudy.experiments.repertoire.tracks import Table, distance_to_line, length_of
+from understudy.model.kinds import Column
 from understudy.worlds.scenario import Obstacle, Robots, Scenario, Wall
 from understudy.worlds.world import World
 
@@ -37,7 +38,8 @@ class Plot:
 def rotated(corners: Table, angle: float) -> Table:
     """Corners [P, 2] turned around the origin."""
     cosine, sine = np.cos(angle), np.sin(angle)
-    return corners @ np.array([[cosine, sine], [-sine, cosine]])
+    found: Table = corners @ np.array([[cosine, sine], [-sine, cosine]])
+    return found
 
 
 def is_inside(corners: Table, x: float, y: float) -> bool:
@@ -87,7 +89,16 @@ def concave(seed: int) -> Plot:
         middle = [thick / 2, thick / 2]
     else:
         b = min(b, 2.4)
-        line = [(0, 0), (a, 0), (a, b), (a - thick, b), (a - thick, thick), (thick, thick), (thick, b), (0, b)]
+        line = [
+            (0, 0),
+            (a, 0),
+            (a, b),
+            (a - thick, b),
+            (a - thick, thick),
+            (thick, thick),
+            (thick, b),
+            (0, b),
+        ]
         middle = [a / 2, thick / 2]
     return _before(rotated(np.array(line) - middle, draws.uniform(0, tau)), draws)
 
@@ -128,8 +139,9 @@ ROVER = rover("forward", "rotate_left", "rotate_right", "veer_left", "veer_right
 def middles(count: int) -> Table:
     """Where the middles of so many plots are [count, 2], m."""
     columns = ceil(sqrt(count))
-    numbers = np.arange(count)
-    return (np.stack([numbers % columns, numbers // columns], axis=1) + 0.5) * WIDE_M
+    numbers = np.arange(float(count))
+    found: Table = (np.stack([numbers % columns, numbers // columns], axis=1) + 0.5) * WIDE_M
+    return found
 
 
 def apart(x: Table, y: Table, plots: Sequence[Plot]) -> tuple[Table, Table]:

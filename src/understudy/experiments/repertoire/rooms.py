@@ -10,8 +10,9 @@ import numpy as np
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
 from understudy.experiments.repertoire.plots import Plot, apart, built, lengths, room
 from understudy.experiments.repertoire.rovers import SPEED
-from understudy.experiments.repertoire.tracks import Column, Table, Tracks, gained
+from understudy.experiments.repertoire.tracks import Table, Tracks, gained
 from understudy.experiments.repertoire.walls import LEFT, RIGHT, by_hand, follow
+from understudy.model.kinds import Column
 from understudy.model.lesson import Options
 
 AT_WALL_M, LIMIT_S = 1.0, 120.0
@@ -35,11 +36,13 @@ def _unwrapped(along: Table, whole: Column) -> Table:
     """How far along in all, where the line begins anew after its whole length."""
     return np.unwrap(along / whole * tau, axis=0) * whole / tau
 
+
 def bound(tracks: Tracks, plots: Sequence[Plot]) -> Column:
     """The straight line to within 1 m, then around the room shrunk by that, at full speed [W], s."""
     far, _ = apart(tracks.x[:1], tracks.y[:1], plots)
     inner = np.array([saved(plot.corners) for plot in plots])
-    return (np.maximum(0.0, far[0] - AT_WALL_M) + lengths(plots) - inner) / SPEED
+    seconds: Column = (np.maximum(0.0, far[0] - AT_WALL_M) + lengths(plots) - inner) / SPEED
+    return seconds
 
 
 def saved(corners: Table) -> float:
@@ -68,7 +71,7 @@ def _feat(hand: str) -> Feat:
         measured="the loop along the wall closed in 120 s, never more than 1 m away",
         bounded="the room shrunk by 1 m, once around",
         kit=built([room(0)], solid=False).kit,
-        topics=(follow(name, hand, "room", cases=2, seconds=25.0),),
+        topics=(follow(name, hand, "room", cases=2, seconds=20.0),),
         options={name: Options(watched=True, reaction_s=0.2)},
         practice=lambda practice, seed: built([room(seed)], solid=False),
         trial=lambda seeds: _trial(seeds, hand),

@@ -6,6 +6,7 @@ from math import pi, radians, tau
 
 import numpy as np
 
+from understudy.experiments.repertoire.tracks import Yes
 from understudy.model.kinds import Column
 from understudy.training.demonstrators.person import Seen
 from understudy.training.screen import Screen
@@ -22,14 +23,15 @@ MOVES = {
     "wait": {"drive": 0.0},
 }
 SONAR = Sonar(
-    sectors={"sonar_left": (60.0, 120.0), "sonar_ahead": (-20.0, 20.0), "sonar_right": (-120.0, -60.0)},
+    sectors={"sonar_left": (30.0, 120.0), "sonar_ahead": (-30.0, 30.0), "sonar_right": (-120.0, -30.0)},
     range=2.0,
     noise=0.01,
 )
+LOCATOR = Locator()
 CAMERA = Camera(range=3.0, noise_x=1.0)
 
 
-def rover(*moves: str, sensor: Sonar | Locator | Camera = Locator(), team: str | None = None) -> RobotType:
+def rover(*moves: str, sensor: Sonar | Locator | Camera = LOCATOR, team: str | None = None) -> RobotType:
     """A rover with one sensor, and some of the moves."""
     return RobotType(
         radius=RADIUS,
@@ -62,7 +64,7 @@ class Turning:
         self._astray = astray
         self._turn = np.zeros(agents)
 
-    def toward(self, off: Column, go: Column) -> Column:
+    def toward(self, off: Column, go: Yes) -> Column:
         """Which way to turn now [N], where it is to `go`: 1 left, -1 right, 0 not."""
         off = np.where(go, off, 0.0)
         keep_on = (self._turn != 0.0) & (np.abs(off) > self.facing)

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isnan
 
 import numpy as np
 from msgspec.structs import replace
 
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
-from understudy.experiments.repertoire.rovers import CAMERA, SPEED, TICK_S, rover
+from understudy.experiments.repertoire.rovers import CAMERA, SPEED, TICK_S, after, rover
 from understudy.experiments.repertoire.tracks import Tracks
-from understudy.model.feature import Percept
+from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.lesson import Options
 from understudy.runtime.body import Commands
+from understudy.training.demonstrators.person import Seen
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -69,11 +71,13 @@ def _gone(screen: Screen) -> bool:
     return screen.time_s > 1.0 and isnan(screen.features["blob_x(A)"])
 
 
+def _beside(side: int) -> Seen:
+    return lambda screen: side * (screen.features["blob_x(A)"] - MIDDLE) > ASIDE
+
+
 def _at(side: int) -> Case:
     """A can well aside in the picture."""
-    return Case(
-        "cans", {"A": "can"}, lambda screen: side * (screen.features["blob_x(A)"] - MIDDLE) > ASIDE
-    )
+    return Case("cans", {"A": "can"}, _beside(side), after(4.0))
 
 
 APPROACH = Topic(
@@ -143,7 +147,7 @@ def practice(name: str, seed: int) -> World:
 class Hand:
     """Looks around, turns to what it sees, drives there; wanders after a whole turn without anything."""
 
-    keys = (("blob_x", "can"),)
+    keys: Sequence[ReadingKey] = (("blob_x", "can"),)
 
     def __init__(self, world: World) -> None:
         self._turn = np.zeros(world.agents)

@@ -68,7 +68,8 @@ def held(holds: Yes, ticks: int) -> Yes:
 def turns(x: Table, y: Table, around_x: Column, around_y: Column) -> Table:
     """How often each track [T, W] has gone around a point [W] by then, counter-clockwise positive."""
     angle = np.unwrap(np.arctan2(y - around_y, x - around_x), axis=0)
-    return (angle - angle[0]) / tau
+    turned: Table = (angle - angle[0]) / tau
+    return turned
 
 
 def gained(gone: Table, near: Yes) -> Table:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import pi
 
 import numpy as np
@@ -9,12 +10,13 @@ from msgspec.structs import replace
 
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
 from understudy.experiments.repertoire.rovers import SPEED, Turning, bearing, rover
-from understudy.experiments.repertoire.tracks import Column, Table, Tracks, held, signed
-from understudy.model.feature import Percept
+from understudy.experiments.repertoire.tracks import Table, Tracks, held, signed
+from understudy.model.feature import Percept, ReadingKey
+from understudy.model.kinds import YES, Column
 from understudy.model.lesson import Options
 from understudy.runtime.body import Commands
-from understudy.training.demonstrators.person import Seen, Wish
-from understudy.training.demonstrators.teacher import Case, Push, Topic
+from understudy.training.demonstrators.forager import raised
+from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
 from understudy.worlds.kits import kit_of
@@ -33,82 +35,108 @@ SCENARIO = Scenario(
     size=(14.0, 14.0),
     limit_s=LIMIT_S,
     regions={"middle": Region(box=(4.0, 4.0, 10.0, 10.0))},
-    types={name: rover("forward", "backward", "rotate_left", "rotate_right", "wait", team=name) for name in ROBOTS},
+    types={
+        name: rover("forward", "backward", "rotate_left", "rotate_right", "wait", team=name)
+        for name in ROBOTS
+    },
     robots=tuple(Robots(type=name, within="middle", apart=0.6) for name in ROBOTS),
     targets={name: TargetOf(team=name, doc="A robot.") for name in ROBOTS},
 )
 
-GOES_M, THERE_M = 0.22, 0.06
-FACING, ASTRAY = 0.12, 0.4
+GOES_M, THERE_M = 0.15, 0.12
+FACING = 0.15
+SEEN_TWICE = 10
+BEE_AND_CAT = {"A": "bee", "B": "cat"}
 
 
-def facing(state: str, off: float, goes: str, slack: float) -> str | None:
-    """What a person wants of a robot that is to face something and then to go, who lets this much (rad) pass."""
-    toward = "rotate_left" if off > 0 else "rotate_right"
-    if state in ("start", goes):
-        return toward if abs(off) > ASTRAY + slack else goes
-    ahead = off if state == "rotate_left" else -off
-    return goes if ahead < FACING - slack else None
+def _turned(screen: Screen, facing: float) -> str | None:
+    off = bearing(screen)
+    if screen.state == "done" or abs(off) < facing:
+        return "done"
+    if screen.state == "start":
+        return "rotate_left" if off > 0 else "rotate_right"
+    return "done" if (off < 0) == (screen.state == "rotate_left") and abs(off) < 1.5 else None
 
 
-def going(name: str, goes: str) -> Topic:
-    """Facing A and going to it, or back from it."""
-    return Topic(
-        name,
-        lambda library: new_lesson(
-            library,
-            name,
-            parameters=["A"],
-            states=[goes, "rotate_left", "rotate_right"],
-            features=["angle_to(A)"],
-        ),
-        lambda screen: facing(screen.state, bearing(screen), goes, 0.0),
-        lambda screen: facing(screen.state, bearing(screen), goes, 0.3),
-        lambda screen: screen.time_s > 4.0 and screen.state == goes,
-        cases=(
-            Case("two wait", {"A": "bee"}, _aside(1), lambda screen: screen.state == goes),
-            Case("two wait", {"A": "cat"}, _aside(-1), lambda screen: screen.state == goes),
-            Case("two wait", {"A": "cat"}, _aside(1), _went(goes), push=Push(goes, "rotate_left", 0.7)),
-            Case("two wait", {"A": "bee"}, _aside(-1), _went(goes), push=Push(goes, "rotate_right", 0.7)),
-        ),
-        tries=4,
-        limit_s=20.0,
-    )
+def complain_face(screen: Screen) -> str | None:
+    """Where it turns on past it, idles, or says too early that it is there."""
+    off = bearing(screen)
+    if screen.state == "start":
+        return _turned(screen, FACING)
+    if screen.state == "done":
+        return None if abs(off) < 3 * FACING else "rotate_left" if off > 0 else "rotate_right"
+    past = off < -2 * FACING if screen.state == "rotate_left" else off > 2 * FACING
+    return "done" if past and abs(off) < 1.5 else None
 
 
-def _went(goes: str) -> Seen:
-    return lambda screen: screen.state == goes and abs(bearing(screen)) < ASTRAY
+FACE = Topic(
+    "face",
+    lambda library: new_lesson(
+        library,
+        "face",
+        parameters=["A"],
+        states=["rotate_left", "rotate_right"],
+        flags=["done"],
+        features=["angle_to(A)"],
+    ),
+    lambda screen: _turned(screen, FACING),
+    complain_face,
+    raised,
+    cases=(
+        Case("two wait", {"A": "bee"}, lambda screen: 0.5 < bearing(screen) < 2.8),
+        Case("two wait", {"A": "cat"}, lambda screen: -2.8 < bearing(screen) < -0.5),
+        Case("two wait", {"A": "bee"}, lambda screen: abs(bearing(screen)) < 0.5 * FACING),
+    ),
+    tries=6,
+    limit_s=20.0,
+)
 
 
-def _aside(side: int) -> Seen:
-    return lambda screen: 0.8 < side * bearing(screen) < 2.6
+def settling(screen: Screen, slack: float) -> str | None:
+    """What a person wants who lets this much (m) pass: face A, drive on or back, and say when the distance is right."""
+    off = screen.features["distance_to(A)"] - SIDE_M
+    if screen.state in ("start", "done"):
+        return "done" if abs(off) < GOES_M + (slack if screen.state == "done" else 0.0) else "face"
+    if screen.state == "face":
+        return None if screen.features["done"] != YES else "forward" if off > 0 else "backward"
+    return "done" if (off if screen.state == "forward" else -off) < THERE_M - slack else None
 
 
-def wanted(state: str, far: dict[str, float], slack: float) -> str | None:
-    """Nearer to A or off from it until that is right, then the same with B, then wait."""
-    going, _, of = state.partition("_")
-    if of and abs(off := far[of] - SIDE_M) < 1.0 and off * (1 if going == "toward" else -1) < THERE_M - slack:
-        return "wait"
-    if of and state != "start":
+def _at(least: float, most: float) -> Case:
+    return Case("two wait", {"A": "bee"}, lambda screen: least < screen.features["distance_to(A)"] < most)
+
+
+SETTLE = Topic(
+    "settle",
+    lambda library: new_lesson(
+        library,
+        "settle",
+        parameters=["A"],
+        states=["face(A)", "forward", "backward"],
+        flags=["done"],
+        features=["done", "distance_to(A)"],
+    ),
+    lambda screen: settling(screen, 0.0),
+    lambda screen: settling(screen, 0.08),
+    raised,
+    cases=(_at(2.4, 3.0), _at(1.0, 1.6), _at(2.18, 2.3), _at(1.7, 1.82), _at(2.04, 2.13), _at(1.87, 1.96)),
+    tries=6,
+    limit_s=40.0,
+)
+
+
+def show_line_up(screen: Screen) -> str | None:
+    """Settle with A, then with B, over and over, until it has been seen twice."""
+    return None if screen.examples >= SEEN_TWICE else complain_line_up(screen)
+
+
+def complain_line_up(screen: Screen) -> str | None:
+    """Where it does not go on to the other, who may have moved."""
+    if screen.state == "start":
+        return "settle_A"
+    if screen.features["done"] != YES:
         return None
-    for of, distance in far.items():
-        if abs(distance - SIDE_M) > GOES_M + slack:
-            return f"{'toward' if distance > SIDE_M else 'away'}_{of}"
-    return "wait" if state == "start" else None
-
-
-def _pressing(slack: float) -> Wish:
-    return lambda screen: wanted(
-        screen.state, {of: screen.features[f"distance_to({of})"] for of in "AB"}, slack
-    )
-
-
-def _in_place(screen: Screen) -> bool:
-    return screen.state == "wait" and wanted("wait", {of: screen.features[f"distance_to({of})"] for of in "AB"}, 0) is None
-
-
-def _begins(nearer: str, least: float, most: float) -> Seen:
-    return lambda screen: least < screen.features[f"distance_to({nearer})"] < most
+    return "settle_B" if screen.state == "settle_A" else "settle_A"
 
 
 LINE_UP = Topic(
@@ -117,19 +145,15 @@ LINE_UP = Topic(
         library,
         "line_up",
         parameters=["A", "B"],
-        states=["toward_A=toward(A)", "away_A=away(A)", "toward_B=toward(B)", "away_B=away(B)", "wait"],
-        features=["distance_to(A)", "distance_to(B)"],
+        states=["settle_A=settle(A)", "settle_B=settle(B)"],
+        features=["done"],
     ),
-    _pressing(0.0),
-    _pressing(0.12),
-    _in_place,
-    cases=(
-        Case("two wait", {"A": "bee", "B": "cat"}, _begins("A", 2.6, 5.0)),
-        Case("two wait", {"A": "bee", "B": "cat"}, _begins("A", 0.4, 1.5)),
-        Case("two wait", {"A": "bee", "B": "cat"}, _begins("B", 0.4, 1.5)),
-    ),
-    tries=5,
-    limit_s=90.0,
+    show_line_up,
+    complain_line_up,
+    lambda screen: screen.time_s >= 2.0 and screen.examples >= SEEN_TWICE,
+    cases=(Case("two wait", BEE_AND_CAT),) * 2,
+    tries=2,
+    limit_s=60.0,
 )
 
 
@@ -142,7 +166,7 @@ def practice(name: str, seed: int) -> World:
 class Hand:
     """The same by hand, reacting at once."""
 
-    keys = tuple((what, name) for name in ROBOTS for what in ("range", "bearing"))
+    keys: Sequence[ReadingKey] = tuple((what, name) for name in ROBOTS for what in ("range", "bearing"))
 
     def __init__(self, world: World) -> None:
         self._turning = Turning(world.agents)
@@ -157,7 +181,7 @@ class Hand:
         off = signed(np.stack([percept["bearing", name] for name in ROBOTS]))
         error_a, error_b = far[self._a, rows] - SIDE_M, far[self._b, rows] - SIDE_M
         error = np.where(self._to_b, error_b, error_a)
-        self._going = np.where(self._going * error < THERE_M, 0.0, self._going)
+        self._going = np.where(self._going * error < 0.5 * THERE_M, 0.0, self._going)
         rests = self._going == 0
         self._to_b = np.where(rests, np.abs(error_a) <= GOES_M, self._to_b)
         error = np.where(self._to_b, error_b, error_a)
@@ -170,7 +194,9 @@ class Hand:
 def sides(tracks: Tracks) -> Table:
     """The sides of each triangle [3, T+1, B], m: the first is across from the first robot."""
     x, y = (each.reshape(len(each), -1, 3) for each in (tracks.x, tracks.y))
-    return np.stack([np.hypot(x[..., k - 2] - x[..., k - 1], y[..., k - 2] - y[..., k - 1]) for k in range(3)])
+    return np.stack(
+        [np.hypot(x[..., k - 2] - x[..., k - 1], y[..., k - 2] - y[..., k - 1]) for k in range(3)]
+    )
 
 
 def angles(lengths: Table) -> Table:
@@ -190,7 +216,8 @@ def judge(tracks: Tracks) -> Judged:
 def bound(tracks: Tracks) -> Column:
     """When the side that is farthest off could be right, its ends going straight, and the time it is to hold [W], s."""
     off = np.abs(sides(tracks)[:, 0] - SIDE_M).max(axis=0) - WITHIN_M
-    return np.maximum(0.0, off) / (2 * SPEED) + HELD_S
+    seconds: Column = np.maximum(0.0, off) / (2 * SPEED) + HELD_S
+    return seconds
 
 
 FEAT = Feat(
@@ -199,11 +226,11 @@ FEAT = Feat(
     measured="sides within 0.4 m of 2 m and angles within 12 degrees of 60, for 5 s, in 90 s",
     bounded="the side farthest off, its ends going straight, and 5 s",
     kit=kit_of(SCENARIO),
-    topics=(going("toward", "forward"), going("away", "backward"), LINE_UP),
+    topics=(FACE, SETTLE, LINE_UP),
     options={
-        "toward": Options(watched=True, reaction_s=0.2),
-        "away": Options(watched=True, reaction_s=0.2),
-        "line_up": Options(watched=True, reaction_s=0.2),
+        "face": Options(watched=True, reaction_s=0.2),
+        "settle": Options(watched=True),
+        "line_up": Options(watched=True),
     },
     practice=practice,
     trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound, BINDINGS),

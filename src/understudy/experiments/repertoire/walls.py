@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from understudy.experiments.repertoire.feat import Hand
 from understudy.experiments.repertoire.rovers import after
-from understudy.model.feature import Percept
+from understudy.model.feature import Percept, ReadingKey
 from understudy.runtime.body import Commands
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
@@ -52,10 +52,10 @@ def follow(name: str, hand: str, practice: str, *, cases: int, seconds: float) -
         lambda library: new_lesson(library, name, states=states, features=[AHEAD, beside]),
         pressing(0.0),
         pressing(0.1),
-        after(seconds),
-        cases=(Case(practice),) * cases,
-        tries=3,
-        limit_s=2 * seconds,
+        after(3 * seconds),
+        cases=(Case(practice, enough=after(seconds)),) * cases,
+        tries=4,
+        limit_s=4 * seconds,
     )
 
 
@@ -63,7 +63,7 @@ class ByHand:
     """The same with the same sonars, reacting at once."""
 
     def __init__(self, world: World, hand: str) -> None:
-        self.keys = ((AHEAD, None), (f"sonar_{hand}", None))
+        self.keys: Sequence[ReadingKey] = ((AHEAD, None), (f"sonar_{hand}", None))
         self._side = 1.0 if hand == LEFT else -1.0
         self._seeking = np.ones(world.agents, np.bool_)
         self._turning, self._veering = np.zeros((2, world.agents), np.bool_)

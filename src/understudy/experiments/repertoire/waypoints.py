@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
 from understudy.experiments.repertoire.rovers import SPEED, Turning, bearing, rover
 from understudy.experiments.repertoire.tracks import Table, Tracks, in_turn, signed
-from understudy.model.feature import Percept
+from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import YES, Column
 from understudy.model.lesson import Options
 from understudy.runtime.body import Commands
@@ -64,7 +65,11 @@ GOTO = replace(
             push=Push("forward", "rotate_right", 0.8),
         ),
         Case(
-            "posts", {"A": NAMES[3]}, _beside(1, 3.0, 6.0), _underway, push=Push("forward", "rotate_left", 0.8)
+            "posts",
+            {"A": NAMES[3]},
+            _beside(1, 3.0, 6.0),
+            _underway,
+            push=Push("forward", "rotate_left", 0.8),
         ),
     ),
 )
@@ -107,7 +112,7 @@ PATROL = Topic(
 class Hand:
     """Turns to the post at hand and drives there, then to the next."""
 
-    keys = tuple((reading, name) for reading in ("range", "bearing") for name in NAMES)
+    keys: Sequence[ReadingKey] = tuple((reading, name) for reading in ("range", "bearing") for name in NAMES)
 
     def __init__(self, world: World) -> None:
         self._turning = Turning(world.agents)
