@@ -117,7 +117,7 @@ def test_shortest_lines_to_nine_cans() -> None:
 def test_eights_pass_behind_each_pole_in_turn() -> None:
     objects = np.full((1, eight.slot_of("blue") + 1, 2), nan)
     objects[0, eight.slot_of("red")], objects[0, eight.slot_of("blue")] = (-2, 0), (2, 0)
-    angle = np.linspace(pi / 2, pi / 2 + tau, 41)[:-1]
+    angle = np.linspace(pi / 2, pi / 2 + tau, 41)[:-1] + 0.05
     left = np.stack([-2 + np.cos(angle), np.sin(angle)])  # counter-clockwise around the red pole
     whole = np.concatenate([left, -left * [[1], [-1]]], axis=1)
     x, y = (np.tile(each, 3)[:, None] for each in whole)

@@ -44,11 +44,11 @@ SCENARIO = Scenario(
     },
 )
 
-LEAST, STRAIGHT, BACK, MOST = -0.15, 0.1, 0.8, 1.65
+LEAST, STRAIGHT, BACK, MOST = 0.12, 0.35, 0.85, 1.65
 """Where the pole is to be, how far aside, rad: a robot that has it less than least aside, or more than most, veers
 until it is between straight and back; so it comes nearer leg by leg, and in the end goes around it.
 """
-LEAVING = (0.0, 0.5)
+LEAVING = (0.2, 0.7)
 """Where the other pole is, on the side that it will be on, when it is time to leave for it, rad."""
 
 
@@ -114,7 +114,7 @@ def lap(side: int) -> Topic:
 
     def complain(screen: Screen) -> str | None:
         if screen.state == "done":
-            return None if -0.2 < -side * bearing(screen, "B") < 0.9 else circling
+            return None if 0.0 < -side * bearing(screen, "B") < 1.1 else circling
         return wanted(screen, LEAVING[0] + 0.15)
 
     return Topic(
@@ -133,7 +133,6 @@ def lap(side: int) -> Topic:
         cases=(
             Case("poles", {"A": "red_pole", "B": "blue_pole"}, _turned_from),
             Case("poles", {"A": "blue_pole", "B": "red_pole"}, _turned_from),
-            Case("poles", {"A": "red_pole", "B": "blue_pole"}, _turned_from),
         ),
         tries=8,
         limit_s=60.0,
