@@ -203,7 +203,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     for axes, (title, (unit, goal, values)) in zip(found, SHOWN.items(), strict=True):
         axes.axhline(goal, color="#9ca3af", linewidth=0.8, linestyle="--")
         dots(axes, {names[name]: [values(row) for row in of] for name, of in groups.items()}, unit)
-        axes.set_ylim(0, None)
+        axes.set_ylim(0, 1.06 * axes.get_ylim()[1])
         axes.set_title(f"{title} (goal: dashed)")
     return figure
 
