@@ -57,9 +57,9 @@ def conclude(rows: Sequence[Row]) -> Findings:
     count = sum(of["of"] for of in behaviors.values())
     middle = np.median([row["examples"] for row in rows])
     return Findings(
-        headline=f"Taught by pressing names, {len(held)} of {len(behaviors)} behaviors of the paper reach their goals in "
-        f"the median; {well} of {count} teachings succeed in 95 % of {WORLDS} unseen worlds each, from {middle:.0f} "
-        "examples (median) for all automata of a behavior.",
+        headline=f"Taught by pressing names, {len(held)} of {len(behaviors)} behaviors of the paper reach their goals "
+        f"in the median; {well} of {count} teachings succeed in 95 % of {WORLDS} unseen worlds each, from "
+        f"{middle:.0f} examples (median) for all automata of a behavior.",
         tables=(
             Table(
                 "Teachings by behavior: median, smallest and largest",
