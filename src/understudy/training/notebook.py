@@ -43,6 +43,7 @@ class Notebook:
         self._history, self._recorder = past.history, past.recorder
         self._steady = steady
         self._watched = Watching()
+        self._counted: tuple[tuple[Example, ...], int] = ((), 0)
 
     @property
     def watching(self) -> bool:
@@ -58,6 +59,14 @@ class Notebook:
     def lesson(self) -> Lesson:
         """The lesson as it stands, without its record."""
         return self._history.lesson
+
+    @property
+    def pressed(self) -> int:
+        """How many of the lesson's examples a press made: a screen asks at every tick, and they seldom change."""
+        examples = self.lesson.examples
+        if self._counted[0] is not examples:
+            self._counted = examples, sum(example.pressed for example in examples)
+        return self._counted[1]
 
     @property
     def complete(self) -> Lesson:

@@ -164,7 +164,7 @@ class Session:
             states=self.automaton.state_names,
             targets=dict(self._targets),
             waiting=None if press is None else press.state or machine.state_name,
-            examples=sum(example.pressed for example in self.examples),
+            examples=self._notebook.pressed,
             undoable=self._notebook.undoable,
             redoable=self._notebook.redoable,
         )
