@@ -13,6 +13,7 @@ from understudy.experiments.experiment import Experiment
 QUESTIONS: Mapping[str, str] = MappingProxyType(
     {
         "forage": "Can a robot be taught to forage, and how well does it do it then?",
+        "learners": "What do other learners make of the same few decisions?",
     }
 )
 """What each asks, in the order in which they are told."""

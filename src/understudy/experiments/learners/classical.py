@@ -9,7 +9,6 @@ from typing import TypeAlias
 import numpy as np
 
 from understudy.experiments.learners.inputs import Classifier, Floats, Lesson
-from understudy.experiments.learners.recording import Ints
 
 Fit: TypeAlias = Callable[[Lesson, int], Classifier]
 """Fits a classifier to a lesson, with a seed."""
@@ -21,7 +20,14 @@ def fit_tree(lesson: Lesson, seed: int, *, leaf: int = 5) -> Classifier:
 
     tree = DecisionTreeClassifier(criterion="entropy", min_samples_leaf=leaf, random_state=seed)
     tree.fit(lesson.x, lesson.y, sample_weight=lesson.weight)
-    return lambda inputs: tree.predict(inputs).astype(np.int64)
+    counts = tree.tree_.value[:, 0, :]
+    shares: Floats = counts / counts.sum(axis=1, keepdims=True)
+
+    def classify(inputs: Floats) -> Floats:
+        found: Floats = shares[tree.tree_.apply(inputs.astype(np.float32))]
+        return found
+
+    return classify
 
 
 def fit_nearest(lesson: Lesson, seed: int, *, neighbors: int = 5, most: int = 4_000) -> Classifier:
@@ -34,22 +40,22 @@ def fit_nearest(lesson: Lesson, seed: int, *, neighbors: int = 5, most: int = 4_
     tree, y, weight = KDTree(lesson.x[kept]), lesson.y[kept], lesson.weight[kept]
     k, places = min(neighbors, len(kept)), np.arange(len(lesson.behaviors))
 
-    def classify(inputs: Floats) -> Ints:
+    def classify(inputs: Floats) -> Floats:
         near = tree.query(inputs, k=k, return_distance=False)
         votes = ((y[near][..., None] == places) * weight[near][..., None]).sum(axis=1)
-        chosen: Ints = votes.argmax(axis=1)
-        return chosen
+        found: Floats = votes / votes.sum(axis=1, keepdims=True)
+        return found
 
     return classify
 
 
-def fit_perceptron(lesson: Lesson, seed: int, *, alpha: float = 1e-4, steps: int = 3_000) -> Classifier:
+def fit_perceptron(lesson: Lesson, seed: int, *, alpha: float = 1e-4, steps: int = 1_500) -> Classifier:
     """Two hidden layers of 64 (Rumelhart et al. 1986), by Adam."""
     from sklearn.neural_network import MLPClassifier
 
     if len(lesson.behaviors) == 1:
-        return lambda inputs: np.zeros(len(inputs), np.int64)
-    rounds = int(np.clip(steps * 200 / len(lesson.y), 20, 400))
+        return lambda inputs: np.ones((len(inputs), 1))
+    rounds = int(np.clip(steps * 200 / len(lesson.y), 10, 300))
     net = MLPClassifier((64, 64), alpha=alpha, max_iter=rounds, random_state=seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that it might go on
@@ -63,16 +69,17 @@ class Layers:
     def __init__(self, layers: list[tuple[Floats, Floats]]) -> None:
         self._layers = layers
 
-    def __call__(self, inputs: Floats) -> Ints:
-        """The place of the largest output for each row."""
+    def __call__(self, inputs: Floats) -> Floats:
+        """How likely each place is, for each row (softmax)."""
         *hidden, (weights, offset) = self._layers
         for before, beside in hidden:
             inputs = np.maximum(inputs @ before + beside, 0.0)
         outputs = inputs @ weights + offset
         if outputs.shape[1] == 1:  # scikit-learn has one output for two
-            return (outputs[:, 0] > 0).astype(np.int64)
-        chosen: Ints = outputs.argmax(axis=1)
-        return chosen
+            outputs = np.hstack([np.zeros_like(outputs), outputs])
+        likely = np.exp(outputs - outputs.max(axis=1, keepdims=True))
+        shares: Floats = likely / likely.sum(axis=1, keepdims=True)
+        return shares
 
 
 CLASSICAL: Mapping[str, Fit] = {"tree": fit_tree, "nearest": fit_nearest, "perceptron": fit_perceptron}

@@ -9,12 +9,15 @@ import numpy as np
 from understudy.experiments.learners.exercises import Exercise
 from understudy.experiments.learners.recording import Aboard, Recording, Ticks
 from understudy.model.library import Library
-from understudy.training.demonstrators.person import Person
+from understudy.training.demonstrators.person import Person, Seen
 from understudy.training.demonstrators.teacher import FIRST_SEED, LOOK_S, Account, Teacher
+from understudy.training.screen import Screen
 from understudy.training.session import Session
 
 SAYING_S = 0.5
 """How long a robot is shown resting where it is to rest."""
+LEFT_S = 25.0
+"""Whoever only labels leaves a robot after so long without another label."""
 
 
 class Demonstrator:
@@ -24,6 +27,7 @@ class Demonstrator:
         self._exercise, self._topic = exercise, exercise.flat
         self._draws = np.random.default_rng([seed, 2])
         self._person = Person(self._draws)
+        self._worlds = 0
         world = exercise.world([self._seed()])
         self._recording = Recording(
             world, exercise.commands, count=lambda: self._person.presses, spent=lambda: self._person.seconds
@@ -43,20 +47,41 @@ class Demonstrator:
         """What was recorded so far."""
         return self._recording.ticks()
 
-    def show(self, *, limit_s: float | None = None, aboard: Aboard | None = None) -> None:
-        """One world, until the task is done or the limit; with a policy aboard, what is pressed is only a label."""
+    def show(self, *, aboard: Aboard | None = None, most: int = 10**9) -> None:
+        """One world, until the task is done or `most` presses were made.
+
+        With a policy aboard, what is pressed is only a label; a robot that needs no other label for a while is left.
+        """
+        topic, push = self._topic, self._exercise.pushes[self._worlds % len(self._exercise.pushes)]
+        self._worlds += 1
         self._recording.aboard = aboard
         self._session.reset(self._seed())
         self._person.seconds += LOOK_S
-        self._person.show(
-            self._session,
-            self._topic.show,
-            until=self._topic.finished,
-            limit_s=self._topic.limit_s if limit_s is None else limit_s,
-        )
+        if push is not None and aboard is None:
+            self._watch(lambda screen: screen.state == push.during or topic.finished(screen))
+            self._recording.on = False
+            self._person.drive(self._session, push.behavior, push.seconds)
+            self._recording.on = True
+        pressed = self._person.presses, self._person.seconds
+
+        def enough(screen: Screen) -> bool:
+            nonlocal pressed
+            presses, seconds = self._person.presses, self._person.seconds
+            if presses > pressed[0]:
+                pressed = presses, seconds
+            return (
+                presses >= most
+                or topic.finished(screen)
+                or (aboard is not None and seconds - pressed[1] > LEFT_S)
+            )
+
+        self._watch(enough)
         if self._exercise.rests and self._session.screen().flag is not None:
             self._session.run_for(SAYING_S)
             self._person.seconds += SAYING_S
+
+    def _watch(self, until: Seen) -> None:
+        self._person.show(self._session, self._topic.show, until=until, limit_s=self._topic.limit_s)
 
     def _seed(self) -> int:
         return FIRST_SEED + int(self._draws.integers(2**40))

@@ -4,26 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from functools import lru_cache
+from typing import TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.evaluation import Decide, judge_expert, measure
+from understudy.evaluation import Decide, judge_expert
 from understudy.experiments.forage.teaching import make_practice
-from understudy.experiments.learners.shown_flat import FLAT_FORAGE
+from understudy.experiments.learners.recording import Robots
+from understudy.experiments.learners.shown_flat import FLAT_FORAGE, FLAT_SERVOING
 from understudy.model.feature import ReadingKey
+from understudy.model.kinds import Column, Kind
 from understudy.model.kit import Kit
 from understudy.model.lesson import Options
 from understudy.model.library import Library
 from understudy.runtime.body import Body
+from understudy.training.demonstrators import servo
 from understudy.training.demonstrators.forager import GOTO, TOPICS, WATCHED
-from understudy.training.demonstrators.teacher import Topic
+from understudy.training.demonstrators.servo import BASIC_STATES, PUSH_S
+from understudy.training.demonstrators.teacher import Push, Topic
+from understudy.worlds import soccer
 from understudy.worlds.forage import Forage, kit
 from understudy.worlds.forage_settings import ForageSettings, practices
-from understudy.worlds.world import World
+from understudy.worlds.soccer import PUSHED_LEFT, PUSHED_RIGHT, Soccer, approach, approach_by_hand
 
-Judge: TypeAlias = Callable[[World, Decide, Sequence[ReadingKey]], NDArray[np.bool_]]
+Judge: TypeAlias = Callable[[Robots, Decide, Sequence[ReadingKey]], NDArray[np.bool_]]
 """Whether each world [B] goes well under what decides."""
 
 
@@ -33,7 +39,7 @@ class Exercise:
 
     name: str
     kit: Kit
-    world: Callable[[Sequence[int]], World]
+    world: Callable[[Sequence[int]], Robots]
     judge: Judge
     basics: tuple[str, ...]
     flat: Topic
@@ -43,11 +49,23 @@ class Exercise:
     targets: Mapping[str, str] = field(default_factory=dict)
     rests: bool = False
     """Whether resting is something to be learned: the robot has to say when it is there."""
+    pushes: tuple[Push | None, ...] = (None,)
+    """Who drives the robot off its way, world after world, as in Understudy's lessons."""
 
     @property
     def commands(self) -> list[Mapping[str, float]]:
         """What each of its basic behaviors commands."""
         return [self.kit.behaviors[name].command for name in self.basics]
+
+    @property
+    def kinds(self) -> list[Kind]:
+        """The kind of each reading that its robots have."""
+        robots = self.world([0])
+        return [
+            reading.kind
+            for reading in robots.readings
+            for _ in (robots.targets if reading.of_targets else (None,))
+        ]
 
     def library(self) -> Library:
         """What there is before anything is taught."""
@@ -56,9 +74,10 @@ class Exercise:
 
 ARENA = practices()["an arena"]
 GOTO_S = 60.0
+LOST_S = 90.0
 
 
-def near_the_station(world: World, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+def near_the_station(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
     """Whether each robot, when it first rests, is within reach of the station, and rests in time."""
     there = np.zeros(world.agents, np.bool_)
     moving = np.ones(world.agents, np.bool_)
@@ -74,12 +93,64 @@ def near_the_station(world: World, decide: Decide, keys: Sequence[ReadingKey]) -
     return there
 
 
-def brings_all_home(world: World, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
-    """Whether each robot brings all food home within three times the time of a forager written by hand."""
-    seeds = list(dict.fromkeys(world.seeds))
-    by_hand = judge_expert(ForageSettings(), seeds)
-    limit = dict(zip(seeds, 3.0 * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s), strict=True))
-    return measure(world, decide, keys, limit_s=np.array([limit[seed] for seed in world.seeds])).finished
+def brings_all_home(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+    """Whether each robot brings all food home within three times the time of a forager written by hand.
+
+    One that neither loads nor unloads anything for so long that it could have crossed the arena twice is lost.
+    """
+    last = np.floor(_limits(tuple(world.seeds)) / world.tick_s)
+    stored = np.full(world.agents, np.nan)
+    since = np.zeros(world.agents)
+    well = np.zeros(world.agents, np.bool_)
+    running = np.ones(world.agents, np.bool_)
+    tick = 0
+    while running.any():
+        percept = world.sense((*keys, ("food_stored", None)))
+        world.act(decide(percept))
+        tick += 1
+        changed = percept["food_stored", None] != stored
+        stored, since = percept["food_stored", None], np.where(changed, tick, since)
+        well |= running & ~np.isnan(world.finished_s)
+        running &= ~well & (tick < last) & (tick - since < LOST_S / world.tick_s)
+    return well
+
+
+@lru_cache(4)
+def _limits(seeds: tuple[int, ...]) -> Column:
+    """Three times what a forager written by hand takes in each world, s."""
+    known = list(dict.fromkeys(seeds))
+    by_hand = judge_expert(ForageSettings(), known)
+    seconds = 3.0 * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
+    return np.array([dict(zip(known, seconds.tolist(), strict=True))[seed] for seed in seeds])
+
+
+def reaches_the_ball(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+    """Whether each robot is within 15 cm of the ball within twice the time of one written by hand.
+
+    Every other one, the one written by hand too, is pushed aside on its way.
+    """
+    body = cast(Soccer, world)
+    by_hand = _servoed(tuple(body.seeds))
+    limit_s = 2.0 * float(np.nanmax(by_hand))
+    seconds = approach(
+        body, lambda: body.act(decide(body.sense(keys))), pushes=_pushes(body), limit_s=limit_s
+    )
+    return seconds <= 2.0 * by_hand
+
+
+def _pushes(body: Soccer) -> dict[int, soccer.Push]:
+    """Who is pushed: two worlds in four, by their seeds, one to each side."""
+    sides = {1: PUSHED_LEFT, 3: PUSHED_RIGHT}
+    return {row: sides[seed % 4] for row, seed in enumerate(body.seeds) if seed % 4 in sides}
+
+
+@lru_cache(4)
+def _servoed(seeds: tuple[int, ...]) -> Column:
+    """What a robot written by hand takes in each world, s."""
+    known = list(dict.fromkeys(seeds))
+    body = Soccer(known)
+    seconds = dict(zip(known, approach_by_hand(body, pushes=_pushes(body)).tolist(), strict=True))
+    return np.array([seconds[seed] for seed in seeds])
 
 
 EXERCISES: Mapping[str, Exercise] = {
@@ -108,6 +179,23 @@ EXERCISES: Mapping[str, Exercise] = {
             TOPICS,
             make_practice,
             WATCHED,
+        ),
+        Exercise(
+            "servoing",
+            soccer.kit,
+            Soccer,
+            reaches_the_ball,
+            BASIC_STATES,
+            FLAT_SERVOING,
+            (servo.topics("left")["four states"],),
+            lambda practice, seed: Soccer([seed]),
+            {},
+            pushes=(
+                None,
+                Push("walk_forward", "turn_left", PUSH_S),
+                None,
+                Push("walk_forward", "turn_right", PUSH_S),
+            ),
         ),
     )
 }

@@ -27,6 +27,7 @@ class Manner:
     before: bool = False
     advance: int = 0
     weigh: bool = False
+    drawn: bool = False
 
 
 class Inputs:
@@ -66,10 +67,10 @@ class Inputs:
 
 
 class Classifier(Protocol):
-    """What was fitted: inputs [N, F] to the place of a behavior among the learned ones [N]."""
+    """What was fitted: inputs [N, F] to how likely each of the P learned behaviors is [N, P]."""
 
-    def __call__(self, inputs: Floats, /) -> Ints:
-        """The places [N]."""
+    def __call__(self, inputs: Floats, /) -> Floats:
+        """The shares [N, P]."""
         ...
 
 
@@ -112,6 +113,7 @@ class Policy:
 
     def __init__(self, lesson: Lesson, classify: Classifier, manner: Manner, *, basics: int) -> None:
         self._lesson, self._classify, self._manner, self._basics = lesson, classify, manner, basics
+        self._draws = np.random.default_rng(len(lesson.y))
         self.begin()
 
     def begin(self) -> None:
@@ -129,5 +131,11 @@ class Policy:
         if self._manner.before:
             before = np.full(len(raw), RESTING) if self._before is None else self._before
             parts.append(spelled(before, self._basics))
-        self._before = self._lesson.behaviors[self._classify(np.hstack(parts))]
+        shares = self._classify(np.hstack(parts))
+        if self._manner.drawn:
+            below = np.cumsum(shares, axis=1) < self._draws.random(len(raw))[:, None]
+            places = np.minimum(below.sum(axis=1), shares.shape[1] - 1)
+        else:
+            places = shares.argmax(axis=1)
+        self._before = self._lesson.behaviors[places]
         return self._before

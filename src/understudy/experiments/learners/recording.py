@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Protocol, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,10 @@ from numpy.typing import NDArray
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Channel, Commands, Reading, every_key
+from understudy.worlds.walking import Walker
 from understudy.worlds.world import World
+
+Robots: TypeAlias = World | Walker
 
 Ints = NDArray[np.int64]
 Raw = NDArray[np.float64]
@@ -75,7 +78,7 @@ class Recording:
 
     def __init__(
         self,
-        world: World,
+        world: Robots,
         basics: Sequence[Mapping[str, float]],
         *,
         count: Callable[[], int],
@@ -88,6 +91,7 @@ class Recording:
         self._rows: list[tuple[list[float], int, int, int, int, float]] = []
         self._episode = 0
         self.aboard: Aboard | None = None
+        self.on = True
         self._begin()
 
     @property
@@ -139,8 +143,10 @@ class Recording:
         """Write the tick down, and obey: what is pressed, or the policy aboard."""
         percept = self._world.sense(self._keys)
         raw = [float(percept[key][0]) for key in self._keys]
-        wanted = self._basics.get(_spelled({name: float(column[0]) for name, column in commands.items()}), RESTING)
-        if self._count() > self._pressed:
+        wanted = self._basics.get(
+            _spelled({name: float(column[0]) for name, column in commands.items()}), RESTING
+        )
+        if self.on and self._count() > self._pressed:
             spent = self._spent()
             self._rows.append((raw, wanted, self._did, self._count(), self._episode, spent))
         if self.aboard is None:
@@ -153,8 +159,15 @@ class Recording:
 
     def ticks(self) -> Ticks:
         """What was written down."""
-        raw, *numbers, spent = zip(*self._rows, strict=True)
-        return Ticks(np.array(raw), *(np.array(each, np.int64) for each in numbers), np.array(spent, np.float64))
+        raw, wanted, before, decisions, episode, seconds = zip(*self._rows, strict=True)
+        return Ticks(
+            np.array(raw),
+            np.array(wanted, np.int64),
+            np.array(before, np.int64),
+            np.array(decisions, np.int64),
+            np.array(episode, np.int64),
+            np.array(seconds, np.float64),
+        )
 
 
 def _spelled(commands: Mapping[str, float]) -> tuple[tuple[str, float], ...]:

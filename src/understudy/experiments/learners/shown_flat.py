@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
-from math import pi, tau
+from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
 from understudy.training.demonstrators.forager import ASTRAY, CAPACITY, FACING, all_home
+from understudy.training.demonstrators.servo import (
+    BASIC_STATES,
+    EMERGED_PX,
+    FEATURES,
+    MIDDLE_PX,
+    OTHER_PX,
+    blob_x,
+    there,
+)
 from understudy.training.demonstrators.teacher import Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -60,3 +69,33 @@ FLAT_FORAGE = Topic(
     limit_s=600.0,
 )
 
+
+class Servo:
+    """Find the ball, walk to it, and where it is lost turn to the side where it was last seen."""
+
+    def __init__(self, search: str = "left") -> None:
+        self._search = self._side = search
+
+    def __call__(self, screen: Screen) -> str | None:
+        """The basic behavior it would rather have the robot do."""
+        x, turning = blob_x(screen), screen.state.startswith("turn")
+        if screen.state == "start":
+            self._side = self._search
+        if isnan(x):
+            return None if turning else f"turn_{self._side}"
+        if abs(x - MIDDLE_PX) > OTHER_PX:
+            self._side = "left" if x < MIDDLE_PX else "right"
+        inside = EMERGED_PX < x < 2 * MIDDLE_PX - EMERGED_PX
+        return "walk_forward" if inside or not turning else None
+
+
+FLAT_SERVOING = Topic(
+    "servoing_flat",
+    lambda library: new_lesson(library, "servoing_flat", states=BASIC_STATES, features=FEATURES),
+    Servo(),
+    Servo(),
+    there,
+    cases=(),
+    tries=0,
+    limit_s=60.0,
+)
