@@ -30,7 +30,7 @@ def fit_tree(lesson: Lesson, seed: int, *, leaf: int = 5) -> Classifier:
     return classify
 
 
-def fit_nearest(lesson: Lesson, seed: int, *, neighbors: int = 5, most: int = 4_000) -> Classifier:
+def fit_nearest(lesson: Lesson, seed: int, *, neighbors: int = 5, most: int = 2_000) -> Classifier:
     """The majority of the nearest ticks (Fix and Hodges 1951), among at most so many of them."""
     from sklearn.neighbors import KDTree
 
