@@ -260,8 +260,9 @@ def draw(rows: Sequence[Row]) -> Figure:
             axis.set_xscale("log")
             axis.set_ylim(-4, 104)
             axis.set_xlabel(said)
-        axes[k].set_xticks(BUDGETS, [str(n) for n in BUDGETS])
-        axes[k].minorticks_off()
+        for axis, ticks in ((axes[k], BUDGETS), (axes[len(names) + k], (10, 30, 100, 300, 1_000))):
+            axis.set_xticks(ticks, [f"{n:,}" for n in ticks])
+            axis.minorticks_off()
         axes[k].set_title(NAMES[task])
     for row in (0, len(names)):
         axes[row].set_ylabel("success, %")
