@@ -1,8 +1,16 @@
 from typing import Any, Literal
 
+from numpy.typing import NDArray
 from sklearn.base import ClassifierMixin
 
+class Tree:
+    value: NDArray[Any]
+
+    def apply(self, X: NDArray[Any]) -> NDArray[Any]: ...
+
 class DecisionTreeClassifier(ClassifierMixin):
+    tree_: Tree
+
     def __init__(
         self,
         *,

@@ -16,6 +16,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "repertoire": "Which behaviors can be taught from a few examples each, and how well are they done then?",
         "servoing": "When does memory help a robot that follows what its camera sees?",
         "novices": "Can people who have never done it teach a robot in five minutes?",
+        "learners": "What do other learners make of the same few decisions?",
     }
 )
 """What each asks, in the order in which they are told."""

@@ -1,0 +1,286 @@
+"""The experiment: the same tasks taught to everybody, success against decisions and against seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from understudy.experiments.catalog import QUESTIONS
+from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy.experiments.figures import COLORS, panels
+from understudy.experiments.learners.comparing import (
+    BUDGETS,
+    LEARNERS,
+    NEURAL,
+    UNDERSTUDY,
+    WITH,
+    WORLDS,
+    compared,
+)
+from understudy.experiments.learners.exercises import EXERCISES
+from understudy.experiments.statistics import differ, interval_of_median, told
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEACHINGS = range(55_000, 55_020)
+INSTALL = "pip install 'understudy[baselines]'"
+MODULES = {"scikit-learn": "sklearn", "PyTorch": "torch"}
+AT, AHEAD, WORST = 100, 30.0, ("forage", "servoing")
+"""At so many decisions, so many percentage points ahead of the best net, on these."""
+TIMES_S = (30, 60, 120, 240, 480)
+"""Seconds of the demonstrator's time after which success is told, too."""
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each task with each family of learners that is here, for each seed."""
+    here = [by for by in WITH if by not in MODULES or find_spec(MODULES[by]) is not None]
+    return [
+        {"task": name, "with": by, "seed": seed} for seed in plan.seeds for name in EXERCISES for by in here
+    ]
+
+
+def work(task: Task) -> Row:
+    """What each learner of a family comes to."""
+    return {"learners": compared(task["task"], task["seed"], by=task["with"])}
+
+
+def at(found: Mapping[str, Any], decisions: int) -> float:
+    """Success after so many decisions."""
+    return float(found["success"][BUDGETS.index(decisions)])
+
+
+def after(found: Mapping[str, Any], seconds: float) -> float:
+    """Success after so many seconds: that of the last judged decisions which were over by then."""
+    spent = [
+        share for share, until in zip(found["success"], found["seconds"], strict=True) if until <= seconds
+    ]
+    return float(spent[-1]) if spent else 0.0
+
+
+def found_by(rows: Sequence[Row], task: str) -> dict[str, list[Mapping[str, Any]]]:
+    """What each learner came to in a task, seed by seed."""
+    found: dict[str, list[Mapping[str, Any]]] = {}
+    for learner in LEARNERS:
+        each = [
+            row["learners"][learner]
+            for row in rows
+            if row["task"]["task"] == task and learner in row["learners"]
+        ]
+        if each:
+            found[learner] = each
+    return found
+
+
+def best_net(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> str | None:
+    """The net with the highest mean success after so many decisions; None where there is none."""
+    nets = [name for name in NEURAL if name in found]
+    return max(
+        nets, key=lambda name: float(np.mean([at(each, decisions) for each in found[name]])), default=None
+    )
+
+
+def conclude(rows: Sequence[Row]) -> Findings:
+    """Who succeeds after how many decisions, and after how many seconds."""
+    found = {task: found_by(rows, task) for task in EXERCISES}
+    seeds = sorted({row["task"]["seed"] for row in rows})
+    return Findings(
+        headline=headline(found),
+        tables=(
+            *(_by_decisions(task, each, seeds) for task, each in found.items()),
+            *(_by_seconds(task, each) for task, each in found.items()),
+        ),
+        goals=goals(found),
+        notes=notes(found),
+        numbers={
+            task: {
+                learner: {
+                    "decisions": {str(n): _middle([at(one, n) for one in each]) for n in BUDGETS},
+                    "seconds": {str(s): _middle([after(one, s) for one in each]) for s in TIMES_S},
+                    "ticks": {
+                        str(n): _middle([one["ticks"][k] for one in each]) for k, n in enumerate(BUDGETS)
+                    },
+                }
+                for learner, each in all_.items()
+            }
+            for task, all_ in found.items()
+        },
+    )
+
+
+def _middle(values: Sequence[float]) -> float:
+    return round(float(np.median(values)), 4)
+
+
+def _by_decisions(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]], seeds: Sequence[int]) -> Table:
+    return Table(
+        f"{NAMES[task]}: success after so many decisions of the demonstrator, seeds {seeds[0]} to {seeds[-1]}, "
+        f"{WORLDS} unseen worlds each",
+        ("learner", *(f"#{n}" for n in BUDGETS)),
+        [
+            (learner, *(told([at(each, n) for each in of], percent=True) for n in BUDGETS))
+            for learner, of in found.items()
+        ],
+    )
+
+
+def _by_seconds(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
+    return Table(
+        f"{NAMES[task]}: success after so much of the demonstrator's time",
+        ("learner", *(f"#{s} s" for s in TIMES_S)),
+        [
+            (learner, *(told([after(each, s) for each in of], percent=True) for s in TIMES_S))
+            for learner, of in found.items()
+        ],
+    )
+
+
+NAMES = {"goto": "GoTo", "forage": "Forage", "servoing": "Servoing"}
+
+
+def ahead(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> dict[str, Any] | None:
+    """How far Understudy's success lies above the best net's, percentage points, with a 95 % interval and p."""
+    net = best_net(found, decisions)
+    if net is None or UNDERSTUDY not in found:
+        return None
+    ours = np.array([at(each, decisions) for each in found[UNDERSTUDY]])
+    theirs = np.array([at(each, decisions) for each in found[net]])
+    low, high = interval_of_median(100 * (ours - theirs))
+    return {
+        "net": net,
+        "points": round(100 * float(np.median(ours - theirs)), 1),
+        "low": round(low, 1),
+        "high": round(high, 1),
+        "p": differ(ours.tolist(), theirs.tolist()),
+        "ours": float(np.median(ours)),
+        "theirs": float(np.median(theirs)),
+    }
+
+
+def headline(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> str:
+    """In a sentence or two."""
+    parts = []
+    for task, each in found.items():
+        lead = ahead(each, AT)
+        if lead is not None:
+            parts.append(f"{NAMES[task]} {lead['ours']:.0%} against {lead['theirs']:.0%}")
+    if not parts:
+        return "Without PyTorch and scikit-learn there is nothing to compare with."
+    return (
+        f"Success after {AT} decisions of the demonstrator, taught with Understudy against the best net that learned "
+        f"from as many: {', '.join(parts)} (medians)."
+    )
+
+
+def goals(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[Goal, ...]:
+    """What was to be reached: at 100 decisions 30 points above the best net."""
+    made = []
+    for task in WORST:
+        lead = ahead(found[task], AT)
+        if lead is not None:
+            said = (
+                f"{lead['points']:.0f} points above {lead['net']} ({lead['low']:.0f} to {lead['high']:.0f})"
+            )
+            made.append(
+                Goal(
+                    f"{NAMES[task]}: success at {AT} decisions above the best net's",
+                    f"{AHEAD:.0f} points",
+                    said,
+                    lead["points"] >= AHEAD,
+                )
+            )
+    return tuple(made)
+
+
+def notes(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[str, ...]:
+    """Where Understudy loses, and how much was labeled."""
+    lost = []
+    for task, each in found.items():
+        ours = each.get(UNDERSTUDY, [])
+        for name, of in each.items():
+            if name == UNDERSTUDY or not ours:
+                continue
+            at_decisions = [
+                str(n)
+                for n in BUDGETS
+                if np.mean([at(one, n) for one in of]) > np.mean([at(one, n) for one in ours])
+            ]
+            at_seconds = [
+                f"{s} s"
+                for s in TIMES_S
+                if np.mean([after(one, s) for one in of]) > np.mean([after(one, s) for one in ours])
+            ]
+            if at_decisions or at_seconds:
+                said = " and ".join(
+                    part
+                    for part in (
+                        f"after {', '.join(at_decisions)} decisions" if at_decisions else "",
+                        f"after {', '.join(at_seconds)}" if at_seconds else "",
+                    )
+                    if part
+                )
+                lost.append(f"{NAMES[task]}, {name}: {said}")
+    where = "; ".join(lost) if lost else "nowhere in these tables"
+    labeled = ", ".join(
+        f"{NAMES[task]} {np.median([one['ticks'][BUDGETS.index(AT)] for one in each['dagger']]):.0f}"
+        for task, each in found.items()
+        if "dagger" in each
+    )
+    return (
+        f"Where another learner has the higher mean success: {where}.",
+        *(
+            (f"Ticks that the teacher of DAgger labeled for {AT} decisions, median: {labeled}.",)
+            if labeled
+            else ()
+        ),
+    )
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """Success against decisions, and against seconds: medians, with a band that holds half of the seeds."""
+    names = list(EXERCISES)
+    figure, axes = panels(2 * len(names), rows=2, wide=3.2, tall=2.6)
+    for k, task in enumerate(names):
+        found = found_by(rows, task)
+        for learner, color in zip(LEARNERS, COLORS, strict=False):
+            each = found.get(learner, [])
+            if not each:
+                continue
+            success = 100 * np.array([one["success"] for one in each])
+            low, middle, high = np.percentile(success, [25, 50, 75], axis=0)
+            seconds = np.median([one["seconds"] for one in each], axis=0)
+            width = 2.4 if learner == UNDERSTUDY else 1.3
+            for axis, x in ((axes[k], BUDGETS), (axes[len(names) + k], seconds)):
+                axis.plot(x, middle, "o-", color=color, linewidth=width, markersize=3, label=learner)
+                axis.fill_between(x, low, high, color=color, alpha=0.08, linewidth=0)
+        for axis, said in ((axes[k], "decisions"), (axes[len(names) + k], "seconds of demonstration")):
+            axis.set_xscale("log")
+            axis.set_ylim(-4, 104)
+            axis.set_xlabel(said)
+        for axis, ticks in ((axes[k], BUDGETS), (axes[len(names) + k], (10, 30, 100, 300, 1_000))):
+            axis.set_xticks(ticks, [f"{n:,}" for n in ticks])
+            axis.minorticks_off()
+        axes[k].set_title(NAMES[task])
+    for row in (0, len(names)):
+        axes[row].set_ylabel("success, %")
+    if axes[0].get_legend_handles_labels()[0]:
+        axes[0].legend(fontsize=7, loc="lower right")
+    return figure
+
+
+EXPERIMENT = Experiment(
+    name="learners",
+    question=QUESTIONS["learners"],
+    seeds=TEACHINGS,
+    quick=1,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+    worlds=("forage",),
+    varies=NEURAL,  # the last digits of other machines' arithmetic grow while a net is trained
+    needs={"sklearn": INSTALL, "torch": INSTALL},
+)
