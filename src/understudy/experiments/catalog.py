@@ -13,6 +13,8 @@ from understudy.experiments.experiment import Experiment
 QUESTIONS: Mapping[str, str] = MappingProxyType(
     {
         "forage": "Can a robot be taught to forage, and how well does it do it then?",
+        "servoing": "When does memory help a robot that follows what its camera sees?",
+        "novices": "Can people who have never done it teach a robot in five minutes?",
     }
 )
 """What each asks, in the order in which they are told."""

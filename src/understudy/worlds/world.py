@@ -136,13 +136,17 @@ class World:
 
     def act(self, commands: Commands) -> None:
         """Obey for one tick; a channel left out rests. An unusable command raises, and nothing moves."""
+        obey(self._context(()), self.worlds, self.commanded(commands))
+
+    def commanded(self, commands: Commands) -> NDArray[np.float64]:
+        """Commands as a table [B*N, 4], a column per channel and none left out; an unusable one raises."""
         names = [channel.name for channel in self.channels]
         table = np.zeros((self.agents, 4))
         for channel, column in commands.items():
             if channel not in names:
                 raise UnknownName(what="channel", name=channel, where=self._where, known=names)
             table[:, names.index(channel)] = self._column(channel, column)
-        obey(self._context(()), self.worlds, table)
+        return table
 
     def advance(
         self, plan: FusedPlan, ticks: int, threads: int | None = None, *, until_finished: bool = False
