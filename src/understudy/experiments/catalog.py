@@ -15,6 +15,9 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "forage": "Can a robot be taught to forage, and how well does it do it then?",
         "servoing": "When does memory help a robot that follows what its camera sees?",
         "novices": "Can people who have never done it teach a robot in five minutes?",
+        "hierarchy": "Does a robot learn with fewer examples when a task is taught in layers?",
+        "ablation": "Which parts of the method matter, and how much?",
+        "small": "How small are the lessons that robots learn from?",
     }
 )
 """What each asks, in the order in which they are told."""

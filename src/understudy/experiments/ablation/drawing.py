@@ -42,9 +42,10 @@ class Drawing:
 
 
 def drawn_by_votes(library: Library, *, corrected: bool) -> Library:
-    """The library with leaves that draw, by their press-made examples.
+    """The library with leaves that draw by their examples, a watched one a tenth of a press-made one.
 
-    `corrected` counts each state once more than it was shown (Laplace; Provost and Domingos 2003).
+    `corrected`: by the press-made ones, and each state counts once more than it was shown (Laplace's correction;
+    Provost and Domingos 2003).
     """
     automata = [
         drawing(taught, corrected=corrected)
@@ -74,10 +75,12 @@ def _shares(
     tree: Tree, examples: Sequence[Example], names: Sequence[str], *, corrected: bool
 ) -> dict[int, tuple[tuple[int, float], ...]]:
     """By leaf, each state with the share of the votes up to it; a leaf without votes has none, and stays."""
+    weights = (1, 0) if corrected else (10, 1)  # of press-made examples and watched ones, as the learner's
     votes: dict[int, list[int]] = {leaf: [int(corrected)] * len(names) for _, leaf in tree.leaves()}
     for example in examples:
-        if example.pressed:
-            votes[tree.path(example.values)[1]][names.index(example.next)] += 1
+        leaf = tree.path(example.values)[1]
+        if leaf in votes:
+            votes[leaf][names.index(example.next)] += weights[not example.pressed]
     found = {}
     for leaf, counts in votes.items():
         voted = [(state, count) for state, count in enumerate(counts) if count]

@@ -81,6 +81,16 @@ def with_all_features() -> tuple[Topic, ...]:
     return tuple(chosen)
 
 
+def with_features_of_all() -> tuple[Topic, ...]:
+    """The usual topics, each with every feature that any of the four lessons needs."""
+    own = ("done", "food_left", "food_stored", "food_below_me", "at_station")
+    goto, *others = TOPICS
+    return (
+        _choosing(goto, ("distance_to(A)", "angle_to(A)", *own)),
+        *(_choosing(topic, own) for topic in others),
+    )
+
+
 def without_flags() -> tuple[Topic, ...]:
     """The usual topics, but no automaton sees the flag of the one below: it has to tell by other readings."""
     goto, harvest, deposit, forage = TOPICS

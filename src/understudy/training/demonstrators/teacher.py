@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from math import inf
 from typing import TypeAlias
 
 import numpy as np
@@ -36,10 +37,13 @@ taught."""
 
 @dataclass(frozen=True, slots=True)
 class Patience:
-    """How many corrections a teacher bears before a lesson is thrown away, and how many lessons of one automaton."""
+    """How many corrections a teacher bears before a lesson is thrown away, how many lessons of one automaton, and how
+    long they teach it at most, s.
+    """
 
     corrections: int = 12
     lessons: int = 3
+    seconds: float = inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,12 +142,17 @@ class Teacher:
             self.accounts[topic.name] = Account()
             lesson = topic.choose(self.library)
             lesson = replace(lesson, options=self._options.get(topic.name, lesson.options))
-            while (
-                not self._teach(topic, lesson) and self.accounts[topic.name].lessons < self._patience.lessons
-            ):
+            while not self._teach(topic, lesson) and self._goes_on(topic):
                 self._progress(topic.name, "thrown away, taught again", self.accounts[topic.name])
             self._progress(topic.name, "learned", self.accounts[topic.name])
         return Teaching(self.library, self.accounts)
+
+    def _goes_on(self, topic: Topic) -> bool:
+        account, patience = self.accounts[topic.name], self._patience
+        return account.lessons < patience.lessons and not self._had_enough(topic)
+
+    def _had_enough(self, topic: Topic) -> bool:
+        return self.accounts[topic.name].seconds >= self._patience.seconds
 
     def _teach(self, topic: Topic, lesson: Lesson) -> bool:
         """One lesson from its beginning; whether it came right."""
@@ -182,7 +191,7 @@ class Teacher:
             verdict = self._test(topic, session)
             if verdict is Verdict.CORRECTED:
                 passed, corrections = 0, corrections + 1
-                if corrections > self._patience.corrections:
+                if corrections > self._patience.corrections or self._had_enough(topic):
                     return False
                 continue  # from where it is
             passed = passed + 1 if verdict is Verdict.ENOUGH else 0
@@ -190,7 +199,7 @@ class Teacher:
             lesson = session.lesson
             if verdict is Verdict.LOST:
                 corrections += 1
-                if corrections > self._patience.corrections:
+                if corrections > self._patience.corrections or self._had_enough(topic):
                     return False
                 if not self._correct_below(session):
                     lesson = self._show_case(topic, topic.cases[tried % len(topic.cases)], lesson)

@@ -1,0 +1,34 @@
+"""The experiment: many teachings of each variant, beside as many of what it is set against, from the same seeds."""
+
+from __future__ import annotations
+
+from understudy.experiments.ablation.findings import conclude, draw
+from understudy.experiments.ablation.measuring import measured
+from understudy.experiments.ablation.variants import VARIANTS
+from understudy.experiments.catalog import QUESTIONS
+from understudy.experiments.experiment import Experiment, Plan, Row, Task
+
+SEEDS = range(56_000, 56_020)
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each variant with each teaching seed; the variants of one seed share what they are judged by."""
+    return [{"variant": name, "seed": seed} for seed in plan.seeds for name in VARIANTS]
+
+
+def work(task: Task) -> Row:
+    """One teaching of a variant."""
+    return measured(task["variant"], task["seed"])
+
+
+EXPERIMENT = Experiment(
+    name="ablation",
+    question=QUESTIONS["ablation"],
+    seeds=SEEDS,
+    quick=1,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+    worlds=("forage",),
+)
