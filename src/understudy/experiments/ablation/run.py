@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from understudy.experiments.ablation.findings import conclude, draw
 from understudy.experiments.ablation.measuring import measured
-from understudy.experiments.ablation.variants import VARIANTS
+from understudy.experiments.ablation.variants import BASE, VARIANTS
 from understudy.experiments.catalog import QUESTIONS
 from understudy.experiments.experiment import Experiment, Plan, Row, Task
 
@@ -17,8 +17,9 @@ def tasks(plan: Plan) -> list[Task]:
 
 
 def work(task: Task) -> Row:
-    """One teaching of a variant."""
-    return measured(task["variant"], task["seed"])
+    """One teaching of a variant; with its lessons where it is the base."""
+    row = measured(task["variant"], task["seed"])
+    return row if task["variant"] == BASE else {key: row[key] for key in row if key != "lessons"}
 
 
 EXPERIMENT = Experiment(

@@ -26,10 +26,10 @@ from understudy.worlds.forage_settings import ForageSettings
 from understudy.worlds.soccer import Soccer
 from understudy.worlds.soccer import kit as soccer_kit
 
-WORLDS = 50
+WORLDS = 30
 """Unseen worlds of each look."""
-MOST_CORRECTIONS, MOST_S = 180, 5_400.0
-"""A teacher corrects one and the same lesson until it comes right, or has had enough: about 400 examples, 90 minutes."""
+MOST_CORRECTIONS, MOST_S = 150, 2_400.0
+"""A teacher corrects a lesson until it comes right, or has had enough: about 400 examples, 40 minutes."""
 
 FORAGING, SERVOING = tuple(LAYERS), ("one automaton", "two automata")
 
@@ -41,7 +41,7 @@ def taught(way: str, seed: int) -> dict[str, Any]:
 
 def _forager(way: str, seed: int) -> dict[str, Any]:
     curve = Curve("forage", lambda library: foraging_success(library, seed))
-    return _looked_at(curve, Library(kit), make_practice, seed, LAYERS[way], OPTIONS[way])
+    return _looked_at(curve, Library(kit), make_practice, seed, LAYERS[way], OPTIONS)
 
 
 def _servo(way: str, seed: int) -> dict[str, Any]:
@@ -59,7 +59,9 @@ def _looked_at(
     options: Mapping[str, Options],
 ) -> dict[str, Any]:
     patience = Patience(MOST_CORRECTIONS, lessons=1, seconds=MOST_S)
-    teacher = Teacher(library, make, seed, options=options, progress=curve.look, patience=patience)
+    teacher = Teacher(
+        library, make, seed, options=options, progress=curve.look, patience=patience, person=curve.person
+    )
     curve.teacher = teacher
     teaching = teacher.teach(*chosen)
     return {
