@@ -140,7 +140,13 @@ NOTES = (
     "the robot before it has done anything.",
     "All features with watched examples was left out: its trees are grown from thousands of examples with seven "
     "angles and distances, and a teaching takes minutes.",
-    "Leaves that draw are the base's: only the runs in the end draw.",
+    "Leaves that draw are the base's: only the runs in the end draw. Drawn by votes they do as well, since nearly all "
+    "leaves agree; Laplace's correction has a robot leave its state by chance every few ticks.",
+    "A robot that sees no flags loads as soon as food is within reach, half a meter away, while GoTo says that it is "
+    "there at about 0.4 m: that is why it is faster. In this world other readings tell what flags would; where nothing "
+    "but a flag tells, it cannot be left out.",
+    "Angles cut by plain thresholds do as well as arcs here: what matters are two cuts not far from ahead, and neither "
+    "way of counting has its seam where robots of this lesson have to decide finely.",
 )
 
 
