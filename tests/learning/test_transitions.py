@@ -15,7 +15,7 @@ from understudy.learning.transitions import learn, learned
 from understudy.model.automaton import State
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import Lesson, Options, Trees
-from understudy.model.tree import Tree
+from understudy.model.tree import Tree, leaf
 
 APPROACH = lesson(
     [
@@ -50,6 +50,20 @@ def test_boundaries_follow_the_options() -> None:
     assert cut(Options()) == pytest.approx(2, abs=1e-9)
     assert cut(Options(learner=Trees(boundary="midpoint"))) == 5.5
     assert cut(Options(watched=True)) == 5.5
+
+
+def test_a_lesson_may_leave_automatic_defaults_out() -> None:
+    alone = learn(replace(APPROACH, options=Options(learner=Trees(defaults=False))))
+    assert set(alone) == {"start", "forward"}
+    forward = alone["forward"]
+    assert isinstance(forward, Tree)
+    assert forward.nodes == (leaf(APPROACH.automaton.index("load")),)
+    assert (
+        report(replace(APPROACH, options=Options(learner=Trees(defaults=False))))
+        .states["forward"]
+        .disagreements
+        == 0
+    )
 
 
 def test_watched_examples_of_any_state_make_midpoints_everywhere() -> None:

@@ -164,7 +164,7 @@ def options() -> st.SearchStrategy[Options]:
         Options,
         st.floats(0, LONGEST_REACTION_S),
         st.booleans(),
-        st.builds(Trees, st.sampled_from(["default keeps the gap", "midpoint"])),
+        st.builds(Trees, st.sampled_from(["default keeps the gap", "midpoint"]), st.booleans()),
     )
 
 

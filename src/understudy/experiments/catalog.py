@@ -16,7 +16,10 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "repertoire": "Which behaviors can be taught from a few examples each, and how well are they done then?",
         "servoing": "When does memory help a robot that follows what its camera sees?",
         "novices": "Can people who have never done it teach a robot in five minutes?",
+        "hierarchy": "Does a robot learn with fewer examples when a task is taught in layers?",
         "learners": "What do other learners make of the same few decisions?",
+        "ablation": "Which parts of the method matter, and how much?",
+        "small": "How small are the lessons that robots learn from?",
     }
 )
 """What each asks, in the order in which they are told."""

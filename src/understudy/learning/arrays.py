@@ -12,7 +12,7 @@ from understudy.errors import DefinitionError
 from understudy.learning._kernels import DEFAULT, SHOWN, WATCHED
 from understudy.model.example import Example, ExampleKind
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Lesson, Scikit
 from understudy.model.tree import STAY
 
 GROUPS = {
@@ -37,6 +37,14 @@ class Shown:
     current: int
 
 
+def heeded(lesson: Lesson) -> tuple[Example, ...]:
+    """The examples that teach: all, but for automatic defaults where the lesson leaves them out."""
+    learner = lesson.options.learner
+    if isinstance(learner, Scikit) or learner.defaults:
+        return lesson.examples
+    return tuple(example for example in lesson.examples if example.kind is not ExampleKind.DEFAULT)
+
+
 def teaching(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
     """The examples behind each state's transition function; only states that have one, in declared order.
 
@@ -48,7 +56,7 @@ def teaching(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
         pool = tuple(example for example in lesson.examples if example.shown and example.state in lasting)
         return dict.fromkeys(lasting, pool) if pool else {}
     by_state: dict[str, list[Example]] = {name: [] for name in lesson.automaton.state_names}
-    for example in lesson.examples:
+    for example in heeded(lesson):
         if example.state not in by_state:
             lesson.automaton.index(example.state)  # raises UnknownName
         by_state[example.state].append(example)

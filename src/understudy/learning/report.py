@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from time import perf_counter
 
-from understudy.learning.arrays import teaching, vectors
+from understudy.learning.arrays import heeded, teaching, vectors
 from understudy.learning.grow import prepare
 from understudy.learning.transitions import learn_state
 from understudy.model.account import shown
@@ -84,7 +84,7 @@ def disagreements(lesson: Lesson, state: str, function: Transition) -> tuple[Exa
     """The state's press-made examples that its transition function decides otherwise than shown."""
     names = lesson.automaton.state_names
     found = []
-    for example in lesson.examples:
+    for example in heeded(lesson):
         if example.state == state and example.pressed:
             outcome = function.decide(example.values)
             if (state if outcome == STAY else names[outcome]) != example.next:

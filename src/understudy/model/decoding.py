@@ -127,7 +127,8 @@ def lesson_of(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesson:
 
 def _options(doc: OptionsDoc) -> Options:
     if isinstance(doc.learner, TreesDoc):
-        return Options(doc.reaction_s, doc.watched, Trees(doc.learner.boundary))
+        trees = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False)
+        return Options(doc.reaction_s, doc.watched, trees)
     return Options(doc.reaction_s, doc.watched, Scikit(doc.learner.classifier, doc.learner.parameters))
 
 

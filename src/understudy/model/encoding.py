@@ -7,6 +7,8 @@ from dataclasses import replace
 from math import isnan
 from typing import Literal, TypeVar, cast
 
+from msgspec import UNSET
+
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.example import Example
@@ -102,7 +104,8 @@ def lesson_doc(lesson: Lesson) -> LessonDoc:
 def _options_doc(options: Options) -> OptionsDoc:
     learner: TreesDoc | ScikitDoc
     if isinstance(options.learner, Trees):
-        learner = TreesDoc(boundary=options.learner.boundary)
+        trees = options.learner
+        learner = TreesDoc(boundary=trees.boundary, defaults=UNSET if trees.defaults else False)
     else:
         learner = ScikitDoc(
             classifier=options.learner.classifier, parameters=dict(sorted(options.learner.parameters.items()))

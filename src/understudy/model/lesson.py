@@ -31,9 +31,13 @@ BOUNDARIES = ("default keeps the gap", "midpoint")
 
 @dataclass(frozen=True, slots=True)
 class Trees:
-    """Learn decision trees. `boundary` says where cuts go; lessons with watched examples take midpoints."""
+    """Learn decision trees. `boundary` says where cuts go; lessons with watched examples take midpoints.
+
+    Without `defaults`, what was recorded automatically after a switch teaches nothing.
+    """
 
     boundary: Literal["default keeps the gap", "midpoint"] = "default keeps the gap"
+    defaults: bool = True
 
     def __post_init__(self) -> None:
         if self.boundary not in BOUNDARIES:

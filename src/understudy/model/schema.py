@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, Literal, TypeAlias
 
-from msgspec import Meta, Struct, field
+from msgspec import UNSET, Meta, Struct, UnsetType, field
 
 FORMAT = 1
 """The format that is written. Older ones are brought up to it by `MIGRATIONS`, newer ones refused."""
@@ -57,9 +57,10 @@ class AutomatonDoc(Part, omit_defaults=False, kw_only=True):
 
 
 class TreesDoc(Part, tag_field="learns", tag="trees", omit_defaults=False, kw_only=True):
-    """Decision trees."""
+    """Decision trees. `defaults` is left out where they teach."""
 
     boundary: Literal["default keeps the gap", "midpoint"]
+    defaults: bool | UnsetType = UNSET
 
 
 class ScikitDoc(Part, tag_field="learns", tag="scikit-learn", omit_defaults=False, kw_only=True):

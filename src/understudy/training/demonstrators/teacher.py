@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from math import inf
 from typing import TypeAlias
 
 import numpy as np
@@ -23,6 +24,9 @@ from understudy.training.session import Session
 MakesBody: TypeAlias = Callable[[str, int], Body]
 """Makes a world for one robot to practice in, by the name of the practice and a seed; it can be reset."""
 
+MakesPerson: TypeAlias = Callable[[np.random.Generator, Reaction], Person]
+"""Makes the person who teaches, from what they draw from and how fast they react."""
+
 LOOK_S = 1.0
 """How long it takes to look at a fresh world and pass it over, s."""
 
@@ -30,7 +34,16 @@ FIRST_SEED = 2**40
 """Worlds to practice in have seeds from here on, worlds to be judged in lower ones: no robot is judged where it was
 taught."""
 
-MOST_LESSONS, MOST_CORRECTIONS = 3, 12
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """How many corrections a teacher bears before a lesson is thrown away, how many lessons of one automaton, and how
+    long they teach it at most, s.
+    """
+
+    corrections: int = 12
+    lessons: int = 3
+    seconds: float = inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,12 +125,14 @@ class Teacher:
         options: Mapping[str, Options],
         reaction: Reaction = Reaction(),
         progress: Progress = lambda name, what, account: None,
+        patience: Patience = Patience(),
+        person: MakesPerson = Person,
     ) -> None:
         self.library = library
         self.accounts: dict[str, Account] = {}
         self._make, self._options, self._progress = make, options, progress
         self._draws = np.random.default_rng([seed, 1])
-        self._person = Person(self._draws, reaction)
+        self._person, self._patience = person(self._draws, reaction), patience
         self._topics: dict[str, Topic] = {}
 
     def teach(self, *topics: Topic) -> Teaching:
@@ -127,10 +142,17 @@ class Teacher:
             self.accounts[topic.name] = Account()
             lesson = topic.choose(self.library)
             lesson = replace(lesson, options=self._options.get(topic.name, lesson.options))
-            while not self._teach(topic, lesson) and self.accounts[topic.name].lessons < MOST_LESSONS:
+            while not self._teach(topic, lesson) and self._goes_on(topic):
                 self._progress(topic.name, "thrown away, taught again", self.accounts[topic.name])
             self._progress(topic.name, "learned", self.accounts[topic.name])
         return Teaching(self.library, self.accounts)
+
+    def _goes_on(self, topic: Topic) -> bool:
+        account, patience = self.accounts[topic.name], self._patience
+        return account.lessons < patience.lessons and not self._had_enough(topic)
+
+    def _had_enough(self, topic: Topic) -> bool:
+        return self.accounts[topic.name].seconds >= self._patience.seconds
 
     def _teach(self, topic: Topic, lesson: Lesson) -> bool:
         """One lesson from its beginning; whether it came right."""
@@ -169,7 +191,7 @@ class Teacher:
             verdict = self._test(topic, session)
             if verdict is Verdict.CORRECTED:
                 passed, corrections = 0, corrections + 1
-                if corrections > MOST_CORRECTIONS:
+                if corrections > self._patience.corrections or self._had_enough(topic):
                     return False
                 continue  # from where it is
             passed = passed + 1 if verdict is Verdict.ENOUGH else 0
@@ -177,7 +199,7 @@ class Teacher:
             lesson = session.lesson
             if verdict is Verdict.LOST:
                 corrections += 1
-                if corrections > MOST_CORRECTIONS:
+                if corrections > self._patience.corrections or self._had_enough(topic):
                     return False
                 if not self._correct_below(session):
                     lesson = self._show_case(topic, topic.cases[tried % len(topic.cases)], lesson)
@@ -200,7 +222,7 @@ class Teacher:
         if lesson is None:
             return False
         below = Session(session.body, self.library, lesson, targets=targets)
-        for corrections in range(MOST_CORRECTIONS):
+        for corrections in range(self._patience.corrections):
             if self._test(topic, below) is not Verdict.CORRECTED:
                 return corrections > 0
         return True

@@ -1,0 +1,129 @@
+"""The ablation experiment: its people, its drawing leaves, its other features, and a teaching beside the published."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.learning.lessons import lesson
+
+from understudy.experiments.ablation import run
+from understudy.experiments.ablation.drawing import chance_of, drawing
+from understudy.experiments.ablation.people import ATTENTIVE_S, AWAY_S, Candid, Confirming, Inattentive
+from understudy.experiments.ablation.seeing import cosine_to, round_angle_to, signed_angle_to, sine_to
+from understudy.experiments.ablation.variants import BASE, SILENT, VARIANTS
+from understudy.experiments.forage.teaching import make_practice
+from understudy.experiments.published import differences, published
+from understudy.experiments.running import row_of
+from understudy.learning.transitions import learned
+from understudy.model.example import ExampleKind
+from understudy.model.feature import Readings
+from understudy.model.library import Library, Taught
+from understudy.model.tree import STAY
+from understudy.training.demonstrators.forager import GOTO
+from understudy.training.demonstrators.person import Reaction
+from understudy.training.session import Session
+from understudy.worlds.forage import kit
+
+
+def test_a_teaching_is_as_published() -> None:
+    known = published("ablation")
+    assert known is not None
+    row = row_of(run.EXPERIMENT, {"variant": "defaults by hand, not watched", "seed": run.SEEDS[0]})
+    assert differences([row], known, run.EXPERIMENT) == []
+
+
+def test_every_variant_is_set_against_a_base() -> None:
+    assert {variant.against for variant in VARIANTS.values()} == {BASE, SILENT}
+
+
+# Leaves that draw
+
+
+def test_leaves_draw_by_their_votes() -> None:
+    shown = lesson(
+        [
+            ("go", [9], "go", "default"),
+            ("go", [2], "load", "directive"),
+            ("go", [2], "load", "directive"),
+            ("go", [2], "go", "confirmation"),  # contradicts the two before
+        ]
+    )
+    automaton = drawing(Taught(learned(shown), shown), corrected=False)
+    assert str(automaton.features[-1]) == chance_of("lesson")
+    decide = automaton.transitions["go"].decide
+    go, load = automaton.index("go"), automaton.index("load")
+    assert [decide([9, draw]) for draw in (0.0, 0.5, 0.99)] == [go, go, go]
+    assert [decide([2, draw]) for draw in (0.0, 0.3, 0.34, 0.99)] == [
+        go,
+        go,
+        load,
+        load,
+    ]  # declared: go, load
+
+
+def test_corrected_votes_leave_a_chance_to_every_state() -> None:
+    shown = lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
+    automaton = drawing(Taught(learned(shown), shown), corrected=True)
+    decide = automaton.transitions["go"].decide
+    start, go, load = range(3)
+    assert [decide([2, draw]) for draw in (0.1, 0.3, 0.6)] == [start, go, load]  # 1, 1 and 2 of 4
+
+
+def test_absence_never_shown_stays_whatever_is_drawn() -> None:
+    shown = lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
+    decide = drawing(Taught(learned(shown), shown), corrected=False).transitions["go"].decide
+    assert decide([float("nan"), 0.5]) == STAY
+
+
+# People
+
+
+def session() -> Session:
+    library = Library(kit)
+    return Session(make_practice("an arena", 2**41), library, GOTO.choose(library), targets={"A": "station"})
+
+
+PROMPT = Reaction(0.0, 0.0, 0.05)
+
+
+def test_who_confirms_makes_an_example_of_staying() -> None:
+    person, taught = Confirming(np.random.default_rng(1), PROMPT), session()
+    person.show(
+        taught,
+        lambda screen: "forward" if screen.state == "start" else None,
+        until=lambda screen: screen.time_s > 1.5,
+        limit_s=3.0,
+    )
+    kinds = [example.kind for example in taught.examples]
+    assert kinds == [ExampleKind.DIRECTIVE, ExampleKind.DEFAULT, ExampleKind.CONFIRMATION]
+    assert person.presses == 2
+
+
+@pytest.mark.parametrize("person", [Inattentive, Candid])
+def test_who_looks_away_does_so_a_third_of_the_time(person: type[Inattentive]) -> None:
+    watcher, taught = person(np.random.default_rng(2)), session()
+    looking = []
+
+    def until(screen: object) -> bool:
+        looking.append(watcher._looking)
+        assert taught.watching is (watcher._looking or person is Inattentive)
+        return False
+
+    watcher.show(taught, lambda screen: None, until=until, limit_s=300.0)
+    assert np.mean(looking) == pytest.approx(ATTENTIVE_S / (ATTENTIVE_S + AWAY_S), abs=0.15)
+
+
+# Angles as other features
+
+
+@pytest.mark.parametrize(
+    ("bearing", "signed", "sine", "cosine"),
+    [(0.0, 0.0, 0.0, 1.0), (np.pi / 2, np.pi / 2, 1.0, 0.0), (3 * np.pi / 2, -np.pi / 2, -1.0, 0.0)],
+)
+def test_angles_as_numbers(bearing: float, signed: float, sine: float, cosine: float) -> None:
+    percept = {("bearing", "A"): np.array([bearing])}
+    found = []
+    for each in (signed_angle_to, round_angle_to, sine_to, cosine_to):
+        assert each.function is not None
+        found.append(float(each.function(Readings(percept), Readings(percept, "A"))[0]))
+    assert found == pytest.approx([signed, bearing, sine, cosine])

@@ -1,0 +1,93 @@
+"""The hierarchy experiment: what a curve needs, who forages in one piece, and a teaching beside the published."""
+
+from __future__ import annotations
+
+import pytest
+
+from understudy.experiments.hierarchy import run
+from understudy.experiments.hierarchy.curves import needed, success_at
+from understudy.experiments.hierarchy.foraging import OneLayer, homeward, show_two_layers
+from understudy.experiments.published import differences, published
+from understudy.experiments.running import row_of
+from understudy.training.screen import Screen
+from understudy.training.trainee import Mode
+
+
+@pytest.mark.parametrize("way", ["two automata", "three layers"])
+def test_a_teaching_is_as_published(way: str) -> None:
+    known = published("hierarchy")
+    assert known is not None
+    row = row_of(run.EXPERIMENT, {"way": way, "seed": run.SEEDS[0]})
+    assert differences([row], known, run.EXPERIMENT) == []
+
+
+NEEDS = [
+    ([0.0, 0.9, 1.0, 0.95, 0.9, 0.2], 1),
+    ([0.9, 0.9, 0.9, 0.89, 1.0, 1.0, 1.0, 1.0], 4),
+    ([0.0, 0.5, 1.0], 2),  # its last look counts on
+    ([1.0, 1.0, 0.8], None),
+    ([], None),
+]
+
+
+@pytest.mark.parametrize(("successes", "first"), NEEDS)
+def test_four_looks_in_a_row(successes: list[float], first: int | None) -> None:
+    assert needed(successes) == first
+
+
+def test_success_is_that_of_the_last_look() -> None:
+    points = [(4, 10.0, 0.0), (8, 20.0, 0.5)]
+    assert [success_at(points, upto, 0) for upto in (3, 4, 7, 8, 99)] == [0.0, 0.0, 0.0, 0.5, 0.5]
+    assert success_at(points, 19.0, 1) == 0.0
+
+
+def test_a_teaching_that_never_gets_there_counts_with_all_its_examples() -> None:
+    row = {"points": [(4, 10.0, 1.0), (8, 20.0, 0.5)]}
+    assert not run.reached(row)
+    assert (run.needs(row, 0), run.needs(row, 1)) == (8, 20.0)
+
+
+def screen(state: str, **features: float) -> Screen:
+    usual = {
+        "food_left": 1.0,
+        "food_stored": 0.0,
+        "food_below_me": 0.0,
+        "at_station": 0.0,
+        "done": 0.0,
+        "angle_to(nearest_food)": 0.0,
+        "angle_to(station)": 3.0,
+    }
+    return Screen(0.0, Mode.TRAINING, state, (state,), None, usual | features, (), {}, None, 0, None, None)
+
+
+WISHES = [
+    ("start", {}, "forward_food"),
+    ("start", {"angle_to(nearest_food)": 1.0}, "left_food"),
+    ("forward_food", {"angle_to(nearest_food)": 0.5}, None),
+    ("forward_food", {"angle_to(nearest_food)": 5.5}, "right_food"),
+    ("left_food", {"angle_to(nearest_food)": 0.5}, None),
+    ("left_food", {"angle_to(nearest_food)": 0.3}, "forward_food"),
+    ("forward_food", {"food_below_me": 3.0}, "load_food"),
+    ("load_food", {"food_below_me": 1.0, "food_stored": 12.0}, "left_home"),
+    ("forward_home", {"food_stored": 5.0, "angle_to(station)": 0.0}, None),
+    ("forward_home", {"food_stored": 5.0, "at_station": 1.0}, "unload_food"),
+    ("unload_food", {"food_stored": 0.0, "at_station": 1.0}, "forward_food"),
+    ("unload_food", {"food_left": 0.0}, None),
+]
+
+
+@pytest.mark.parametrize(("state", "features", "wish"), WISHES)
+def test_what_a_teacher_of_one_layer_wishes(state: str, features: dict[str, float], wish: str | None) -> None:
+    assert OneLayer()(screen(state, **features)) == wish
+
+
+def test_what_a_teacher_of_two_layers_wishes() -> None:
+    assert show_two_layers(screen("start")) == "go_to_food"
+    assert show_two_layers(screen("go_to_food", done=1.0)) == "load_food"
+    assert show_two_layers(screen("load_food", food_stored=12.0)) == "go_home"
+    assert show_two_layers(screen("go_home", food_stored=12.0, done=1.0)) == "unload_food"
+
+
+def test_whoever_is_on_the_way_home_goes_on() -> None:
+    assert homeward(screen("go_home", food_stored=3.0))
+    assert not homeward(screen("start", food_stored=3.0))

@@ -1,0 +1,89 @@
+"""The experiment on small lessons: counting, the RoboCup team's lessons in summary, and a row beside the published."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.learning.lessons import lesson, robocup_folder
+
+from understudy.errors import FileError
+from understudy.experiments.experiment import Plan
+from understudy.experiments.lessons import described
+from understudy.experiments.published import differences, published
+from understudy.experiments.running import row_of
+from understudy.experiments.small import run
+from understudy.experiments.small.robocup import summary
+from understudy.learning.transitions import learned
+from understudy.model.library import Taught
+
+
+def test_lessons_are_as_published() -> None:
+    known = published("small")
+    assert known is not None
+    row = row_of(run.EXPERIMENT, {"source": "foraging", "seed": run.SEEDS[0]})
+    assert differences([row], known, run.EXPERIMENT) == []
+
+
+def test_the_robocup_lessons_are_as_published(monkeypatch: pytest.MonkeyPatch) -> None:
+    if not robocup_folder().is_dir():
+        pytest.skip("the RoboCup lessons are not here")
+    known = published("small")
+    assert known is not None
+    monkeypatch.setenv(run.FOLDER, str(robocup_folder()))
+    assert differences([row_of(run.EXPERIMENT, {"source": run.ROBOCUP})], known, run.EXPERIMENT) == []
+
+
+def test_what_is_counted_of_a_lesson() -> None:
+    shown = lesson(
+        [
+            ("start", [9], "go", "directive"),
+            ("go", [9], "go", "default"),
+            ("go", [2], "load", "directive"),
+            ("go", [5], "go", "watched"),
+        ]
+    )
+    assert described(Taught(learned(shown), shown), 12.34) == {
+        "name": "lesson",
+        "features": 1,
+        "states": 3,
+        "examples": 3,  # without the watched one
+        "nodes": [1, 3],  # of start and go; load has no tree
+        "seconds": 12.3,
+    }
+
+
+def test_a_folder_of_lessons_in_summary(tmp_path: Path) -> None:
+    examples = [{"x": [9.0], "y": "go", "default": True}, {"x": [2.0], "y": "load", "default": False}]
+    state = {
+        "state": "go",
+        "attributes": [{"name": "distance", "kind": "continuous", "values": None}],
+        "examples": examples,
+        "original_tree_nodes": 3,
+    }
+    (tmp_path / "one.json").write_text(json.dumps({"automaton": "one", "states": [state]}))
+    found = summary(tmp_path)
+    assert (found["lessons"], found["trees"], found["all_examples"]) == (1, 1, 2)
+    assert {what: each["median"] for what, each in found["spread"].items()} == {
+        "features": 1,
+        "states": 2,
+        "examples": 2,
+        "nodes": 3,
+        "original nodes": 3,
+    }
+
+
+@pytest.mark.parametrize("text", [None, "{", '{"automaton": "one"}'])
+def test_a_folder_without_good_lessons(tmp_path: Path, text: str | None) -> None:
+    if text is not None:
+        (tmp_path / "bad.json").write_text(text)
+    with pytest.raises(FileError):
+        summary(tmp_path)
+
+
+def test_without_data_the_team_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(run.FOLDER, "elsewhere")
+    plan = Plan(range(1))
+    assert {"source": run.ROBOCUP} not in run.tasks(plan)
+    assert {"source": run.ROBOCUP} in run.tasks(Plan(range(1), data=tmp_path))
