@@ -16,7 +16,7 @@ from understudy.experiments.published import differences, published
 from understudy.experiments.running import row_of
 from understudy.learning.transitions import learned
 from understudy.model.example import ExampleKind
-from understudy.model.feature import Readings
+from understudy.model.feature import Percept, Readings
 from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY
 from understudy.training.demonstrators.forager import GOTO
@@ -121,7 +121,7 @@ def test_who_looks_away_does_so_a_third_of_the_time(person: type[Inattentive]) -
     [(0.0, 0.0, 0.0, 1.0), (np.pi / 2, np.pi / 2, 1.0, 0.0), (3 * np.pi / 2, -np.pi / 2, -1.0, 0.0)],
 )
 def test_angles_as_numbers(bearing: float, signed: float, sine: float, cosine: float) -> None:
-    percept = {("bearing", "A"): np.array([bearing])}
+    percept: Percept = {("bearing", "A"): np.array([bearing])}
     found = []
     for each in (signed_angle_to, round_angle_to, sine_to, cosine_to):
         assert each.function is not None

@@ -28,6 +28,7 @@ from understudy.experiments.repertoire.tracks import (
     held,
     in_turn,
     length_of,
+    medians,
     signed,
     turns,
 )
@@ -190,3 +191,9 @@ def test_no_robot_is_judged_where_it_was_taught() -> None:
 def test_a_miss_is_said() -> None:
     of = {"success": {"median": 0.9}, "ratio": {"median": 0.9}, "examples": {"median": 61.0}}
     assert [goal.measured for goal in goals_of("wall_left", of) if not goal.held] == ["90%", "61"]
+
+
+def test_medians_of_what_was_there() -> None:
+    columns = np.array([[1.0, np.nan, np.nan], [3.0, 2.0, np.nan], [5.0, 8.0, np.nan]])
+    assert medians(columns).tolist()[:2] == [3.0, 5.0]
+    assert np.isnan(medians(columns)[2])

@@ -28,9 +28,12 @@ class Demonstrator:
         self._draws = np.random.default_rng([seed, 2])
         self._person = Person(self._draws)
         self._worlds = 0
-        world = exercise.world([self._seed()])
         self._recording = Recording(
-            world, exercise.commands, count=lambda: self._person.presses, spent=lambda: self._person.seconds
+            exercise.world,
+            [self._seed()],
+            exercise.commands,
+            count=lambda: self._person.presses,
+            spent=lambda: self._person.seconds,
         )
         library = exercise.library()
         self._session = Session(

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from understudy.evaluation import Decide, judge_expert
 from understudy.experiments.forage.teaching import make_practice
+from understudy.experiments.learners import walls
 from understudy.experiments.learners.recording import Robots
-from understudy.experiments.learners.shown_flat import FLAT_FORAGE, FLAT_SERVOING
+from understudy.experiments.learners.shown_flat import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING
 from understudy.model.feature import ReadingKey
 from understudy.model.kinds import Column, Kind
 from understudy.model.kit import Kit
@@ -196,6 +197,17 @@ EXERCISES: Mapping[str, Exercise] = {
                 None,
                 Push("walk_forward", "turn_right", PUSH_S),
             ),
+        ),
+        Exercise(
+            "walls",
+            walls.FEAT.kit,
+            walls.Rooms,
+            walls.closes_the_loop,
+            FOLLOWING,
+            FLAT_WALLS,
+            tuple(walls.FEAT.topics),
+            walls.FEAT.practice,
+            walls.FEAT.options,
         ),
     )
 }

@@ -72,22 +72,24 @@ class Ticks:
 class Recording:
     """A world of one robot whose ticks are written down, once somebody has pressed.
 
-    `basics` are the commands of the basic behaviors; `count` says how many presses were made so far, `spent` how many
-    seconds they took.
+    `make` makes a world from a seed; `basics` are the commands of the basic behaviors; `count` says how many presses
+    were made so far, `spent` how many seconds they took.
     """
 
     def __init__(
         self,
-        world: Robots,
+        make: Callable[[Sequence[int]], Robots],
+        seeds: Sequence[int],
         basics: Sequence[Mapping[str, float]],
         *,
         count: Callable[[], int],
         spent: Callable[[], float],
     ) -> None:
-        self._world, self._count, self._spent = world, count, spent
+        self._make, self._count, self._spent = make, count, spent
+        self._world = make(seeds)
         self._basics = {_spelled(commands): index for index, commands in enumerate(basics)}
         self._commands = [dict(commands) for commands in basics]
-        self._keys = every_key(world)
+        self._keys = every_key(self._world)
         self._rows: list[tuple[list[float], int, int, int, int, float]] = []
         self._episode = 0
         self.aboard: Aboard | None = None
@@ -129,8 +131,8 @@ class Recording:
         return self._world.sense(keys)
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """As the world; another episode begins."""
-        self._world.reset(seeds)
+        """Another world; another episode begins."""
+        self._world = self._make(seeds)
         self._episode += 1
         self._begin()
 

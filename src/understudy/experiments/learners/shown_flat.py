@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import isnan, pi, tau
 
+from understudy.experiments.repertoire.rovers import after
+from understudy.experiments.repertoire.walls import AHEAD, LEFT, wanted
 from understudy.model.kinds import YES
 from understudy.training.demonstrators.forager import ASTRAY, CAPACITY, FACING, all_home
 from understudy.training.demonstrators.servo import (
@@ -19,6 +21,8 @@ from understudy.training.demonstrators.teacher import Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
 
+FOLLOWING = ("forward", "rotate_right", "veer_left")
+"""The basic behaviors of a robot with its left hand on the wall."""
 ASIDE = 0.3
 """From here on, standing, they would turn before they drive, rad."""
 
@@ -88,6 +92,34 @@ class Servo:
         inside = EMERGED_PX < x < 2 * MIDDLE_PX - EMERGED_PX
         return "walk_forward" if inside or not turning else None
 
+
+class Follower:
+    """Go on until a wall is on the hand, along it, turn off where it ends ahead, and veer to it where it is far."""
+
+    def __init__(self, hand: str) -> None:
+        self._hand, self._seeking = hand, True
+
+    def __call__(self, screen: Screen) -> str | None:
+        """The basic behavior it would rather have the robot do."""
+        if screen.state == "start":
+            self._seeking = True
+        doing = {"forward": "seek" if self._seeking else "along"}.get(screen.state, screen.state)
+        wished = wanted(doing, screen.features[AHEAD], screen.features[f"sonar_{self._hand}"], self._hand)
+        if wished is not None:
+            self._seeking = wished == "seek"
+        return "forward" if wished in ("seek", "along") else wished
+
+
+FLAT_WALLS = Topic(
+    "walls_flat",
+    lambda library: new_lesson(library, "walls_flat", states=FOLLOWING, features=[AHEAD, f"sonar_{LEFT}"]),
+    Follower(LEFT),
+    Follower(LEFT),
+    after(40.0),
+    cases=(),
+    tries=0,
+    limit_s=60.0,
+)
 
 FLAT_SERVOING = Topic(
     "servoing_flat",

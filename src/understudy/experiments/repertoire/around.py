@@ -10,7 +10,7 @@ import numpy as np
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
 from understudy.experiments.repertoire.plots import Plot, apart, built, concave, convex, middles
 from understudy.experiments.repertoire.rovers import RADIUS, SPEED
-from understudy.experiments.repertoire.tracks import Table, Tracks, gained, length_of, turns
+from understudy.experiments.repertoire.tracks import Table, Tracks, gained, length_of, medians, turns
 from understudy.experiments.repertoire.walls import LEFT, by_hand, follow
 from understudy.model.kinds import Column
 from understudy.model.lesson import Options
@@ -26,7 +26,7 @@ def judged(tracks: Tracks, plots: Sequence[Plot]) -> Judged:
     seconds = tracks.first(gone >= 1.0)
     last = np.where(np.isnan(seconds), np.inf, seconds / tracks.tick_s + 0.5)
     till_then = np.where((far <= NEAR_M) & (np.arange(len(far))[:, None] <= last), far, np.nan)
-    return Judged(seconds, {"turns": gone.max(axis=0), "distance kept, m": np.nanmedian(till_then, axis=0)})
+    return Judged(seconds, {"turns": gone.max(axis=0), "distance kept, m": medians(till_then)})
 
 
 def bound(tracks: Tracks, plots: Sequence[Plot]) -> Column:

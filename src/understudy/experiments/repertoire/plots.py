@@ -111,6 +111,11 @@ def _before(corners: Table, draws: np.random.Generator) -> Plot:
 
 def built(plots: Sequence[Plot], *, solid: bool) -> World:
     """A world with a plot for each robot: rooms with walls, or solid obstacles."""
+    return World(laid_out(plots, solid=solid), [0])
+
+
+def laid_out(plots: Sequence[Plot], *, solid: bool) -> Scenario:
+    """The scenario of such a world."""
     columns = ceil(sqrt(len(plots)))
     size = (columns * WIDE_M, ceil(len(plots) / columns) * WIDE_M)
     walls, obstacles, starts = [], [], []
@@ -122,7 +127,7 @@ def built(plots: Sequence[Plot], *, solid: bool) -> World:
             line = tuple((a + x, b + y) for a, b in plot.corners.tolist())
             walls.append(Wall(points=line, closed=True))
         starts.append((x + plot.x, y + plot.y, degrees(plot.heading)))
-    scenario = Scenario(
+    return Scenario(
         name="obstacles" if solid else "random-rooms",
         size=size,
         walls=tuple(walls),
@@ -130,7 +135,6 @@ def built(plots: Sequence[Plot], *, solid: bool) -> World:
         types={"rover": ROVER},
         robots=(Robots(type="rover", at=tuple(starts)),),
     )
-    return World(scenario, [0])
 
 
 ROVER = rover("forward", "rotate_left", "rotate_right", "veer_left", "veer_right", sensor=SONAR)

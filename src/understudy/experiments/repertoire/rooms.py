@@ -10,7 +10,7 @@ import numpy as np
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
 from understudy.experiments.repertoire.plots import Plot, apart, built, lengths, room
 from understudy.experiments.repertoire.rovers import SPEED
-from understudy.experiments.repertoire.tracks import Table, Tracks, gained
+from understudy.experiments.repertoire.tracks import Table, Tracks, gained, medians
 from understudy.experiments.repertoire.walls import LEFT, RIGHT, by_hand, follow
 from understudy.model.kinds import Column
 from understudy.model.lesson import Options
@@ -28,7 +28,7 @@ def judged(tracks: Tracks, plots: Sequence[Plot], hand: str) -> Judged:
     till_then = np.where((far <= AT_WALL_M) & (np.arange(len(far))[:, None] <= last), far, np.nan)
     return Judged(
         seconds,
-        {"loops": gone.max(axis=0) / whole, "distance kept, m": np.nanmedian(till_then, axis=0)},
+        {"loops": gone.max(axis=0) / whole, "distance kept, m": medians(till_then)},
     )
 
 

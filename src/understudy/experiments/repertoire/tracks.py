@@ -91,6 +91,14 @@ def in_turn(reached: NDArray[np.bool_]) -> NDArray[np.int64]:
     return count
 
 
+def medians(values: Table) -> Column:
+    """The median of what is present in each column of [T, W]; absent where nothing is."""
+    present = ~np.isnan(values).all(axis=0)
+    found = np.full(values.shape[1], np.nan)
+    found[present] = np.nanmedian(values[:, present], axis=0)
+    return found
+
+
 def signed(angle: Column) -> Column:
     """Angles from -pi to pi, left positive."""
     return (angle + pi) % tau - pi

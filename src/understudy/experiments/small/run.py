@@ -14,6 +14,8 @@ from understudy.experiments.experiment import Experiment, Findings, Plan, Row, T
 from understudy.experiments.figures import dots, panels
 from understudy.experiments.forage.teaching import teach as teach_foraging
 from understudy.experiments.lessons import lessons_of
+from understudy.experiments.repertoire.run import FEATS
+from understudy.experiments.repertoire.teaching import teach as teach_feat
 from understudy.experiments.servoing.trials import teach as teach_servoing
 from understudy.experiments.small.robocup import summary
 from understudy.experiments.statistics import told
@@ -40,7 +42,16 @@ def servoing(seed: int) -> Lessons:
     return [lesson for way in topics("left") for lesson in lessons_of(teach_servoing(seed, way))]
 
 
-SOURCES: Mapping[str, Callable[[int], Lessons]] = {"foraging": foraging, "servoing": servoing}
+def repertoire(seed: int) -> Lessons:
+    """The automata of every behavior of the repertoire."""
+    return [lesson for feat in FEATS.values() for lesson in lessons_of(teach_feat(feat, seed))]
+
+
+SOURCES: Mapping[str, Callable[[int], Lessons]] = {
+    "foraging": foraging,
+    "servoing": servoing,
+    "repertoire": repertoire,
+}
 """Where lessons come from: experiments that teach some, from a seed."""
 
 
