@@ -35,7 +35,7 @@ MANNERS: Mapping[str, Mapping[str, Manner]] = {
     "goto": dict.fromkeys(LEARNERS, EARLIER),
     "forage": {TREE: WEIGHED, **dict.fromkeys((NEAREST, *NEURAL), DRAWN)},
     "servoing": dict.fromkeys(LEARNERS, NOW),
-    "walls": dict.fromkeys(LEARNERS, EARLIER),
+    "walls": dict.fromkeys(LEARNERS, NOW),
 }
 """What each is given of the demonstrations: the best on tuning seeds."""
 

@@ -138,7 +138,7 @@ def _by_seconds(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]]) -> 
     )
 
 
-NAMES = {"goto": "GoTo", "forage": "Forage", "servoing": "Servoing"}
+NAMES = {"goto": "GoTo", "forage": "Forage", "servoing": "Servoing", "walls": "Wall following"}
 
 
 def ahead(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> dict[str, Any] | None:
