@@ -93,6 +93,8 @@ def _list(*, as_json: bool) -> None:
 
 def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool) -> Result:
     """Run it, and put its result and its figure into the folder."""
+    from rich.markup import escape
+
     from understudy.cli.output import console
     from understudy.cli.parts import find_world
     from understudy.cli.progress import compile_once, progress
@@ -102,7 +104,7 @@ def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool)
 
     notes = console(err=True)
     for module, install in missing(found).items():
-        notes.print(f"[yellow]Skipped:[/] what needs {module}, which is not installed: {install}")
+        notes.print(f"[yellow]Skipped:[/] what needs {module}, which is not installed: {escape(install)}")
     kept = Kept(found.name, folder)
     if kept.put_aside:
         notes.print(f"[dim]What {folder} held is of another version of the program, and was put aside.[/]")
@@ -139,6 +141,8 @@ def _wrong(result: Result, experiment: Experiment) -> list[str]:
 
 
 def _tell(result: Result, wrong: list[str], folder: Path, out: Console) -> None:
+    from rich.markup import escape
+
     from understudy.cli.output import table
 
     findings = result.findings
@@ -159,7 +163,7 @@ def _tell(result: Result, wrong: list[str], folder: Path, out: Console) -> None:
     for note in findings.notes:
         out.print(note)
     for problem in wrong[:SHOWN]:
-        out.print(f"[red]Not as published:[/] {problem}")
+        out.print(f"[red]Not as published:[/] {escape(problem)}")
     if len(wrong) > SHOWN:
         out.print(f"[dim]… and {len(wrong) - SHOWN} more.[/]")
     out.print(f"[dim]Kept in {folder}: result.json, figure.svg, rows.jsonl[/]\n")

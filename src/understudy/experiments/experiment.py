@@ -57,7 +57,7 @@ class Findings:
     tables: Sequence[Table] = ()
     goals: Sequence[Goal] = ()
     notes: Sequence[str] = ()
-    numbers: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    numbers: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def misses(self) -> tuple[Goal, ...]:
