@@ -8,8 +8,8 @@ from tests.learning.lessons import lesson
 
 from understudy.experiments.ablation import run
 from understudy.experiments.ablation.drawing import chance_of, drawing
+from understudy.experiments.ablation.features import cosine_to, round_angle_to, signed_angle_to, sine_to
 from understudy.experiments.ablation.people import ATTENTIVE_S, AWAY_S, Candid, Confirming, Inattentive
-from understudy.experiments.ablation.seeing import cosine_to, round_angle_to, signed_angle_to, sine_to
 from understudy.experiments.ablation.variants import BASE, SILENT, VARIANTS
 from understudy.experiments.forage.teaching import make_practice
 from understudy.experiments.published import differences, published

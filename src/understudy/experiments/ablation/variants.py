@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from understudy.experiments.ablation.people import Candid, Confirming, Inattentive
-from understudy.experiments.ablation.seeing import (
+from understudy.experiments.ablation.features import (
     with_all_features,
     with_angle_as,
     with_features_of_all,
     without_flags,
 )
+from understudy.experiments.ablation.people import Candid, Confirming, Inattentive
 from understudy.model.lesson import Options, Trees
 from understudy.training.demonstrators.forager import TOPICS, WATCHED
 from understudy.training.demonstrators.person import Person, Reaction
