@@ -302,32 +302,36 @@ class Forager(Teacher):
 
     def help(self, about: About) -> None:
         """Where it lost its way: correct what is below, or show it from there."""
-        if "goto" in self.screen().path:
+        if innermost(self.screen().path, about) is not about:
             self.correct_below(about)
         else:
             self.press("t")
             self.show(about)
 
     def correct_below(self, about: About) -> None:
-        """Open goto where it lost its way, and correct it there; where it needs nothing there, show a way once more."""
+        """Open what lost its way, and correct it there; where goto needs nothing there, show a way once more."""
         path = self.screen().path
+        below = innermost(path, about)
         self._helped += 1
-        assert about is not GOTO, f"{about.topic.name} lost its way: {self.screen()}"
-        assert "goto" in path, f"{about.topic.name} lost its way: {self.screen()}"
+        assert below is not about, f"{about.topic.name} lost its way: {self.screen()}"
         assert self._helped <= MOST_HELP, f"{about.topic.name} lost its way again: {self.screen()}"
-        above = path[path.index("goto") - 1] if path.index("goto") else about.topic.name
         self.save()
-        self.open("goto")
-        self.stand_for(GOES_TO[above])
+        self.open(below.topic.name)
+        if below is GOTO:
+            above = path[path.index("goto") - 1] if path.index("goto") else about.topic.name
+            self.stand_for(GOES_TO[above])
         corrections = self.corrections
-        while (verdict := self.try_out(GOTO)) is Verdict.CORRECTED:
+        while (verdict := self.try_out(below)) is Verdict.CORRECTED:
             self.corrections += 1
         self._said(
-            f"goto, which {above} runs: {verdict.name.lower()}, {self.corrections - corrections} corrections"
+            f"{below.topic.name}, in {'/'.join(path)}: {verdict.name.lower()}, "
+            f"{self.corrections - corrections} corrections"
         )
         if verdict is Verdict.LOST:
-            self.help(GOTO)
-        elif self.corrections == corrections and about is not DEPOSIT:  # which needs the load it has here
+            self.help(below)
+        elif (
+            below is GOTO and self.corrections == corrections and about is not DEPOSIT
+        ):  # which needs its load
             self.way(self._helped % len(WAYS))
         self.save()
         self.open(about.topic.name)
@@ -337,6 +341,12 @@ class Forager(Teacher):
         seed, target = WAYS[number]
         self.world(seed, target)
         self.show(GOTO)
+
+
+def innermost(path: Sequence[str], about: About) -> About:
+    """The innermost automaton that runs, of those that were taught before."""
+    known = {each.topic.name: each for each in (GOTO, HARVEST, DEPOSIT)}
+    return next((known[name] for name in reversed(path) if name in known), about)
 
 
 WAYS = ((1, "station"), (13, "nearest_food"), (47, "station"), (32, "nearest_food"))
