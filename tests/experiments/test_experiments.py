@@ -21,7 +21,8 @@ from understudy.experiments.running import run
 def test_every_experiment_is_whole(name: str) -> None:
     experiment, known = find_experiment(name), published(name)
     assert experiment.name == name
-    assert experiment.question == QUESTIONS[name]
+    assert known is not None
+    assert known.question == QUESTIONS[name]
     assert known is not None
     assert not known.quick
     readme = (folder_of(name) / "README.md").read_text(encoding="utf-8")
@@ -65,7 +66,6 @@ def made(worked: list[Task], *, until: int = 99, value: float = 0.5) -> Experime
 
     return Experiment(
         name="forage",
-        question="?",
         seeds=range(4),
         quick=1,
         tasks=lambda plan: [{"seed": seed} for seed in plan.seeds],

@@ -120,7 +120,7 @@ def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool)
         notes.print(f"{len(kept)} pieces are kept in {folder}: the same command goes on from there.")
         raise
     seeds, findings = list(plan.seeds), found.conclude(rows)
-    result = published.Result(found.name, found.question, seeds, plan.quick, findings, rows)
+    result = published.Result(found.name, QUESTIONS[found.name], seeds, plan.quick, findings, rows)
     published.save(result, folder / "result.json")
     figures.save(found.draw(rows), folder / "figure.svg")
     return result

@@ -75,7 +75,6 @@ class Experiment:
     """
 
     name: str
-    question: str
     seeds: range
     quick: int
     tasks: Callable[[Plan], Sequence[Task]]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from understudy.experiments.ablation.findings import conclude, draw
 from understudy.experiments.ablation.measuring import measured
 from understudy.experiments.ablation.variants import BASE, VARIANTS
-from understudy.experiments.catalog import QUESTIONS
 from understudy.experiments.experiment import Experiment, Plan, Row, Task
 
 SEEDS = range(56_000, 56_020)
@@ -24,7 +23,6 @@ def work(task: Task) -> Row:
 
 EXPERIMENT = Experiment(
     name="ablation",
-    question=QUESTIONS["ablation"],
     seeds=SEEDS,
     quick=1,
     tasks=tasks,

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from understudy.evaluation import measure
-from understudy.experiments.catalog import QUESTIONS
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import dots, panels
 from understudy.experiments.forage.teaching import METHODS, WORLDS, summary, teach_and_judge, worlds_of
@@ -153,7 +152,6 @@ def draw(rows: Sequence[Row]) -> Figure:
 
 EXPERIMENT = Experiment(
     name="forage",
-    question=QUESTIONS["forage"],
     seeds=TEACHINGS,
     quick=1,
     tasks=tasks,

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.experiments.catalog import QUESTIONS
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import COLORS, panels
 from understudy.experiments.hierarchy.curves import needed, success_at
@@ -192,7 +191,6 @@ def _curves(axes: Axes, rows: Sequence[Row], ways: Sequence[str], what: int) -> 
 
 EXPERIMENT = Experiment(
     name="hierarchy",
-    question=QUESTIONS["hierarchy"],
     seeds=SEEDS,
     quick=1,
     tasks=tasks,

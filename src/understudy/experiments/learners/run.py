@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.experiments.catalog import QUESTIONS
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import COLORS, panels
 from understudy.experiments.learners.comparing import (
@@ -273,7 +272,6 @@ def draw(rows: Sequence[Row]) -> Figure:
 
 EXPERIMENT = Experiment(
     name="learners",
-    question=QUESTIONS["learners"],
     seeds=TEACHINGS,
     quick=1,
     tasks=tasks,

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.experiments.catalog import QUESTIONS
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import COLORS, panels
+from understudy.experiments.lessons import described
 from understudy.experiments.novices.novice import Novice
 from understudy.experiments.novices.traits import (
     MINUTES_S,
@@ -23,7 +23,6 @@ from understudy.experiments.novices.traits import (
 )
 from understudy.experiments.statistics import differ, interval_of_share, told
 from understudy.model.library import Library, Taught
-from understudy.model.tree import Tree
 from understudy.runtime.program import link
 from understudy.worlds.soccer import POSITIONS, Soccer, approach_by, kit
 
@@ -60,25 +59,15 @@ def work(task: Task) -> Row:
     novice = Novice(traits, seed)
     taught = novice.teach()
     times = judge(taught, seed)
-    trees = taught.automaton.transitions.values()
-    nodes = [len(tree.nodes) for tree in trees if isinstance(tree, Tree)]
-    examples = sum(example.pressed for example in taught.lesson.examples) if taught.lesson else 0
+    lesson = described(taught, MINUTES_S)
     row = {
         "times": times,
         "reached": sum(each == each for seconds in times.values() for each in seconds),
         "presses": novice.presses,
         "slipped": novice.slipped,
-        "examples": examples,
-        "nodes": sum(nodes),
+        "examples": lesson["examples"],
+        "nodes": sum(lesson["nodes"]),
         "traits": {name: _rounded(value) for name, value in asdict(traits).items()},
-    }
-    lesson = {
-        "name": taught.automaton.name,
-        "features": len(taught.automaton.features),
-        "states": len(taught.automaton.states),
-        "examples": examples,
-        "nodes": nodes,
-        "seconds": MINUTES_S,
     }
     return row if scaled else {**row, "lessons": [lesson]}
 
@@ -327,7 +316,6 @@ def _draw_changes(axes: Axes, rows: Sequence[Row]) -> None:
 
 EXPERIMENT = Experiment(
     name="novices",
-    question=QUESTIONS["novices"],
     seeds=SEEDS,
     quick=5,
     tasks=tasks,

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
-from understudy.experiments.repertoire.rovers import SPEED, after, bearing, rover
+from understudy.experiments.repertoire.rovers import SPEED, after, bearing, by_turns, rover
 from understudy.experiments.repertoire.tracks import Table, Tracks, Yes, in_turn, signed
 from understudy.model.feature import Percept, ReadingKey
-from understudy.model.kinds import YES, Column
+from understudy.model.kinds import Column
 from understudy.model.lesson import Options
 from understudy.runtime.body import Commands
 from understudy.training.demonstrators.forager import raised
@@ -144,14 +144,8 @@ def _turned_from(screen: Screen) -> bool:
     return abs(bearing(screen, "B")) > 1.5
 
 
-def show(screen: Screen) -> str | None:
-    """A lap around A, then one around B, over and over."""
-    if screen.state == "start":
-        return "lap_left"
-    if screen.features["done"] != YES:
-        return None
-    return "lap_right" if screen.state == "lap_left" else "lap_left"
-
+LAPS = by_turns("lap_left", "lap_right")
+"""A lap around A, then one around B, over and over."""
 
 EIGHT = Topic(
     "eight",
@@ -162,8 +156,8 @@ EIGHT = Topic(
         states=["lap_left(A, B)", "lap_right(B, A)"],
         features=["done"],
     ),
-    show,
-    show,
+    LAPS,
+    LAPS,
     lambda screen: screen.time_s >= 40.0 and screen.examples >= 6,
     cases=(Case("poles", {"A": "red_pole", "B": "blue_pole"}),),
     tries=1,

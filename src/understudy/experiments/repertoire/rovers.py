@@ -7,8 +7,8 @@ from math import pi, radians, tau
 import numpy as np
 
 from understudy.experiments.repertoire.tracks import Yes
-from understudy.model.kinds import Column
-from understudy.training.demonstrators.person import Seen
+from understudy.model.kinds import YES, Column
+from understudy.training.demonstrators.person import Seen, Wish
 from understudy.training.screen import Screen
 from understudy.worlds.scenario import Camera, Locator, RobotType, Sonar
 
@@ -53,6 +53,19 @@ def bearing(screen: Screen, of: str = "A") -> float:
 def after(seconds: float) -> Seen:
     """So long after the world began."""
     return lambda screen: screen.time_s >= seconds
+
+
+def by_turns(first: str, second: str) -> Wish:
+    """One, and when that is done the other, over and over."""
+
+    def wish(screen: Screen) -> str | None:
+        if screen.state == "start":
+            return first
+        if screen.features["done"] != YES:
+            return None
+        return second if screen.state == first else first
+
+    return wish
 
 
 class Turning:

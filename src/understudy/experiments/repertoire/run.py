@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.experiments.catalog import QUESTIONS
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import dots, panels
 from understudy.experiments.repertoire import around, chase, eight, rooms, scavenge, triangle, waypoints
@@ -210,7 +209,6 @@ def draw(rows: Sequence[Row]) -> Figure:
 
 EXPERIMENT = Experiment(
     name="repertoire",
-    question=QUESTIONS["repertoire"],
     seeds=TEACHINGS,
     quick=1,
     tasks=tasks,

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from understudy.experiments.lessons import lessons_of
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
 from understudy.experiments.repertoire.tracks import Tracks, record
-from understudy.model.library import Library, Taught
-from understudy.model.tree import Tree
+from understudy.model.library import Library
 from understudy.runtime.engine import Engine
 from understudy.runtime.program import link
-from understudy.training.demonstrators.teacher import Account, Teacher, Teaching
+from understudy.training.demonstrators.teacher import Teacher, Teaching
 
 WORLDS = 100
 
@@ -63,7 +63,7 @@ def row_of(feat: Feat, seed: int) -> dict[str, Any]:
         "presses": sum(account.presses for account in accounts.values()),
         "seconds": round(teaching.seconds, 1),
         "lessons": [
-            told_lesson(teaching.library.taught[name], account) for name, account in accounts.items()
+            {**lesson, "attempts": accounts[lesson["name"]].lessons} for lesson in lessons_of(teaching)
         ],
     }
 
@@ -88,18 +88,3 @@ def middle(column: Any) -> float | None:
     """The median of what is there; None where nothing is."""
     known = column[~np.isnan(column)]
     return round(float(np.median(known)), 4) if len(known) else None
-
-
-def told_lesson(taught: Taught, account: Account) -> dict[str, Any]:
-    """How small a lesson was, and what was learned from it."""
-    automaton = taught.automaton
-    trees = [automaton.transitions.get(state.name) for state in automaton.states if state.flag is None]
-    return {
-        "name": automaton.name,
-        "features": len(automaton.features),
-        "states": len(automaton.states),
-        "examples": account.examples,
-        "nodes": [len(tree.nodes) if isinstance(tree, Tree) else 0 for tree in trees],
-        "seconds": round(account.seconds, 1),
-        "attempts": account.lessons,
-    }

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
-from understudy.experiments.repertoire.rovers import SPEED, Turning, bearing, rover
+from understudy.experiments.repertoire.rovers import SPEED, Turning, bearing, by_turns, rover
 from understudy.experiments.repertoire.tracks import Table, Tracks, held, signed
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import YES, Column
@@ -125,18 +125,13 @@ SETTLE = Topic(
 )
 
 
+complain_line_up = by_turns("settle_A", "settle_B")
+"""Where it does not go on to the other, who may have moved."""
+
+
 def show_line_up(screen: Screen) -> str | None:
     """Settle with A, then with B, over and over, until it has been seen twice."""
     return None if screen.examples >= SEEN_TWICE else complain_line_up(screen)
-
-
-def complain_line_up(screen: Screen) -> str | None:
-    """Where it does not go on to the other, who may have moved."""
-    if screen.state == "start":
-        return "settle_A"
-    if screen.features["done"] != YES:
-        return None
-    return "settle_B" if screen.state == "settle_A" else "settle_A"
 
 
 LINE_UP = Topic(

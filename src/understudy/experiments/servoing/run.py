@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.experiments.catalog import QUESTIONS
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import COLORS, dots, panels
+from understudy.experiments.lessons import described
 from understudy.experiments.servoing.trials import (
     CASES,
     HAND,
     PUSHED,
     judge,
-    lesson_of,
     opposite,
     search_side,
     teach,
@@ -56,7 +55,7 @@ def work(task: Task) -> Row:
         return {"search": search_side(seed), "times": judge(seed, None)}
     teaching = teach(seed, method)
     account = teaching.accounts["approach"]
-    lesson = lesson_of(teaching.library.taught["approach"], account.seconds)
+    lesson = described(teaching.library.taught["approach"], account.seconds)
     return {
         "search": search_side(seed),
         "times": judge(seed, teaching.library),
@@ -256,7 +255,6 @@ def _histogram(axes: Axes, rows: Sequence[Row], position: str) -> None:
 
 EXPERIMENT = Experiment(
     name="servoing",
-    question=QUESTIONS["servoing"],
     seeds=SEEDS,
     quick=2,
     tasks=tasks,

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from understudy.model.kinds import Column
-from understudy.model.library import Library, Taught
-from understudy.model.tree import Tree
+from understudy.model.library import Library
 from understudy.runtime.program import link
 from understudy.training.demonstrators.servo import SIDES, topics
 from understudy.training.demonstrators.teacher import Teacher, Teaching
@@ -62,17 +60,3 @@ def by_case(seconds: Column) -> dict[str, list[float]]:
     """Seconds in the order of the trials, by case."""
     rows = np.round(seconds, 1).reshape(len(CASES), TRIALS).tolist()
     return dict(zip(CASES, rows, strict=True))
-
-
-def lesson_of(taught: Taught, seconds: float) -> dict[str, Any]:
-    """What there is to say of a lesson."""
-    automaton, trees = taught.automaton, taught.automaton.transitions
-    lesson = taught.lesson
-    return {
-        "name": automaton.name,
-        "features": len(automaton.features),
-        "states": len(automaton.states),
-        "examples": sum(example.pressed for example in lesson.examples) if lesson else 0,
-        "nodes": [len(tree.nodes) for tree in trees.values() if isinstance(tree, Tree)],
-        "seconds": round(seconds, 1),
-    }

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from understudy.experiments.catalog import QUESTIONS
 from understudy.experiments.experiment import Experiment, Findings, Plan, Row, Table, Task
 from understudy.experiments.figures import dots, panels
 from understudy.experiments.forage.teaching import teach as teach_foraging
@@ -170,7 +169,6 @@ def draw(rows: Sequence[Row]) -> Figure:
 
 EXPERIMENT = Experiment(
     name="small",
-    question=QUESTIONS["small"],
     seeds=SEEDS,
     quick=1,
     tasks=tasks,
