@@ -102,7 +102,6 @@ def test_a_flat_demonstration_has_basic_behaviors_and_few_presses() -> None:
 
 @pytest.mark.parametrize("name", CLASSICAL)
 def test_each_learns_what_a_threshold_tells(name: str) -> None:
-    pytest.importorskip("sklearn")
     x = np.linspace(-1, 1, 200)[:, None]
     lesson = Lesson(
         x, (x[:, 0] > 0).astype(np.int64), np.ones(200), np.array([0, 1]), Inputs([Continuous()], x)
