@@ -256,7 +256,7 @@ def draw(rows: Sequence[Row]) -> Figure:
                 axis.plot(x, middle, "o-", color=color, linewidth=width, markersize=3, label=learner)
                 axis.fill_between(x, low, high, color=color, alpha=0.08, linewidth=0)
         for axis, said in ((axes[k], "decisions"), (axes[len(names) + k], "seconds of demonstration")):
-            axis.set_xscale("log")
+            axis.set_xscale("log", nonpositive="mask")
             axis.set_ylim(-4, 104)
             axis.set_xlabel(said)
         for axis, ticks in ((axes[k], BUDGETS), (axes[len(names) + k], (10, 30, 100, 300, 1_000))):
