@@ -21,28 +21,30 @@ export function Directing() {
           <StateButton key={state.name} state={state} studio={studio} desk={desk} />
         ))}
       </div>
-      {desk.watched && (
+      <div class="consent">
+        {desk.watched && (
+          <button
+            type="button"
+            class="keep"
+            role="switch"
+            aria-checked={!desk.watching}
+            disabled={!studio.directs}
+            title={desk.watching ? "You watch: silence is consent" : "Silence is no consent now"}
+            onClick={() => void studio.ask({ do: "watch" })}
+          >
+            {desk.watching ? "" : "✓ "}I am not watching
+          </button>
+        )}
         <button
           type="button"
           class="keep"
-          role="switch"
-          aria-checked={!desk.watching}
           disabled={!studio.directs}
-          title={desk.watching ? "You watch: silence is consent" : "Silence is no consent now"}
-          onClick={() => void studio.ask({ do: "watch" })}
+          aria-keyshortcuts="Enter"
+          onClick={(event) => void studio.confirm(event.timeStamp)}
         >
-          {desk.watching ? "" : "✓ "}I am not watching
+          keep doing this <kbd aria-hidden="true">↵</kbd>
         </button>
-      )}
-      <button
-        type="button"
-        class="keep"
-        disabled={!studio.directs}
-        aria-keyshortcuts="Enter"
-        onClick={(event) => void studio.confirm(event.timeStamp)}
-      >
-        keep doing this <kbd aria-hidden="true">↵</kbd>
-      </button>
+      </div>
     </div>
   );
 }

@@ -14,6 +14,7 @@ from time import monotonic
 
 from playwright.sync_api import Page, expect
 from tests.browser.glance import glance
+from tests.browser.hand import drag_robot
 from tests.browser.teacher import Teacher
 
 from understudy.training.demonstrators import forager
@@ -29,6 +30,7 @@ REACTION_S = 0.12
 FIRST_FRESH = 100
 """Robots are tried in worlds from here on, and shown things in those before."""
 PATIENCE_S, MOST_HELP = 30.0, 8
+ASIDE_PX = 120
 GOES_TO = {"harvest": "nearest_food", "deposit": "station"}
 
 
@@ -336,6 +338,15 @@ class Forager(Teacher):
         self.save()
         self.open(about.topic.name)
 
+    def put_aside(self, about: About) -> None:
+        """While time stands still, put the robot elsewhere."""
+        self.press("Space")
+        expect(self.page.get_by_role("button", name="Go on")).to_be_visible()
+        drag_robot(self.page, ASIDE_PX, 0)
+        self.actions += 1
+        self.press("Space")
+        expect(self.page.get_by_role("button", name="Pause")).to_be_visible()
+
     def way(self, number: int) -> None:
         """Show goto one of its ways."""
         seed, target = WAYS[number]
@@ -351,48 +362,3 @@ def innermost(path: Sequence[str], about: About) -> About:
 
 WAYS = ((1, "station"), (13, "nearest_food"), (47, "station"), (32, "nearest_food"))
 """Worlds to show the way in, and where to: near on the left and on the right, far on the right and on the left."""
-PLENTY, LAST, TWO_WAYS = 6, 42, 8
-"""Worlds with 34, 10 and 13 units of food."""
-
-
-def teach_goto(person: Forager, *, passes: int = 6) -> None:
-    """From both sides, near and far; then let it try."""
-    person.begin(GOTO)
-    for number in range(len(WAYS)):
-        person.way(number)
-    person.teach(GOTO, passes=passes)
-    person.save()
-
-
-def teach_harvest(person: Forager, *, passes: int = 3) -> None:
-    """Show it, then let it try."""
-    person.world(PLENTY)
-    person.begin(HARVEST)
-    show_harvest(person)
-    person.teach(HARVEST, passes=passes)
-    person.save()
-
-
-def show_harvest(person: Forager) -> None:
-    """Until it is full, that it is full, and until no food is left."""
-    person.show(HARVEST)
-    person.afresh()
-    person.show(HARVEST)
-    person.world(LAST)
-    person.show(HARVEST)
-
-
-def teach_deposit(person: Forager) -> None:
-    """With what it has just harvested."""
-    person.begin(DEPOSIT)
-    person.show(DEPOSIT)
-    person.save()
-
-
-def teach_forage(person: Forager) -> None:
-    """One round with two ways."""
-    person.world(TWO_WAYS)
-    person.begin(FORAGE)
-    person.show(FORAGE)
-    person.teach(FORAGE, passes=1)
-    person.save()

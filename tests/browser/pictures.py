@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import TypeAlias
 
 from playwright.sync_api import Page, sync_playwright
-from tests.browser import foraging
+from tests.browser import curriculum
 from tests.browser.conftest import NAMES, QUIET
-from tests.browser.foraging import GOTO, HARVEST, Forager
+from tests.browser.foraging import GOTO, HARVEST, WAYS, Forager
 from tests.browser.studio import Studio
 
 from understudy.training.screen import Screen
@@ -41,18 +41,18 @@ def main(folder: Path) -> None:
 
         goto(person, take)
         harvest(person, take)
-        foraging.teach_deposit(person)
-        foraging.teach_forage(person)
+        curriculum.teach_deposit(person)
+        curriculum.teach_forage(person)
         forage(person, take)
 
 
 def goto(person: Forager, take: Take) -> None:
     """On its way while it is shown, and while it decides."""
     person.begin(GOTO)
-    for seed, target in foraging.WAYS[:-1]:
+    for seed, target in WAYS[:-1]:
         person.world(seed, target)
         person.show(GOTO)
-    seed, target = foraging.WAYS[-1]
+    seed, target = WAYS[-1]
     person.world(seed, target)
     person.show(GOTO, until=lambda screen: screen.state == "forward" and _way(screen) < 3.0)
     take("studio-goto")
@@ -68,11 +68,11 @@ def goto(person: Forager, take: Take) -> None:
 
 def harvest(person: Forager, take: Take) -> None:
     """The form, what it shows, and the automaton with goto open in it."""
-    person.world(foraging.PLENTY)
+    person.world(curriculum.PLENTY)
     person.fill(HARVEST)
     take("studio-form")
     person.begin(HARVEST)
-    foraging.show_harvest(person)
+    curriculum.show_harvest(person)
     person.teach(HARVEST, passes=3)
     person.page.get_by_role("tab", name="Lesson").click()
     take("studio-lesson")

@@ -8,7 +8,8 @@ from time import monotonic
 
 import pytest
 from playwright.sync_api import Page
-from tests.browser.foraging import Forager, teach_deposit, teach_forage, teach_goto, teach_harvest
+from tests.browser.curriculum import teach_deposit, teach_forage, teach_goto, teach_harvest
+from tests.browser.foraging import Forager
 
 from understudy.training.demonstrators.forager import CAPACITY
 

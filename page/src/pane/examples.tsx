@@ -6,12 +6,20 @@ import type { Desk, Example } from "../protocol";
 import type { Studio } from "../studio";
 import { className, clock, plain } from "../words";
 
-const KINDS: Readonly<Record<Example["kind"], string>> = {
-  directive: "press",
-  default: "default",
-  confirmation: "keep",
-  watched: "watched",
+type Kind = Example["kind"] | "correction";
+
+/** How an example came about: a sign of it, and the word for it. */
+export const KINDS: Readonly<Record<Kind, readonly [sign: string, word: string]>> = {
+  directive: ["●", "press"],
+  correction: ["▲", "correction"],
+  confirmation: ["↵", "keep"],
+  default: ["○", "default"],
+  watched: ["◌", "watched"],
 };
+
+export function kindOf({ kind, correction }: Example): Kind {
+  return correction ? "correction" : kind;
+}
 
 /** So many are listed at first: a watched lesson has thousands. */
 const LATEST = 400;
@@ -43,7 +51,7 @@ export function Examples({ desk, panel, studio }: TableProps) {
                 {shortened(label)}
               </th>
             ))}
-            <th>how</th>
+            <th aria-label="how" />
             <th class="number">time</th>
           </tr>
         </thead>
@@ -66,6 +74,7 @@ export function Examples({ desk, panel, studio }: TableProps) {
 
 function Row({ example, desk, panel, studio }: TableProps & { example: Example }) {
   const { number, correction, contradicts } = example;
+  const [sign, word] = KINDS[kindOf(example)];
   const picked = panel.example === number;
   const marks = [picked && "picked", panel.shown.has(number) && "shown", correction && "correction"];
   return (
@@ -93,7 +102,9 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
               ≠{" "}
             </span>
           )}
-          {correction ? "correction" : KINDS[example.kind]}
+          <span role="img" aria-label={word} title={word}>
+            {sign}
+          </span>
         </td>
         <td class="number soft">
           <span title={clock(example.time_s)}>{clock(example.time_s).replace(/\..*/, "")}</span>

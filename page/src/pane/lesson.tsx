@@ -1,23 +1,20 @@
 /** The tab Lesson: all examples, undo and redo. */
 
 import { usePanel, useStudio } from "../context";
+import type { Desk } from "../protocol";
 import { counted } from "../words";
-import { Examples } from "./examples";
+import { Examples, KINDS, kindOf } from "./examples";
 
 export function LessonTab() {
   const studio = useStudio();
   const panel = usePanel();
   const { desk } = studio;
   if (desk === null) return <p class="empty">Here every example of the lesson will be listed.</p>;
-  const pressed = desk.examples.filter(({ kind }) => kind === "directive" || kind === "confirmation").length;
   const contradictions = desk.examples.filter((example) => example.contradicts).length;
   return (
     <>
       <div class="lesson-head">
-        <span>
-          {counted(desk.examples.length, "example")}
-          <span class="soft">, {pressed} by a press</span>
-        </span>
+        <span>{counted(desk.examples.length, "example")}</span>
         {contradictions > 0 && <span class="warn">{contradictions} contradict each other</span>}
         <span class="space" />
         <button
@@ -39,6 +36,7 @@ export function LessonTab() {
           Redo
         </button>
       </div>
+      <Kinds desk={desk} />
       {panel.shown.size > 0 && (
         <p class="tiny shown">
           {counted(panel.shown.size, "example")} marked, behind one transition.{" "}
@@ -58,5 +56,26 @@ export function LessonTab() {
         </div>
       )}
     </>
+  );
+}
+
+/** How many examples of each kind: what the signs in the table mean. */
+function Kinds({ desk }: { desk: Desk }) {
+  const kinds = desk.examples.map(kindOf);
+  const counts = Object.entries(KINDS).map(([kind, [sign, word]]) => ({
+    sign,
+    word,
+    count: kinds.filter((each) => each === kind).length,
+  }));
+  return (
+    <p class="tiny kinds">
+      {counts
+        .filter(({ count }) => count > 0)
+        .map(({ sign, word, count }) => (
+          <span key={word} class={word}>
+            <span aria-hidden="true">{sign}</span> {word} {count}
+          </span>
+        ))}
+    </p>
   );
 }

@@ -1,0 +1,37 @@
+"""A hand at the mouse: takes the robot that is trained, found by its color in the picture, and puts it elsewhere."""
+
+from __future__ import annotations
+
+from playwright.sync_api import Page
+
+FIND = """() => {
+  const canvas = document.querySelector("canvas");
+  const testing = document.querySelector(".modes [aria-pressed=true]")?.innerText === "Testing";
+  const named = getComputedStyle(canvas).getPropertyValue(testing ? "--test" : "--train").trim();
+  const color = [1, 3, 5].map((at) => parseInt(named.slice(at, at + 2), 16));
+  const { width, height } = canvas;
+  const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+  const box = canvas.getBoundingClientRect();
+  let [count, x, y] = [0, 0, 0];
+  for (let pixel = 0; pixel < width * height; pixel += 1) {
+    if (color.some((each, at) => Math.abs(data[4 * pixel + at] - each) > 3)) continue;
+    count += 1;
+    x += pixel % width;
+    y += Math.floor(pixel / width);
+  }
+  const share = box.width / width / count;
+  return count > 0 ? [box.x + x * share, box.y + y * share] : null;
+}"""
+"""Where its ring is in the window, px."""
+
+
+def drag_robot(page: Page, right_px: float, down_px: float) -> None:
+    """Drag the robot that is trained so far over the screen."""
+    found = page.evaluate(FIND)
+    assert found is not None, "no robot in the color of its mode"
+    x, y = found
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + right_px, y + down_px, steps=6)
+    page.mouse.up()
+    page.mouse.move(0, 0)
