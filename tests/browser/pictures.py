@@ -84,6 +84,8 @@ def harvest(person: Forager, take: Take) -> None:
     person.watch(_content, until=lambda screen: screen.path[-1] == "forward", limit_s=60)
     person.page.wait_for_timeout(600)
     take("studio-harvest")
+    person.speed(8)
+    person.watch(_content, until=lambda screen: screen.flag is not None, limit_s=120)
     person.save()
 
 
