@@ -13,6 +13,7 @@ from typing import Literal
 
 from understudy.errors import DefinitionError
 from understudy.model.kinds import Column
+from understudy.model.squad import Order
 
 
 class Command(Mapping[str, float]):
@@ -104,7 +105,7 @@ def reset_timer(name: str) -> Change:
 
 @dataclass(frozen=True, slots=True)
 class Behavior:
-    """A basic behavior: a constant command or a function of readings, and changes made once when it starts.
+    """A basic behavior: a constant command, a function of readings, or an order; and changes made once as it starts.
 
     A function takes the robot's Readings and one Readings per parameter, and returns channel -> column [N].
     """
@@ -115,6 +116,7 @@ class Behavior:
     doc: str = ""
     function: Callable[..., Mapping[str, Column]] | None = field(default=None, compare=False)
     parameters: tuple[str, ...] = ()
+    order: Order | None = None
 
 
 def behavior(function: Callable[..., Mapping[str, Column]]) -> Behavior:

@@ -56,7 +56,9 @@ def returned(by: str, function: Callable[..., Any], readings: Sequence[Readings]
 class Feature:
     """A feature of the body: `reading` of the target bound to parameter `of`, or a function of readings.
 
-    A function takes the robot's Readings and one Readings per parameter, and returns a column [N].
+    A function takes the robot's Readings and one Readings per parameter, and returns a column [N]. `fresh` (0 or 1) is
+    what it reads in the tick in which the automaton's state was entered: what of a coordinator's members' flags is
+    left when a switch restarts the members. None: a switch changes nothing about it.
     """
 
     name: str
@@ -67,8 +69,15 @@ class Feature:
     doc: str = ""
     function: Callable[..., Column] | None = field(default=None, compare=False)
     parameters: tuple[str, ...] = ()
+    fresh: float | None = None
 
     def __post_init__(self) -> None:
+        if self.fresh not in (None, 0.0, 1.0):
+            raise DefinitionError(
+                what=f"feature {self.name!r}",
+                problem=f"it is to read {self.fresh!r} after a switch",
+                remedy="give 0 or 1, or None where a switch does not matter",
+            )
         if not isinstance(self.kind, Kind):
             raise DefinitionError(
                 what=f"feature {self.name!r}",

@@ -27,7 +27,8 @@ joined: "decorators._JITWrapper" = njit(  # type: ignore[call-overload]
 
 # As in tables.py, which a kernel file cannot import.
 STAY = -1
-FLAG, COUNTER, TIMER, TIME = 0, 1, 2, 3
+FLAG, COUNTER, TIMER, TIME, FALLEN, RISEN = range(6)
+SORT_BITS = 3
 SET, ADD, CLOCK = 0, 1, 2
 ASKED = -(2**31)
 
@@ -45,15 +46,19 @@ def elapsed(now: float, since: float) -> float:
 
 
 @within
-def own(source: int, agent: int, level: int, now: float, tables: Tables, stacks: Stacks) -> float:
+def own(
+    source: int, agent: int, level: int, row: Floats, now: float, tables: Tables, stacks: Stacks
+) -> float:
     """What the automaton at a level reads of itself."""
     _, states, _, _ = tables
     _, state, entered, memory = stacks
-    sort, which = (-1 - source) & 3, (-1 - source) >> 2
+    sort, which = (-1 - source) & ((1 << SORT_BITS) - 1), (-1 - source) >> SORT_BITS
     if sort == FLAG:
         if states[state[agent, level]].child < 0:
             return 0.0
         return 1.0 if states[state[agent, level + 1]].flag == which else 0.0
+    if sort >= FALLEN:
+        return row[which] if entered[agent, level] != now else float(sort - FALLEN)
     if sort == COUNTER:
         count = memory[agent, which]
         return 0.0 if count != count else count
@@ -67,7 +72,7 @@ def walk(asks: int, agent: int, level: int, row: Floats, now: float, tables: Tab
     while asks >= 0:
         node = nodes[asks]
         source = node.source
-        x = row[source] if source >= 0 else own(source, agent, level, now, tables, stacks)
+        x = row[source] if source >= 0 else own(source, agent, level, row, now, tables, stacks)
         present = (
             node.inside if (node.low <= x) & (x < node.high) else node.outside
         )  # quicker without a branch
@@ -194,7 +199,9 @@ def vectors(
         for position in range(len(sources)):
             source = sources[position]
             out_values[index, position] = (
-                columns[source, agent] if source >= 0 else own(source, agent, level, now, tables, stacks)
+                columns[source, agent]
+                if source >= 0
+                else own(source, agent, level, columns[:, agent], now, tables, stacks)
             )
 
 
@@ -203,5 +210,7 @@ def start_all(chosen: Bools, now: float, tables: Tables, stacks: Stacks) -> None
     """Start the roots of the agents chosen [N] afresh."""
     root = stacks[0]
     for agent in range(len(root)):
-        if chosen[agent] and root[agent] >= 0:
-            begin(agent, 0, root[agent], now, tables, stacks)
+        if chosen[agent]:
+            stacks[2][agent, 0] = now
+            if root[agent] >= 0:
+                begin(agent, 0, root[agent], now, tables, stacks)

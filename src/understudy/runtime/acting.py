@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.feature import Percept, ReadingKey, Readings, returned
 from understudy.model.kinds import Column
-from understudy.runtime.body import Body, every_key
+from understudy.runtime.body import ISSUED, ORDER, Body, Commanding, every_key
 from understudy.runtime.program import GroundBehavior
 from understudy.runtime.sensing import check_targets, floats
 
@@ -35,17 +35,21 @@ class Acting:
                 if channel not in self.channels:
                     raise self._unknown(channel, ground)
                 self.table[index, self.channels.index(channel)] = value
+            if ground.behavior.order is not None:
+                self.table[index, self._order(ground)] = self._numbered(body, ground)
 
     def commands(
-        self, running: NDArray[np.intp] | NDArray[np.int32], percept: Percept
+        self, running: NDArray[np.intp] | NDArray[np.int32], percept: Percept, entered: Callable[[], Column]
     ) -> NDArray[np.float64]:
-        """Commands [C, N] for the agents that run the basic behaviors `running` [N]."""
+        """Commands [C, N] for the agents that run the basic behaviors `running` [N] since they `entered` [N] them."""
         commands: NDArray[np.float64] = np.take(self.table.T, running, axis=1)  # a row per channel
         for index in self.computed:
             chosen = running == index
             if chosen.any():
                 for channel, column in self._compute(index, percept, chosen).items():
                     commands[self.channels.index(channel), chosen] = column
+        if ISSUED in self.channels:
+            commands[self.channels.index(ISSUED)] = entered()
         return commands
 
     def _compute(self, index: int, percept: Percept, chosen: NDArray[np.bool_]) -> dict[str, Column]:
@@ -81,6 +85,16 @@ class Acting:
                 )
             computed[channel] = column[chosen]
         return computed
+
+    def _order(self, ground: GroundBehavior) -> int:
+        if ORDER not in self.channels:
+            raise self._unknown(ORDER, ground)
+        return self.channels.index(ORDER)
+
+    @staticmethod
+    def _numbered(body: Body, ground: GroundBehavior) -> int:
+        order = ground.behavior.order
+        return body.numbered(order.within(ground.binding)) if isinstance(body, Commanding) and order else 0
 
     def _unknown(self, channel: str, ground: GroundBehavior) -> UnknownName:
         where = f"the body, for behavior {ground},"

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column, Kind
+from understudy.model.squad import Order
 from understudy.runtime.tables import Stacks, Tables
 
 Commands: TypeAlias = Mapping[str, Column]
@@ -108,6 +109,19 @@ class Resettable(Protocol):
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, a world per seed."""
         ...
+
+
+@runtime_checkable
+class Commanding(Protocol):
+    """A body that passes orders on: a squad. Its channels are ORDER and ISSUED."""
+
+    def numbered(self, order: Order) -> int:
+        """The number of an order whose parameters are ground, for the channel ORDER; 0 orders to idle."""
+        ...
+
+
+ORDER, ISSUED = "order", "issued"
+"""The channels of a squad: which order stands, and when the state that gives it was entered, s."""
 
 
 @dataclass(frozen=True, slots=True)

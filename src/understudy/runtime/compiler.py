@@ -15,20 +15,23 @@ from numpy.typing import NDArray
 from understudy.model.automaton import Automaton, Transition
 from understudy.model.behavior import Change
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature, Counter, Feature, Flag, OwnFeature, Timer
+from understudy.model.feature import BoundFeature, Counter, Feature, Flag, Timer
 from understudy.model.tree import STAY, Tree
 from understudy.runtime.flattening import Row, check_tree, flat
-from understudy.runtime.program import IDLE_PROGRAM, Child, GroundBehavior, Program
+from understudy.runtime.program import IDLE_PROGRAM, Child, Freshened, GroundBehavior, Program, Source
 from understudy.runtime.tables import (
     ADD,
     ASKED,
     CHANGE,
     CLOCK,
     COUNTER,
+    FALLEN,
     FLAG,
     INSTANCE,
     NODE,
+    RISEN,
     SET,
+    SORTS,
     STATE,
     TIME,
     TIMER,
@@ -71,7 +74,8 @@ class Compiled:
 
     `features` are the columns of feature vectors, `basics` what pulses answer (the first idles), `places` the states
     by index, `asked` the transition functions that are no trees, by state. `roots` has, for each of the programs,
-    what `Stacks.root` is to be. Run states are `depth` levels deep and remember `slots` values.
+    what `Stacks.root` is to be, `flags` the number of each flag. Run states are `depth` levels deep and remember
+    `slots` values.
     """
 
     tables: Tables
@@ -80,14 +84,15 @@ class Compiled:
     places: tuple[Place, ...]
     asked: Mapping[int, Asked]
     roots: NDArray[np.int32]
+    flags: Mapping[str, int]
     depth: int
     slots: int
 
-    def stacks(self) -> Stacks:
-        """Run states of one agent per program, not started yet."""
-        agents = len(self.roots)
+    def stacks(self, agents: int | None = None) -> Stacks:
+        """Run states of one agent per program, or per one of the first ones, not started yet."""
+        agents = len(self.roots) if agents is None else agents
         return Stacks(
-            self.roots.copy(),
+            self.roots[:agents].copy(),
             np.zeros((agents, self.depth), np.int32),
             np.zeros((agents, self.depth)),
             np.full((agents, self.slots), np.nan),
@@ -109,6 +114,7 @@ def compile_programs(programs: Sequence[Program]) -> Compiled:
         tuple(laying.places),
         laying.asked,
         np.array([merged[id(program)] for program in programs], np.int32),
+        laying.flags,
         laying.depth,
         laying.slots,
     )
@@ -120,7 +126,7 @@ class _Ground:
 
     identity: int
     binding: Binding
-    sources: tuple[int | OwnFeature, ...]
+    sources: tuple[Source, ...]
     children: tuple[int, ...]
     changes: tuple[tuple[Change, ...], ...]
 
@@ -153,9 +159,12 @@ class _Merging:
             self.met[key] = self.instances[merged]
         return self.met[key]
 
-    def source(self, program: Program, source: int | OwnFeature) -> int | OwnFeature:
-        if not isinstance(source, int):
-            return source
+    def source(self, program: Program, source: Source) -> Source:
+        if isinstance(source, Freshened):
+            return Freshened(self.column(program, source.position), source.fresh)
+        return self.column(program, source) if isinstance(source, int) else source
+
+    def column(self, program: Program, source: int) -> int:
         bound = program.features[source]
         function = bound.feature.function if isinstance(bound.feature, Feature) else None
         return self.features.setdefault((bound, function), len(self.features))
@@ -214,11 +223,13 @@ class _Laying:
         slots = memory.values()
         self.instances.append((first, min(slots, default=0), max(slots, default=-1) + 1))
 
-    def source(self, source: int | OwnFeature, memory: Mapping[Kept, int]) -> int:
+    def source(self, source: Source, memory: Mapping[Kept, int]) -> int:
         """Where a node finds the value of a feature."""
         if isinstance(source, int):
             return source
-        if isinstance(source, Flag):
+        if isinstance(source, Freshened):
+            sort, which = RISEN if source.fresh else FALLEN, source.position
+        elif isinstance(source, Flag):
             sort, which = FLAG, self.flag(source.name)
         elif isinstance(source, Counter):
             sort, which = COUNTER, memory["counter", source.name]
@@ -226,7 +237,7 @@ class _Laying:
             sort, which = TIMER, memory["timer", source.name]
         else:
             sort, which = TIME, 0
-        return -1 - (sort + 4 * which)
+        return -1 - (sort + SORTS * which)
 
     def flag(self, name: str) -> int:
         return self.flags.setdefault(name, len(self.flags))

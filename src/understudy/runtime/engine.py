@@ -37,12 +37,15 @@ class Engine:
     the states, as automaton/state, whose transition functions are no trees: they are asked in Python.
     """
 
-    def __init__(self, body: Body, programs: Sequence[Program]) -> None:
+    def __init__(self, body: Body, programs: Sequence[Program], others: Sequence[Program] = ()) -> None:
+        """`others` are programs that agents may `begin` later."""
         if len(programs) != body.agents:
             raise _wrong("programs", f"are {len(programs)} for {body.agents} agents", "give one per agent")
         self.body = body
-        self.compiled = compile_programs(programs)
-        self.stacks = self.compiled.stacks()
+        self.compiled = compile_programs([*programs, *others])
+        self._roots = dict(zip(map(id, [*programs, *others]), self.compiled.roots.tolist(), strict=True))
+        self._programs = [*programs, *others]  # kept, so that no other gets their identity
+        self.stacks = self.compiled.stacks(body.agents)
         self.running = np.full(body.agents, IDLING, np.int32)
         self.slow = tuple(dict.fromkeys(str(self.compiled.places[state]) for state in self.compiled.asked))
         self._sensing = Sensing(self.compiled.features, body)
@@ -56,12 +59,31 @@ class Engine:
         """An engine in which every agent runs one program."""
         return cls(body, [program] * body.agents)
 
-    def restart(self, agents: Sequence[int] | None = None) -> None:
+    def restart(self, agents: Sequence[int] | NDArray[np.intp] | None = None) -> None:
         """Start the roots of these agents afresh, or of all."""
         chosen = np.zeros(self.body.agents, np.bool_)
         chosen[slice(None) if agents is None else list(agents)] = True
         _kernels.start_all(chosen, float(self.body.time_s), self.compiled.tables, self.stacks)
         self.running[chosen] = IDLING
+
+    def begin(self, agents: Sequence[int] | NDArray[np.intp], program: Program) -> None:
+        """Let these agents run a program, one of those the engine was made with, from its start."""
+        if id(program) not in self._roots:
+            raise _wrong("program", "is none that the engine knows", "make the engine with it")
+        self.stacks.root[agents] = self._roots[id(program)]
+        self.restart(agents)
+
+    def raised(self, flag: str) -> NDArray[np.bool_]:
+        """Which agents have raised a flag [N]."""
+        root, state = self.stacks.root, self.stacks.state[:, 0]
+        number = self.compiled.flags.get(flag, -2)
+        raised: NDArray[np.bool_] = (root >= 0) & (self.compiled.tables.states["flag"][state] == number)
+        return raised
+
+    def _entered(self) -> Column:
+        """When each agent started what it runs: levels below are entered later, what lies below them was before."""
+        entered: Column = self.stacks.entered.max(axis=1)
+        return entered
 
     def run(self, ticks: int, *, threads: int | None = None) -> None:
         """So many ticks: in one go where the body can and all is data, else one by one.
@@ -110,7 +132,9 @@ class Engine:
         list(each(pulse, pairwise(cuts)))
         if self.slow:
             self._ask(columns, now)
-        return dict(zip(self._channels, self._acting.commands(self.running, percept), strict=True))
+        return dict(
+            zip(self._channels, self._acting.commands(self.running, percept, self._entered), strict=True)
+        )
 
     def _ask(self, columns: NDArray[np.float64], now: float) -> None:
         """Ask the transition functions that agents wait for, state by state, and let these agents go on."""

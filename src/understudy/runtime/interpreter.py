@@ -16,7 +16,7 @@ from understudy.model.automaton import Automaton
 from understudy.model.feature import Counter, Flag, OwnFeature, Timer
 from understudy.model.kinds import NO, YES
 from understudy.model.tree import STAY
-from understudy.runtime.program import Child, Instance, Program
+from understudy.runtime.program import Child, Freshened, Instance, Program, Source
 
 Row: TypeAlias = Sequence[float]
 """One agent's values of `Program.features`, in one snapshot."""
@@ -141,13 +141,17 @@ class Machine:
         values = list(self._pick(row))
         for index, flag, feature in self._own:  # flags first: most are, and a pulse must be quick
             if flag is None:
-                values[index] = self.own(feature, now)
+                values[index] = self.own(feature, row, now)
             else:
                 values[index] = YES if self.active.flag == flag else NO
         return values
 
-    def own(self, feature: OwnFeature, now: float) -> float:
-        """A feature of this automaton itself: a flag of what it runs, a counter, a timer, time in state."""
+    def own(self, feature: Freshened | OwnFeature, row: Row, now: float) -> float:
+        """A feature of this automaton itself: a flag of what it runs, a counter, a timer, time in state; or one that a
+        switch in this tick has changed.
+        """
+        if isinstance(feature, Freshened):
+            return feature.fresh if self.entered == now else row[feature.position]
         if isinstance(feature, Flag):
             return YES if self.active.flag == feature.name else NO
         if isinstance(feature, Counter):
@@ -177,7 +181,7 @@ def running(child: Child, machines: dict[Child, Running]) -> Running:
     return machines[child]
 
 
-def _picker(sources: Sequence[int | OwnFeature]) -> Callable[[Row], Sequence[float]]:
+def _picker(sources: Sequence[Source]) -> Callable[[Row], Sequence[float]]:
     """Fetches the values of the sources that are body readings from a row, in C; others get any value."""
     if not any(isinstance(source, int) for source in sources):
         blank = [nan] * len(sources)
@@ -213,6 +217,7 @@ class Interpreter:
         """Start the root afresh."""
         self.root.stop()
         self.root.start(now)
+        self._started = now
 
     def pulse(self, row: Row, now: float) -> int:
         """One tick; the basic behavior to run: its position in `Program.basics`."""
@@ -233,6 +238,12 @@ class Interpreter:
             machines.append(machine)
             machine = machine.active
         return tuple(machines)
+
+    @property
+    def entered(self) -> float:
+        """When the basic behavior that runs was started."""
+        active = self.active
+        return active[-1].entered if active else self._started
 
     @property
     def path(self) -> tuple[str, ...]:

@@ -33,18 +33,31 @@ class GroundBehavior:
         return called(self.behavior.name, self.binding)
 
 
+@dataclass(frozen=True, slots=True)
+class Freshened:
+    """A position in `Program.features` that reads `fresh` in the tick in which the automaton's state was entered."""
+
+    position: int
+    fresh: float
+
+
+Source: TypeAlias = int | Freshened | OwnFeature
+"""Where the value of an automaton's feature comes from."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Instance:
     """An automaton with the targets its parameters stand for.
 
-    `sources` has, per feature, the position in `Program.features`, or the automaton's own feature. `children`
+    `sources` has, per feature, the position in `Program.features`, or the automaton's own feature; a Freshened
+    position where a switch changes what is read. `children`
     has, per state, the instance it runs, or the position in `Program.basics`. `changes` has, per state, what
     starting it does to counters and timers.
     """
 
     automaton: Automaton
     binding: Binding
-    sources: tuple[int | OwnFeature, ...]
+    sources: tuple[Source, ...]
     children: tuple[Child, ...]
     changes: tuple[tuple[Change, ...], ...]
 
@@ -115,12 +128,14 @@ class _Linker:
         behavior = self.library.kit.behaviors.get(state.behavior or "")
         return behavior.changes if behavior else ()
 
-    def source(self, bound: BoundFeature, binding: Binding, automaton: Automaton) -> int | OwnFeature:
+    def source(self, bound: BoundFeature, binding: Binding, automaton: Automaton) -> Source:
         if not isinstance(bound.feature, Feature):
             return bound.feature
         ground = BoundFeature(bound.feature, bound.binding.within(binding))
         self.check_targets(automaton.name, ground.binding)
-        return self.features.setdefault(ground, len(self.features))
+        position = self.features.setdefault(ground, len(self.features))
+        fresh = bound.feature.fresh
+        return position if fresh is None else Freshened(position, fresh)
 
     def check_ground(self, name: str, parameters: tuple[str, ...], binding: Binding) -> None:
         targets = self.library.kit.targets

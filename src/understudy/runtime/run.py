@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.model.feature import Percept
@@ -18,9 +19,11 @@ from understudy.runtime.sensing import Sensing
 
 
 class Run:
-    """A body with an interpreter for each of its agents."""
+    """A body with an interpreter for each of its agents, and `others`, programs that agents may begin later."""
 
-    def __init__(self, body: Body, interpreters: Sequence[Interpreter]) -> None:
+    def __init__(
+        self, body: Body, interpreters: Sequence[Interpreter], others: Sequence[Program] = ()
+    ) -> None:
         if len(interpreters) != body.agents:
             raise SettingError(
                 where="run",
@@ -30,12 +33,25 @@ class Run:
             )
         self.body = body
         self.interpreters = list(interpreters)
-        each = [interpreter.program for interpreter in interpreters]
+        self._known: dict[int, _Group] = {}
+        for program in others:
+            self._group(program, [])
+        self._regroup()
+
+    def _regroup(self) -> None:
+        each = [interpreter.program for interpreter in self.interpreters]
         groups: dict[int, list[int]] = {}
         for agent, program in enumerate(each):
             groups.setdefault(id(program), []).append(agent)
-        self._groups = [_Group(body, each[agents[0]], agents) for agents in groups.values()]
-        self.keys = tuple(dict.fromkeys(key for group in self._groups for key in group.keys))
+        self._groups = [self._group(each[agents[0]], agents) for agents in groups.values()]
+        self.keys = tuple(dict.fromkeys(key for group in self._known.values() for key in group.keys))
+
+    def _group(self, program: Program, agents: list[int]) -> _Group:
+        if id(program) not in self._known:
+            self._known[id(program)] = _Group(self.body, program)
+        group = self._known[id(program)]
+        group.agents = agents
+        return group
 
     @classmethod
     def of(cls, body: Body, program: Program) -> Self:
@@ -58,15 +74,34 @@ class Run:
                 self.interpreters[agent].pulse(row, now)
                 for agent, row in zip(group.agents, rows, strict=True)
             ]
-            commands[:, group.agents] = group.acting.commands(running, percept)[:, group.agents]
+            commands[:, group.agents] = group.acting.commands(running, percept, self._entered)[
+                :, group.agents
+            ]
         return dict(zip(channels, commands, strict=True))
+
+    def _entered(self) -> Column:
+        return np.array([interpreter.entered for interpreter in self.interpreters])
+
+    def begin(self, agents: Sequence[int] | NDArray[np.intp], program: Program) -> None:
+        """Let these agents run a program from its start."""
+        for agent in agents:
+            interpreter = self.interpreters[agent]
+            if interpreter.program is program:
+                interpreter.start(self.body.time_s)
+            else:
+                self.interpreters[agent] = Interpreter(program, now=self.body.time_s)
+        self._regroup()
+
+    def raised(self, flag: str) -> NDArray[np.bool_]:
+        """Which agents have raised a flag [N]."""
+        return np.array([interpreter.root.flag == flag for interpreter in self.interpreters])
 
 
 class _Group:
     """The agents that run one program."""
 
-    def __init__(self, body: Body, program: Program, agents: list[int]) -> None:
-        self.agents = agents
+    def __init__(self, body: Body, program: Program) -> None:
+        self.program, self.agents = program, list[int]()
         self.sensing = Sensing(program.features, body)
         self.acting = Acting(program.basics, body)
         self.keys = (*self.sensing.keys, *self.acting.keys)

@@ -11,8 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-FLAG, COUNTER, TIMER, TIME = 0, 1, 2, 3
-"""What an automaton reads of itself; as the source of a node: -1 - (sort + 4 * (flag id or memory slot))."""
+FLAG, COUNTER, TIMER, TIME, FALLEN, RISEN = range(6)
+SORTS = 8
+"""What an automaton reads of itself; as the source of a node: -1 - (sort + SORTS * (flag id, memory slot or column)).
+
+FALLEN and RISEN are columns that read 0 or 1 in the tick in which the state was entered.
+"""
 
 SET, ADD, CLOCK = 0, 1, 2
 """What a change does to a memory slot: becomes the value (NaN: as if never set), grows by it, becomes the time."""

@@ -1,0 +1,158 @@
+"""Teams: robots at the leaves, coordinators above, all pulsed in one tick (ARCHITECTURE section 3, paper section 5).
+
+A tick is: all sense, bottom-up; all decide, top-down, and what a coordinator orders its members begin at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import TypeAlias
+
+from understudy.errors import UnderstudyError, UnknownName
+from understudy.model.binding import Binding
+from understudy.model.feature import ReadingKey
+from understudy.model.library import Library
+from understudy.model.squad import Squad
+from understudy.runtime.body import Body
+from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.program import IDLE_PROGRAM, Program, link
+from understudy.runtime.roster import Member, Roster
+from understudy.runtime.run import Run
+from understudy.runtime.squads import Band, Finds, Layer, Runner, Squads
+
+
+@dataclass(frozen=True)
+class Tree:
+    """The team of one world: the types of robots and how many rows they share, and the squads, bottom-up.
+
+    A member's band is an index into the types of robots and, after them, the sorts of squads before its own.
+    """
+
+    types: tuple[str, ...]
+    robots: int
+    squads: tuple[tuple[Squad, tuple[tuple[Member, ...], ...]], ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The sorts of agents, in order of their bands."""
+        return (*self.types, *(squad.name for squad, _ in self.squads))
+
+
+Makes: TypeAlias = Callable[[Body, Sequence[Program], Sequence[Program]], Runner]
+"""Makes what runs the agents of a body, one program each; others they may be ordered to run."""
+
+
+def interpreted(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
+    """Interpreters: the definition."""
+    return Run(body, [Interpreter(program, now=body.time_s) for program in programs], others)
+
+
+class Team:
+    """A team in B worlds side by side. `roots` says what the agents of a sort run by themselves, those who are in no
+    squad; the others idle until they are ordered. `libraries` has what each sort knows, by its name.
+    """
+
+    def __init__(
+        self,
+        ground: Body,
+        tree: Tree,
+        libraries: Mapping[str, Library],
+        roots: Mapping[str, tuple[str, Mapping[str, str]]],
+        *,
+        worlds: int = 1,
+        makes: Makes = interpreted,
+    ) -> None:
+        self.ground, self.tree = ground, tree
+        self._finds: dict[str, Finds] = {name: _finder(libraries[name], name) for name in tree.names}
+        self._orders: dict[str, list[Program]] = {name: [] for name in tree.names}
+        for name, (behavior, binding) in roots.items():
+            if name not in tree.names:
+                raise UnknownName(what="sort of agents", name=name, where="the team", known=tree.names)
+            self._collect(name, self._finds[name](behavior, Binding(binding)))
+        self.layers = self._built(roots, worlds, makes)
+        self._keys = self._needed()
+
+    def _collect(self, name: str, program: Program) -> None:
+        """Note what agents of a sort may run, and what those below them may be ordered to."""
+        if program in self._orders[name]:
+            return
+        self._orders[name].append(program)
+        squad = next((squad for squad, _ in self.tree.squads if squad.name == name), None)
+        for ground in program.basics:
+            order = ground.behavior.order
+            if order is None or squad is None:
+                continue
+            for duty in order.within(ground.binding).duties:
+                for role in squad.roles:
+                    if duty.role in (None, role.name):
+                        self._collect(role.of, self._finds[role.of](duty.behavior, duty.binding))
+
+    def _built(
+        self, roots: Mapping[str, tuple[str, Mapping[str, str]]], worlds: int, makes: Makes
+    ) -> tuple[Layer, ...]:
+        types, ground = self.tree.types, self.ground
+        own = [roots[name] for name in types if name in roots]
+        program = self._finds[types[0]](own[0][0], Binding(own[0][1])) if own else IDLE_PROGRAM
+        others = [each for name in types for each in self._orders[name]]
+        robots = Layer(ground, makes(ground, [program] * ground.agents, others))
+        layers = [robots]
+        bands = [Band(name, robots, self._finds[name]) for name in types]
+        rows = [self.tree.robots] * len(types)
+        for squad, members in self.tree.squads:
+            body = Squads(squad, Roster.of(members, worlds, rows), bands, ground)
+            program = IDLE_PROGRAM
+            if squad.name in roots:
+                behavior, binding = roots[squad.name]
+                program = self._finds[squad.name](behavior, Binding(binding))
+            layer = Layer(body, makes(body, [program] * body.agents, self._orders[squad.name]))
+            layers.append(layer)
+            bands.append(Band(squad.name, layer, self._finds[squad.name]))
+            rows.append(len(members))
+        return tuple(layers)
+
+    def _needed(self) -> list[tuple[ReadingKey, ...]]:
+        """What each layer has to sense: what its own agents look at, and what those above ask of it."""
+        needed: list[dict[ReadingKey, None]] = [dict.fromkeys(layer.runner.keys) for layer in self.layers]
+        for number in reversed(range(len(self.layers))):
+            body = self.layers[number].body
+            if isinstance(body, Squads):
+                below = {id(band.layer) for band in body.bands}
+                for key in body.needs(list(needed[number])):
+                    for lower, layer in enumerate(self.layers[:number]):
+                        if id(layer) in below and key[0] in {reading.name for reading in layer.body.readings}:
+                            needed[lower][key] = None
+        return [tuple(keys) for keys in needed]
+
+    def tick(self) -> None:
+        """All sense, decide and act once."""
+        for layer, keys in zip(self.layers, self._keys, strict=True):
+            layer.percept = layer.body.sense(keys)
+        for layer in reversed(self.layers):
+            layer.body.act(layer.runner.decide(layer.percept))
+
+    def run(self, ticks: int) -> None:
+        """So many ticks."""
+        for _ in range(ticks):
+            self.tick()
+
+    def layer(self, name: str) -> Layer:
+        """The layer of a sort of agents."""
+        if name not in self.tree.names:
+            raise UnknownName(what="sort of agents", name=name, where="the team", known=self.tree.names)
+        return self.layers[max(0, self.tree.names.index(name) - len(self.tree.types) + 1)]
+
+
+def _finder(library: Library, name: str) -> Finds:
+    """Finds behaviors that agents of a sort can run."""
+
+    @cache
+    def find(behavior: str, binding: Binding) -> Program:
+        try:
+            return link(library, behavior, binding)
+        except UnderstudyError as error:
+            error.add_note(f"{name} is to run it")
+            raise
+
+    return find
