@@ -16,6 +16,7 @@ from understudy.model.feature import ReadingKey
 from understudy.model.library import Library
 from understudy.model.squad import Squad
 from understudy.runtime.body import Body
+from understudy.runtime.fitting import check_members, ordered
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.roster import Member, Roster
@@ -25,14 +26,17 @@ from understudy.runtime.squads import Band, Finds, Layer, Runner, Squads
 
 @dataclass(frozen=True)
 class Tree:
-    """The team of one world: the types of robots and how many rows they share, and the squads, bottom-up.
+    """The team of one world: the types of robots, which of them each robot is of, and the squads, bottom-up.
 
     A member's band is an index into the types of robots and, after them, the sorts of squads before its own.
     """
 
     types: tuple[str, ...]
-    robots: int
+    type_of: tuple[int, ...]
     squads: tuple[tuple[Squad, tuple[tuple[Member, ...], ...]], ...]
+
+    def __post_init__(self) -> None:
+        check_members(self.types, self.type_of, self.squads)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -87,7 +91,7 @@ class Team:
             for duty in order.within(ground.binding).duties:
                 for role in squad.roles:
                     if duty.role in (None, role.name):
-                        self._collect(role.of, self._finds[role.of](duty.behavior, duty.binding))
+                        self._collect(role.of, ordered(squad, ground, role, duty, self._finds[role.of]))
 
     def _built(
         self, roots: Mapping[str, tuple[str, Mapping[str, str]]], worlds: int, makes: Makes
@@ -99,7 +103,7 @@ class Team:
         robots = Layer(ground, makes(ground, [program] * ground.agents, others))
         layers = [robots]
         bands = [Band(name, robots, self._finds[name]) for name in types]
-        rows = [self.tree.robots] * len(types)
+        rows = [len(self.tree.type_of)] * len(types)
         for squad, members in self.tree.squads:
             body = Squads(squad, Roster.of(members, worlds, rows), bands, ground)
             program = IDLE_PROGRAM
