@@ -12,6 +12,7 @@ from msgspec.structs import FieldInfo, fields
 from tests.docs.pages import ROOT
 from tests.docs.renew import put_between
 
+from understudy.worlds.part import Part
 from understudy.worlds.scenario import (
     Bumper,
     Camera,
@@ -24,7 +25,6 @@ from understudy.worlds.scenario import (
     Measuring,
     Objects,
     Obstacle,
-    Part,
     Placing,
     Pose,
     Presence,
@@ -39,6 +39,7 @@ from understudy.worlds.scenario import (
     Walk,
     Wall,
 )
+from understudy.worlds.scenario_squads import DutyOf, MemberOf, Radio, SquadOf, StatisticOf
 
 PAGE = ROOT / "docs" / "scenarios.md"
 KEYS = (
@@ -66,6 +67,8 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "robots": ("", "the robots, see below"),
             "targets": ("", "what features and behaviors can refer to, by name, see below"),
             "features": ("", "features under names of their own, see below"),
+            "squads": ("", "sorts of squads by name, see below"),
+            "radio": ("", "between coordinators and their members, see below"),
             "goal": ("", "when it is finished, see below; never where it is left out"),
             "spare_objects": (
                 "",
@@ -195,6 +198,65 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
         "`[features]`: instead of the reading's usual feature",
         {"reading": ("", "what it reads"), "doc": ("", "what it is, in a sentence")},
     ),
+    SquadOf: (
+        "`[squads.NAME]`: a sort of squad",
+        {
+            "doc": ("", "what it is, in a sentence"),
+            "count": (
+                "",
+                "how many; if left out, as many as get the members they prefer, one where no role prefers any",
+            ),
+            "members": ("", "roles by name, see below"),
+            "statistics": ("", "what its coordinator senses, by name, see below"),
+            "orders": ("", "what it can order beside its members' behaviors: lists of duties by name"),
+        },
+    ),
+    MemberOf: (
+        "`[squads.NAME.members.ROLE]`: so many in each squad",
+        {
+            "of": ("", "a type of robots, or another sort of squad"),
+            "least": ("", "every squad gets so many"),
+            "preferred": ("", "then up to so many; as `least` if left out"),
+            "most": ("", "then up to so many; any number if left out"),
+        },
+    ),
+    StatisticOf: (
+        "`[squads.NAME.statistics]`: of a reading or a flag of each member",
+        {
+            "how": (
+                "",
+                "`any`, `all`, `none`, `count` or `fraction`; `mean`, `minimum`, `maximum` or `spread`; `centroid`",
+            ),
+            "reading": ("", "what members read: whether it is yes, or there at all; or its value"),
+            "flag": ("", "whether members have raised it"),
+            "role": ("", "of members in this role only"),
+            "least": ("the reading's", "whether it is at least so much"),
+            "below": ("the reading's", "and below so much"),
+            "within_s": (
+                "s",
+                "whether it was so in the last seconds; of a number, its mean (or extreme) over them",
+            ),
+            "since": ("", "how long ago it was last so, s"),
+            "for_s": ("s", "whether it has been so for as long"),
+            "doc": ("", "what it is, in a sentence"),
+        },
+    ),
+    DutyOf: (
+        "Duties of `[squads.NAME.orders]`: of several that fit a member, the first with room",
+        {
+            "run": ("", "the behavior that members are to run"),
+            "with": ("", "targets for its parameters: `{ A = target }`"),
+            "role": ("", "only for members in this role"),
+            "share": ("", 'how many of them, or what part: `"1/3"`; all that are left if left out'),
+        },
+    ),
+    Radio: (
+        "`[radio]`: what orders and reports between coordinators and their members suffer",
+        {
+            "delay_s": ("s", "how long they travel"),
+            "loss": ("", "chance that one gets lost"),
+        },
+    ),
     Goal: (
         "`[goal]`",
         {
@@ -302,8 +364,8 @@ def _section(part: type[Part]) -> Iterator[str]:
         yield "| key | unit | default | |"
         yield "|---|---|---|---|"
     for field in listed:
-        unit, meaning = rows[field.name]
-        yield f"| `{field.name}` | {unit} | {_default(field)} | {meaning} |"
+        unit, meaning = rows[field.encode_name]
+        yield f"| `{field.encode_name}` | {unit} | {_default(field)} | {meaning} |"
     if listed:
         yield ""
 
@@ -316,7 +378,7 @@ def _default(field: FieldInfo) -> str:
     default = field.default
     if default is msgspec.NODEFAULT:
         return "**must be given**"
-    if default is None or isinstance(default, msgspec.UnsetType) or default in ((), ""):
+    if default is None or isinstance(default, msgspec.UnsetType | Part) or default in ((), ""):
         return ""
     if isinstance(default, bool):
         return str(default).lower()

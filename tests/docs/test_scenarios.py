@@ -9,21 +9,30 @@ from tests.docs.pages import blocks
 from tests.docs.renew import between
 from tests.docs.scenario_keys import KEYS, PAGE, PARTS, own_fields, table
 
+from understudy.worlds.dealing import deal
 from understudy.worlds.kits import kit_of
+from understudy.worlds.part import Part
 from understudy.worlds.placing import lay_out
 from understudy.worlds.rules import rules_of
-from understudy.worlds.scenario import Part
-from understudy.worlds.scenario_files import parse_scenario
+from understudy.worlds.scenario_files import parse_scenario, scenario_text
 
 RENEW = "the keys changed; bring the page up to date with: python -m tests.docs.scenario_keys"
 
 
 def test_the_example_is_a_scenario() -> None:
-    (example,) = (block for block in blocks(PAGE) if block.language == "toml")
+    example, *_ = (block for block in blocks(PAGE) if block.language == "toml")
     scenario = parse_scenario(example.text)
     assert scenario.name == tomllib.loads(example.text)["name"]
     kit_of(scenario)
     lay_out(scenario, rules_of(scenario), np.arange(1000))
+
+
+def test_the_squads_shown_are_those_of_the_patrol_and_can_be() -> None:
+    """First those that ship, then others for the same robots."""
+    _, shipped, others = (block.text for block in blocks(PAGE) if block.language == "toml")
+    whole = scenario_text("patrol")
+    assert shipped in whole
+    deal(parse_scenario(whole.replace("count = 4", "count = 13").replace(shipped, others)))
 
 
 def test_the_tables_are_those_of_the_code() -> None:
@@ -36,4 +45,4 @@ def test_every_key_is_described() -> None:
 
     assert set(PARTS) == set(sorts(Part)) - {Part}
     for part, (_, rows) in PARTS.items():
-        assert list(rows) == [field.name for field in own_fields(part)]
+        assert list(rows) == [field.encode_name for field in own_fields(part)]

@@ -60,6 +60,13 @@ def check(checker: Checker) -> None:
         _check_goal(checker, scenario.goal)
 
 
+def check_name(checker: Checker, key: str, name: str) -> None:
+    """SettingError where a name is no word."""
+    if not NAME.fullmatch(name):
+        remedy = "give up to 60 letters, digits, _, - and spaces inside"
+        checker.wrong(key, f"has {name!r:.80}, which is no name", remedy)
+
+
 def _check_spelling(checker: Checker) -> None:
     """Names are words: they stand in tables, on buttons, in names of files."""
     scenario = checker.scenario
@@ -93,9 +100,7 @@ def _check_spelling(checker: Checker) -> None:
             elif isinstance(sensor, Chance | Since):
                 spelled.append((f"{key}.name", sensor.name))
     for key, name in spelled:
-        if not NAME.fullmatch(name):
-            remedy = "give up to 60 letters, digits, _, - and spaces inside"
-            checker.wrong(key, f"has {name!r:.80}, which is no name", remedy)
+        check_name(checker, key, name)
         if name == MOUSE and key.startswith("objects"):
             checker.wrong(key, f"is {MOUSE!r}, which is the pointer's own", "give another name")
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from understudy.worlds.checker import Checker
+from understudy.worlds.part import Part
 from understudy.worlds.scenario import (
     Camera,
     Capture,
@@ -18,7 +19,6 @@ from understudy.worlds.scenario import (
     Measuring,
     Objects,
     Obstacle,
-    Part,
     Placing,
     Pose,
     Presence,
@@ -31,6 +31,7 @@ from understudy.worlds.scenario import (
     TargetOf,
     Walk,
 )
+from understudy.worlds.scenario_squads import DutyOf, MemberOf, Radio, SquadOf, StatisticOf
 
 MOST = 1e9
 """Whatever is larger is a slip, or breaks arithmetic."""
@@ -103,6 +104,11 @@ LIMITS: Mapping[type[Part], Mapping[str, Limit]] = {
     Robots: {"stored": NOT_NEGATIVE},
     TargetOf: {"index": NOT_NEGATIVE},
     Goal: {"within": POSITIVE},
+    SquadOf: {"count": AT_LEAST_1},
+    MemberOf: {"least": NOT_NEGATIVE, "preferred": AT_LEAST_1, "most": AT_LEAST_1},
+    StatisticOf: {"within_s": POSITIVE, "for_s": POSITIVE},
+    DutyOf: {"share": AT_LEAST_1},
+    Radio: {"delay_s": NOT_NEGATIVE, "loss": CHANCE},
 }
 """Limits by part and field; a part keeps those of what it is a sort of."""
 

@@ -10,7 +10,8 @@ from typing import Any, Literal, NamedTuple, TypeAlias, Union, get_args, get_ori
 import msgspec
 
 from understudy.worlds.checker import suggestion
-from understudy.worlds.scenario import Part, Scenario
+from understudy.worlds.part import Part
+from understudy.worlds.scenario import Scenario
 
 Steps: TypeAlias = tuple[str | int, ...]
 
@@ -82,7 +83,9 @@ def _explain(document: Any, message: str) -> Mismatch:
 
 
 def _unknown_key(sort: Any, steps: Steps, key: str) -> Mismatch:
-    known = [name for option in _options(sort) if _is_part(option) for name in option.__struct_fields__]
+    known = [
+        name for option in _options(sort) if _is_part(option) for name in option.__struct_encode_fields__
+    ]
     return Mismatch(spelled(steps), "is no key there", suggestion(key, known, what="key"))
 
 
@@ -146,7 +149,8 @@ def _inside(sort: Any, step: str | int, value: Any) -> Any:
     origin, arguments = get_origin(sort), get_args(sort)
     if _is_part(sort) and isinstance(step, str):
         tag = sort.__struct_config__.tag
-        return get_type_hints(sort).get(step) if tag is None or tag == _kind(value) else None
+        fields = dict(zip(sort.__struct_encode_fields__, sort.__struct_fields__, strict=True))
+        return get_type_hints(sort).get(fields.get(step, "")) if tag is None or tag == _kind(value) else None
     if origin is tuple and isinstance(step, int):
         return arguments[0] if arguments[-1] is Ellipsis else arguments[min(step, len(arguments) - 1)]
     return arguments[1] if arguments and isinstance(step, str) and origin is not tuple else None

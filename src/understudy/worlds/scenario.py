@@ -9,7 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal, TypeAlias
 
-from msgspec import UNSET, Struct, UnsetType, field
+from msgspec import UNSET, UnsetType, field
+
+from understudy.worlds.part import Part
+from understudy.worlds.scenario_squads import Radio, SquadOf
 
 Point: TypeAlias = tuple[float, float]
 Range: TypeAlias = tuple[float, float]
@@ -19,10 +22,6 @@ Count: TypeAlias = int | tuple[int, int]
 VERSION = 1
 MOUSE = "mouse"
 """The object that stands for the mouse pointer: absent until a program puts it somewhere."""
-
-
-class Part(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What all parts of a scenario have in common: frozen, keys by name, no unknown key."""
 
 
 class Region(Part, frozen=True, kw_only=True):
@@ -303,5 +302,7 @@ class Scenario(Part, frozen=True, kw_only=True):
     robots: tuple[Robots, ...]
     targets: Mapping[str, TargetOf] = field(default_factory=dict)
     features: Mapping[str, FeatureOf] = field(default_factory=dict)
+    squads: Mapping[str, SquadOf] = field(default_factory=dict)
+    radio: Radio = Radio()
     goal: Goal | None = None
     spare_objects: int = 16

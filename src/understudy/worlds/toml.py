@@ -13,6 +13,11 @@ OPENED = (
     ("regions",),
     ("targets",),
     ("features",),
+    ("squads", "*"),
+    ("squads", "*", "members", "*"),
+    ("squads", "*", "statistics"),
+    ("squads", "*", "orders"),
+    ("radio",),
     ("goal",),
 )
 """Tables with a heading of their own; `*` is any key."""

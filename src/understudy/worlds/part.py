@@ -1,0 +1,9 @@
+"""What all parts of a scenario have in common."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+
+
+class Part(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """What all parts of a scenario have in common: frozen, keys by name, no unknown key."""
