@@ -189,15 +189,17 @@ def _seats(scenario: Scenario, sort: str, numbers: Mapping[str, int]) -> Iterato
 
 
 def _shares(number: int, seats: Sequence[tuple[Wish, int]]) -> list[int]:
-    """How many of them each role of each squad gets."""
+    """How many of them each role of each squad gets: role by role, a turn of all its squads, so that they stay even."""
     shares = [wish.member.least for wish, _ in seats]
     bounds = [
         [wish.usual for wish, _ in seats],
         [number if wish.member.most is None else wish.member.most for wish, _ in seats],
     ]
     left = number - sum(shares)
+    ranks = {key: rank for rank, key in enumerate(dict.fromkeys(wish.key for wish, _ in seats))}
+    turns = sorted(range(len(seats)), key=lambda seat: ranks[seats[seat][0].key])
     for most in bounds:
-        some = list(range(len(seats)))
+        some = turns
         while left > 0 and some:
             some = [seat for seat in some if shares[seat] < most[seat]]
             for seat in some[:left]:
