@@ -1,0 +1,106 @@
+"""Teams that do not fit together: one error each, before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import pytest
+from tests.bodies import Scripted, kit
+from tests.runtime.automata import automaton
+
+from understudy.errors import DefinitionError, UnboundParameter, UnknownName
+from understudy.model.automaton import State
+from understudy.model.binding import Binding
+from understudy.model.library import Library
+from understudy.model.squad import Duty, Order, Role, Squad
+from understudy.runtime.roster import Member
+from understudy.runtime.squad_kits import squad_kit
+from understudy.runtime.team import Team, Tree
+
+PAIR = Squad("pair", (Role("scouts", "scout"), Role("carriers", "carrier")))
+CAMP = Squad("camp", (Role("pairs", "pair"),))
+TYPES, TYPE_OF = ("scout", "carrier"), (0, 0, 1, 1)
+
+Lists = Sequence[Sequence[tuple[int, int, int]]]
+
+GOOD: Lists = [[(0, 0, 0), (1, 2, 1)], [(0, 1, 0), (1, 3, 1)]]
+BROKEN: list[tuple[Lists, Lists, str]] = [  # the pairs' members, the camps', the error
+    ([[(0, 0, 0)], [(0, 0, 0)]], [], "number 1: row 0 of 'scout' is a member, and one of squad 'pair', number 0"),
+    ([[(0, 0, 0), (0, 0, 0)]], [], "squad 'pair', number 0: row 0 of 'scout' is a member, and one of"),
+    (GOOD, [[(2, 1, 0)], [(2, 1, 0)]], "squad 'camp', number 1: row 1 of 'pair' is a member, and one of"),
+    ([[(0, 4, 0)]], [], "squad 'pair', number 0: row 4 of 'scout' is none of the 4 there are"),
+    ([[(0, -1, 0)]], [], "row -1 of 'scout' is none"),
+    (GOOD, [[(2, 2, 0)]], "squad 'camp', number 0: row 2 of 'pair' is none of the 2 there are"),
+    ([[(0, 2, 0)]], [], "row 2 is of 'carrier', and its role 'scouts' is for 'scout'"),
+    ([[(0, 0, 1)]], [], "row 0 is of 'scout', and its role 'carriers' is for 'carrier'"),
+    ([[(1, 2, 2)]], [], "role 2 of a member is none of its 2"),
+    ([[(2, 0, 0)]], [], "sort 2 of a member is none of the 2 below it"),
+    (GOOD, [[(3, 0, 0)]], "sort 3 of a member is none of the 3 below it"),
+]  # fmt: skip
+
+
+def tree(pairs: Lists, camps: Lists) -> Tree:
+    def members(lists: Lists) -> tuple[tuple[Member, ...], ...]:
+        return tuple(tuple(Member(*each) for each in squad) for squad in lists)
+
+    return Tree(TYPES, TYPE_OF, ((PAIR, members(pairs)), (CAMP, members(camps))))
+
+
+@pytest.mark.parametrize(("pairs", "camps", "words"), BROKEN)
+def test_everybody_is_there_and_in_one_squad(pairs: Lists, camps: Lists, words: str) -> None:
+    with pytest.raises(DefinitionError) as caught:
+        tree(pairs, camps)
+    assert words in str(caught.value)
+
+
+def test_names_are_told_apart() -> None:
+    with pytest.raises(DefinitionError, match="squad 'scout': its name is taken"):
+        Tree(TYPES, TYPE_OF, ((Squad("scout", (Role("a", "carrier"),)), ()),))
+
+
+def test_what_fits() -> None:
+    assert tree(GOOD, [[(2, 0, 0), (2, 1, 0)]]).names == ("scout", "carrier", "pair", "camp")
+
+
+SCOUT = Library.of(kit, automaton("search"))
+CARRIER = Library.of(kit, automaton("fetch", parameters=("A",)))
+
+
+def team(*duties: Duty) -> Team:
+    """A pair whose coordinator gives one order, once a camp's tells it to."""
+    pair = Squad(PAIR.name, PAIR.roles, (), {"work": Order(duties)})
+    members: Mapping[str, Library] = {"scout": SCOUT, "carrier": CARRIER}
+    pairs = Library.of(squad_kit(pair, (), members), automaton("shift", [State("on", "work")]))
+    camps = Library.of(squad_kit(CAMP, (), {"pair": pairs}), automaton("day", [State("shift", "shift")]))
+    made = Tree(TYPES, (0, 1), ((pair, ((Member(0, 0, 0), Member(1, 1, 1)),)), (CAMP, ((Member(2, 0, 0),),))))
+    return Team(Scripted(2), made, {**members, "pair": pairs, "camp": camps}, {"camp": ("day", {})})
+
+
+def test_members_know_what_is_ordered_of_them() -> None:
+    team(Duty("search", role="scouts"), Duty("fetch", Binding(A="ball"), "carriers")).run(3)
+    team(Duty("forward")).run(3)
+
+
+LACKING = [
+    (Duty("fly"), "its scouts (scout) know no behavior 'fly'", "search"),
+    (Duty("search"), "its carriers (carrier) know no behavior 'search'", "fetch"),
+    (Duty("fetch", Binding(A="ball"), "scouts"), "its scouts (scout) know no behavior 'fetch'", "search"),
+]
+
+
+@pytest.mark.parametrize(("duty", "words", "known"), LACKING, ids=str)
+def test_an_order_that_members_do_not_know(duty: Duty, words: str, known: str) -> None:
+    with pytest.raises(DefinitionError) as caught:
+        team(duty)
+    assert caught.value.what == "squad 'pair', order 'work'"
+    assert words in str(caught.value)
+    assert known in caught.value.remedy
+
+
+def test_an_order_that_lacks_a_target_or_has_one_too_many() -> None:
+    with pytest.raises(UnboundParameter) as unbound:
+        team(Duty("fetch", role="carriers"))
+    with pytest.raises(UnknownName, match="'B'") as unknown:
+        team(Duty("fetch", Binding(A="ball", B="ball"), role="carriers"))
+    for caught in (unbound.value, unknown.value):
+        assert "squad 'pair', order 'work' asks for it" in caught.__notes__
