@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from math import floor
 from typing import Protocol, TypeAlias
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.errors import UnknownName
 from understudy.model.binding import Binding
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import BOOLEAN, Column, Kind
@@ -66,6 +69,18 @@ class Band:
     finds: Finds
 
 
+SpelledDuty: TypeAlias = tuple[str, dict[str, str], str | None, str | None]
+
+
+class Kept(msgspec.Struct):
+    """What squads are at: the orders they gave and when, their members' duties, what they remember."""
+
+    orders: list[list[SpelledDuty] | None]
+    issued: list[float]
+    duties: list[SpelledDuty | None]
+    memories: list[tuple[str, str | None, list[float], list[float], list[list[float]]]]
+
+
 CHANNELS = (
     Channel(ORDER, doc="Which order stands."),
     Channel(ISSUED, unit="s", doc="When it was given."),
@@ -106,6 +121,30 @@ class Squads:
         """The clock of the robots, s."""
         return self._ground.time_s
 
+    # Keeping
+
+    def kept(self) -> Kept:
+        """What they are at, for `restore`."""
+        orders = [None if each is None else [_spelled(duty) for duty in each.duties] for each in self._orders]
+        memories = [
+            (name, target, memory.last.tolist(), memory.since.tolist(), memory.values.tolist())
+            for (name, target), memory in self._memories.items()
+        ]
+        duties = [None if duty is None else _spelled(duty) for duty in self.duty]
+        return Kept([orders[number] for number in self.order], self.issued.tolist(), duties, memories)
+
+    def restore(self, kept: Kept) -> None:
+        """Go back to what they were at; their members begin what they were ordered to do."""
+        orders = [None if each is None else Order(tuple(map(_read, each))) for each in kept.orders]
+        self.order = np.array([0 if each is None else self.numbered(each) for each in orders], np.intp)
+        self.issued = np.array(kept.issued)
+        self.duty = [None if duty is None else _read(duty) for duty in kept.duties]
+        for name, target, last, since, values in kept.memories:
+            memory = self._memories[name, target] = Memory(self._statistics[name], self.agents, self.tick_s)
+            memory.last, memory.since = np.array(last), np.array(since)
+            memory.values = np.array(values).reshape(memory.values.shape)
+        self._start(np.arange(len(self.roster)))
+
     # Sensing
 
     def needs(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
@@ -141,7 +180,7 @@ class Squads:
         if name is None:
             return np.ones(len(self.roster), np.bool_)
         names = [role.name for role in self.squad.roles]
-        inside: NDArray[np.bool_] = self.roster.role == names.index(name)
+        inside: NDArray[np.bool_] = self.roster.role == (names.index(name) if name in names else -1)
         return inside
 
     def _gathered(self, statistic: Statistic, target: str | None) -> Column:
@@ -160,10 +199,21 @@ class Squads:
     # Ordering
 
     def numbered(self, order: Order) -> int:
-        """The number of an order."""
+        """The number of an order; UnknownName where members do not know what it says."""
         if order not in self._orders:
+            self._check(order)
             self._orders.append(order)
         return self._orders.index(order)
+
+    def _check(self, order: Order) -> None:
+        names = [role.name for role in self.squad.roles]
+        for duty in order.duties:
+            for band in np.unique(self.roster.band[self._in_role(duty.role)]).tolist():
+                self.bands[band].finds(duty.behavior, duty.binding)
+            if duty.role not in (None, *names):
+                raise UnknownName(
+                    what="role", name=duty.role or "", where=f"squad {self.squad.name}", known=names
+                )
 
     def act(self, commands: Commands) -> None:
         """Give orders: where a state was entered anew, the members stop what they do and start what it says."""
@@ -193,6 +243,15 @@ class Squads:
             band = self.bands[number]
             program = IDLE_PROGRAM if duty is None else band.finds(duty.behavior, duty.binding)
             band.layer.runner.begin(self.roster.row[mine], program)
+
+
+def _spelled(duty: Duty) -> SpelledDuty:
+    return duty.behavior, dict(duty.binding), duty.role, None if duty.share is None else str(duty.share)
+
+
+def _read(spelled: SpelledDuty) -> Duty:
+    behavior, binding, role, share = spelled
+    return Duty(behavior, Binding(binding), role, None if share is None else Fraction(share))
 
 
 def _share(order: Order, roles: Mapping[int, str], duties: list[Duty | None]) -> None:
