@@ -19,12 +19,12 @@ from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.squad import Duty, Order, Role, Squad, Statistic
+from understudy.runtime.bands import Runner
 from understudy.runtime.body import Body
 from understudy.runtime.engine import Engine
 from understudy.runtime.program import Program
 from understudy.runtime.roster import Member
 from understudy.runtime.squad_kits import squad_kit
-from understudy.runtime.squads import Runner
 from understudy.runtime.team import Team, Tree, interpreted
 
 CASES = st.builds(Random, st.integers(0, 2**32))
@@ -217,8 +217,8 @@ def test_an_order_says_who_does_what(
     tree = Tree(("robot",), (0,) * 5, ((squad, (members,)),))
     team = Team(body, tree, {"robot": robots, "crew": Library(kit)}, {"crew": ("both", {})})
     team.tick()
-    squads = team.layers[1].body
-    assert [None if duty is None else duty.behavior for duty in squads.duty] == expected  # type: ignore[attr-defined]
+    ordering = team.layers[1].body.ordering  # type: ignore[attr-defined]
+    assert [None if duty is None else duty.behavior for duty in ordering.duty] == expected
 
 
 # Engines and interpreters

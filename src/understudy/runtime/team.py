@@ -18,12 +18,13 @@ from understudy.model.binding import Binding
 from understudy.model.feature import ReadingKey
 from understudy.model.library import Library
 from understudy.model.squad import Squad
+from understudy.runtime.bands import Band, Finds, Layer, Runner
 from understudy.runtime.body import Body
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.roster import Member, Roster
 from understudy.runtime.run import Run
-from understudy.runtime.squads import Band, Finds, Layer, Runner, Squads
+from understudy.runtime.squads import Squads
 
 
 @dataclass(frozen=True)

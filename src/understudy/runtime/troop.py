@@ -12,10 +12,11 @@ import msgspec
 from understudy.errors import FileError, SessionError
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.squad import Order
+from understudy.runtime.bands import Layer
 from understudy.runtime.body import Body, Channel, Commands, Reading, Resettable, Rewindable, every_key
 from understudy.runtime.interpreter import Level
 from understudy.runtime.run import Run
-from understudy.runtime.squads import Kept, Layer, Squads
+from understudy.runtime.squads import Kept, Squads
 from understudy.runtime.team import Team
 
 NO_SIMULATION = "its robots are no simulation"
