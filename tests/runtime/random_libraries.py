@@ -118,14 +118,17 @@ def played(random: Random, *, agents: int, ticks: int) -> Played:
     return Played(percepts, ticks_s, random.choice((0.0, 1e5 / 3, -2.5)))
 
 
-def random_library(random: Random, *, automata: int = 4, depth: int = 4) -> Library:
+def random_library(
+    random: Random, *, automata: int = 4, depth: int = 4, kit: Kit = kit, name: str = "a"
+) -> Library:
     """A library of that many automata, a0 and on, each of which may use those before it; trees this deep at most.
 
     The last one uses the one before it, and so down to the first.
     """
     library = Library(kit)
-    for _ in range(automata):
-        library = Library.of(kit, *map(library.automaton, library.taught), _automaton(random, library, depth))
+    for number in range(automata):
+        made = _automaton(random, library, depth, f"{name}{number}")
+        library = Library.of(kit, *map(library.automaton, library.taught), made)
     return library
 
 
@@ -138,11 +141,11 @@ def random_program(random: Random, library: Library) -> Program:
     return link(library, name, {each: random.choice(Played.targets) for each in library.parameters(name)})
 
 
-def _automaton(random: Random, library: Library, depth: int) -> Automaton:
+def _automaton(random: Random, library: Library, depth: int, name: str) -> Automaton:
     parameters = random.choice(((), ("A",), ("B", "A")))
     bindable = (*parameters, *Played.targets)
     states = [START]
-    behaviors = [*kit.behaviors, *list(library.taught) * 4]
+    behaviors = [*library.kit.behaviors, *list(library.taught) * 4]
     for index in range(random.randint(1, 5)):
         behavior = list(library.taught)[-1] if library.taught and not index else random.choice(behaviors)
         binding = {each: random.choice(bindable) for each in library.parameters(behavior)}
@@ -150,10 +153,12 @@ def _automaton(random: Random, library: Library, depth: int) -> Automaton:
         if states[-1].behavior is None:
             states[-1] = State(f"s{index}")
     states.extend(State(flag, flag=flag) for flag in random.sample(FLAGS, random.randint(0, 2)))
-    features = list(dict.fromkeys(_feature(random, bindable) for _ in range(random.randint(0, 6))))
+    features = list(
+        dict.fromkeys(_feature(random, library.kit, bindable) for _ in range(random.randint(0, 6)))
+    )
     stateless = random.random() < 0.2
     return Automaton(
-        f"a{len(library.taught)}",
+        name,
         tuple(states),
         tuple(features),
         parameters,
@@ -162,8 +167,8 @@ def _automaton(random: Random, library: Library, depth: int) -> Automaton:
     )
 
 
-def _feature(random: Random, bindable: Sequence[str]) -> BoundFeature:
-    name = random.choice([*kit.features, *OWN])
+def _feature(random: Random, kit: Kit, bindable: Sequence[str]) -> BoundFeature:
+    name = random.choice([*kit.features, *(own for own in OWN if own in kit.features)])
     feature = kit.features[name]
     return BoundFeature(feature, Binding({each: random.choice(bindable) for each in feature.parameters}))
 

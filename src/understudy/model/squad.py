@@ -140,12 +140,16 @@ class Role:
 
 @dataclass(frozen=True)
 class Squad:
-    """One sort of squad: who is in it, what its coordinator senses, and which orders it has beside its members'."""
+    """One sort of squad: who is in it, what its coordinator senses, and which orders it has beside its members'.
+
+    `drops` names a yes-or-no reading of members, such as being stuck: who reads yes is counted no more.
+    """
 
     name: str
     roles: tuple[Role, ...]
     statistics: tuple[Statistic, ...] = ()
     orders: Mapping[str, Order] = field(default_factory=dict)
+    drops: str | None = None
     doc: str = ""
 
     def role(self, name: str) -> Role | None:

@@ -94,7 +94,7 @@ class Compiled:
         return Stacks(
             self.roots[:agents].copy(),
             np.zeros((agents, self.depth), np.int32),
-            np.zeros((agents, self.depth)),
+            np.full((agents, self.depth), -np.inf),
             np.full((agents, self.slots), np.nan),
         )
 

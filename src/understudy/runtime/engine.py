@@ -75,9 +75,10 @@ class Engine:
 
     def raised(self, flag: str) -> NDArray[np.bool_]:
         """Which agents have raised a flag [N]."""
-        root, state = self.stacks.root, self.stacks.state[:, 0]
+        raised = np.zeros(self.body.agents, np.bool_)
+        runs = self.stacks.root >= 0
         number = self.compiled.flags.get(flag, -2)
-        raised: NDArray[np.bool_] = (root >= 0) & (self.compiled.tables.states["flag"][state] == number)
+        raised[runs] = self.compiled.tables.states["flag"][self.stacks.state[runs, 0]] == number
         return raised
 
     def _entered(self) -> Column:

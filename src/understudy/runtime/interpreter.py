@@ -263,9 +263,13 @@ class Interpreter:
             for machine in self.active
         )
 
-    def restore(self, levels: Sequence[Level], *, now: float) -> None:
-        """Go back to a run state, as far down as its states still exist; start what does not."""
+    def restore(self, levels: Sequence[Level], *, now: float, entered: float | None = None) -> None:
+        """Go back to a run state, as far down as its states still exist; start what does not.
+
+        `entered` is when a basic behavior that is all there is was started.
+        """
         self.start(now)
+        self._started = now if entered is None else entered
         machine = self.root
         for level in levels:
             if not isinstance(machine, Machine) or machine.automaton.name != level.automaton:

@@ -6,64 +6,38 @@ theirs. Its members may be robots or coordinators; nothing here knows which.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from math import floor
-from typing import Protocol, TypeAlias
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import TypeAlias
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.binding import Binding
 from understudy.model.feature import Percept, ReadingKey
-from understudy.model.kinds import BOOLEAN, Column, Kind
+from understudy.model.kinds import BOOLEAN, Column
 from understudy.model.squad import Duty, Order, Squad, Statistic
+from understudy.runtime.bands import Band
 from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading
-from understudy.runtime.program import IDLE_PROGRAM, Program
+from understudy.runtime.ordering import Ordering
+from understudy.runtime.radio import Radio, Traffic, traffic
+from understudy.runtime.reports import Reports
 from understudy.runtime.roster import Roster
 from understudy.runtime.surveying import Memory, surveyed
 
-Finds: TypeAlias = Callable[[str, Binding], Program]
-"""A behavior that members can run, ready to run."""
+SpelledDuty: TypeAlias = tuple[str, dict[str, str]]
+SpelledOrder: TypeAlias = list[tuple[str, dict[str, str], str | None, str | None]]
 
 
-class Runner(Protocol):
-    """What runs the agents of a body: interpreters or an engine."""
+class Kept(msgspec.Struct):
+    """What squads are at: the orders they gave and when, what their members heard of them, what they remember."""
 
-    @property
-    def keys(self) -> tuple[ReadingKey, ...]:
-        """What they look at."""
-        ...
-
-    def begin(self, agents: NDArray[np.intp], program: Program) -> None:
-        """Let these agents run a program from its start."""
-        ...
-
-    def raised(self, flag: str) -> NDArray[np.bool_]:
-        """Which agents have raised a flag [N]."""
-        ...
-
-    def decide(self, percept: Percept) -> Commands:
-        """Pulse every agent on one snapshot; the commands of all."""
-        ...
-
-
-@dataclass
-class Layer:
-    """A body with those who run its agents, and what it has sensed in this tick."""
-
-    body: Body
-    runner: Runner
-    percept: Percept = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Band:
-    """Members of one sort: agents of a layer, who can be ordered to run what `finds` finds."""
-
-    name: str
-    layer: Layer
-    finds: Finds
+    orders: list[SpelledOrder | None]
+    issued: list[float]
+    duties: list[SpelledDuty | None]
+    answering: list[float]
+    memories: list[tuple[str, str | None, list[float], list[float], list[list[float]]]]
 
 
 CHANNELS = (
@@ -73,9 +47,14 @@ CHANNELS = (
 
 
 class Squads:
-    """S squads of one sort over the bodies of their members: a body whose agents are coordinators."""
+    """S squads of one sort over the bodies of their members: a body whose agents are coordinators.
 
-    def __init__(self, squad: Squad, roster: Roster, bands: Sequence[Band], ground: Body) -> None:
+    Without a radio, orders and reports arrive at once.
+    """
+
+    def __init__(
+        self, squad: Squad, roster: Roster, bands: Sequence[Band], ground: Body, radio: Radio | None = None
+    ) -> None:
         self.squad, self.roster, self.bands = squad, roster, tuple(bands)
         self._ground = ground
         self.agents = roster.squads
@@ -85,16 +64,19 @@ class Squads:
         self.channels: Sequence[Channel] = CHANNELS
         self.targets: Sequence[str] = ground.targets
         self._statistics = {each.name: each for each in squad.statistics}
-        self._orders: list[Order | None] = [None]
         self._memories: dict[ReadingKey, Memory] = {}
+        self.reports = Reports(roster, self.bands, radio, squad.drops, self.tick_s)
+        self.ordering = Ordering(squad, roster, self.bands, radio)
+        self._roles: dict[str | None, NDArray[np.bool_]] = {None: np.ones(len(roster), np.bool_)}
+        self._roles |= {role.name: roster.role == number for number, role in enumerate(squad.roles)}
         self.clear()
 
     def clear(self) -> None:
         """Begin anew: nothing remembered, nothing ordered."""
         self._memories.clear()
-        self.order = np.zeros(self.agents, np.intp)
-        self.issued = np.full(self.agents, np.nan)
-        self.duty: list[Duty | None] = [None] * len(self.roster)
+        self.reports.clear()
+        self.ordering.clear()
+        self._counted = np.ones(len(self.roster), np.bool_)
 
     @property
     def tick_s(self) -> float:
@@ -106,12 +88,20 @@ class Squads:
         """The clock of the robots, s."""
         return self._ground.time_s
 
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Which squads have nobody left [S]."""
+        left = np.bincount(self.roster.squad, self._counted, minlength=self.agents)
+        nobody: NDArray[np.bool_] = left == 0
+        return nobody
+
     # Sensing
 
     def needs(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
         """What members have to sense, so that these readings are there."""
         found = [(self._statistics[name].reading, target) for name, target in self._remembered(keys)]
-        return [(reading, target) for reading, target in found if reading is not None]
+        needed = [(reading, target) for reading, target in found if reading is not None]
+        return needed if self.squad.drops is None else [*needed, (self.squad.drops, None)]
 
     def _remembered(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
         """The keys, and those whose past has to be followed."""
@@ -119,94 +109,87 @@ class Squads:
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Statistics [S] over what the members have sensed in this tick, and the flags that they raised before it."""
-        counted = np.ones(len(self.roster), np.bool_)
-        return {key: self._sensed(key, counted) for key in self._remembered(keys)}
+        now = self.time_s
+        self._counted = self.reports.counted(now)
+        return {key: self._sensed(key, now) for key in self._remembered(keys)}
 
-    def _sensed(self, key: ReadingKey, counted: NDArray[np.bool_]) -> Column:
+    def _sensed(self, key: ReadingKey, now: float) -> Column:
         statistic, target = self._statistics[key[0]], key[1]
-        chosen = counted & self._in_role(statistic.role)
-        found = surveyed(
-            statistic, self._gathered(statistic, target), chosen, self.roster, self._kind(statistic)
-        )
+        kind = None if statistic.reading is None else self._kinds[statistic.reading]
+        values = self._reported(statistic, target, now)
+        found = surveyed(statistic, values, self._counted & self._roles[statistic.role], self.roster, kind)
         if not statistic.timed:
             return found
         if key not in self._memories:
             self._memories[key] = Memory(statistic, self.agents, self.tick_s)
-        return self._memories[key].seen(found, self.time_s)
+        return self._memories[key].seen(found, now)
 
-    def _kind(self, statistic: Statistic) -> Kind | None:
-        return None if statistic.reading is None else self._kinds[statistic.reading]
-
-    def _in_role(self, name: str | None) -> NDArray[np.bool_]:
-        if name is None:
-            return np.ones(len(self.roster), np.bool_)
-        names = [role.name for role in self.squad.roles]
-        inside: NDArray[np.bool_] = self.roster.role == names.index(name)
-        return inside
-
-    def _gathered(self, statistic: Statistic, target: str | None) -> Column:
+    def _reported(self, statistic: Statistic, target: str | None, now: float) -> Column:
         """What each member reads, or whether its flag is up [M]; of nothing in particular, yes."""
-        if statistic.reading is None and statistic.flag is None:
+        if statistic.reading is not None:
+            return self.reports.readings((statistic.reading, target), now)
+        if statistic.flag is None:
             return np.ones(len(self.roster))
-        values = np.full(len(self.roster), np.nan)
-        for number, band in enumerate(self.bands):
-            there = self.roster.band == number
-            if statistic.flag is not None:
-                values[there] = band.layer.runner.raised(statistic.flag)[self.roster.row[there]]
-            elif (statistic.reading, target) in band.layer.percept:
-                values[there] = band.layer.percept[statistic.reading or "", target][self.roster.row[there]]
-        return values
+        ordering = self.ordering
+        return self.reports.flags(statistic.flag, ordering.answering, ordering.issued[self.roster.squad], now)
+
+    @property
+    def traffic(self) -> Traffic:
+        """What a tick takes on a network."""
+        used = [self._statistics[name] for name in {reading.name for reading in self.readings}]
+        readings = {each.reading for each in used if each.reading is not None}
+        flags = {each.flag for each in used if each.flag is not None}
+        return traffic(len(self.roster), len(readings), len(flags))
 
     # Ordering
 
     def numbered(self, order: Order) -> int:
-        """The number of an order."""
-        if order not in self._orders:
-            self._orders.append(order)
-        return self._orders.index(order)
+        """The number of an order; UnknownName where members do not know what it says."""
+        return self.ordering.numbered(order)
 
     def act(self, commands: Commands) -> None:
         """Give orders: where a state was entered anew, the members stop what they do and start what it says."""
-        order, issued = commands[ORDER].astype(np.intp), commands[ISSUED]
-        anew = (order != self.order) | (issued != self.issued)
-        self.order, self.issued = order, issued.copy()
-        for number in np.unique(order[anew]).tolist():
-            members = self.roster.of_squads(anew & (order == number))
-            self._assign(self._orders[number], members)
-            self._start(members)
+        tick = round(self.time_s / self.tick_s)
+        self.ordering.give(commands[ORDER].astype(np.intp), commands[ISSUED], self._counted, tick)
 
-    def _assign(self, order: Order | None, members: NDArray[np.intp]) -> None:
-        for member in members.tolist():
-            self.duty[member] = None
-        if order is None:
-            return
-        names = [role.name for role in self.squad.roles]
-        for squad in np.unique(self.roster.squad[members]).tolist():
-            mine = members[self.roster.squad[members] == squad]
-            _share(order, {member: names[self.roster.role[member]] for member in mine.tolist()}, self.duty)
+    # Keeping
 
-    def _start(self, members: NDArray[np.intp]) -> None:
-        together: dict[tuple[int, Duty | None], list[int]] = {}
-        for member in members.tolist():
-            together.setdefault((int(self.roster.band[member]), self.duty[member]), []).append(member)
-        for (number, duty), mine in together.items():
-            band = self.bands[number]
-            program = IDLE_PROGRAM if duty is None else band.finds(duty.behavior, duty.binding)
-            band.layer.runner.begin(self.roster.row[mine], program)
+    def kept(self) -> Kept:
+        """What they are at, for `restore`."""
+        orders, duties = self.ordering.orders, self.ordering.duty
+        memories = [
+            (name, target, memory.last.tolist(), memory.since.tolist(), memory.values.tolist())
+            for (name, target), memory in self._memories.items()
+        ]
+        return Kept(
+            [None if order is None else [_spelled(duty) for duty in order.duties] for order in orders],
+            self.ordering.issued.tolist(),
+            [None if duty is None else (duty.behavior, dict(duty.binding)) for duty in duties],
+            self.ordering.answering.tolist(),
+            memories,
+        )
+
+    def restore(self, kept: Kept) -> None:
+        """Go back to what they were at; their members begin what they were ordered to do."""
+        orders = [
+            None if each is None else Order(tuple(_read(*duty) for duty in each)) for each in kept.orders
+        ]
+        duties = [None if duty is None else _read(*duty) for duty in kept.duties]
+        self.ordering.go_back(orders, np.array(kept.issued), duties, np.array(kept.answering))
+        for name, target, last, since, values in kept.memories:
+            memory = self._memories[name, target] = Memory(self._statistics[name], self.agents, self.tick_s)
+            memory.last, memory.since = np.array(last), np.array(since)
+            memory.values = np.array(values).reshape(memory.values.shape)
 
 
-def _share(order: Order, roles: Mapping[int, str], duties: list[Duty | None]) -> None:
-    """Deal the duties of an order to the members of one squad, in their order."""
-    left = dict(roles)
-    for duty in order.duties:
-        fit = [member for member, role in left.items() if duty.role in (None, role)]
-        everyone = sum(duty.role in (None, role) for role in roles.values())
-        if duty.share is not None:
-            share = duty.share if duty.share >= 1 else duty.share * everyone
-            fit = fit[: max(1, floor(share + 0.5))]
-        for member in fit:
-            duties[member] = duty
-            del left[member]
+def _spelled(duty: Duty) -> tuple[str, dict[str, str], str | None, str | None]:
+    return duty.behavior, dict(duty.binding), duty.role, None if duty.share is None else str(duty.share)
+
+
+def _read(
+    behavior: str, binding: Mapping[str, str], role: str | None = None, share: str | None = None
+) -> Duty:
+    return Duty(behavior, Binding(binding), role, None if share is None else Fraction(share))
 
 
 def readings_of(squad: Squad, below: Sequence[Reading]) -> tuple[Reading, ...]:

@@ -10,18 +10,22 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.feature import ReadingKey
 from understudy.model.library import Library
 from understudy.model.squad import Squad
+from understudy.runtime.bands import Band, Finds, Layer, Runner
 from understudy.runtime.body import Body
 from understudy.runtime.fitting import check_members, ordered
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.roster import Member, Roster
 from understudy.runtime.run import Run
-from understudy.runtime.squads import Band, Finds, Layer, Runner, Squads
+from understudy.runtime.squads import Squads
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,7 @@ class Team:
             if name not in tree.names:
                 raise UnknownName(what="sort of agents", name=name, where="the team", known=tree.names)
             self._collect(name, self._finds[name](behavior, Binding(binding)))
+        self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
         self.layers = self._built(roots, worlds, makes)
         self._keys = self._needed()
 
@@ -96,25 +101,31 @@ class Team:
     def _built(
         self, roots: Mapping[str, tuple[str, Mapping[str, str]]], worlds: int, makes: Makes
     ) -> tuple[Layer, ...]:
-        types, ground = self.tree.types, self.ground
-        own = [roots[name] for name in types if name in roots]
-        program = self._finds[types[0]](own[0][0], Binding(own[0][1])) if own else IDLE_PROGRAM
-        others = [each for name in types for each in self._orders[name]]
-        robots = Layer(ground, makes(ground, [program] * ground.agents, others))
+        types = self.tree.types
+        root = dict.fromkeys(self.tree.names, IDLE_PROGRAM)
+        root |= {
+            name: self._finds[name](behavior, Binding(bound)) for name, (behavior, bound) in roots.items()
+        }
+        alone = [root[types[kind]] for kind in self.tree.type_of] * worlds
+        robots = self._layer(self.ground, alone, types, makes)
         layers = [robots]
         bands = [Band(name, robots, self._finds[name]) for name in types]
         rows = [len(self.tree.type_of)] * len(types)
         for squad, members in self.tree.squads:
-            body = Squads(squad, Roster.of(members, worlds, rows), bands, ground)
-            program = IDLE_PROGRAM
-            if squad.name in roots:
-                behavior, binding = roots[squad.name]
-                program = self._finds[squad.name](behavior, Binding(binding))
-            layer = Layer(body, makes(body, [program] * body.agents, self._orders[squad.name]))
+            body = Squads(squad, Roster.of(members, worlds, rows), bands, self.ground)
+            layer = self._layer(body, [root[squad.name]] * body.agents, (squad.name,), makes)
             layers.append(layer)
             bands.append(Band(squad.name, layer, self._finds[squad.name]))
             rows.append(len(members))
         return tuple(layers)
+
+    def _layer(self, body: Body, programs: Sequence[Program], names: Sequence[str], makes: Makes) -> Layer:
+        layer = Layer(body, makes(body, programs, [each for name in names for each in self._orders[name]]))
+        together: dict[int, list[int]] = {}
+        for agent, program in enumerate(programs):
+            together.setdefault(id(program), []).append(agent)
+        self._began[id(layer)] = [(programs[mine[0]], np.array(mine)) for mine in together.values()]
+        return layer
 
     def _needed(self) -> list[tuple[ReadingKey, ...]]:
         """What each layer has to sense: what its own agents look at, and what those above ask of it."""
@@ -140,6 +151,14 @@ class Team:
         """So many ticks."""
         for _ in range(ticks):
             self.tick()
+
+    def clear(self) -> None:
+        """Begin anew: nobody has orders, nothing is remembered; who is not ordered about begins its program."""
+        for layer in self.layers:
+            if isinstance(layer.body, Squads):
+                layer.body.clear()
+            for program, agents in self._began[id(layer)]:
+                layer.runner.begin(agents, program)
 
     def layer(self, name: str) -> Layer:
         """The layer of a sort of agents."""

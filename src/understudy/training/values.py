@@ -31,8 +31,13 @@ def own_readings(machine: Machine, now: float) -> dict[str, float]:
     return own
 
 
-def own_value(feature: AnyFeature, own: Mapping[str, float]) -> float:
-    """The value of an automaton's own feature among its recorded own readings."""
+def own_value(feature: AnyFeature, own: Mapping[str, float]) -> float | None:
+    """The value of an automaton's own feature among its recorded own readings; None for one of the body.
+
+    What a switch changes is the automaton's own in the tick in which its state was entered.
+    """
+    if isinstance(feature, Feature):
+        return feature.fresh if own.get("time_in_state") == 0.0 else None
     if isinstance(feature, Flag):
         return own.get(f"flag {feature.name}", NO)
     if isinstance(feature, Counter):
@@ -53,12 +58,11 @@ def shown(
     """The values of features now, by their labels, for one agent whose parameters stand for these targets."""
     found = {}
     for bound in features:
-        ground = BoundFeature(bound.feature, bound.binding.within(targets))
-        found[str(bound)] = (
-            own_value(bound.feature, own)
-            if bound.own
-            else float(feature_column(ground, percept, agents=body.agents)[agent])
-        )
+        value = own_value(bound.feature, own)
+        if value is None:
+            ground = BoundFeature(bound.feature, bound.binding.within(targets))
+            value = float(feature_column(ground, percept, agents=body.agents)[agent])
+        found[str(bound)] = value
     return found
 
 
@@ -96,8 +100,9 @@ def percept_at(example: Example, record: Record, *, reaction_s: float, steady: f
 
 
 def _value(bound: BoundFeature, example: Example, percept: Percept) -> float:
-    if not isinstance(bound.feature, Feature):
-        return own_value(bound.feature, example.own)
+    own = own_value(bound.feature, example.own)
+    if own is not None:
+        return own
     ground = BoundFeature(bound.feature, bound.binding.within(example.binding))
     return float(feature_column(ground, percept, agents=1)[0])
 

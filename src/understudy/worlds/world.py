@@ -84,6 +84,12 @@ class World:
         return np.where(ticks >= 0, ticks * self.tick_s, np.nan)
 
     @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Which robots have failed [B*N]."""
+        failed: NDArray[np.bool_] = self.state.robots["frozen"] != 0
+        return failed
+
+    @property
     def delivered(self) -> NDArray[np.int64]:
         """Units of food brought home in each world [B]."""
         delivered: NDArray[np.int64] = self.state.robots["delivered"].reshape(self.worlds, -1).sum(axis=1)
