@@ -206,6 +206,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
                 "",
                 "how many; if left out, as many as get the members they prefer, one where no role prefers any",
             ),
+            "drops": ("", "a yes-or-no reading, such as `stuck`: members who read yes are counted no more"),
             "members": ("", "roles by name, see below"),
             "statistics": ("", "what its coordinator senses, by name, see below"),
             "orders": ("", "what it can order beside its members' behaviors: lists of duties by name"),

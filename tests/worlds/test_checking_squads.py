@@ -227,6 +227,10 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
         "squads.camp.statistics.sees",
         "of the squad 'pair' is another sort of reading",
     ),
+    # who is counted no more
+    (pair("drops"), "stukc", "squads.pair.drops", "did you mean 'stuck'"),
+    (pair("drops"), "blob_x", "squads.pair.drops", "no such yes-or-no reading of its members"),
+    (camp("drops"), "sees", "squads.camp.drops", "known are 'food_left', 'station_here' and 'stuck'"),
     # orders
     (camp(*WORK), [], "squads.camp.orders.work", "is empty"),
     (camp("orders", "go"), [{"run": "wait"}], "squads.camp.orders.go", "its members do already"),

@@ -146,7 +146,7 @@ understudy = "scenario"
 version = 1
 size = [10, 8]
 [types.rover]
-sensors = [{ kind = "pose" }, { kind = "camera" }]
+sensors = [{ kind = "pose" }, { kind = "camera" }, { kind = "stuck" }]
 color = "red"
 [[robots]]
 type = "rover"
@@ -156,6 +156,7 @@ red = { color = "red" }
 [squads.pair]
 doc = "Two who go together."
 count = 2
+drops = "stuck"
 [squads.pair.members.robots]
 of = "rover"
 least = 2
@@ -186,6 +187,7 @@ def test_a_squad_as_it_is_spelled() -> None:
     pair, everyone = squads_of(made)
     assert isinstance(pair, Squad)
     assert (pair.name, pair.doc, everyone.name) == ("pair", "Two who go together.", "all")
+    assert (pair.drops, everyone.drops) == ("stuck", None)
     (role,) = pair.roles
     assert (role.name, role.of, role.least, role.preferred, role.most) == ("robots", "rover", 2, 2, 3)
     assert pair.statistics == (

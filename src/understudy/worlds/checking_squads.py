@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from understudy.errors import listed
+from understudy.model.kinds import BOOLEAN
 from understudy.model.squad import Duty, Squad, Statistic
 from understudy.runtime.body import Reading
 from understudy.runtime.squads import readings_of as readings_of_squad
@@ -38,6 +39,9 @@ def check(checker: Checker) -> None:
         squad = squad_of(checker, name)
         _check_statistics(checker, squad, read)
         below = [reading for role in squad.roles for reading in read[role.of].values()]
+        if squad.drops is not None:
+            asked = [reading.name for reading in below if reading.kind == BOOLEAN and not reading.of_targets]
+            checker.known(f"squads.{name}.drops", squad.drops, asked, what="yes-or-no reading of its members")
         readings = readings_of_squad(squad, below)
         read[name] = {reading.name: reading for reading in readings}
         _check_sorts(checker, name, known, readings)

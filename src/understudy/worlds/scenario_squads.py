@@ -54,10 +54,14 @@ class DutyOf(Part, frozen=True, kw_only=True):
 
 
 class SquadOf(Part, frozen=True, kw_only=True):
-    """A sort of squad; where `count` is left out there are as many as the preferred sizes of its roles ask for."""
+    """A sort of squad; where `count` is left out there are as many as the preferred sizes of its roles ask for.
+
+    `drops` names a yes-or-no reading, such as stuck: members who read yes are counted no more.
+    """
 
     doc: str = ""
     count: int | UnsetType = UNSET
+    drops: str | None = None
     members: Mapping[str, MemberOf]
     statistics: Mapping[str, StatisticOf] = field(default_factory=dict)
     orders: Mapping[str, tuple[DutyOf, ...]] = field(default_factory=dict)

@@ -32,6 +32,7 @@ def squad_of(checker: Checker, name: str) -> Squad:
             order: Order(tuple(_duty(checker, f"{key}.orders.{order}[{at}]", duty) for at, duty in enumerate(duties)))
             for order, duties in squad.orders.items()
         },
+        squad.drops,
         squad.doc,
     )  # fmt: skip
 
