@@ -128,7 +128,7 @@ TIMES: list[
 @pytest.mark.parametrize(("statistic", "values", "expected"), TIMES, ids=str)
 @pytest.mark.parametrize("begin", [0, 7, 12345])
 def test_what_is_remembered(statistic: Statistic, values: Values, expected: list[float], begin: int) -> None:
-    memory = Memory(statistic, 1, 0.1)
+    memory = Memory(statistic, BOOLEAN, 1, 0.1)
     for tick, (value, reads) in enumerate(zip(values, expected, strict=True), start=begin):
         for _ in range(2):  # asked again in a tick, it answers the same
             seen = memory.seen(np.array([float(value)]), tick * 0.1).tolist()
@@ -140,7 +140,7 @@ def test_what_is_remembered(statistic: Statistic, values: Values, expected: list
 
 
 def test_squads_remember_by_themselves() -> None:
-    memory = Memory(of("any", since=True), 2, 0.5)
+    memory = Memory(of("any", since=True), Continuous(), 2, 0.5)
     assert memory.seen(np.array([1.0, 0.0]), 0.0).tolist() == pytest.approx([0, nan], nan_ok=True)
     assert memory.seen(np.array([0.0, 1.0]), 0.5).tolist() == [0.5, 0]
     assert memory.seen(np.array([0.0, 0.0]), 1.0).tolist() == [1.0, 0.5]
@@ -257,7 +257,7 @@ TICKS = st.lists(st.sampled_from((0.0, 1.0)), min_size=1, max_size=20)
 )
 def test_remembered_as_plainly(values: list[float], span: int, what: str, tick_s: float) -> None:
     given: dict[str, Any] = {"since": True} if what == "since" else {what: round(span * tick_s, 9)}
-    memory = Memory(of("any", **given), 1, tick_s)
+    memory = Memory(of("any", **given), BOOLEAN, 1, tick_s)
     for now, value in enumerate(values):
         (mine,) = memory.seen(np.array([value]), now * tick_s).tolist()
         ago = next((back for back in range(now + 1) if values[now - back]), None)
@@ -272,7 +272,7 @@ def test_remembered_as_plainly(values: list[float], span: int, what: str, tick_s
 
 @given(st.lists(READS, min_size=1, max_size=20), st.integers(1, 5), st.sampled_from(MEASURING))
 def test_numbers_are_remembered_as_plainly(values: list[float], span: int, how: Any) -> None:
-    memory = Memory(of(how, within_s=round(span * 0.1, 9)), 1, 0.1)
+    memory = Memory(of(how, within_s=round(span * 0.1, 9)), Continuous(), 1, 0.1)
     for now, value in enumerate(values):
         (mine,) = memory.seen(np.array([value]), now * 0.1).tolist()
         lately = values[max(0, now - span) : now + 1]

@@ -37,7 +37,7 @@ class Kept(msgspec.Struct):
     issued: list[float]
     duties: list[SpelledDuty | None]
     answering: list[float]
-    memories: list[tuple[str, str | None, list[float], list[float], list[list[float]]]]
+    memories: list[tuple[str, str | None, list[float], list[float], list[list[float]], list[float]]]
 
 
 CHANNELS = (
@@ -121,8 +121,12 @@ class Squads:
         if not statistic.timed:
             return found
         if key not in self._memories:
-            self._memories[key] = Memory(statistic, self.agents, self.tick_s)
+            self._memories[key] = self._memory(statistic)
         return self._memories[key].seen(found, now)
+
+    def _memory(self, statistic: Statistic) -> Memory:
+        kind = statistic.kind(None if statistic.reading is None else self._kinds[statistic.reading])
+        return Memory(statistic, kind, self.agents, self.tick_s)
 
     def _reported(self, statistic: Statistic, target: str | None, now: float) -> Column:
         """What each member reads, or whether its flag is up [M]; of nothing in particular, yes."""
@@ -158,7 +162,14 @@ class Squads:
         """What they are at, for `restore`."""
         orders, duties = self.ordering.orders, self.ordering.duty
         memories = [
-            (name, target, memory.last.tolist(), memory.since.tolist(), memory.values.tolist())
+            (
+                name,
+                target,
+                memory.last.tolist(),
+                memory.since.tolist(),
+                memory.values.tolist(),
+                memory.times.tolist(),
+            )
             for (name, target), memory in self._memories.items()
         ]
         return Kept(
@@ -176,10 +187,11 @@ class Squads:
         ]
         duties = [None if duty is None else _read(*duty) for duty in kept.duties]
         self.ordering.go_back(orders, np.array(kept.issued), duties, np.array(kept.answering))
-        for name, target, last, since, values in kept.memories:
-            memory = self._memories[name, target] = Memory(self._statistics[name], self.agents, self.tick_s)
+        for name, target, last, since, values, times in kept.memories:
+            memory = self._memories[name, target] = self._memory(self._statistics[name])
             memory.last, memory.since = np.array(last), np.array(since)
             memory.values = np.array(values).reshape(memory.values.shape)
+            memory.times = np.array(times)
 
 
 def _spelled(duty: Duty) -> tuple[str, dict[str, str], str | None, str | None]:

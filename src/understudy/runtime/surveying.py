@@ -78,11 +78,13 @@ class Memory:
     """What the squads remember of one statistic: when it was last yes, since when it is, its last values."""
 
     statistic: Statistic
+    kind: Kind
     squads: int
     tick_s: float
     last: Column = field(init=False)
     since: Column = field(init=False)
     values: Column = field(init=False)
+    times: Column = field(init=False)
 
     def __post_init__(self) -> None:
         self.clear()
@@ -92,7 +94,7 @@ class Memory:
         span = self.statistic.within_s if self.statistic.how not in YES_OR_NO else None
         ticks = 0 if span is None else round(span / self.tick_s) + 1
         self.last, self.since = np.full(self.squads, np.nan), np.full(self.squads, np.nan)
-        self.values = np.full((ticks, self.squads), np.nan)
+        self.values, self.times = np.full((ticks, self.squads), np.nan), np.full(ticks, -np.inf)
 
     def seen(self, value: Column, now: float) -> Column:
         """What the statistic reads, given what it is now; asked again in the same tick it answers the same."""
@@ -105,22 +107,19 @@ class Memory:
         if statistic.since:
             return _seconds(now, self.last)
         if statistic.within_s is not None:
-            return (_seconds(now, self.last) <= statistic.within_s).astype(np.float64)
-        return (_seconds(now, self.since) >= (statistic.for_s or 0.0)).astype(np.float64)
+            return (_seconds(now, self.last) <= round(statistic.within_s, 9)).astype(np.float64)
+        return (_seconds(now, self.since) >= round(statistic.for_s or 0.0, 9)).astype(np.float64)
 
     def _over(self, value: Column, now: float) -> Column:
         """The mean of the last values, or the least or greatest of them; absent where there was none."""
-        self.values[round(now / self.tick_s) % len(self.values)] = value
-        there = ~np.isnan(self.values)
-        number = there.sum(axis=0)
-        how = self.statistic.how
-        if how in ("minimum", "maximum"):
-            worst = np.inf if how == "minimum" else -np.inf
-            kept = np.where(there, self.values, worst)
-            found = kept.min(axis=0) if how == "minimum" else kept.max(axis=0)
-        else:
-            found = np.where(there, self.values, 0.0).sum(axis=0) / np.maximum(number, 1)
-        return np.where(number > 0, found, np.nan)
+        slot = round(now / self.tick_s) % len(self.values)
+        self.values[slot], self.times[slot] = value, now
+        lately = _seconds(now, self.times) <= round(self.statistic.within_s or 0.0, 9)
+        columns = np.tile(np.arange(self.squads), int(lately.sum()))
+        moments = Roster(self.squads, columns, columns, columns, columns)
+        how = self.statistic.how if self.statistic.how in ("minimum", "maximum") else "mean"
+        values = self.values[lately].ravel()
+        return measured(how, values, np.ones(len(values), np.bool_), moments, self.kind)
 
 
 def _seconds(now: float, since: Column) -> Column:

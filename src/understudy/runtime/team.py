@@ -23,6 +23,7 @@ from understudy.runtime.body import Body
 from understudy.runtime.fitting import check_members, ordered
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program, link
+from understudy.runtime.radio import Radio, radio_keys
 from understudy.runtime.roster import Member, Roster
 from understudy.runtime.run import Run
 from understudy.runtime.squads import Squads
@@ -71,7 +72,14 @@ class Team:
         *,
         worlds: int = 1,
         makes: Makes = interpreted,
+        delay_s: float = 0.0,
+        loss: float = 0.0,
+        seeds: Sequence[int] = (),
     ) -> None:
+        """Messages between coordinators and members take `delay_s`, and a share `loss` of them gets lost, drawn from
+        the `seeds` of the worlds.
+        """
+        self._radio = round(delay_s / ground.tick_s), loss, np.array(seeds or range(worlds), np.int64)
         self.ground, self.tree = ground, tree
         self._finds: dict[str, Finds] = {name: _finder(libraries[name], name) for name in tree.names}
         self._orders: dict[str, list[Program]] = {name: [] for name in tree.names}
@@ -111,13 +119,19 @@ class Team:
         layers = [robots]
         bands = [Band(name, robots, self._finds[name]) for name in types]
         rows = [len(self.tree.type_of)] * len(types)
-        for squad, members in self.tree.squads:
-            body = Squads(squad, Roster.of(members, worlds, rows), bands, self.ground)
+        for level, (squad, members) in enumerate(self.tree.squads):
+            roster = Roster.of(members, worlds, rows)
+            body = Squads(squad, roster, bands, self.ground, self._radio_of(level, len(roster) // worlds))
             layer = self._layer(body, [root[squad.name]] * body.agents, (squad.name,), makes)
             layers.append(layer)
             bands.append(Band(squad.name, layer, self._finds[squad.name]))
             rows.append(len(members))
         return tuple(layers)
+
+    def _radio_of(self, level: int, members: int) -> Radio | None:
+        ticks, loss, seeds = self._radio
+        radio = Radio(ticks, loss, radio_keys(seeds, members, level))
+        return None if radio.perfect else radio
 
     def _layer(self, body: Body, programs: Sequence[Program], names: Sequence[str], makes: Makes) -> Layer:
         layer = Layer(body, makes(body, programs, [each for name in names for each in self._orders[name]]))
