@@ -89,10 +89,7 @@ def paths(team: Team) -> list[str]:
     found = []
     for layer in reversed(team.layers):
         runner, agents = layer.runner, layer.body.agents
-        path = [
-            runner.path(agent) if isinstance(runner, Engine) else runner.interpreters[agent].path  # type: ignore[attr-defined]
-            for agent in range(agents)
-        ]
+        path = [runner.path(agent) for agent in range(agents)]
         found += ["/".join(each) for each in path]
     return found
 

@@ -154,6 +154,17 @@ def library_for(behavior: str | None, folder: Path, kit: Kit) -> Taught:
     return Library(kit)
 
 
+def team_for(scenario: Scenario, robots: Taught, folder: Path) -> Mapping[str, Taught]:
+    """What everybody of a scenario's team knows: squads have folders of their names in that of the robots."""
+    from understudy.model.library import Library
+    from understudy.worlds.teams import libraries_of
+
+    def squads(name: str, kit: Kit) -> Taught:
+        return opened(folder / name, kit).library if (folder / name).is_dir() else Library(kit)
+
+    return libraries_of(scenario, robots, squads)
+
+
 def behavior_of(library: Taught, named: str | None, folder: Path) -> str:
     """The behavior that was named; if none was, the automaton at the top of the library, which no other uses.
 

@@ -13,10 +13,9 @@ from understudy.cli.parts import LIBRARY, BehaviorName, Bind, Json, KitName, Lib
 
 if TYPE_CHECKING:
     from understudy.model.library import Library as Opened
-    from understudy.runtime.program import Program
+    from understudy.runtime.team import Team
     from understudy.traces import TraceWriter
     from understudy.worlds.view import Frame
-    from understudy.worlds.world import World
 
 PICTURES = (".gif", ".png")
 FRAMES_PER_S = 12.0
@@ -62,14 +61,24 @@ def run(
     [dim]understudy run --behavior goto --bind A=station --record goto.gif[/]
 
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
+
+    What a squad was taught (in a folder of the squad's name) is run by its coordinators.
     """
     from understudy.cli.output import console, print_json
-    from understudy.cli.parts import behavior_of, bindings, chosen_world, find_kit, find_world, library_for
+    from understudy.cli.parts import (
+        behavior_of,
+        bindings,
+        chosen_world,
+        find_kit,
+        find_world,
+        library_for,
+        team_for,
+    )
     from understudy.cli.progress import compile_once
     from understudy.errors import SettingError
     from understudy.runtime.program import link
     from understudy.traces import write_trace
-    from understudy.worlds.world import World
+    from understudy.worlds.teams import sort_of, team_of
 
     if record is not None and record.suffix.lower() not in PICTURES:
         remedy = "name a file that ends in .gif (in motion) or .png (its path)"
@@ -78,11 +87,15 @@ def run(
         )
     named = chosen_world(scenario, world)
     where, parts = find_world(named), find_kit(kit, named)
-    found, bound = library_for(behavior, library, parts), bindings(bind)
-    behavior = behavior_of(found, behavior, library)
-    program = link(found, behavior, bound)  # mistakes are told at once, not when all is compiled
+    bound, limit_s = bindings(bind), seconds or where.limit_s
+    known = team_for(where, library_for(behavior, library, parts), library)
+    sort = sort_of(known, behavior)
+    behavior = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), library)
+    link(known[sort], behavior, bound)  # mistakes are told at once, not when all is compiled
     compile_once(world=where, quiet=as_json)
-    running = Running(World(where, [seed]), found, behavior, program, seconds or where.limit_s)
+    running = Running(
+        team_of(where, [seed], known, {sort: (behavior, bound)}), known[sort], sort, behavior, limit_s
+    )
     shown = record is None and not as_json and console().is_terminal
     watch = _watch if shown else _record
     if trace is None:
@@ -107,14 +120,16 @@ def run(
 
 
 class Running:
-    """One world whose robots all run a behavior."""
+    """One world in which all agents of a sort run a behavior: the robots, or coordinators who order them about."""
 
-    def __init__(self, body: World, library: Opened, behavior: str, program: Program, limit_s: float) -> None:
+    def __init__(self, team: Team, library: Opened, sort: str, behavior: str, limit_s: float) -> None:
         from understudy.model.automaton import Automaton
-        from understudy.runtime.engine import Engine
+        from understudy.worlds.world import World
 
-        self.body, self.behavior, self._limit_s = body, behavior, limit_s
-        self._engine = Engine.of(body, program)
+        if not isinstance(team.ground, World):
+            raise TypeError("a team of robots that are no simulation")
+        self.team, self.body, self.behavior, self._limit_s = team, team.ground, behavior, limit_s
+        self._sort = sort
         root = library.behavior(behavior)
         states = root.states if isinstance(root, Automaton) else ()
         self._flags = {state.name for state in states if state.flag is not None}
@@ -122,7 +137,7 @@ class Running:
     @property
     def paths(self) -> list[tuple[str, ...]]:
         """What each robot is doing, outermost first; a basic behavior is all there is of itself."""
-        return [self._engine.path(robot) or (self.behavior,) for robot in range(self.body.robots)]
+        return [path or (self.behavior,) for path in self.team.paths]
 
     @property
     def frame(self) -> Frame:
@@ -141,11 +156,11 @@ class Running:
         """Whether all is done: the goal is reached, the time is over, or every robot rests with its flag up."""
         if self.finished or self.body.time_s >= self._limit_s - 1e-9:
             return True
-        return bool(self._flags) and all(path[0] in self._flags for path in self.paths)
+        return bool(self._flags) and bool(self.team.raised(self._sort, self._flags).all())
 
     def tick(self, trace: TraceWriter | None) -> None:
         """One tick."""
-        self._engine.tick()
+        self.team.tick()
         if trace is not None:
             trace.add(self.body.view(), self.paths)
 

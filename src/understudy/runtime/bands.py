@@ -34,6 +34,10 @@ class Runner(Protocol):
         """Which agents have raised a flag [N]."""
         ...
 
+    def path(self, agent: int) -> tuple[str, ...]:
+        """The current state of every level of an agent, from the root down."""
+        ...
+
     def decide(self, percept: Percept) -> Commands:
         """Pulse every agent on one snapshot; the commands of all."""
         ...

@@ -92,6 +92,10 @@ class Run:
                 self.interpreters[agent] = Interpreter(program, now=self.body.time_s)
         self._regroup()
 
+    def path(self, agent: int) -> tuple[str, ...]:
+        """The current state of every level of an agent, from the root down."""
+        return self.interpreters[agent].path
+
     def raised(self, flag: str) -> NDArray[np.bool_]:
         """Which agents have raised a flag [N]."""
         return np.array([interpreter.root.flag == flag for interpreter in self.interpreters])

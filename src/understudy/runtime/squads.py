@@ -58,7 +58,8 @@ class Squads:
         self.squad, self.roster, self.bands = squad, roster, tuple(bands)
         self._ground = ground
         self.agents = roster.squads
-        below = [reading for band in bands for reading in band.layer.body.readings]
+        mine = [bands[band] for band in np.unique(roster.band).tolist()]
+        below = [reading for band in mine for reading in band.layer.body.readings]
         self._kinds = {reading.name: reading.kind for reading in reversed(below)}
         self.readings: Sequence[Reading] = readings_of(squad, below)
         self.channels: Sequence[Channel] = CHANNELS

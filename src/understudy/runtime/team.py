@@ -5,7 +5,7 @@ A tick is: all sense, bottom-up; all decide, top-down, and what a coordinator or
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
@@ -72,12 +72,14 @@ class Team:
         *,
         worlds: int = 1,
         makes: Makes = interpreted,
+        trained: str | None = None,
         delay_s: float = 0.0,
         loss: float = 0.0,
         seeds: Sequence[int] = (),
     ) -> None:
-        """Messages between coordinators and members take `delay_s`, and a share `loss` of them gets lost, drawn from
-        the `seeds` of the worlds.
+        """Squads have coordinators where `roots` gives them something to do, a squad above them does, or `trained` is
+        their sort. Messages between coordinators and members take `delay_s`, and a share `loss` of them gets lost,
+        drawn from the `seeds` of the worlds.
         """
         self._radio = round(delay_s / ground.tick_s), loss, np.array(seeds or range(worlds), np.int64)
         self.ground, self.tree = ground, tree
@@ -87,9 +89,17 @@ class Team:
             if name not in tree.names:
                 raise UnknownName(what="sort of agents", name=name, where="the team", known=tree.names)
             self._collect(name, self._finds[name](behavior, Binding(binding)))
+        self._led = self._closure({*roots, *([] if trained is None else [trained])})
         self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
         self.layers = self._built(roots, worlds, makes)
         self._keys = self._needed()
+
+    def _closure(self, names: set[str]) -> set[str]:
+        """These sorts of agents, and those that are members of theirs."""
+        for squad, _ in reversed(self.tree.squads):
+            if squad.name in names:
+                names = names | {role.of for role in squad.roles}
+        return names
 
     def _collect(self, name: str, program: Program) -> None:
         """Note what agents of a sort may run, and what those below them may be ordered to."""
@@ -116,16 +126,23 @@ class Team:
         }
         alone = [root[types[kind]] for kind in self.tree.type_of] * worlds
         robots = self._layer(self.ground, alone, types, makes)
+        self._layers_of = dict.fromkeys(types, robots)
         layers = [robots]
         bands = [Band(name, robots, self._finds[name]) for name in types]
         rows = [len(self.tree.type_of)] * len(types)
         for level, (squad, members) in enumerate(self.tree.squads):
+            rows.append(len(members))
+            if squad.name not in self._led:
+                bands.append(
+                    Band(squad.name, robots, self._finds[squad.name])
+                )  # nobody's member, in this team
+                continue
             roster = Roster.of(members, worlds, rows)
             body = Squads(squad, roster, bands, self.ground, self._radio_of(level, len(roster) // worlds))
             layer = self._layer(body, [root[squad.name]] * body.agents, (squad.name,), makes)
             layers.append(layer)
             bands.append(Band(squad.name, layer, self._finds[squad.name]))
-            rows.append(len(members))
+            self._layers_of[squad.name] = layer
         return tuple(layers)
 
     def _radio_of(self, level: int, members: int) -> Radio | None:
@@ -134,7 +151,8 @@ class Team:
         return None if radio.perfect else radio
 
     def _layer(self, body: Body, programs: Sequence[Program], names: Sequence[str], makes: Makes) -> Layer:
-        layer = Layer(body, makes(body, programs, [each for name in names for each in self._orders[name]]))
+        others = [IDLE_PROGRAM, *(each for name in names for each in self._orders[name])]
+        layer = Layer(body, makes(body, programs, others))
         together: dict[int, list[int]] = {}
         for agent, program in enumerate(programs):
             together.setdefault(id(program), []).append(agent)
@@ -147,7 +165,7 @@ class Team:
         for number in reversed(range(len(self.layers))):
             body = self.layers[number].body
             if isinstance(body, Squads):
-                below = {id(band.layer) for band in body.bands}
+                below = {id(body.bands[band].layer) for band in np.unique(body.roster.band).tolist()}
                 for key in body.needs(list(needed[number])):
                     for lower, layer in enumerate(self.layers[:number]):
                         if id(layer) in below and key[0] in {reading.name for reading in layer.body.readings}:
@@ -174,11 +192,30 @@ class Team:
             for program, agents in self._began[id(layer)]:
                 layer.runner.begin(agents, program)
 
+    @property
+    def paths(self) -> list[tuple[str, ...]]:
+        """What each robot is doing, outermost first, beginning with what it was ordered to do; () is nothing."""
+        robots = self.layers[0].runner
+        paths = [robots.path(row) for row in range(self.ground.agents)]
+        for layer in self.layers[1:]:
+            if isinstance(layer.body, Squads):
+                roster = layer.body.roster
+                for duty, band, row in zip(layer.body.ordering.duty, roster.band, roster.row, strict=True):
+                    if duty is not None and layer.body.bands[band].layer is self.layers[0]:
+                        paths[row] = (duty.behavior, *paths[row])
+        return paths
+
+    def raised(self, name: str, flags: Collection[str]) -> NDArray[np.bool_]:
+        """Which agents of a sort have raised one of these flags."""
+        runner = self.layer(name).runner
+        found: NDArray[np.bool_] = np.logical_or.reduce([runner.raised(flag) for flag in flags])
+        return found
+
     def layer(self, name: str) -> Layer:
         """The layer of a sort of agents."""
-        if name not in self.tree.names:
-            raise UnknownName(what="sort of agents", name=name, where="the team", known=self.tree.names)
-        return self.layers[max(0, self.tree.names.index(name) - len(self.tree.types) + 1)]
+        if name not in self._layers_of:
+            raise UnknownName(what="sort of agents", name=name, where="the team", known=list(self._layers_of))
+        return self._layers_of[name]
 
 
 def _finder(library: Library, name: str) -> Finds:
