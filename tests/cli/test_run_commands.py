@@ -11,9 +11,12 @@ from pathlib import Path
 
 import pytest
 from tests.cli.commands import ROOT, run, said
+from tests.worlds.patrollers import ROBOTS, lead
 
 from understudy.cli.parts import behavior_of, find_kit, library_for
 from understudy.errors import SettingError
+from understudy.model.folder import save
+from understudy.model.library import Taught
 
 
 def test_worlds(tmp_path: Path) -> None:
@@ -79,6 +82,19 @@ def test_run_elsewhere(library: Path, tmp_path: Path) -> None:
     told = said("run", "forage-team", "-l", library, "--seconds", "30", "--record", tmp_path / "out.gif")
     assert told["total"] > 0
     assert sum(told["doing"].values()) == 4
+
+
+def test_a_squad_runs_what_it_was_taught(tmp_path: Path) -> None:
+    """Its automata are in a folder of its name; what its coordinator does is said by what the robots do."""
+    for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
+        save(tmp_path, Taught(automaton))
+    save(tmp_path / "patrol", Taught(lead()))
+    for name in ("lead", "patrol/lead"):
+        told = said("run", "patrol", "-l", tmp_path, "--behavior", name, "--seconds", "5")
+        assert (told["behavior"], told["doing"]) == ("lead", {"wander": 4})
+    assert said("run", "patrol", "-l", tmp_path, "--seconds", "1")["behavior"] == "lead"
+    alone = said("run", "patrol", "-l", tmp_path, "--behavior", "patrol", "--seconds", "1")
+    assert alone["behavior"] == "patrol"
 
 
 def test_a_run_leaves_a_trace(library: Path, tmp_path: Path) -> None:

@@ -54,7 +54,7 @@ def library() -> Library:
     return Library.of(
         kit,
         automaton("wander", wander, readings=readings, basics=BASICS),
-        automaton("servo", servo, readings=readings, flags=("there",), basics=BASICS, parameters=("A",)),
+        automaton("servo", servo, readings=readings, flags=("done",), basics=BASICS, parameters=("A",)),
         _patrol(readings),
     )
 
@@ -62,7 +62,7 @@ def library() -> Library:
 def _servo() -> Question:
     """Toward the middle of the blob, until it is large; turn left where none is seen."""
     toward = below("blob_x", 65.0, "left", below("blob_x", 95.0, "forwards", "right"))
-    return seen("blob_size", below("blob_size", 1500.0, toward, "there"), "left")
+    return seen("blob_size", below("blob_size", 1500.0, toward, "done"), "left")
 
 
 def _patrol(readings: Mapping[str, BoundFeature]) -> Automaton:
@@ -72,8 +72,8 @@ def _patrol(readings: Mapping[str, BoundFeature]) -> Automaton:
         {
             "start": attack,
             "disperse": seen("intruder_size", "attack", below("time_in_state", 30.0, "disperse", "home")),
-            "attack": raised("there", "home", below("time_in_state", 20.0, "attack", "disperse")),
-            "home": raised("there", "disperse", below("time_in_state", 30.0, "home", "disperse")),
+            "attack": raised("done", "home", below("time_in_state", 20.0, "attack", "disperse")),
+            "home": raised("done", "disperse", below("time_in_state", 30.0, "home", "disperse")),
         },
         readings=readings,
         runs={"disperse": "wander", "attack": "servo", "home": "servo"},

@@ -16,6 +16,9 @@ from understudy.runtime.program import IDLE_PROGRAM
 from understudy.runtime.radio import DOWN, Delayed, Radio
 from understudy.runtime.roster import Roster
 
+SAME_S = 1e-6
+"""Times this near are one: a run state that was gone back to knows when it began only by how long that was ago."""
+
 
 class Ordering:
     """The orders of S squads. `duty` is what each of the M members was last ordered to do, `answering` [M] when the
@@ -68,8 +71,8 @@ class Ordering:
 
     def give(self, order: NDArray[np.intp], issued: Column, counted: NDArray[np.bool_], tick: int) -> None:
         """Let orders [S] stand that were given then [S]; where one is new, the members stop and start what it says."""
-        anew = (order != self.order) | (issued != self.issued)
-        self.order, self.issued = order, issued.copy()
+        anew = (order != self.order) | ~(np.abs(issued - self.issued) <= SAME_S)
+        self.order, self.issued = order, np.where(anew, issued, self.issued)
         if anew.any():
             for number in np.unique(order[anew]).tolist():
                 self._assign(self._orders[number], self.roster.of_squads(anew & (order == number)), counted)

@@ -6,7 +6,6 @@ A library of a team is a folder: the robots' automata in it, those of each sort 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -20,14 +19,12 @@ from understudy.runtime.squad_kits import squad_kit
 from understudy.runtime.squads import readings_of as readings_of_squad
 from understudy.runtime.team import Team
 from understudy.worlds.dealing import deal
-from understudy.worlds.kits import kit_of, readings_of
+from understudy.worlds.kits import readings_of
 from understudy.worlds.scenario import Scenario
 from understudy.worlds.world import World
 
 Libraries: TypeAlias = Mapping[str, Library]
 """What each sort of agents knows, by its name: types of robots, and sorts of squads."""
-Opens: TypeAlias = Callable[[Path, Kit], Library]
-"""Opens the library of a folder; without automata where there is none."""
 
 
 def libraries_of(
@@ -44,13 +41,6 @@ def libraries_of(
         kit = squad_kit(squad, below, {role.of: found[role.of] for role in squad.roles})
         found[squad.name] = squads(squad.name, kit)
     return MappingProxyType(found)
-
-
-def open_team(scenario: Scenario, folder: Path, opens: Opens) -> Libraries:
-    """The libraries of a team in a folder."""
-    return libraries_of(
-        scenario, opens(folder, kit_of(scenario)), lambda name, kit: opens(folder / name, kit)
-    )
 
 
 def sort_of(libraries: Libraries, behavior: str | None) -> str:

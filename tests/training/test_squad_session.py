@@ -1,0 +1,138 @@
+"""A coordinator is trained as a robot is: the same session, with a squad for a body."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from tests.worlds.patrollers import ROBOTS, SCENARIO
+
+from understudy.model.example import ExampleKind
+from understudy.model.library import Library
+from understudy.runtime.squad_kits import squad_kit
+from understudy.runtime.squads import readings_of
+from understudy.runtime.team import Team
+from understudy.runtime.troop import Troop
+from understudy.training.design import new_lesson
+from understudy.training.session import Session
+from understudy.worlds.dealing import deal
+from understudy.worlds.teams import libraries_of
+from understudy.worlds.world import World
+
+LIBRARIES = libraries_of(SCENARIO, ROBOTS)
+SQUAD = LIBRARIES["patrol"]
+LESSON = new_lesson(
+    SQUAD,
+    "lead",
+    states=["out=wander", "attack=servo(intruder)", "home=servo(home)"],
+    features=["all_done", "someone_done", "someone_sees(intruder)"],
+)
+
+
+def troop(seed: int = 5) -> Troop:
+    """The four robots of the patrol, and nobody above their coordinator."""
+    team = Team(World(SCENARIO, [seed]), deal(SCENARIO), LIBRARIES, {}, trained="patrol")
+    return Troop(team, "patrol")
+
+
+def doing(body: Troop) -> list[tuple[str, ...]]:
+    return body.team.paths
+
+
+def taught(session: Session, seconds: float) -> None:
+    """Press what a person would."""
+    while session.body.time_s < seconds:
+        screen = session.screen()
+        seen = screen.features
+        if screen.state == "start":
+            session.direct("out")
+        elif screen.state == "out" and seen["someone_sees(intruder)"]:
+            session.direct("attack")
+        elif screen.state == "attack" and seen["someone_done"]:
+            session.direct("home")
+        elif screen.state == "home" and seen["all_done"]:
+            session.direct("out")
+        session.tick()
+
+
+def test_directing_the_coordinator_moves_the_whole_squad() -> None:
+    session = Session(troop(), SQUAD, LESSON)
+    assert isinstance(session.body, Troop)
+    session.direct("out")
+    session.tick()
+    assert [path[0] for path in doing(session.body)] == ["wander"] * 4
+    session.direct("attack")
+    session.tick()
+    assert [path[0] for path in doing(session.body)] == ["servo"] * 4
+
+
+def test_a_default_after_a_switch_has_the_flags_down() -> None:
+    """Directing restarts the members, so the automatic default sees nobody done; what they see is as it was."""
+    session = Session(troop(), SQUAD, LESSON)
+    taught(session, 120.0)
+    labels = [str(bound) for bound in session.automaton.features]
+    someone, all_there = labels.index("someone_done"), labels.index("all_done")
+    shown = {(example.state, example.next): example for example in session.examples}
+    assert shown["attack", "home"].values[someone] == 1.0
+    after = shown["home", "home"]
+    assert after.kind is ExampleKind.DEFAULT
+    assert (after.values[someone], after.values[all_there]) == (0.0, 0.0)
+    assert after.values[2] == shown["attack", "home"].values[2]
+
+
+def test_what_was_learned_leads() -> None:
+    session = Session(troop(), SQUAD, LESSON)
+    taught(session, 200.0)
+    session.reset(11)
+    session.test()
+    states = set()
+    while session.body.time_s < 120.0:
+        session.tick()
+        states.add(session.screen().state)
+    assert {"out", "attack", "home"} <= states
+
+
+def test_a_troop_is_rewound() -> None:
+    """World, orders, what everybody does and what is remembered; and it goes on as it did."""
+    session = Session(troop(), SQUAD, LESSON)
+    assert isinstance(session.body, Troop)
+    taught(session, 40.0)
+    instant, before = session.instant(), doing(session.body)
+    taught(session, 60.0)
+    after, there = doing(session.body), session.body.ground.sense([("blob_size", "home")])
+    examples = session.examples
+    session.rewind(instant)
+    assert doing(session.body) == before
+    assert session.examples == examples
+    taught(session, 60.0)
+    assert doing(session.body) == after
+    again = session.body.ground.sense([("blob_size", "home")])
+    assert again["blob_size", "home"].tolist() == pytest.approx(
+        there["blob_size", "home"].tolist(), nan_ok=True
+    )
+
+
+def test_a_killed_session_of_a_squad_goes_on(tmp_path: Path) -> None:
+    journal = tmp_path / "lead.journal"
+    session = Session(troop(), SQUAD, LESSON, journal=journal)
+    assert isinstance(session.body, Troop)
+    taught(session, 60.0)
+    examples, path, robots = session.examples, session.screen().path, doing(session.body)
+    session.close()
+    body = troop()
+    resumed = Session.resume(journal, body, SQUAD)
+    assert resumed.examples == examples
+    assert resumed.screen().path == path
+    assert [each[0] for each in doing(body)] == [each[0] for each in robots]
+    resumed.close()
+
+
+def test_what_members_do_not_know_cannot_be_chosen() -> None:
+    """What a lesson names, members must know before anything runs."""
+    kit = squad_kit(
+        deal(SCENARIO).squads[0][0], World(SCENARIO, [0]).readings, {"pioneer": Library(ROBOTS.kit)}
+    )
+    assert "servo" not in kit.behaviors
+    assert {
+        reading.name for reading in readings_of(deal(SCENARIO).squads[0][0], World(SCENARIO, [0]).readings)
+    }
