@@ -43,7 +43,7 @@ def teach_deposit(person: Forager) -> None:
     person.page.wait_for_timeout(250)
     assert person.screen().features["food_stored"] > 2, person.screen()
     person.show(DEPOSIT, until=lambda screen: 0 < screen.features["food_stored"] < CAPACITY - 1)
-    person.put_aside(DEPOSIT)
+    person.put_aside()
     person.show(DEPOSIT)
     person.save()
 
