@@ -111,7 +111,7 @@ def test_what_is_run_by_others_is_not_removed(made: Studio, person: Page) -> Non
     teach(person, "goto")
     person.done("save")
     assert [row["runs"] for row in made.stage.library()["trained"]] == [
-        ["goto", "unload_food"],
+        ["goto(station)", "unload_food"],
         ["forward", "rotate_left", "rotate_right"],
     ]
     person.done(**{**GOTO, "name": "third"})
@@ -146,7 +146,7 @@ def test_which_robot_is_trained(made: Studio, person: Page) -> None:
     assert made.stage.trained.robot == 2
     assert made.stage.trained.name == "goto"
     teach(person, "forward")
-    assert "robot 2" in person.say("agent", agent=0)["error"]
+    assert "robot 3" in person.say("agent", agent=0)["error"]
     person.done("save")
     person.done("open", name="goto")
     person.done("agent", agent=0)

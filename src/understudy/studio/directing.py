@@ -89,8 +89,8 @@ def _agent(stage: Stage, message: m.Agent) -> None:
 
 def _place(stage: Stage, message: m.Place) -> None:
     if message.agent >= stage.world.robots:
-        problem, remedy = f"is {message.agent}", f"give one from 0 to {stage.world.robots - 1}"
-        raise SettingError(where="the studio", setting="agent", problem=problem, remedy=remedy)
+        problem, remedy = f"is {message.agent + 1}", f"give one from 1 to {stage.world.robots}"
+        raise SettingError(where="the studio", setting="robot", problem=problem, remedy=remedy)
     heading = message.heading
     if heading is None:
         heading = float(stage.world.state.robots["heading"][message.agent])
