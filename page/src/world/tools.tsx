@@ -95,16 +95,16 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
   const at = frame.things.slot.indexOf(mark.of);
   const kind = scene.classes[frame.things.kind[at] ?? -1];
   if (mark.what === "thing" && kind === undefined) return null;
-  const trained = desk?.agent === mark.of;
+  const trained = (desk?.agent ?? frame.agent) === mark.of;
   return (
     <div class={className("tools", "chosen")} role="group" aria-label="What was clicked">
       {mark.what === "robot" ? (
         <>
           <b>robot {mark.of + 1}</b>
           <span class="soft">
-            {trained ? "is being trained; " : ""}drag to move it, with Shift to turn it
+            {trained && desk !== null ? "is being trained; " : ""}drag to move it, with Shift to turn it
           </span>
-          {!trained && desk !== null && (
+          {!trained && (
             <button type="button" disabled={!directs} onClick={() => act({ do: "agent", agent: mark.of })}>
               Train this one
             </button>
