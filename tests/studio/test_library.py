@@ -173,6 +173,11 @@ def test_the_world_by_hand(made: Studio, person: Page) -> None:
     assert (slots[0], 9.0, 9.5) in [(row[0], *row[2:4]) for row in person.frame.objects]
     assert slots[1] not in [row[0] for row in person.frame.objects]
     assert "overlaps" in person.say("place", agent=0, x=5.0, y=9.0)["error"]
+    person.done("move_obstacle", index=discs, x=5.0, y=11.0)
+    person.done("place", agent=0, x=5.0, y=9.0)
+    person.done("remove_obstacle", index=discs)
+    while len(person.scene["discs"]) > discs:
+        person.hear()
 
 
 def test_choosing_anew_keeps_the_examples(made: Studio, person: Page) -> None:

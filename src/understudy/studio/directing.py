@@ -119,6 +119,17 @@ def _add_obstacle(stage: Stage, message: m.AddObstacle) -> None:
     stage.changed()
 
 
+def _move_obstacle(stage: Stage, message: m.MoveObstacle) -> None:
+    place = (message.index, message.x, message.y)
+    stage.put(lambda world: world.move_obstacle(*place), "An obstacle was moved")
+    stage.changed()
+
+
+def _remove_obstacle(stage: Stage, message: m.RemoveObstacle) -> None:
+    stage.put(lambda world: world.remove_obstacle(message.index), "An obstacle was removed")
+    stage.changed()
+
+
 def _why(stage: Stage, message: m.Why) -> Plain:
     desk = stage.trained
     return {"lines": desk.why.lines(desk.screen)}
@@ -171,6 +182,8 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.AddObject: _add_object,
         m.RemoveObject: _remove_object,
         m.AddObstacle: _add_obstacle,
+        m.MoveObstacle: _move_obstacle,
+        m.RemoveObstacle: _remove_obstacle,
         m.Why: _why,
     }
 )

@@ -244,6 +244,20 @@ class AddObstacle(Message, frozen=True, kw_only=True, tag="add_obstacle"):
     radius: float
 
 
+class MoveObstacle(Message, frozen=True, kw_only=True, tag="move_obstacle"):
+    """Put a round obstacle elsewhere; it is counted as in the scene."""
+
+    index: Index
+    x: float
+    y: float
+
+
+class RemoveObstacle(Message, frozen=True, kw_only=True, tag="remove_obstacle"):
+    """Remove a round obstacle."""
+
+    index: Index
+
+
 class Why(Message, frozen=True, kw_only=True, tag="why"):
     """Explain the last decision."""
 
@@ -290,6 +304,8 @@ AnyMessage: TypeAlias = (
     | AddObject
     | RemoveObject
     | AddObstacle
+    | MoveObstacle
+    | RemoveObstacle
     | Why
     | Take
     | HandOver
