@@ -153,6 +153,10 @@ def test_robots_are_counted_as_they_are_drawn(made: Studio, person: Page) -> Non
     error = person.say("place", agent=1, x=x, y=y)["error"]
     assert "place of robot 2" in error
     assert "overlaps robot 4" in error
+    assert (
+        "is (-1.52, 0.35, 0.4)"
+        in person.say("add_obstacle", x=-1.516483516483, y=0.35164835, radius=0.4)["error"]
+    )
 
 
 def test_the_robot_is_chosen_before_the_lesson(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ from understudy.worlds.world import World
 
 NOTHING = "Nothing is being trained: begin a new automaton, or open one of the library"
 _ROBOT = re.compile(r"\brobot (\d+)")
-"""A robot as a world counts them, from 0; on the page the first is robot 1."""
+_LONG = re.compile(r"-?\d+\.\d{3,}")
 _log = logging.getLogger(__name__)
 
 
@@ -35,6 +35,12 @@ def explained(error: Exception) -> str:
         return str(error)
     _log.error("a fault of the program", exc_info=error)
     return f"something broke inside Understudy: {type(error).__name__}: {error}"
+
+
+def _as_on_the_page(text: str) -> str:
+    """What a world says, with robots counted from 1, and in centimeters what a pointer meant."""
+    text = _ROBOT.sub(lambda found: f"robot {int(found[1]) + 1}", text)
+    return _LONG.sub(lambda found: f"{float(found[0]):.2f}", text)
 
 
 class Stage:
@@ -234,7 +240,7 @@ class Stage:
         try:
             change(self.world)
         except SettingError as error:
-            raise SessionError(_ROBOT.sub(lambda found: f"robot {int(found[1]) + 1}", str(error))) from error
+            raise SessionError(_as_on_the_page(str(error))) from error
         if self.desk is None:
             self._said = Said(what)
         else:
