@@ -1,6 +1,6 @@
 /** What can be chosen: each behavior and feature with its parameters bound in every way. */
 
-import type { Call, Desk, DeskNews, Part, Scene } from "./protocol";
+import type { Call, Desk, DeskNews, Part, Scene, State } from "./protocol";
 
 export interface Offer {
   name: string;
@@ -52,6 +52,26 @@ export function chosenStates(desk: Desk): string[] {
   return desk.states
     .filter((state, index) => index > 0 && !state.flag)
     .map((state) => state.runs ?? state.name);
+}
+
+/**
+ * States as they are asked for: those there are keep their names; of several that run one behavior, each is
+ * called as it runs, so that goto(station) and goto(nearest_food) are two.
+ */
+export function askedStates(chosen: readonly string[], states: readonly State[]): string[] {
+  const known = states.filter((state, index) => index > 0 && !state.flag);
+  const ways = [...new Set(chosen)];
+  return ways.flatMap((way) => {
+    const before = known.filter((state) => (state.runs ?? state.name) === way);
+    if (before.length > 0) return before.map(({ name }) => `${name}=${way}`);
+    const alike = ways.filter((each) => behaviorOf(each) === behaviorOf(way));
+    return alike.length > 1 ? `${way}=${way}` : way;
+  });
+}
+
+/** What is called: goto of goto(station). */
+function behaviorOf(way: string): string {
+  return way.replace(/\(.*/, "");
 }
 
 /** Names separated by commas or spaces. */

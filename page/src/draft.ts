@@ -1,6 +1,6 @@
 /** What is being chosen in a form, before it is asked for. */
 
-import { chosenStates, listed, offeredFeatures, offeredStates, type Offer } from "./calls";
+import { askedStates, chosenStates, listed, offeredFeatures, offeredStates, type Offer } from "./calls";
 import type { Form } from "./panel";
 import type { Request, Scene, Targets } from "./protocol";
 import type { Studio } from "./studio";
@@ -79,7 +79,7 @@ export function request(form: Form, draft: Draft, studio: Studio, scene: Scene, 
   if (form === "choose") {
     return {
       do: "choose",
-      states: draft.states,
+      states: askedStates(draft.states, studio.desk?.states ?? []),
       features: draft.features,
       flags,
       ...options,
@@ -87,10 +87,12 @@ export function request(form: Form, draft: Draft, studio: Studio, scene: Scene, 
   }
   const parameters = listed(draft.parameters);
   const first = scene.targets[0] ?? "";
+  const { states, features } = kept(draft, studio, scene);
   return {
     do: "new",
     name: draft.name.trim(),
-    ...kept(draft, studio, scene),
+    states: askedStates(states, []),
+    features,
     parameters,
     flags,
     targets: Object.fromEntries(parameters.map((each) => [each, draft.targets[each] ?? first])),

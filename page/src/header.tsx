@@ -13,7 +13,7 @@ export function Header() {
     <header class="header">
       <h1 class="logo">Understudy</h1>
       <span class="divider" />
-      <span class="what">
+      <span class="what cut">
         {desk === null ? (
           <span class="soft">nothing is trained yet</span>
         ) : (
@@ -46,7 +46,7 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
   };
   return (
     <span class="soft place">
-      in {scenario},{" "}
+      <span class="cut">in {scenario},</span>
       <label>
         seed{" "}
         <input
@@ -92,14 +92,15 @@ function ModeSwitch({ studio }: { studio: Studio }) {
 
 function Saving({ studio }: { studio: Studio }) {
   const { desk, told } = studio;
-  if (desk === null) return null;
-  const saved = told?.library.trained.some(({ name }) => name === desk.name) ?? false;
+  const saved = told?.library.trained.some(({ name }) => name === desk?.name) ?? false;
   return (
     <div class="saving">
-      <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
-        <span class={className("dot", (desk.unsaved || !saved) && "open")} />
-        {desk.unsaved ? "every press kept" : saved ? "in the library" : "nothing yet"}
-      </span>
+      {desk !== null && (
+        <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
+          <span class={className("dot", (desk.unsaved || !saved) && "open")} />
+          {desk.unsaved ? "every press kept" : saved ? "in the library" : "nothing yet"}
+        </span>
+      )}
       {(told?.viewers ?? 1) > 1 && studio.directs && (
         <button
           type="button"
@@ -109,13 +110,15 @@ function Saving({ studio }: { studio: Studio }) {
           Hand over
         </button>
       )}
-      <button
-        type="button"
-        disabled={!studio.directs || !desk.unsaved}
-        onClick={() => void studio.ask({ do: "save", name: null })}
-      >
-        Save
-      </button>
+      {desk !== null && (
+        <button
+          type="button"
+          disabled={!studio.directs || !desk.unsaved}
+          onClick={() => void studio.ask({ do: "save", name: null })}
+        >
+          Save
+        </button>
+      )}
     </div>
   );
 }

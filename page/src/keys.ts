@@ -10,8 +10,8 @@ const ARROWS: Readonly<Record<string, string>> = {
   ArrowRight: "right",
 };
 const TYPES = "input:not([type=checkbox]):not([type=radio]), textarea, [contenteditable]";
-const OWN_SPACE = "button, a, select, summary, input, [role=button], [role=tab], [tabindex='0']:not(canvas)";
-const OWN_ARROWS = "select, [role=tablist], [role=radiogroup], input";
+const OWN_SPACE = "button, a, summary, input, [role=button], [role=tab], [tabindex='0']:not(canvas)";
+const OWN_ARROWS = "[role=tablist], [role=radiogroup], input";
 
 export function listenToKeys(studio: Studio): () => void {
   const listener = (event: KeyboardEvent): void => {
@@ -26,7 +26,7 @@ function act(studio: Studio, event: KeyboardEvent): boolean {
   const target = event.target instanceof Element ? event.target : document.body;
   if (event.isComposing || target.closest(TYPES) !== null) return false;
   if (event.ctrlKey || event.metaKey) return undoes(studio, event);
-  if (event.altKey) return false;
+  if (event.altKey || target.closest("select") !== null) return false; // letters and digits choose in it
   if (event.shiftKey && event.code.startsWith("Digit")) return chooses(studio, event);
   if (event.key in ARROWS && target.closest(OWN_ARROWS) !== null) return false;
   if ((event.key === " " || event.key === "Enter") && target.closest(OWN_SPACE) !== null) return false;

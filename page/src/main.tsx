@@ -11,6 +11,7 @@ import "./style/side.css";
 import "./style/world.css";
 import "./style/panel.css";
 import "./style/tour.css";
+import "./style/narrow.css";
 
 const studio = new Studio();
 const root = document.getElementById("app");

@@ -34,7 +34,9 @@ export type Request =
   | { do: "move_object"; slot: number; x: number; y: number }
   | { do: "add_object"; kind: string; x: number; y: number }
   | { do: "remove_object"; slot: number }
-  | { do: "add_obstacle"; x: number; y: number; radius: number };
+  | { do: "add_obstacle"; x: number; y: number; radius: number }
+  | { do: "move_obstacle"; index: number; x: number; y: number }
+  | { do: "remove_obstacle"; index: number };
 
 export interface Beginning {
   do: "new";

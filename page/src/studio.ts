@@ -50,6 +50,7 @@ export class Studio implements Listener {
   asking: string | null = null;
   switch: Switch | null = null;
   version = "";
+  private back: Request | null = null;
   private readonly link = new Link(this);
 
   open(): void {
@@ -64,6 +65,13 @@ export class Studio implements Listener {
   async ask(request: Request): Promise<Answer> {
     const answer = await this.link.ask(request);
     if (answer.error !== undefined) this.say({ text: answer.error, tone: "error" });
+    return answer;
+  }
+
+  /** Ask for something that can be taken back; what the server says of it, which follows, offers that. */
+  async change(request: Request, back: Request): Promise<Answer> {
+    const answer = await this.ask(request);
+    if (answer.error === undefined) this.back = back;
     return answer;
   }
 
@@ -136,7 +144,9 @@ export class Studio implements Listener {
     const grew = before !== null && desk !== null && before.examples.length < desk.examples.length;
     const recorded = grew && (said.tone === "recorded" || said.tone === "correction");
     if (said.text !== this.told?.said.text || said.tone !== this.told.said.tone) {
-      this.notice = recorded ? { ...said, undo: { do: "undo" } } : said;
+      const undo: Request | null = recorded ? { do: "undo" } : this.back;
+      this.notice = undo === null ? said : { ...said, undo };
+      this.back = null;
       this.notices += 1;
     }
     if (desk === null || before?.name !== desk.name) this.switch = null;

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { fitted, toScreen, toWorld, turned, zoomed } from "../src/world/geometry";
+import { fitted, panned, toScreen, toWorld, turned, zoomed } from "../src/world/geometry";
 
 const SCREEN = { width: 600, height: 500 };
 
@@ -21,4 +21,11 @@ test("what is under the pointer stays there while zooming", () => {
   const after = toWorld(zoomed(view, SCREEN, 1.7, 123, 456), SCREEN, 123, 456);
   expect(after[0]).toBeCloseTo(before[0]);
   expect(after[1]).toBeCloseTo(before[1]);
+});
+
+test("the world cannot be pushed off the screen", () => {
+  const view = { x: 6, y: 5, scale: 40 };
+  const world = { width: 12, height: 10 };
+  expect(panned(view, world, 80, 40)).toEqual({ x: 4, y: 6, scale: 40 });
+  expect(panned(view, world, -9999, -9999)).toEqual({ x: 12, y: 0, scale: 40 });
 });

@@ -40,9 +40,10 @@ def show_harvest(person: Forager) -> None:
 def teach_deposit(person: Forager) -> None:
     """With what it has just harvested; and that it goes back where it was put away from the station."""
     person.begin(DEPOSIT)
-    assert person.screen().features["food_stored"] > 2, "nothing to deposit"
+    person.page.wait_for_timeout(250)
+    assert person.screen().features["food_stored"] > 2, person.screen()
     person.show(DEPOSIT, until=lambda screen: 0 < screen.features["food_stored"] < CAPACITY - 1)
-    person.put_aside(DEPOSIT)
+    person.put_aside()
     person.show(DEPOSIT)
     person.save()
 

@@ -6,7 +6,8 @@ What they wish and what they complain of is the scripted teacher's; what they se
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import count
 from math import inf
@@ -14,7 +15,7 @@ from time import monotonic
 
 from playwright.sync_api import Page, expect
 from tests.browser.glance import glance
-from tests.browser.hand import drag_robot
+from tests.browser.hand import drag_robot, turn_robot
 from tests.browser.teacher import Teacher
 
 from understudy.training.demonstrators import forager
@@ -30,7 +31,7 @@ REACTION_S = 0.12
 FIRST_FRESH = 100
 """Robots are tried in worlds from here on, and shown things in those before."""
 PATIENCE_S, MOST_HELP = 30.0, 8
-ASIDE_PX = 120
+ASIDE_PX, AWAY = 120, 0.95
 GOES_TO = {"harvest": "nearest_food", "deposit": "station"}
 
 
@@ -227,20 +228,17 @@ class Forager(Teacher):
 
         So nothing is recorded that they only did not prevent in time.
         """
-        self.press("Space")
-        expect(self.page.get_by_role("button", name="Go on")).to_be_visible()
-        self.page.wait_for_timeout(200)
-        screen = self.screen()
-        wished = wish(screen)
-        wrong = wished is not None and wished != screen.state
-        if wished is not None and wrong:
-            self.directing(wished).click()
-            self.press(".")
-            expect(self.directing(wished)).to_have_attribute("aria-pressed", "true")
-            self.actions += 1
-            self.test()
-        self.press("Space")
-        expect(self.page.get_by_role("button", name="Pause")).to_be_visible()
+        with self.standing_still():
+            self.page.wait_for_timeout(200)
+            screen = self.screen()
+            wished = wish(screen)
+            wrong = wished is not None and wished != screen.state
+            if wished is not None and wrong:
+                self.directing(wished).click()
+                self.press(".")
+                expect(self.directing(wished)).to_have_attribute("aria-pressed", "true")
+                self.actions += 1
+                self.test()
         return wrong
 
     def watch(
@@ -338,19 +336,38 @@ class Forager(Teacher):
         self.save()
         self.open(about.topic.name)
 
-    def put_aside(self, about: About) -> None:
-        """While time stands still, put the robot elsewhere."""
+    @contextmanager
+    def standing_still(self) -> Iterator[None]:
+        """Let time stand still meanwhile."""
         self.press("Space")
         expect(self.page.get_by_role("button", name="Go on")).to_be_visible()
-        drag_robot(self.page, ASIDE_PX, 0)
-        self.actions += 1
+        yield
         self.press("Space")
         expect(self.page.get_by_role("button", name="Pause")).to_be_visible()
 
+    def put_aside(self) -> None:
+        """Put the robot elsewhere."""
+        with self.standing_still():
+            drag_robot(self.page, ASIDE_PX, 0)
+            self.actions += 1
+
+    def turn_away(self, side: int) -> None:
+        """Turn the robot so that A is on its left (1) or right (-1)."""
+        with self.standing_still():
+            heading = 0.0
+            for _ in range(2):  # the first shows where A is
+                turn_robot(self.page, heading)
+                self.actions += 1
+                self.page.wait_for_timeout(250)
+                heading += self.screen().features["angle_to(A)"] - side * AWAY
+
     def way(self, number: int) -> None:
-        """Show goto one of its ways."""
-        seed, target = WAYS[number]
+        """Show goto one of its ways; once it is on a long one, that it has to go back to it."""
+        seed, target, away = WAYS[number]
         self.world(seed, target)
+        if away:
+            self.show(GOTO, until=on_its_way)
+            self.turn_away(away)
         self.show(GOTO)
 
 
@@ -360,5 +377,12 @@ def innermost(path: Sequence[str], about: About) -> About:
     return next((known[name] for name in reversed(path) if name in known), about)
 
 
-WAYS = ((1, "station"), (13, "nearest_food"), (47, "station"), (32, "nearest_food"))
-"""Worlds to show the way in, and where to: near on the left and on the right, far on the right and on the left."""
+def on_its_way(screen: Screen) -> bool:
+    """It has turned to A and drives there."""
+    return screen.state == "forward" and screen.waiting is None
+
+
+WAYS = ((1, "station", 0), (13, "nearest_food", 0), (47, "station", -1), (32, "nearest_food", 1))
+"""Worlds to show the way in, where to, and to which side A is when turned away from it: near on the left and on the
+right, far on the right and on the left.
+"""

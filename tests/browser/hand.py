@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import cos, sin
+
 from playwright.sync_api import Page
 
 FIND = """() => {
@@ -25,6 +27,10 @@ FIND = """() => {
 """Where its ring is in the window, px."""
 
 
+TURNING_PX = 60
+"""How far from the robot the mouse is that it turns to."""
+
+
 def drag_robot(page: Page, right_px: float, down_px: float) -> None:
     """Drag the robot that is trained so far over the screen."""
     found = page.evaluate(FIND)
@@ -35,3 +41,10 @@ def drag_robot(page: Page, right_px: float, down_px: float) -> None:
     page.mouse.move(x + right_px, y + down_px, steps=6)
     page.mouse.up()
     page.mouse.move(0, 0)
+
+
+def turn_robot(page: Page, heading: float) -> None:
+    """Turn it where it is, with Shift; radians, to the left of rightwards."""
+    page.keyboard.down("Shift")
+    drag_robot(page, TURNING_PX * cos(heading), -TURNING_PX * sin(heading))
+    page.keyboard.up("Shift")

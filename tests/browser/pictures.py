@@ -16,7 +16,7 @@ from typing import TypeAlias
 from playwright.sync_api import Page, sync_playwright
 from tests.browser import curriculum
 from tests.browser.conftest import NAMES, QUIET
-from tests.browser.foraging import GOTO, HARVEST, WAYS, Forager
+from tests.browser.foraging import GOTO, HARVEST, WAYS, Forager, on_its_way
 from tests.browser.studio import Studio
 
 from understudy.training.screen import Screen
@@ -49,11 +49,12 @@ def main(folder: Path) -> None:
 def goto(person: Forager, take: Take) -> None:
     """On its way while it is shown, and while it decides."""
     person.begin(GOTO)
-    for seed, target in WAYS[:-1]:
-        person.world(seed, target)
-        person.show(GOTO)
-    seed, target = WAYS[-1]
+    for number in range(len(WAYS) - 1):
+        person.way(number)
+    seed, target, away = WAYS[-1]
     person.world(seed, target)
+    person.show(GOTO, until=on_its_way)
+    person.turn_away(away)
     person.show(GOTO, until=lambda screen: screen.state == "forward" and _way(screen) < 3.0)
     take("studio-goto")
     person.show(GOTO)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from sys import stderr
 from time import monotonic
 
-import pytest
 from playwright.sync_api import Page
 from tests.browser.curriculum import teach_deposit, teach_forage, teach_goto, teach_harvest
 from tests.browser.foraging import Forager
@@ -21,14 +20,6 @@ MOST_SECONDS = 600
 """To forage within ten minutes, by the clock on the wall."""
 
 
-def test_a_robot_learns_to_harvest(visit: Callable[[], Page]) -> None:
-    """What was taught before is a state of what is taught next."""
-    person = Forager(visit())
-    teach_goto(person, passes=3)
-    teach_harvest(person, passes=2)
-
-
-@pytest.mark.soak
 def test_a_robot_learns_to_forage(visit: Callable[[], Page]) -> None:
     """It brings all food home, on more ways than one, in worlds it has not seen, and nobody presses anything."""
     began = monotonic()

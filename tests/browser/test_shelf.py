@@ -93,3 +93,36 @@ def test_out_as_a_file_and_in_again(teacher: Teacher, tmp_path: Path) -> None:
     parcel.write_bytes(b"no zip")
     give()
     expect(page.get_by_text("cannot be read as a zip")).to_be_visible()
+
+
+def test_what_was_deleted_is_brought_back_where_it_is_said(teacher: Teacher) -> None:
+    page = teacher.page
+    page.get_by_role("button", name="Duplicate goto").click()
+    page.keyboard.press("Enter")
+    page.get_by_role("button", name="Delete goto 2").click()
+    said = page.get_by_role("status").filter(has_text="goto 2 is in the trash")
+    said.get_by_role("button", name="undo").click()
+    expect(page.get_by_role("button", name="Open goto 2")).to_be_visible()
+    page.get_by_role("tab", name="Lesson").click()
+    page.get_by_role("button", name="Example 1", exact=True).click()
+    page.get_by_role("button", name="Delete", exact=True).click()
+    said = page.get_by_role("status").filter(has_text="Example 1 deleted")
+    said.get_by_role("button", name="undo").click()
+    expect(page.get_by_role("button", name="Example 1", exact=True)).to_be_visible()
+
+
+def test_one_behavior_in_two_ways(teacher: Teacher) -> None:
+    """To the station and to the food: two states that run goto."""
+    page = teacher.page
+    page.get_by_role("tabpanel").get_by_role("button", name="new automaton").click()
+    page.get_by_label("Name", exact=True).fill("fetch")
+    for chosen in ("goto(station)", "goto(nearest_food)", "load_food", "food_stored"):
+        page.get_by_role("checkbox", name=chosen, exact=True).check(force=True)
+    page.get_by_role("button", name="Begin", exact=True).click()
+    teacher.directing("goto(nearest_food)").click()
+    expect(teacher.directing("goto(nearest_food)")).to_have_attribute("aria-pressed", "true")
+    page.get_by_role("button", name="choose features").click()
+    page.get_by_role("checkbox", name="food_left", exact=True).check(force=True)
+    page.get_by_role("button", name="Choose", exact=True).click()
+    expect(teacher.directing("goto(station)")).to_be_visible()
+    assert teacher.examples == 2

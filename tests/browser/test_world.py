@@ -8,7 +8,7 @@ from collections.abc import Callable
 from statistics import median, quantiles
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Position, expect
 from tests.browser.teacher import DISTANCE, Teacher
 
 ANSWERED_MS = 50.0
@@ -93,3 +93,27 @@ def test_a_marker_is_placed_aimed_at_and_removed(teacher: Teacher) -> None:
     expect(chosen).to_contain_text("marker")
     chosen.get_by_role("button", name="Remove").click()
     expect(readings).not_to_contain_text(DISTANCE)
+
+
+def test_an_obstacle_comes_and_goes(teacher: Teacher) -> None:
+    page = teacher.page
+    teacher.press("Space")
+    world = page.get_by_role("img", name=re.compile("The world"))
+    place: Position = {"x": 345, "y": 120}
+    page.get_by_role("combobox", name="Add to the world").select_option("obstacle")
+    world.click(position=place)
+    expect(page.get_by_role("status").filter(has_text="An obstacle was added")).to_be_visible()
+    world.drag_to(world, source_position=place, target_position={"x": 345, "y": 170})
+    expect(page.get_by_role("status").filter(has_text="An obstacle was moved")).to_be_visible()
+    world.click(position={"x": 345, "y": 170})
+    page.get_by_role("group", name="What was clicked").get_by_role("button", name="Remove").click()
+    expect(page.get_by_role("status").filter(has_text="An obstacle was removed")).to_be_visible()
+
+
+def test_letters_and_digits_choose_in_a_list(teacher: Teacher) -> None:
+    """The speed is chosen with the keyboard, and no robot turns."""
+    speed = teacher.page.get_by_role("combobox", name="Speed")
+    speed.focus()
+    teacher.press("2")
+    expect(speed).to_have_value("2")
+    assert teacher.state == "start"

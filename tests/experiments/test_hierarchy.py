@@ -81,6 +81,23 @@ def test_what_a_teacher_of_one_layer_wishes(state: str, features: dict[str, floa
     assert OneLayer()(screen(state, **features)) == wish
 
 
+SHARED = [
+    ("start", {}, "forward"),
+    ("forward", {"angle_to(nearest_food)": 1.0}, "left"),
+    ("left", {"angle_to(nearest_food)": 0.3}, "forward"),
+    ("load_food", {"food_below_me": 1.0, "food_stored": 12.0}, "left"),
+    ("unload_food", {"food_stored": 3.0, "at_station": 1.0}, None),
+    ("unload_food", {"food_stored": 0.0, "at_station": 1.0}, "forward"),
+]
+
+
+@pytest.mark.parametrize(("state", "features", "wish"), SHARED)
+def test_what_a_teacher_wishes_whose_states_are_shared(
+    state: str, features: dict[str, float], wish: str | None
+) -> None:
+    assert OneLayer(shared=True)(screen(state, **features)) == wish
+
+
 def test_what_a_teacher_of_two_layers_wishes() -> None:
     assert show_two_layers(screen("start")) == "go_to_food"
     assert show_two_layers(screen("go_to_food", done=1.0)) == "load_food"

@@ -61,7 +61,9 @@ class Learner:
         self.ranges = []
         for feature in range(len(kinds)):
             present = [row.values[feature] for row in rows if not isnan(row.values[feature])]
-            self.ranges.append(max(present) - min(present) if present else 0.0)
+            extent = max(present) - min(present) if present else 0.0
+            size = max(map(abs, present), default=0.0)
+            self.ranges.append(extent if extent > 1e-9 * size else 2 * size)
         self.tree = self.grow(list(rows))
 
     def grow(self, rows: list[Row]) -> Any:

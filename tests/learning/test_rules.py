@@ -163,6 +163,12 @@ def test_ties_go_to_the_widest_gap_then_to_the_feature_declared_first() -> None:
     assert label.nodes[0].feature == 1
 
 
+def test_what_differs_by_rounding_alone_has_no_wide_gap() -> None:
+    """Two presses at the same distance: the angle tells them apart."""
+    shown = [("directive", 0, 1.5, 0.9), ("directive", 1, nextafter(1.5, 2.0), 5.4)]
+    assert tree(*shown, kinds=[Continuous(), Toroidal()]).nodes[0].feature == 1
+
+
 def test_ties_within_a_feature_go_to_the_lowest_cut() -> None:
     shown = [("directive", 0, 1), ("directive", 1, 2), ("directive", 0, 3)]
     assert tree(*shown).nodes[0].high == 1.5

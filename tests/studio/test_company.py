@@ -141,3 +141,28 @@ def test_others_that_the_library_has_no_more_idle_after_a_kill(tmp_path: Path) -
         person.done("open", name="goto")
         assert (made.stage.picture() or {})["others"] is None
         person.done("step")
+
+
+def test_robots_are_counted_as_they_are_drawn(made: Studio, person: Page) -> None:
+    """The page writes 1 beside the first of them."""
+    person.done("agent", agent=1)
+    assert made.stage.said.text == "goto is trained with robot 2 now"
+    teach(person, "forward")
+    assert "by robot 2" in person.say("agent", agent=0)["error"]
+    x, y = places(made)[3]
+    error = person.say("place", agent=1, x=x, y=y)["error"]
+    assert "place of robot 2" in error
+    assert "overlaps robot 4" in error
+    assert (
+        "is (-1.52, 0.35, 0.4)"
+        in person.say("add_obstacle", x=-1.516483516483, y=0.35164835, radius=0.4)["error"]
+    )
+
+
+def test_the_robot_is_chosen_before_the_lesson(tmp_path: Path) -> None:
+    made = studio(tmp_path / "library", world="forage-team")
+    with served(made) as client, page(client) as here:
+        here.done("agent", agent=2)
+        assert made.stage.said.text == "Robot 3 is the one that will be trained"
+        here.done(**GOTO)
+        assert made.stage.trained.robot == 2

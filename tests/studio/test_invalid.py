@@ -208,6 +208,8 @@ VALID: list[dict[str, Any]] = [
     {"do": "add_object", "kind": "food", "x": 5, "y": 5},
     {"do": "remove_object", "slot": 0},
     {"do": "add_obstacle", "x": 2, "y": 2, "radius": 0.2},
+    {"do": "move_obstacle", "index": 0, "x": 3, "y": 2},
+    {"do": "remove_obstacle", "index": 0},
 ]
 ODD = st.one_of(
     st.none(),

@@ -143,4 +143,20 @@ def test_a_copy_can_be_used_at_once(made: Studio, person: Page) -> None:
     person.done("choose", states=["twin(station)", "goto(station)"], features=["done"])
     teach(person, "twin", "goto")
     person.done("save")
-    assert made.stage.library()["trained"][0]["runs"] == ["twin", "goto"]
+    assert made.stage.library()["trained"][0]["runs"] == ["twin(station)", "goto(station)"]
+
+
+@pytest.mark.parametrize("name", ["goto 2", "go to it", "x" * 150])
+def test_any_name_can_be_chosen_as_a_state(made: Studio, person: Page, name: str) -> None:
+    person.done("duplicate", name="goto", to=name)
+    person.done(**{**CARRY, "states": [f"{name}(nearest_food)"]})
+    teach(person, name)
+    assert made.stage.trained.screen.state == name
+
+
+@pytest.mark.parametrize("name", ["goto(A)", "a,b", "a=b"])
+def test_a_name_that_could_not_is_refused(made: Studio, person: Page, name: str) -> None:
+    for way in ({"do": "duplicate", "name": "goto", "to": name}, {"do": "save", "name": name}):
+        assert "could not be chosen as a state" in person.send(way)["error"]
+    assert "could not be chosen as a state" in person.send({**GOTO, "name": name})["error"]
+    assert names(made.stage) == ["goto"]

@@ -140,6 +140,22 @@ def test_a_snapshot_from_before_an_obstacle_and_one_from_after() -> None:
     assert other.snapshot() == after
 
 
+def test_an_obstacle_is_moved_and_removed() -> None:
+    body = world((0, 1))
+    empty = body.view(1).discs.x.tolist()
+    body.add_obstacle(6.5, 4.0, 0.1, world=1)
+    body.add_obstacle(9.0, 7.0, 0.1, world=1)
+    first = len(empty)
+    body.move_obstacle(first, 7.0, 4.0, world=1)
+    assert read(body, "ahead", agent=2) == pytest.approx(1.7)
+    assert read(body, "ahead", agent=0) == pytest.approx(2.3)
+    body.remove_obstacle(first, world=1)
+    assert read(body, "ahead", agent=2) == pytest.approx(2.3)
+    assert body.view(1).discs.x.tolist() == [*empty, 9.0]
+    body.remove_obstacle(first, world=1)
+    assert body.view(1).discs.x.tolist() == empty
+
+
 NONSENSE: list[tuple[str, str, Callable[[World], Any]]] = [
     ("agent", "is 2; give one from 0 to 1", lambda body: body.place(2, 1.0, 1.0, 0.0)),
     ("agent", "is -1", lambda body: body.place(-1, 1.0, 1.0, 0.0)),
@@ -179,6 +195,11 @@ NONSENSE: list[tuple[str, str, Callable[[World], Any]]] = [
     ("place of an obstacle", "inf", lambda body: body.add_obstacle(1.0, 1.0, np.inf)),
     ("radius of an obstacle", "is -0.2", lambda body: body.add_obstacle(1.0, 1.0, -0.2)),
     ("radius of an obstacle", "is 0", lambda body: body.add_obstacle(1.0, 1.0, 0.0)),
+    ("obstacle", "is 9", lambda body: body.remove_obstacle(9)),
+    ("obstacle", "is -1", lambda body: body.move_obstacle(-1, 1.0, 1.0)),
+    ("place of an obstacle", "nan", lambda body: body.move_obstacle(0, nan, 1.0)),
+    ("place of an obstacle", "robot 0", lambda body: body.move_obstacle(0, 5.0, 4.0)),
+    ("world", "is 3", lambda body: body.remove_obstacle(0, world=3)),
     ("pointer", "nan", lambda body: body.point(nan, 1.0)),
     ("pointer", "nan", lambda body: body.point(1.0)),
     ("pointer", "nan", lambda body: body.point(None, 1.0)),

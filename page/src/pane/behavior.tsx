@@ -26,11 +26,6 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
     const answer = await studio.ask({ do: "save", name: null });
     if (answer.error === undefined) await open(true);
   };
-  const remove = async (): Promise<void> => {
-    const answer = await studio.ask({ do: "remove", name });
-    if (answer.error !== undefined) return;
-    studio.say({ text: `${name} is deleted.`, tone: "recorded", undo: { do: "restore", name } });
-  };
   const place = useRef<HTMLLIElement>(null);
   const wanted = panel.behavior?.name === name;
   useEffect(() => {
@@ -69,7 +64,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
               class="small danger"
               aria-label={`Delete ${name}`}
               disabled={!directs}
-              onClick={() => void remove()}
+              onClick={() => void studio.change({ do: "remove", name }, { do: "restore", name })}
             >
               Delete
             </button>

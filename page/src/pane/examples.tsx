@@ -124,10 +124,8 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
 function Detail({ example, desk, panel, studio }: TableProps & { example: Example }) {
   const { number } = example;
   const remove = async (): Promise<void> => {
-    const answer = await studio.ask({ do: "delete", number });
-    if (answer.error !== undefined) return;
-    panel.selectExample(null);
-    studio.say({ text: `Example ${number} is deleted.`, tone: "recorded", undo: { do: "undo" } });
+    const answer = await studio.change({ do: "delete", number }, { do: "undo" });
+    if (answer.error === undefined) panel.selectExample(null);
   };
   return (
     <div class="detail-row">
@@ -137,7 +135,8 @@ function Detail({ example, desk, panel, studio }: TableProps & { example: Exampl
           value={example.next}
           disabled={!studio.directs}
           onChange={(event) => {
-            void studio.ask({ do: "edit", number, state: null, next: event.currentTarget.value });
+            const next = event.currentTarget.value;
+            void studio.change({ do: "edit", number, state: null, next }, { do: "undo" });
           }}
         >
           {desk.states.map(({ name }) => (

@@ -12,29 +12,32 @@ const MOST = 6;
 export function Roster() {
   const studio = useStudio();
   useSlowNews(studio.framed, 200);
-  const { scene, desk, directs } = studio;
+  const { scene, desk, directs, motion } = studio;
   if (scene === null) return null;
+  const chosen = desk?.agent ?? motion.last?.agent ?? 0;
   const shown = Array.from({ length: scene.robots }, (_, robot) => robot);
-  const few = shown.filter((robot) => robot < MOST || robot === desk?.agent);
+  const few = shown.filter((robot) => robot < MOST || robot === chosen);
   return (
     <section>
       <h2>Robots</h2>
       <ul class="rows">
         {few.map((robot) => {
-          const trained = desk?.agent === robot;
+          const trained = robot === chosen;
           return (
             <li key={robot}>
               <button
                 type="button"
                 class={className("row", trained && "on")}
                 aria-pressed={trained}
-                disabled={!directs || desk === null || trained}
+                disabled={!directs || trained}
                 title={trained ? "" : "Train this one (Shift and its number)"}
                 onClick={() => void studio.ask({ do: "agent", agent: robot })}
               >
-                <span class={className("dot", trained && (desk?.mode ?? "training"))} />
+                <span class={className("dot", trained && desk?.mode)} />
                 robot {robot + 1}
-                <span class="soft">· {trained ? "being trained" : doing(studio, robot)}</span>
+                <span class="soft">
+                  · {trained && desk !== null ? "being trained" : doing(studio, robot)}
+                </span>
               </button>
             </li>
           );

@@ -9,7 +9,7 @@ import { Welcome } from "../welcome";
 import { listenToPointer, type Chosen } from "./pointer";
 import type { Mark } from "./picture";
 import { Stage } from "./stage";
-import { Chosen as ChosenThing, Tools, type Tool } from "./tools";
+import { Chosen as ChosenThing, removal, Tools, type Tool } from "./tools";
 
 export function WorldView() {
   const studio = useStudio();
@@ -53,8 +53,8 @@ export function WorldView() {
         onKeyDown={(event) => {
           if (event.key === "+" || event.key === "=") stage?.zoom(1.25);
           else if (event.key === "-") stage?.zoom(0.8);
-          else if (event.key === "Delete" && marked?.what === "thing") {
-            void studio.ask({ do: "remove_object", slot: marked.of });
+          else if (event.key === "Delete" && marked !== null && marked.what !== "robot") {
+            void studio.ask(removal(marked));
             mark(null);
           } else if (event.key === "Escape") {
             setTool(null);

@@ -56,6 +56,13 @@ export function zoomed(view: View, screen: Size, factor: number, px: number, py:
   };
 }
 
+/** Moved by pixels, but never so far that the middle of the screen leaves the world. */
+export function panned(view: View, world: Size, dx: number, dy: number): View {
+  const within = (at: number, length: number): number => Math.min(Math.max(at, 0), length);
+  const { x, y, scale } = view;
+  return { x: within(x - dx / scale, world.width), y: within(y + dy / scale, world.height), scale };
+}
+
 /** A step of `share` from one view to another; zooming goes by factors. */
 export function between(from: View, to: View, share: number): View {
   return {

@@ -2,7 +2,8 @@
 
 import { toWorld } from "./geometry";
 import { paint } from "./palette";
-import { disc, spot, type Picture } from "./picture";
+import { disc, is, spot, type Picture } from "./picture";
+import { ring } from "./things";
 
 const STEPS = [1, 2, 5, 10, 20, 50, 100];
 const FINEST_PX = 28;
@@ -46,12 +47,16 @@ function drawSolid(picture: Picture): void {
     pen.fillStyle = palette.solid;
     pen.fill();
   }
-  for (const each of scene.discs) {
+  scene.discs.forEach((each, index) => {
+    const at = is(picture.dragged, "obstacle", index) ? (picture.dragged ?? each) : each;
+    const [x, y] = spot(picture, at.x, at.y);
     pen.beginPath();
-    disc(pen, ...spot(picture, each.x, each.y), each.radius * view.scale);
+    disc(pen, x, y, each.radius * view.scale);
     pen.fillStyle = paint(each.color, palette.solid);
     pen.fill();
-  }
+    if (is(picture.marked, "obstacle", index))
+      ring(pen, x, y, each.radius * view.scale + 4, palette.accent, 2);
+  });
 }
 
 function drawWalls(picture: Picture): void {

@@ -25,8 +25,8 @@ export interface Picture {
 }
 
 export interface Mark {
-  what: "robot" | "thing";
-  /** The robot's number, or the object's slot. */
+  what: "robot" | "thing" | "obstacle";
+  /** The robot's number, the object's slot, or which of the round obstacles. */
   of: number;
 }
 

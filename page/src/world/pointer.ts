@@ -122,9 +122,9 @@ class Hand {
   private put(held: Mark, x: number, y: number): Promise<unknown> {
     this.sent = performance.now();
     const { studio } = this.stage;
-    return held.what === "robot"
-      ? studio.ask({ do: "place", agent: held.of, x, y, heading: null })
-      : studio.ask({ do: "move_object", slot: held.of, x, y });
+    if (held.what === "robot") return studio.ask({ do: "place", agent: held.of, x, y, heading: null });
+    if (held.what === "obstacle") return studio.ask({ do: "move_obstacle", index: held.of, x, y });
+    return studio.ask({ do: "move_object", slot: held.of, x, y });
   }
 
   private pinch(finger: number, before: { x: number; y: number }, at: { x: number; y: number }): void {
@@ -138,7 +138,7 @@ class Hand {
   }
 }
 
-/** The robot or object at a pixel: robots first, the nearest of them. */
+/** The robot, object or round obstacle at a pixel: in this order, the nearest of them. */
 export function under(stage: Stage, px: number, py: number): Mark | null {
   const { scene, motion } = stage.studio;
   const frame = motion.last;
@@ -165,5 +165,9 @@ export function under(stage: Stage, px: number, py: number): Mark | null {
     const far = Math.hypot((things.x[index] ?? 0) - x, (things.y[index] ?? 0) - y);
     consider({ what: "thing", of: things.slot[index] ?? 0 }, far, extent(kind, things.atFirst[index] ?? 0));
   }
+  if (found !== null) return found;
+  scene.discs.forEach(({ x: left, y: up, radius }, index) => {
+    if (Math.hypot(left - x, up - y) < radius) found = { what: "obstacle", of: index };
+  });
   return found;
 }

@@ -1,7 +1,7 @@
 /** The canvas: draws when there is something new to see, and eases the view to where it is wanted. */
 
 import type { Studio } from "../studio";
-import { between, fitted, type Size, type View, zoomed } from "./geometry";
+import { between, fitted, panned, type Size, type View, zoomed } from "./geometry";
 import { drawGround } from "./ground";
 import { drawOverlays } from "./overlays";
 import { palette, type Palette } from "./palette";
@@ -80,9 +80,11 @@ export class Stage {
   }
 
   pan(dx: number, dy: number): void {
-    const { x, y, scale } = this.wanted;
-    this.wanted = { x: x - dx / scale, y: y + dy / scale, scale };
-    this.view = { ...this.view, x: this.view.x - dx / scale, y: this.view.y + dy / scale };
+    const { scene } = this.studio;
+    if (scene === null) return;
+    const { x, y } = this.wanted;
+    this.wanted = panned(this.wanted, scene, dx, dy);
+    this.view = { ...this.view, x: this.view.x + this.wanted.x - x, y: this.view.y + this.wanted.y - y };
     this.fits = false;
     this.draw();
   }

@@ -2,6 +2,7 @@
 
 import { useState } from "preact/hooks";
 import { useStudio } from "../context";
+import type { Request } from "../protocol";
 import { className, plain } from "../words";
 import { OVERLAYS, type Mark, type Overlay } from "./picture";
 import type { Stage } from "./stage";
@@ -83,6 +84,11 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
   );
 }
 
+/** What takes an object or an obstacle away. */
+export function removal({ what, of }: Mark): Request {
+  return what === "obstacle" ? { do: "remove_obstacle", index: of } : { do: "remove_object", slot: of };
+}
+
 export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
   const studio = useStudio();
   const { scene, motion, directs, desk } = studio;
@@ -92,19 +98,19 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
     void studio.ask(request);
     close();
   };
-  const at = frame.things.slot.indexOf(mark.of);
+  const at = mark.what === "thing" ? frame.things.slot.indexOf(mark.of) : -1;
   const kind = scene.classes[frame.things.kind[at] ?? -1];
   if (mark.what === "thing" && kind === undefined) return null;
-  const trained = desk?.agent === mark.of;
+  const trained = (desk?.agent ?? frame.agent) === mark.of;
   return (
     <div class={className("tools", "chosen")} role="group" aria-label="What was clicked">
       {mark.what === "robot" ? (
         <>
           <b>robot {mark.of + 1}</b>
           <span class="soft">
-            {trained ? "is being trained; " : ""}drag to move it, with Shift to turn it
+            {trained && desk !== null ? "is being trained; " : ""}drag to move it, with Shift to turn it
           </span>
-          {!trained && desk !== null && (
+          {!trained && (
             <button type="button" disabled={!directs} onClick={() => act({ do: "agent", agent: mark.of })}>
               Train this one
             </button>
@@ -112,17 +118,13 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
         </>
       ) : (
         <>
-          <b>{plain(kind?.name ?? "")}</b>
+          <b>{mark.what === "obstacle" ? "obstacle" : plain(kind?.name ?? "")}</b>
           {kind?.food === true && (
             <span class="soft">
               {frame.things.amount[at]} of {frame.things.atFirst[at]}
             </span>
           )}
-          <button
-            type="button"
-            disabled={!directs}
-            onClick={() => act({ do: "remove_object", slot: mark.of })}
-          >
+          <button type="button" disabled={!directs} onClick={() => act(removal(mark))}>
             Remove
           </button>
         </>

@@ -67,6 +67,10 @@ def prepare() -> None:
     grow(two.reshape(2, 1).astype(np.float64), two, two, [Continuous()], states=2)
 
 
+SAME = 1e-9
+"""Values that differ by less than such a part of them differ by rounding alone: there is no gap between them."""
+
+
 def _extent(kind: Kind, column: NDArray[np.float64]) -> float:
     if isinstance(kind, Toroidal):
         return kind.period
@@ -74,7 +78,8 @@ def _extent(kind: Kind, column: NDArray[np.float64]) -> float:
         return float(len(kind.labels))
     lowest, highest = np.fmin.reduce(column), np.fmax.reduce(column)
     half = float(highest / 2 - lowest / 2)  # halved first: the difference may overflow
-    return half if half > 0 else 1.0
+    size = float(max(abs(lowest), abs(highest))) if half > 0 else 1.0
+    return half if half > SAME * size else size
 
 
 def _table(weight: int) -> NDArray[np.int64]:

@@ -89,8 +89,8 @@ def _agent(stage: Stage, message: m.Agent) -> None:
 
 def _place(stage: Stage, message: m.Place) -> None:
     if message.agent >= stage.world.robots:
-        problem, remedy = f"is {message.agent}", f"give one from 0 to {stage.world.robots - 1}"
-        raise SettingError(where="the studio", setting="agent", problem=problem, remedy=remedy)
+        problem, remedy = f"is {message.agent + 1}", f"give one from 1 to {stage.world.robots}"
+        raise SettingError(where="the studio", setting="robot", problem=problem, remedy=remedy)
     heading = message.heading
     if heading is None:
         heading = float(stage.world.state.robots["heading"][message.agent])
@@ -116,6 +116,17 @@ def _remove_object(stage: Stage, message: m.RemoveObject) -> None:
 def _add_obstacle(stage: Stage, message: m.AddObstacle) -> None:
     place = (message.x, message.y, message.radius)
     stage.put(lambda world: world.add_obstacle(*place), "An obstacle was added")
+    stage.changed()
+
+
+def _move_obstacle(stage: Stage, message: m.MoveObstacle) -> None:
+    place = (message.index, message.x, message.y)
+    stage.put(lambda world: world.move_obstacle(*place), "An obstacle was moved")
+    stage.changed()
+
+
+def _remove_obstacle(stage: Stage, message: m.RemoveObstacle) -> None:
+    stage.put(lambda world: world.remove_obstacle(message.index), "An obstacle was removed")
     stage.changed()
 
 
@@ -171,6 +182,8 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.AddObject: _add_object,
         m.RemoveObject: _remove_object,
         m.AddObstacle: _add_obstacle,
+        m.MoveObstacle: _move_obstacle,
+        m.RemoveObstacle: _remove_obstacle,
         m.Why: _why,
     }
 )

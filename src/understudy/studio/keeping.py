@@ -17,7 +17,7 @@ def save(stage: Stage, name: str | None) -> None:
         said = f"{desk.name} is saved"
     else:
         stage.look()
-        stage.shelf.refuse_taken(name, remedy="give another name")
+        stage.shelf.refuse_new(name, remedy="give another name")
         shelf.save_copy(stage.shelf, desk.session.taught(), name)
         said = f"A copy of {desk.name} is saved as {name}"
     desk.said = Said(said, "recorded")

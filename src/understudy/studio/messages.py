@@ -14,6 +14,9 @@ MOST_BYTES = 64 * 1024
 
 Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
+Call: TypeAlias = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
+"""What a state runs, or a feature of targets: a name and what it is called with, as goto(station)."""
+Calls: TypeAlias = Annotated[list[Call], Meta(max_length=200)]
 Names: TypeAlias = Annotated[list[Name], Meta(max_length=200)]
 Targets: TypeAlias = dict[Name, Name]
 Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
@@ -29,7 +32,7 @@ class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag
 class Press(Message, frozen=True, kw_only=True, tag="press"):
     """Direct to a state; a correction in testing."""
 
-    state: Name
+    state: Call
 
 
 class Confirm(Message, frozen=True, kw_only=True, tag="confirm"):
@@ -98,8 +101,8 @@ class New(Message, frozen=True, kw_only=True, tag="new"):
     """Begin a new automaton."""
 
     name: Name
-    states: Names
-    features: Names
+    states: Calls
+    features: Calls
     parameters: Names = []
     flags: Names = []
     targets: Targets = {}
@@ -111,8 +114,8 @@ class New(Message, frozen=True, kw_only=True, tag="new"):
 class Choose(Message, frozen=True, kw_only=True, tag="choose"):
     """Choose anew what the lesson is about; examples stay where they can."""
 
-    states: Names
-    features: Names
+    states: Calls
+    features: Calls
     flags: Names = []
     watched: bool | None = None
     reaction_s: float | None = None
@@ -128,8 +131,8 @@ class Edit(Message, frozen=True, kw_only=True, tag="edit"):
     """Let an example say another state or next state."""
 
     number: Index
-    state: Name | None = None
-    next: Name | None = None
+    state: Call | None = None
+    next: Call | None = None
 
 
 class Save(Message, frozen=True, kw_only=True, tag="save"):
@@ -241,6 +244,20 @@ class AddObstacle(Message, frozen=True, kw_only=True, tag="add_obstacle"):
     radius: float
 
 
+class MoveObstacle(Message, frozen=True, kw_only=True, tag="move_obstacle"):
+    """Put a round obstacle elsewhere; it is counted as in the scene."""
+
+    index: Index
+    x: float
+    y: float
+
+
+class RemoveObstacle(Message, frozen=True, kw_only=True, tag="remove_obstacle"):
+    """Remove a round obstacle."""
+
+    index: Index
+
+
 class Why(Message, frozen=True, kw_only=True, tag="why"):
     """Explain the last decision."""
 
@@ -287,6 +304,8 @@ AnyMessage: TypeAlias = (
     | AddObject
     | RemoveObject
     | AddObstacle
+    | MoveObstacle
+    | RemoveObstacle
     | Why
     | Take
     | HandOver

@@ -23,7 +23,7 @@ def rename(stage: Stage, name: str, to: str) -> None:
         raise SessionError(
             f"{name} is run by {runs}: duplicate it instead, or choose the states of {runs} first"
         )
-    stage.shelf.refuse_taken(to, remedy="give another name")
+    stage.shelf.refuse_new(to, remedy="give another name")
     folder.rename(stage.shelf.folder, name, shelf.named(stage.shelf, taught, to))
     openings.changed(stage, to, f"{name} is called {to} now", here=here)
 
@@ -32,7 +32,7 @@ def duplicate(stage: Stage, name: str, to: str) -> None:
     """Copy a trained behavior as the library has it."""
     stage.look()
     taught = stage.shelf.of(name)
-    stage.shelf.refuse_taken(to, remedy="give another name")
+    stage.shelf.refuse_new(to, remedy="give another name")
     shelf.save_copy(stage.shelf, taught, to)
     stage.look()
     stage.said = Said(f"{to} is a copy of {name}", "recorded")

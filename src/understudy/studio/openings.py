@@ -15,7 +15,7 @@ def begin(stage: Stage, name: str, choices: Choices, *, discard: bool) -> None:
     _refuse_unsaved(stage, discard=discard)
     stage.look()
     stage.look_for_cut_off()
-    stage.shelf.refuse_taken(name, remedy="open it to go on, or give another name")
+    stage.shelf.refuse_new(name, remedy="open it to go on, or give another name")
     left = stage.cut_off.get(name)
     if left is not None and not discard:
         raise SessionError(
@@ -71,21 +71,24 @@ def _go_on_with_cut_off(stage: Stage, name: str, left: journals.Unfinished) -> N
 def choose_agent(stage: Stage, agent: int) -> None:
     """Which robot is trained; not once something was shown in this session."""
     if agent >= stage.world.robots:
-        problem, remedy = f"is {agent}", f"give one from 0 to {stage.world.robots - 1}"
-        raise SettingError(where="the studio", setting="agent", problem=problem, remedy=remedy)
+        problem, remedy = f"is {agent + 1}", f"give one from 1 to {stage.world.robots}"
+        raise SettingError(where="the studio", setting="robot", problem=problem, remedy=remedy)
     desk = stage.desk
     if desk is None or desk.robot == agent:
         stage.agent = agent
+        if desk is None:
+            stage.said = Said(f"Robot {agent + 1} is the one that will be trained")
+            stage.moved += 1
         return
     session = desk.session
     if session.screen().undoable is not None or len(session.examples) != stage.began_with:
         raise SessionError(
-            f"{desk.name} has been shown something by robot {desk.robot}: save it and open it again to train "
+            f"{desk.name} has been shown something by robot {desk.robot + 1}: save it and open it again to train "
             "it with another robot"
         )
     start = Start(session.lesson, dict(desk.screen.targets))
     opened = begun(_plan(stage, desk.name), start, stage.wall, body=stage.world, agent=agent)
-    stage.take(opened, f"{desk.name} is trained with robot {agent} now")
+    stage.take(opened, f"{desk.name} is trained with robot {agent + 1} now")
 
 
 def settled(stage: Stage, name: str) -> bool:

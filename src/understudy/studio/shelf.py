@@ -14,6 +14,7 @@ from urllib.parse import unquote
 from understudy.errors import SessionError, UnderstudyError, UnknownName
 from understudy.learning.transitions import learn
 from understudy.model.atomic import failing, locked, sync_folder
+from understudy.model.binding import called
 from understudy.model.filenames import alike, stem
 from understudy.model.folder import documents, joined, open_document, save, versions
 from understudy.model.kit import Kit
@@ -21,6 +22,7 @@ from understudy.model.library import Library, Taught
 from understudy.runtime.program import link
 
 TRASH = ".trash"
+NOT_IN_NAMES = "(),="
 _TRASHED = re.compile(r"([^~]+)(?:~(\d+))?\.json")
 
 
@@ -33,6 +35,13 @@ class Shelf:
     problems: dict[str, str]
     """Why a document does not open, by the name its file has."""
     trash: tuple[str, ...]
+
+    def refuse_new(self, name: str, *, remedy: str) -> None:
+        """SessionError where an automaton may not be called so from now on."""
+        if any(each in NOT_IN_NAMES for each in name):
+            problem = "goto(A) is a call, and a=b gives a name to one"
+            raise SessionError(f"{name!r} could not be chosen as a state: {problem}; leave ( ) , and = out")
+        self.refuse_taken(name, remedy=remedy)
 
     def refuse_taken(self, name: str, *, remedy: str) -> None:
         """SessionError where the folder has a document of this name, or of one that is like it."""
@@ -65,7 +74,8 @@ class Shelf:
 
     def _row(self, name: str) -> dict[str, Any]:
         taught = self.library.taught[name]
-        runs = dict.fromkeys(state.behavior for state in taught.automaton.states if state.behavior)
+        states = taught.automaton.states
+        runs = dict.fromkeys(called(each.behavior, each.binding) for each in states if each.behavior)
         why_not = self._why_not(name)
         lesson = taught.lesson
         return {

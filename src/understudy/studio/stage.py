@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -12,7 +13,7 @@ from understudy.desk import journals, words
 from understudy.desk.desk import Desk, Said
 from understudy.desk.opening import Opened
 from understudy.desk.pace import Wall, known_speed
-from understudy.errors import SessionError, UnderstudyError
+from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.kit import Kit
 from understudy.studio import frames, shelf
 from understudy.studio.picture import Picture
@@ -23,6 +24,8 @@ from understudy.worlds.scenario import Scenario, Sonar
 from understudy.worlds.world import World
 
 NOTHING = "Nothing is being trained: begin a new automaton, or open one of the library"
+_ROBOT = re.compile(r"\brobot (\d+)")
+_LONG = re.compile(r"-?\d+\.\d{3,}")
 _log = logging.getLogger(__name__)
 
 
@@ -32,6 +35,12 @@ def explained(error: Exception) -> str:
         return str(error)
     _log.error("a fault of the program", exc_info=error)
     return f"something broke inside Understudy: {type(error).__name__}: {error}"
+
+
+def _as_on_the_page(text: str) -> str:
+    """What a world says, with robots counted from 1, and in centimeters what a pointer meant."""
+    text = _ROBOT.sub(lambda found: f"robot {int(found[1]) + 1}", text)
+    return _LONG.sub(lambda found: f"{float(found[0]):.2f}", text)
 
 
 class Stage:
@@ -228,7 +237,10 @@ class Stage:
 
     def put(self, change: Callable[[World], object], what: str) -> None:
         """Change the world by hand."""
-        change(self.world)
+        try:
+            change(self.world)
+        except SettingError as error:
+            raise SessionError(_as_on_the_page(str(error))) from error
         if self.desk is None:
             self._said = Said(what)
         else:

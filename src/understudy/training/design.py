@@ -16,7 +16,7 @@ from understudy.model.feature import BoundFeature
 from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library
 
-_CALL = re.compile(r"\s*([^\s(),=]+)\s*(?:\(([^()]*)\))?\s*")
+_CALL = re.compile(r"\s*([^\s(),=]+(?:\s+[^\s(),=]+)*)\s*(?:\(([^()]*)\))?\s*")
 
 
 def new_lesson(

@@ -259,6 +259,19 @@ class World:
         discs[world, -1] = (x, y, radius, 2 * radius, -1)
         self._begin(self.state._replace(discs=discs))
 
+    def move_obstacle(self, index: int, x: float, y: float, *, world: int = 0) -> None:
+        """Put a round obstacle elsewhere, where it overlaps no robot and no solid object; numbers as in `view`."""
+        disc = self._obstacle(index, world)
+        self._finite("place of an obstacle", x, y, 0.0)
+        self._free("place of an obstacle", x, y, float(disc["radius"]), world=world, stays=True)
+        disc["x"], disc["y"] = x, y
+        self._begin(self.state)
+
+    def remove_obstacle(self, index: int, *, world: int = 0) -> None:
+        """Remove a round obstacle; those behind it count one less from now on."""
+        self._obstacle(index, world)["radius"] = 0
+        self._begin(self.state)
+
     def point(self, x: float | None, y: float | None = None, *, world: int = 0) -> None:
         """Put the mouse pointer somewhere, as the target `mouse`; None takes it away."""
         self._index("world", world, self.worlds)
@@ -307,6 +320,14 @@ class World:
             there = listed(map(str, np.flatnonzero(things["present"])))
             raise self._wrong("slot", f"is {slot}, where no object is", f"give one of {there}")
         return things[slot]
+
+    def _obstacle(self, index: int, world: int) -> Any:
+        """The round obstacle of this number, among those that are there."""
+        discs = self.state.discs[self._index("world", world, self.worlds)]
+        there = np.flatnonzero(discs["radius"] > 0)
+        if not len(there):
+            raise self._wrong("obstacle", f"is {index}, where there is none", "add one first")
+        return discs[there[self._index("obstacle", index, len(there))]]
 
     def _finite(self, what: str, x: float, y: float, third: float) -> None:
         width, height = self.rules.width, self.rules.height

@@ -1,12 +1,13 @@
 """Foraging in three layers, two, or one: what is taught, and how a person who knows the task teaches it.
 
 Two layers: GoTo is taught, and the rest is one automaton over it. One layer: everything is one automaton of basic
-behaviors, with a state for each thing to do on the way to food and on the way home.
+behaviors, with a state for each thing to do on the way to food and on the way home. That is a hint at how to do it;
+told nothing, the robot gets one state for each basic behavior.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isnan, pi, tau
 from types import MappingProxyType
@@ -59,12 +60,13 @@ def _other(state: str, wanted: str) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class OneLayer:
-    """Turn, drive, load; turn, drive, unload: with a state of each for food and for home.
+    """Turn, drive, load; turn, drive, unload: with a state of each for food and for home, or with `shared` states.
 
     `patience` is how many times farther astray the robot has to be before it is corrected than before it is shown.
     """
 
     patience: float = 1.0
+    shared: bool = False
 
     def __call__(self, screen: Screen) -> str | None:
         """The state it would rather have the robot in."""
@@ -83,17 +85,33 @@ class OneLayer:
         if isnan(angle):
             return None
         bearing = (angle + pi) % tau - pi  # left positive
-        toward = f"{'left' if bearing > 0 else 'right'}_{where}"
-        if state == f"forward_{where}":
+        forward, left, right = MOVES if self.shared else (f"{move}_{where}" for move in MOVES)
+        toward = left if bearing > 0 else right
+        if state == forward:
             return toward if abs(bearing) > self.patience * ASTRAY else None
-        if state in (f"left_{where}", f"right_{where}"):
-            ahead = bearing if state.startswith("left") else -bearing
+        if state in (left, right):
+            ahead = bearing if state == left else -bearing
             facing = NEARLY_FACING if self.patience == 1.0 else -ASTRAY
-            return f"forward_{where}" if -pi / 2 < ahead < facing else None
-        return toward if abs(bearing) > ASTRAY else f"forward_{where}"
+            return forward if -pi / 2 < ahead < facing else None
+        return toward if abs(bearing) > ASTRAY else forward
+
+
+MOVES: Mapping[str, str] = MappingProxyType(
+    {"forward": "forward", "left": "rotate_left", "right": "rotate_right"}
+)
+"""What a robot can do to get somewhere: a name for it, and the basic behavior."""
 
 
 CASES = (Case("little food in many places"), Case("the last food"), Case("food for two ways"))
+
+
+def _lean(topic: Topic, *, shown: int, tries: int) -> Topic:
+    """Shown its first cases only, without pushes, and tried this often: the layers above show what is still wrong."""
+    cases = tuple(replace(case, push=None, again=False) for case in topic.cases)
+    return replace(topic, cases=cases, shown=shown, tries=tries)
+
+
+LEAN_GOTO = _lean(GOTO, shown=2, tries=4)
 
 TWO_LAYERS = Topic(
     "forage",
@@ -116,45 +134,62 @@ def _unloading(screen: Screen) -> bool:
     return screen.state == "unload_food"
 
 
-MOVES = ("forward", "left", "right")
-ONE_LAYER = Topic(
-    "forage",
-    lambda library: new_lesson(
-        library,
+BOTH_WAYS, ARENA = CASES[2], Case("an arena", enough=_unloading)
+READINGS = (
+    "food_left",
+    "food_stored",
+    "food_below_me",
+    "at_station",
+    "distance_to(nearest_food)",
+    "angle_to(nearest_food)",
+    "distance_to(station)",
+    "angle_to(station)",
+)
+NEEDED = tuple(reading for reading in READINGS if not reading.startswith("distance_to"))
+"""What it takes to forage by basic behaviors: that it is there, the robot sees without distances."""
+
+
+def _one_layer(moves: Sequence[str], features: Sequence[str], *, shared: bool) -> Topic:
+    return Topic(
         "forage",
-        states=[
-            *(
-                f"{move}_{where}={'forward' if move == 'forward' else f'rotate_{move}'}"
-                for where in ("food", "home")
-                for move in MOVES
-            ),
-            "load_food",
-            "unload_food",
-        ],
-        features=[
-            "food_left",
-            "food_stored",
-            "food_below_me",
-            "at_station",
-            "distance_to(nearest_food)",
-            "angle_to(nearest_food)",
-            "distance_to(station)",
-            "angle_to(station)",
-        ],
+        lambda library: new_lesson(
+            library, "forage", states=[*moves, "load_food", "unload_food"], features=features
+        ),
+        OneLayer(shared=shared),
+        OneLayer(1.5, shared=shared),
+        all_home,
+        cases=(*CASES, ARENA),
+        tries=TRIES + 2,  # each practice twice
+        limit_s=900.0,
+    )
+
+
+ONE_LAYER = replace(
+    _one_layer(
+        [f"{move}_{where}={basic}" for where in ("food", "home") for move, basic in MOVES.items()],
+        NEEDED,
+        shared=False,
     ),
-    OneLayer(),
-    OneLayer(1.5),
-    all_home,
-    cases=(*CASES, Case("an arena", enough=_unloading)),
-    tries=TRIES + 2,  # each practice twice
-    limit_s=900.0,
+    cases=(BOTH_WAYS, ARENA, *CASES[:2]),
+    shown=1,
+)
+TOLD_NOTHING = _one_layer(
+    [f"{move}={basic}" for move, basic in MOVES.items()],
+    READINGS,
+    shared=True,
 )
 
 LAYERS: Mapping[str, tuple[Topic, ...]] = MappingProxyType(
     {
-        "three layers": (GOTO, HARVEST, DEPOSIT, replace(FORAGE, tries=TRIES)),
-        "two layers": (GOTO, TWO_LAYERS),
+        "three layers": (
+            LEAN_GOTO,
+            _lean(HARVEST, shown=2, tries=1),
+            _lean(DEPOSIT, shown=1, tries=1),
+            replace(FORAGE, tries=TRIES),
+        ),
+        "two layers": (LEAN_GOTO, TWO_LAYERS),
         "one layer": (ONE_LAYER,),
+        "one layer, told nothing": (TOLD_NOTHING,),
     }
 )
 OPTIONS: Mapping[str, Options] = MappingProxyType({"goto": Options(reaction_s=0.2)})

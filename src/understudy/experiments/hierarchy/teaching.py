@@ -14,13 +14,14 @@ from understudy.experiments.forage.teaching import make_practice, worlds_of
 from understudy.experiments.hierarchy.curves import Curve
 from understudy.experiments.hierarchy.foraging import LAYERS, OPTIONS
 from understudy.experiments.hierarchy.servoing import NAME, success, topics
+from understudy.experiments.hierarchy.thorough import Thorough
 from understudy.experiments.lessons import lessons_of
 from understudy.model.kinds import Column
 from understudy.model.lesson import Options
 from understudy.model.library import Library
 from understudy.runtime.program import link
 from understudy.training.demonstrators.servo import SIDES
-from understudy.training.demonstrators.teacher import MakesBody, Patience, Teacher, Topic
+from understudy.training.demonstrators.teacher import MakesBody, Patience, Topic
 from understudy.worlds.forage import Forage, kit
 from understudy.worlds.forage_settings import ForageSettings
 from understudy.worlds.soccer import Soccer
@@ -59,7 +60,7 @@ def _looked_at(
     options: Mapping[str, Options],
 ) -> dict[str, Any]:
     patience = Patience(MOST_CORRECTIONS, lessons=1, seconds=MOST_S)
-    teacher = Teacher(
+    teacher = Thorough(
         library, make, seed, options=options, progress=curve.look, patience=patience, person=curve.person
     )
     curve.teacher = teacher

@@ -69,7 +69,10 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """One automaton to teach: what to choose for it, what to show, when to complain, when a try is finished."""
+    """One automaton to teach: what to choose for it, what to show, when to complain, when a try is finished.
+
+    The first `shown` of the cases are shown before the first try (None: all); tries are in the practices of all.
+    """
 
     name: str
     choose: Callable[[Library], Lesson]
@@ -79,6 +82,7 @@ class Topic:
     cases: tuple[Case, ...]
     tries: int
     limit_s: float
+    shown: int | None = None
 
 
 @dataclass(slots=True)
@@ -157,7 +161,7 @@ class Teacher:
     def _teach(self, topic: Topic, lesson: Lesson) -> bool:
         """One lesson from its beginning; whether it came right."""
         self.accounts[topic.name].lessons += 1
-        for case in topic.cases:
+        for case in topic.cases[: topic.shown]:
             lesson = self._show_case(topic, case, lesson)
         return self._try(topic, lesson)
 
