@@ -11,12 +11,11 @@ from understudy.model.example import ExampleKind
 from understudy.model.library import Library
 from understudy.runtime.squad_kits import squad_kit
 from understudy.runtime.squads import readings_of
-from understudy.runtime.team import Team
 from understudy.runtime.troop import Troop
 from understudy.training.design import new_lesson
 from understudy.training.session import Session
 from understudy.worlds.dealing import deal
-from understudy.worlds.teams import libraries_of
+from understudy.worlds.teams import libraries_of, troop_of
 from understudy.worlds.world import World
 
 LIBRARIES = libraries_of(SCENARIO, ROBOTS)
@@ -31,8 +30,7 @@ LESSON = new_lesson(
 
 def troop(seed: int = 5) -> Troop:
     """The four robots of the patrol, and nobody above their coordinator."""
-    team = Team(World(SCENARIO, [seed]), deal(SCENARIO), LIBRARIES, {}, trained="patrol")
-    return Troop(team, "patrol")
+    return troop_of(SCENARIO, "patrol", LIBRARIES, seed=seed)
 
 
 def doing(body: Troop) -> list[tuple[str, ...]]:

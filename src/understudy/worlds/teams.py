@@ -18,6 +18,7 @@ from understudy.runtime.program import Program
 from understudy.runtime.squad_kits import squad_kit
 from understudy.runtime.squads import readings_of as readings_of_squad
 from understudy.runtime.team import Team
+from understudy.runtime.troop import Troop
 from understudy.worlds.dealing import deal
 from understudy.worlds.kits import readings_of
 from understudy.worlds.scenario import Scenario
@@ -64,6 +65,23 @@ def sort_of(libraries: Libraries, behavior: str | None) -> str:
             where="team", setting=repr(behavior), problem="is known to several sorts of squads", remedy=remedy
         )
     return squads[0] if squads else robots
+
+
+def troop_of(scenario: Scenario, sort: str, libraries: Libraries, *, seed: int = 0) -> Troop:
+    """The squads of a sort with all below them, in the world of a seed: a body for a session, run by interpreters."""
+    world = World(scenario, [seed])
+    radio = scenario.radio
+    team = Team(
+        world,
+        deal(scenario),
+        libraries,
+        {},
+        trained=sort,
+        delay_s=radio.delay_s,
+        loss=radio.loss,
+        seeds=[seed],
+    )
+    return Troop(team, sort)
 
 
 def engined(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Engine:
