@@ -54,6 +54,8 @@ export interface Beginning {
 export interface Choice {
   do: "choose";
   states: readonly string[];
+  /** New names of states by those they had. */
+  renamed: Readonly<Record<string, string>>;
   features: readonly string[];
   flags: readonly string[];
   watched: boolean | null;

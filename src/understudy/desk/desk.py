@@ -365,13 +365,7 @@ class Desk:
 
     def choose(self, choices: Choices) -> None:
         """Choose what the lesson is about anew; examples stay where they can."""
-        session = self.session
-        session.choose(
-            states=choices.states or (),
-            features=choices.features or (),
-            flags=choices.flags or (),
-            options=choices.options(self._options),
-        )
+        self.session.choose(**choices.anew(self._options))
         self.memory.forget()
         self.said = Said("Chosen anew; the examples stay, and undo takes it back")
         self._changed()

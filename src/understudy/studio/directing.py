@@ -71,6 +71,7 @@ def _choose(stage: Stage, message: m.Choose) -> None:
         states=message.states,
         features=message.features,
         flags=message.flags,
+        renamed=message.renamed,
         watched=message.watched,
         reaction_s=message.reaction_s,
     )

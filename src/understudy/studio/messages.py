@@ -112,11 +112,12 @@ class New(Message, frozen=True, kw_only=True, tag="new"):
 
 
 class Choose(Message, frozen=True, kw_only=True, tag="choose"):
-    """Choose anew what the lesson is about; examples stay where they can."""
+    """Choose anew what the lesson is about; examples stay where they can, also those of states `renamed`."""
 
     states: Calls
     features: Calls
     flags: Names = []
+    renamed: dict[Call, Call] = {}
     watched: bool | None = None
     reaction_s: float | None = None
 
