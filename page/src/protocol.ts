@@ -22,7 +22,7 @@ export type Request =
   | { do: "delete"; number: number }
   | { do: "edit"; number: number; state: string | null; next: string | null }
   | { do: "save"; name: string | null }
-  | { do: "remove" | "restore"; name: string }
+  | { do: "remove" | "restore" | "discard" | "recall"; name: string }
   | { do: "rename" | "duplicate"; name: string; to: string }
   | { do: "versions"; name: string }
   | { do: "changes"; name: string; version: number; next: boolean }

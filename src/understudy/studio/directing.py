@@ -168,6 +168,8 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.Save: lambda stage, message: keeping.save(stage, message.name),
         m.Remove: lambda stage, message: keeping.remove(stage, message.name),
         m.Restore: lambda stage, message: keeping.restore(stage, message.name),
+        m.Discard: lambda stage, message: keeping.discard(stage, message.name),
+        m.Recall: lambda stage, message: keeping.recall(stage, message.name),
         m.Rename: lambda stage, message: naming.rename(stage, message.name, message.to),
         m.Duplicate: lambda stage, message: naming.duplicate(stage, message.name, message.to),
         m.Versions: lambda stage, message: former.listed(stage, message.name),

@@ -154,6 +154,18 @@ class Restore(Message, frozen=True, kw_only=True, tag="restore"):
     name: Name
 
 
+class Discard(Message, frozen=True, kw_only=True, tag="discard"):
+    """Throw away a lesson that was cut off."""
+
+    name: Name
+
+
+class Recall(Message, frozen=True, kw_only=True, tag="recall"):
+    """Offer a lesson again that was cut off and thrown away."""
+
+    name: Name
+
+
 class Rename(Message, frozen=True, kw_only=True, tag="rename"):
     """Give a trained behavior another name."""
 
@@ -292,6 +304,8 @@ AnyMessage: TypeAlias = (
     | Save
     | Remove
     | Restore
+    | Discard
+    | Recall
     | Rename
     | Duplicate
     | Versions

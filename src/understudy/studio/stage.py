@@ -62,6 +62,7 @@ class Stage:
         self._picture: Picture | None = None
         self.reel = Reel()
         self.run: Plain = {"number": 0, "from_s": 0.0}
+        self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
         self.look_for_cut_off()
         if self.cut_off:
             self._said = Said(f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on")
