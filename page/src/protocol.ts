@@ -20,7 +20,14 @@ export type Request =
   | Beginning
   | Choice
   | { do: "delete"; number: number }
-  | { do: "edit"; number: number; state: string | null; next: string | null }
+  | {
+      do: "edit";
+      number: number;
+      state: string | null;
+      next: string | null;
+      /** As they are shown, by feature label. */
+      values: Readonly<Record<string, string>>;
+    }
   | { do: "save"; name: string | null }
   | { do: "remove" | "restore" | "discard" | "recall"; name: string }
   | { do: "rename" | "duplicate"; name: string; to: string }

@@ -130,6 +130,20 @@ def test_back_to_a_moment_and_on_from_there(tmp_path: Path) -> None:
         assert "two things" in person.say("rewind", example=number, time_s=1.0)["error"]
 
 
+def test_an_example_is_edited(tmp_path: Path) -> None:
+    """States and values; these are written as they are shown."""
+    with served(studio(tmp_path)) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        person.done("press", state="forward")
+        step(person)
+        person.done(
+            "edit", number=1, state="rotate_left", values={"angle_to(A)": "−31", "distance_to(A)": ""}
+        )
+        first = person.until_desk()["desk"]["examples"][0]
+        assert (first["state"], first["next"], first["values"]) == ("rotate_left", "forward", ["–", "−31°"])
+
+
 @pytest.mark.parametrize("ticks_after", [0, 7])
 def test_cut_off_after_going_back(tmp_path: Path, ticks_after: int) -> None:
     """The lesson is whole, and the world as at the last snapshot, which going back takes."""

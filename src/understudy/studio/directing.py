@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
+from understudy.desk import words
 from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
-from understudy.errors import SettingError
+from understudy.errors import SettingError, UnknownName
 from understudy.studio import company, former, keeping, naming, openings
 from understudy.studio import messages as m
 from understudy.studio.scene import Plain
@@ -80,7 +81,12 @@ def _choose(stage: Stage, message: m.Choose) -> None:
 
 
 def _edit(stage: Stage, message: m.Edit) -> None:
-    stage.trained.edit(message.number, state=message.state, next=message.next)
+    features = {str(bound): bound for bound in stage.trained.features}
+    for label in message.values:
+        if label not in features:
+            raise UnknownName(what="feature", name=label, where="the lesson", known=list(features))
+    values = {label: words.number(features[label], text) for label, text in message.values.items()}
+    stage.trained.edit(message.number, state=message.state, next=message.next, values=values)
 
 
 def _agent(stage: Stage, message: m.Agent) -> None:

@@ -16,6 +16,8 @@ Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Call: TypeAlias = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """What a state runs, or a feature of targets: a name and what it is called with, as goto(station)."""
+Value: TypeAlias = Annotated[str, Meta(max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
+"""A feature's value as it is shown: 3.42 m, −31°, yes, or nothing."""
 Calls: TypeAlias = Annotated[list[Call], Meta(max_length=200)]
 Names: TypeAlias = Annotated[list[Name], Meta(max_length=200)]
 Targets: TypeAlias = dict[Name, Name]
@@ -129,11 +131,12 @@ class Delete(Message, frozen=True, kw_only=True, tag="delete"):
 
 
 class Edit(Message, frozen=True, kw_only=True, tag="edit"):
-    """Let an example say another state or next state."""
+    """Let an example say another state, next state, or values, which are written as they are shown."""
 
     number: Index
     state: Call | None = None
     next: Call | None = None
+    values: dict[Call, Value] = {}
 
 
 class Save(Message, frozen=True, kw_only=True, tag="save"):

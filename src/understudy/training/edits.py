@@ -28,6 +28,14 @@ class Choice(TypedDict, total=False):
     names: Mapping[str, str]
 
 
+class Edit(TypedDict, total=False):
+    """What can be edited in an example; values by feature label."""
+
+    state: str | None
+    next: str | None
+    values: Mapping[str, float] | None
+
+
 def deleted(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
     """The lesson without these examples; SessionError where one does not exist."""
     for number in numbers:
