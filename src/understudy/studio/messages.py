@@ -8,6 +8,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from understudy.errors import UnderstudyError
+from understudy.studio.mistakes import said
 
 MOST_BYTES = 64 * 1024
 """How long a message may be."""
@@ -338,6 +339,14 @@ class UnusableMessage(UnderstudyError):
         super().__init__(f"the message cannot be used, and changed nothing: {problem}")
 
 
+class UnusableField(UnusableMessage):
+    """A message with something that a person typed and that cannot be used."""
+
+    def __init__(self, *, problem: str) -> None:
+        self.problem = problem
+        UnderstudyError.__init__(self, f"{problem[0].upper()}{problem[1:]}. Nothing was changed")
+
+
 class _Numbered(Struct):
     id: Id | None = None
 
@@ -353,7 +362,8 @@ def read(text: str | bytes) -> AnyMessage:
     try:
         return _messages.decode(text)
     except (msgspec.MsgspecError, UnicodeError, RecursionError) as error:
-        raise UnusableMessage(problem=str(error)) from error
+        typed = said(str(error))
+        raise UnusableField(problem=typed) if typed else UnusableMessage(problem=str(error)) from error
 
 
 def number_of(text: str | bytes) -> int | None:
