@@ -10,7 +10,7 @@ from understudy.desk import words
 from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
 from understudy.errors import SettingError, UnknownName
-from understudy.studio import company, former, keeping, naming, openings
+from understudy.studio import company, former, keeping, moments, naming, openings
 from understudy.studio import messages as m
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
@@ -46,8 +46,10 @@ def _rewind(stage: Stage, message: m.Rewind) -> None:
     if (message.time_s is None) == (message.example is None):
         problem, remedy = "says nothing, or two things", "give a time or an example"
         raise SettingError(where="the studio", setting="rewind", problem=problem, remedy=remedy)
-    reel = stage.reel
-    stage.rewind(reel.at(message.time_s) if message.time_s is not None else reel.of(message.example or 0))
+    if message.example is not None:
+        moments.go_to_example(stage, message.example)
+    elif message.time_s is not None:
+        stage.rewind(stage.reel.at(message.time_s))
 
 
 def _open(stage: Stage, message: m.Open) -> None:

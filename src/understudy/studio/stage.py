@@ -19,6 +19,7 @@ from understudy.studio import frames, shelf
 from understudy.studio.picture import Picture
 from understudy.studio.reel import Frame, Reel
 from understudy.studio.scene import Plain, scene
+from understudy.training.company import Instant
 from understudy.training.trainee import Mode
 from understudy.worlds.scenario import Scenario, Sonar
 from understudy.worlds.world import World
@@ -217,18 +218,27 @@ class Stage:
         self.changed()
 
     def _begin_reel(self) -> None:
-        self.reel.forget()
+        self.reel.forget(() if self.desk is None else self.desk.session.examples)
         self.run = {"number": self.run["number"] + 1, "from_s": self.world.time_s}
         if self.desk is not None:
             self.reel.see(self.desk.session)
 
     def rewind(self, frame: Frame) -> None:
         """Go back to a moment of the run, and stand still there; the lesson stays."""
+        self._back(frame.instant)
+
+    def go_back(self, instant: Instant) -> None:
+        """Go back to a moment of this session that may be of another run."""
+        self._back(instant)
+        self._begin_reel()
+
+    def _back(self, instant: Instant) -> None:
         desk = self.trained
         self.pause(True)
-        desk.session.rewind(frame.instant)
+        desk.session.rewind(instant)
         desk.moved("back")
-        desk.said = Said(f"Back at {words.clock(frame.time_s)}; the lesson stays, and going on begins here")
+        now = words.clock(self.world.time_s)
+        desk.said = Said(f"Back at {now}; the lesson stays, and going on begins here")
         self.changed()
 
     def changed(self) -> None:
