@@ -16,6 +16,7 @@ from understudy.desk.pace import Wall, known_speed
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.kit import Kit
 from understudy.studio import frames, shelf
+from understudy.studio.idling import Idling
 from understudy.studio.picture import Picture
 from understudy.studio.reel import Frame, Reel
 from understudy.studio.scene import Plain, scene
@@ -58,7 +59,7 @@ class Stage:
         self.opened: Opened | None = None
         self.moved = self.rebuilt = 0
         self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
-        self._speed, self._paused = 1.0, False
+        self._speed, self._idling = 1.0, Idling(self.world, wall)
         self._said = Said(NOTHING)
         self._picture: Picture | None = None
         self.reel = Reel()
@@ -105,7 +106,7 @@ class Stage:
     @property
     def paused(self) -> bool:
         """Whether somebody let time stand still."""
-        return self._paused if self.desk is None else self.desk.paused
+        return self._idling.paused if self.desk is None else self.desk.paused
 
     @property
     def speed(self) -> float:
@@ -168,20 +169,23 @@ class Stage:
     def beat(self) -> None:
         """Take the ticks that are due; what goes wrong is said, and time stands still."""
         desk = self.desk
-        if desk is None:
-            return
         try:
-            for _ in desk.ticks():
+            for _ in self._idling.ticks() if desk is None else desk.ticks():
                 self.moved += 1
-                self.reel.see(desk.session)
+                if desk is not None:
+                    self.reel.see(desk.session)
         except Exception as error:
             self.halt(explained(error))
 
     def step(self) -> None:
         """One tick, then time stands still."""
-        self.trained.step()
-        self.reel.see(self.trained.session)
         self.moved += 1
+        if self.desk is None:
+            self._idling.step()
+            self._said = Said("Paused")
+        else:
+            self.desk.step()
+            self.reel.see(self.desk.session)
 
     def halt(self, problem: str) -> None:
         """Something went wrong, which is said; time stands still."""
@@ -193,16 +197,16 @@ class Stage:
         self.moved += 1
         if self.paused != paused:
             if self.desk is None:
-                self._paused = paused
+                self._idling.pause(paused)
             else:
                 self.desk.pause()
-                self.desk.said = Said("Paused" if paused else "Going on")
+            self.said = Said("Paused" if paused else "Going on")
             if why is not None:
                 self.said = Said(why)
 
     def set_speed(self, speed: float) -> None:
         """How many times as fast as in life the world goes."""
-        self._speed = known_speed(speed, "the studio")
+        self._speed = self._idling.pace.speed = known_speed(speed, "the studio")
         if self.desk is not None:
             self.desk.set_speed(speed)
 
@@ -263,6 +267,7 @@ class Stage:
     def take(self, opened: Opened, said: str) -> None:
         """Another desk takes the place of the present one, whose journal is not needed any more."""
         self._leave()
+        self._idling.pause(True)
         self.opened, desk = opened, opened.desk
         self._picture, self.agent = Picture(desk), desk.robot
         self.began_with = len(desk.session.examples)
