@@ -1,6 +1,7 @@
 /** The form for a new automaton, and for choosing anew: beside the running world, never over it. */
 
 import { useState } from "preact/hooks";
+import { twice } from "../calls";
 import { usePanel, useStudio } from "../context";
 import { drafted, offers, request, type Draft } from "../draft";
 import type { Form } from "../panel";
@@ -8,6 +9,7 @@ import type { Scene } from "../protocol";
 import type { Studio } from "../studio";
 import { counted } from "../words";
 import { Bindings, Choices, Field, Options } from "./fields";
+import { States } from "./states";
 
 export function ChoiceForm({ form }: { form: Form }) {
   const studio = useStudio();
@@ -59,12 +61,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
           <Bindings draft={draft} scene={scene} change={change} />
         </>
       )}
-      <Choices
-        legend="States: what it can do"
-        offers={offered.states}
-        chosen={draft.states}
-        choose={(states) => change({ states })}
-      />
+      <States offers={offered.states} chosen={draft.states} choose={(states) => change({ states })} />
       <Field
         label="Flags"
         value={draft.flags}
@@ -119,5 +116,7 @@ function atStake(studio: Studio, name: string): string | null {
 function lacks(draft: Draft): string | null {
   if (draft.name.trim() === "") return "Give it a name.";
   if (draft.states.length === 0) return "Choose at least one state.";
+  const same = twice(draft.states);
+  if (same !== null) return `Two states are called ${same}.`;
   return draft.features.length === 0 ? "Choose at least one feature." : null;
 }
