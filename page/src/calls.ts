@@ -1,6 +1,6 @@
 /** What can be chosen: each behavior and feature with its parameters bound in every way. */
 
-import type { Call, Desk, DeskNews, Part, Scene, State } from "./protocol";
+import type { Call, Desk, DeskNews, Part, Scene } from "./protocol";
 
 export interface Offer {
   name: string;
@@ -47,26 +47,67 @@ export function offeredFeatures(scene: Scene, names: readonly string[]): Offer[]
   });
 }
 
+/** A state as it is chosen: what it runs, its name where it was given one, and the one it had before. */
+export interface Chosen {
+  runs: string;
+  name: string;
+  was: string | null;
+}
+
+export function chosen(runs: string): Chosen {
+  return { runs, name: "", was: null };
+}
+
 /** What the automaton under training can do now, as it is chosen: without its start state and its flags. */
-export function chosenStates(desk: Desk): string[] {
+export function chosenStates(desk: Desk): Chosen[] {
   return desk.states
     .filter((state, index) => index > 0 && !state.flag)
-    .map((state) => state.runs ?? state.name);
+    .map(({ name, runs }) => ({ runs: runs ?? name, name, was: name }));
 }
 
 /**
- * States as they are asked for: those there are keep their names; of several that run one behavior, each is
- * called as it runs, so that goto(station) and goto(nearest_food) are two.
+ * What states are called: as they were named, else like their behavior; of several that call one behavior in
+ * several ways, each as it runs, so that goto(station) and goto(nearest_food) are two.
  */
-export function askedStates(chosen: readonly string[], states: readonly State[]): string[] {
-  const known = states.filter((state, index) => index > 0 && !state.flag);
-  const ways = [...new Set(chosen)];
-  return ways.flatMap((way) => {
-    const before = known.filter((state) => (state.runs ?? state.name) === way);
-    if (before.length > 0) return before.map(({ name }) => `${name}=${way}`);
-    const alike = ways.filter((each) => behaviorOf(each) === behaviorOf(way));
-    return alike.length > 1 ? `${way}=${way}` : way;
+export function stateNames(states: readonly Chosen[]): string[] {
+  return states.map(({ runs, name }) => {
+    if (name.trim() !== "") return name.trim();
+    const alike = states.some((each) => each.runs !== runs && behaviorOf(each.runs) === behaviorOf(runs));
+    return alike ? runs : behaviorOf(runs);
   });
+}
+
+/** States as they are asked for. */
+export function askedStates(states: readonly Chosen[]): string[] {
+  const names = stateNames(states);
+  return states.map(({ runs }, index) => {
+    const name = names[index] ?? "";
+    return name === behaviorOf(runs) ? runs : `${name}=${runs}`;
+  });
+}
+
+/** The new names of states that have another name now. */
+export function renamedStates(states: readonly Chosen[]): Record<string, string> {
+  const names = stateNames(states);
+  const pairs = states.map(({ was }, index) => [was ?? "", names[index] ?? ""] as const);
+  return Object.fromEntries(pairs.filter(([was, name]) => was !== "" && was !== name));
+}
+
+/** One more state that runs the same, after the one at this place, with a name of its own. */
+export function onceMore(states: readonly Chosen[], index: number): Chosen[] {
+  const state = states[index];
+  if (state === undefined) return [...states];
+  const taken = new Set(stateNames(states));
+  let number = 2;
+  while (taken.has(`${behaviorOf(state.runs)}_${number}`)) number += 1;
+  const more = { ...chosen(state.runs), name: `${behaviorOf(state.runs)}_${number}` };
+  return [...states.slice(0, index + 1), more, ...states.slice(index + 1)];
+}
+
+/** A name that two states would have; null where there is none. */
+export function twice(states: readonly Chosen[]): string | null {
+  const names = stateNames(states);
+  return names.find((name, index) => names.indexOf(name) !== index) ?? null;
 }
 
 /** What is called: goto of goto(station). */

@@ -1,6 +1,16 @@
 /** What is being chosen in a form, before it is asked for. */
 
-import { askedStates, chosenStates, listed, offeredFeatures, offeredStates, type Offer } from "./calls";
+import {
+  askedStates,
+  chosen,
+  chosenStates,
+  listed,
+  offeredFeatures,
+  offeredStates,
+  renamedStates,
+  type Chosen,
+  type Offer,
+} from "./calls";
 import type { Form } from "./panel";
 import type { Request, Scene, Targets } from "./protocol";
 import type { Studio } from "./studio";
@@ -10,7 +20,7 @@ export interface Draft {
   parameters: string;
   targets: Targets;
   flags: string;
-  states: readonly string[];
+  states: readonly Chosen[];
   features: readonly string[];
   watched: boolean;
   reaction: string;
@@ -42,7 +52,7 @@ export function drafted(form: Form, studio: Studio, scene: Scene): Draft {
     parameters: first ? "A" : "",
     targets: {},
     flags: "done",
-    states: first ? FIRST_STATES : [],
+    states: first ? FIRST_STATES.map(chosen) : [],
     features: first ? FIRST_FEATURES : [],
     watched: false,
     reaction: "0",
@@ -66,7 +76,7 @@ function kept(draft: Draft, studio: Studio, scene: Scene): Pick<Draft, "states" 
   const { states, features } = offers(draft, studio, scene);
   const all = new Set([...states, ...features].flatMap(({ ways }) => ways));
   return {
-    states: draft.states.filter((each) => all.has(each)),
+    states: draft.states.filter(({ runs }) => all.has(runs)),
     features: draft.features.filter((each) => all.has(each)),
   };
 }
@@ -79,7 +89,8 @@ export function request(form: Form, draft: Draft, studio: Studio, scene: Scene, 
   if (form === "choose") {
     return {
       do: "choose",
-      states: askedStates(draft.states, studio.desk?.states ?? []),
+      states: askedStates(draft.states),
+      renamed: renamedStates(draft.states),
       features: draft.features,
       flags,
       ...options,
@@ -91,7 +102,7 @@ export function request(form: Form, draft: Draft, studio: Studio, scene: Scene, 
   return {
     do: "new",
     name: draft.name.trim(),
-    states: askedStates(states, []),
+    states: askedStates(states),
     features,
     parameters,
     flags,

@@ -8,6 +8,9 @@ const PADDING = 26;
 export const HEIGHT = 30;
 /** Room for the button that opens a state. */
 export const BUTTON = 20;
+/** Between states side by side, and how much room they have together. */
+const GAP = 26;
+const ROW = 370;
 /** Room around what an open state shows. */
 const FRAME = 6;
 
@@ -85,7 +88,7 @@ export function drawing(
   };
   const inner = new Map(states.map((state) => [state.name, inside(state)]));
   const graph = new Graph({ multigraph: true });
-  graph.setGraph({ rankdir: "TB", nodesep: 26, edgesep: 18, ranksep: 40, marginx: 10, marginy: 10 });
+  graph.setGraph({ rankdir: "TB", nodesep: GAP, edgesep: 18, ranksep: 40, marginx: 10, marginy: 10 });
   graph.setDefaultEdgeLabel(() => ({}));
   for (const state of states) {
     const title = name(state).length * LETTER + PADDING + (state.automaton === null ? 0 : 2 * BUTTON);
@@ -95,7 +98,8 @@ export function drawing(
   const known = new Set(states.map((state) => state.name));
   const drawn = edges.filter(({ from, to }) => from !== to && known.has(from) && known.has(to));
   for (const edge of drawn) graph.setEdge(edge.from, edge.to, {}, edgeId(edge));
-  for (const [from, to] of loose(states, drawn)) graph.setEdge(from, to, {}, "loose");
+  const wide = (state: Shape): number => (graph.node(state.name) as { width: number }).width;
+  for (const [from, to] of loose(states, drawn, wide)) graph.setEdge(from, to, {}, "loose");
   layout(graph);
   const size = graph.graph() as { width?: number; height?: number };
   return faced({
@@ -126,16 +130,45 @@ function faced(drawing: Drawing): Drawing {
   };
 }
 
-/** States that nothing leads to yet stand below the start state, flags below them. */
-function loose(states: readonly Shape[], edges: readonly Way[]): [string, string][] {
+/** States that nothing leads to yet stand below the start state, in rows, and flags below them. */
+function loose(
+  states: readonly Shape[],
+  edges: readonly Way[],
+  wide: (state: Shape) => number,
+): [string, string][] {
   const [start, ...others] = states;
   if (start === undefined) return [];
   const middle = others.filter((state) => !state.flag);
   const reached = new Set(edges.map((edge) => edge.to));
-  const over = middle[Math.floor((middle.length - 1) / 2)] ?? start;
-  return others
-    .filter((state) => !reached.has(state.name))
-    .map((state) => [state.flag ? over.name : start.name, state.name]);
+  const rows = inRows(
+    middle.filter((state) => !reached.has(state.name)),
+    wide,
+  );
+  const last = rows.at(-1) ?? middle;
+  const over = last[Math.floor((last.length - 1) / 2)] ?? start;
+  return [
+    ...rows.flatMap((row, index) =>
+      row.map((state, at): [string, string] => [rows[index - 1]?.[at]?.name ?? start.name, state.name]),
+    ),
+    ...others
+      .filter((state) => state.flag && !reached.has(state.name))
+      .map((state): [string, string] => [over.name, state.name]),
+  ];
+}
+
+/** As many in a row as can be read side by side. */
+function inRows(states: readonly Shape[], wide: (state: Shape) => number): Shape[][] {
+  const rows: Shape[][] = [];
+  let room = 0;
+  for (const state of states) {
+    room -= wide(state) + GAP;
+    if (room < 0 || rows.length === 0) {
+      rows.push([]);
+      room = ROW - wide(state);
+    }
+    rows.at(-1)?.push(state);
+  }
+  return rows;
 }
 
 /** A smooth line: through the first and last point, and bending at those between. */

@@ -20,9 +20,16 @@ export type Request =
   | Beginning
   | Choice
   | { do: "delete"; number: number }
-  | { do: "edit"; number: number; state: string | null; next: string | null }
+  | {
+      do: "edit";
+      number: number;
+      state: string | null;
+      next: string | null;
+      /** As they are shown, by feature label. */
+      values: Readonly<Record<string, string>>;
+    }
   | { do: "save"; name: string | null }
-  | { do: "remove" | "restore"; name: string }
+  | { do: "remove" | "restore" | "discard" | "recall"; name: string }
   | { do: "rename" | "duplicate"; name: string; to: string }
   | { do: "versions"; name: string }
   | { do: "changes"; name: string; version: number; next: boolean }
@@ -54,6 +61,8 @@ export interface Beginning {
 export interface Choice {
   do: "choose";
   states: readonly string[];
+  /** New names of states by those they had. */
+  renamed: Readonly<Record<string, string>>;
   features: readonly string[];
   flags: readonly string[];
   watched: boolean | null;

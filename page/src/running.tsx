@@ -11,7 +11,6 @@ const SPEEDS: readonly Speed[] = [0.25, 0.5, 1, 2, 4, 8, 16, "fastest"];
 export function Running({ studio }: { studio: Studio }) {
   const paused = studio.told?.paused ?? false;
   const off = !studio.directs;
-  const still = off || studio.desk === null;
   const seed = studio.told?.seed ?? studio.scene?.seed ?? 0;
   return (
     <div class="running" role="toolbar" aria-label="Time">
@@ -36,7 +35,7 @@ export function Running({ studio }: { studio: Studio }) {
       <button
         type="button"
         class="pause"
-        disabled={still}
+        disabled={off}
         aria-label={paused ? "Go on" : "Pause"}
         onClick={() => void studio.ask({ do: "pause", paused: !paused })}
       >
@@ -44,7 +43,7 @@ export function Running({ studio }: { studio: Studio }) {
       </button>
       <button
         type="button"
-        disabled={still || !paused}
+        disabled={off || !paused}
         aria-label="Step"
         title="One tick"
         onClick={() => void studio.ask({ do: "step" })}

@@ -2,6 +2,7 @@
 
 import { usePanel, useStudio, useTour } from "./context";
 import { drafted } from "./draft";
+import { Discard } from "./pane/cutoff";
 import { counted } from "./words";
 
 export function Welcome() {
@@ -20,14 +21,17 @@ export function Welcome() {
         Begin an automaton, then drive the robot by pressing the names of behaviors. It learns when to switch.
       </p>
       {left !== undefined && (
-        <button
-          type="button"
-          class="primary"
-          disabled={!studio.directs}
-          onClick={() => void studio.ask({ do: "open", name: left.name })}
-        >
-          Go on with {left.name} ({counted(left.examples, "example")})
-        </button>
+        <span class="resume">
+          <button
+            type="button"
+            class="primary"
+            disabled={!studio.directs}
+            onClick={() => void studio.ask({ do: "open", name: left.name })}
+          >
+            Go on with {left.name} ({counted(left.examples, "example")})
+          </button>
+          <Discard name={left.name} studio={studio} />
+        </span>
       )}
       <button
         type="button"

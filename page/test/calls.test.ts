@@ -1,33 +1,55 @@
 import { expect, test } from "vitest";
-import { askedStates } from "../src/calls";
-import type { State } from "../src/protocol";
+import { askedStates, chosen, chosenStates, onceMore, renamedStates, stateNames, twice } from "../src/calls";
+import type { Desk, State } from "../src/protocol";
 
 function state(name: string, runs: string | null, flag = false): State {
   return { name, key: "1", arrow: null, flag, runs, automaton: null };
 }
 
-const START = state("start", null);
-const DONE = state("done", null, true);
-
 test("a behavior chosen in one way gives its state its name", () => {
-  expect(askedStates(["goto(station)", "load_food"], [])).toEqual(["goto(station)", "load_food"]);
+  const states = ["goto(station)", "load_food"].map(chosen);
+  expect(askedStates(states)).toEqual(["goto(station)", "load_food"]);
+  expect(stateNames(states)).toEqual(["goto", "load_food"]);
 });
 
 test("one chosen in two ways gives two states, each called as it runs", () => {
-  expect(askedStates(["goto(station)", "goto(nearest_food)", "load_food"], [])).toEqual([
+  expect(askedStates(["goto(station)", "goto(nearest_food)", "load_food"].map(chosen))).toEqual([
     "goto(station)=goto(station)",
     "goto(nearest_food)=goto(nearest_food)",
     "load_food",
   ]);
 });
 
-test("states that are there keep their names, and with them their examples", () => {
-  const states = [START, state("goto", "goto(station)"), state("left", "turn"), state("right", "turn"), DONE];
-  expect(askedStates(["goto(station)", "turn", "goto(nearest_food)", "halt"], states)).toEqual([
-    "goto=goto(station)",
+test("one taken once more gives two states of different names, which can be changed", () => {
+  const [first, second, third] = onceMore(onceMore([chosen("forward")], 0), 0);
+  if (first === undefined || second === undefined || third === undefined) throw new Error("three");
+  expect(stateNames([first, second, third])).toEqual(["forward", "forward_3", "forward_2"]);
+  const named = [
+    { ...first, name: "forward_left" },
+    { ...second, name: " forward_right " },
+  ];
+  expect(askedStates(named)).toEqual(["forward_left=forward", "forward_right=forward"]);
+  expect(twice(named)).toBeNull();
+  expect(twice([...named, { ...third, name: "forward_left" }])).toBe("forward_left");
+});
+
+test("states that are there keep their names, and with them their examples, unless they get others", () => {
+  const states = [
+    state("start", null),
+    state("goto", "goto(station)"),
+    state("left", "turn"),
+    state("right", "turn"),
+    state("done", null, true),
+  ];
+  const there = chosenStates({ states } as unknown as Desk);
+  expect(askedStates([...there, chosen("goto(nearest_food)"), chosen("halt")])).toEqual([
+    "goto(station)",
     "left=turn",
     "right=turn",
     "goto(nearest_food)=goto(nearest_food)",
     "halt",
   ]);
+  expect(renamedStates(there)).toEqual({});
+  const other = there.map((each) => (each.name === "left" ? { ...each, name: "port" } : each));
+  expect(renamedStates(other)).toEqual({ left: "port" });
 });

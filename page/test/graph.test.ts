@@ -20,6 +20,15 @@ test("before anything is learned, the start state is above and flags are below",
   expect(y.get("forward")).toBeLessThan(y.get("done") ?? 0);
 });
 
+test("many states stand in rows that can be read side by side", () => {
+  const many = ["start", "one", "two", "three", "four", "five", "six"].map((name) => state(`state_${name}`));
+  const drawn = drawing([...many, state("done", { flag: true })], [], ({ name }) => name);
+  const rows = [...new Set(drawn.nodes.map(({ y }) => y))];
+  expect(drawn.width).toBeLessThan(400);
+  expect(rows.length).toBe(4);
+  expect(drawn.nodes.at(-1)?.y).toBe(Math.max(...rows));
+});
+
 test("turning left is drawn left of turning right", () => {
   const x = new Map(drawing(STATES, [], ({ name }) => name).nodes.map((node) => [node.state.name, node.x]));
   expect(x.get("left")).toBeLessThan(x.get("right") ?? 0);

@@ -78,6 +78,29 @@ def test_examples_that_contradict_each_other_are_marked(teacher: Teacher, snap: 
     snap(teacher.page, "contradictions")
 
 
+def test_an_example_is_edited(teacher: Teacher, snap: Snap) -> None:
+    page = teacher.page
+    teacher.press("Space")
+    teacher.press("ArrowLeft")
+    teacher.click("Step")
+    page.get_by_role("tab", name=re.compile("Lesson")).click()
+    teacher.click("Example 1")
+    page.get_by_role("combobox", name="in", exact=True).select_option("forward")
+    row = page.get_by_role("row", name=re.compile("^Example 1 "))
+    expect(row).to_contain_text("forward")
+    page.get_by_role("combobox", name="go to").select_option("done")
+    expect(row).to_contain_text("done")
+    teacher.click("values")
+    field = page.get_by_role("textbox", name="angle_to(A)")
+    field.fill("left")
+    field.press("Enter")
+    expect(page.get_by_text("'left' is no number")).to_be_visible()
+    field.fill("-20")
+    field.press("Enter")
+    expect(row).to_contain_text("−20°")
+    snap(page, "edited")
+
+
 def test_a_page_loaded_anew_shows_the_same(teacher: Teacher) -> None:
     teacher.press("ArrowLeft")
     teacher.page.wait_for_timeout(400)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
+from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 
 
@@ -125,4 +126,42 @@ def test_one_behavior_in_two_ways(teacher: Teacher) -> None:
     page.get_by_role("checkbox", name="food_left", exact=True).check(force=True)
     page.get_by_role("button", name="Choose", exact=True).click()
     expect(teacher.directing("goto(station)")).to_be_visible()
+    assert teacher.examples == 2
+
+
+def test_a_lesson_that_was_cut_off_is_thrown_away(
+    teacher: Teacher, studio: Studio, snap: Callable[[Page, str], None]
+) -> None:
+    """What is saved can be opened then; and it can be taken back where it is said."""
+    page = teacher.page
+    page.get_by_role("button", name="Duplicate goto").click()
+    page.keyboard.press("Enter")
+    teacher.directing("rotate_left").click()
+    teacher.click("Step")
+    expect(page.get_by_role("button", name="Save", exact=True)).to_be_enabled()
+    studio.stop()
+    studio.start()
+    page.reload()
+    discard = page.get_by_role("button", name="Discard the lesson of goto that was cut off")
+    discard.click()
+    expect(discard).to_have_count(0)
+    said = page.get_by_role("status").filter(has_text="is thrown away")
+    said.get_by_role("button", name="undo").click()
+    expect(discard).to_be_visible()
+    snap(page, "cut-off")
+    page.get_by_role("tab", name="Library").click()
+    teacher.click("Open goto 2")
+    expect(page.get_by_role("banner")).to_contain_text("goto 2")
+    teacher.press("Space")
+    teacher.directing("forward").click()
+    teacher.click("Step")
+    page.get_by_role("tab", name="Library").click()
+    teacher.click("Go on with goto")
+    expect(page.get_by_role("alert")).to_contain_text("goto 2 has changes")
+    teacher.click("not now")
+    teacher.click("Open goto")
+    teacher.click("Open without saving")
+    snap(page, "cut-off-library")
+    teacher.click("Discard it, and open what is saved")
+    expect(page.get_by_role("banner")).to_contain_text("goto (A)")
     assert teacher.examples == 2

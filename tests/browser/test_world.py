@@ -117,3 +117,19 @@ def test_letters_and_digits_choose_in_a_list(teacher: Teacher) -> None:
     teacher.press("2")
     expect(speed).to_have_value("2")
     assert teacher.state == "start"
+
+
+def test_time_before_a_lesson(visit: Callable[[], Page]) -> None:
+    """It stands still at first; a lesson begins in the world as it is then."""
+    page = visit()
+    teacher = Teacher(page)
+    assert teacher.clock_s == 0
+    teacher.click("Go on")
+    page.wait_for_timeout(700)
+    teacher.click("Pause")
+    passed = teacher.clock_s
+    assert passed > 0.2
+    teacher.click("Step")
+    teacher.begin_goto()
+    page.wait_for_timeout(300)
+    assert teacher.clock_s > passed + 0.1

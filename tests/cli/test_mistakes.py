@@ -84,11 +84,14 @@ def test_a_mistake_is_one_paragraph(
     assert contents(library) == before
 
 
-LATE = [  # mistakes that show only when the behavior is made ready to run
+LATE = [  # mistakes that show only when the behavior is made ready to run, or the library is looked at
     ["run", "-l", "{lib}", "--behavior", "goto"],
     ["run", "-l", "{lib}", "--behavior", "goto", "--bind", "A=moon"],
     ["eval", "-l", "{lib}", "--behavior", "goto"],
     ["eval", "patrol", "-l", "{lib}/no", "--behavior", "stop"],
+    ["studio", "--no-browser", "-l", "{lib}/goto.json"],
+    ["studio", "--no-browser", "-l", "{lib}/goto.json/library"],
+    ["studio", "--no-browser", "-l", "{lib}", "--host", "nowhere.invalid"],
 ]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.studio.pages import GOTO, Page, page, served, studio
+from tests.studio.pages import GOTO, Page, Wall, page, served, studio
 from tests.studio.test_library import teach
 
 from understudy.studio.studio import Studio
@@ -166,3 +166,28 @@ def test_the_robot_is_chosen_before_the_lesson(tmp_path: Path) -> None:
         assert made.stage.said.text == "Robot 3 is the one that will be trained"
         here.done(**GOTO)
         assert made.stage.trained.robot == 2
+
+
+def test_time_before_a_lesson(tmp_path: Path) -> None:
+    """It stands still until somebody lets it go; robots idle, and a lesson begins in the world as it is then."""
+    wall = Wall()
+    made = studio(tmp_path, world="patrol", wall=wall)
+    stage = made.stage
+    with served(made) as client, page(client) as person:
+        assert person.desk["paused"]
+        person.done("step")
+        assert stage.world.time_s == pytest.approx(stage.world.tick_s)
+        person.done("pause", paused=False)
+        before = stage.world.view().robots.x.tolist()
+        wall.now += 0.2
+        stage.beat()
+        assert stage.world.time_s == pytest.approx(0.2 + stage.world.tick_s)
+        assert stage.world.view().robots.x.tolist() == before
+        person.done("speed", speed=2.0)
+        wall.now += 0.2
+        stage.beat()
+        assert stage.world.time_s == pytest.approx(0.6 + stage.world.tick_s)
+        person.done("pause", paused=True)
+        wall.now += 0.2
+        stage.beat()
+        assert stage.world.time_s == pytest.approx(0.6 + stage.world.tick_s)

@@ -45,7 +45,7 @@ def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
     stage = studio(tmp_path, world=world, seed=3).stage
     read = Frame.read(stage.frame())
     same(read, stage)
-    assert (read.kind, read.bits, read.state, read.agent, read.features) == (1, 0, NONE, 0, [])
+    assert (read.kind, read.bits, read.state, read.agent, read.features) == (1, 1, NONE, 0, [])  # paused
     scene: dict[str, Any] = stage.scene()
     sonars = scene["sonars"][scene["robot_type"][0]]
     percept = stage.world.sense([(sonar["name"], None) for sonar in sonars])

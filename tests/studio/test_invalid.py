@@ -121,12 +121,17 @@ BAD = [
     '{"id": 1, "do": "delete", "number": 999}',
     '{"id": 1, "do": "edit", "number": 1, "next": "nowhere"}',
     '{"id": 1, "do": "edit", "number": 1, "state": "done"}',
+    '{"id": 1, "do": "edit", "number": 1, "values": {"height": "3"}}',
+    '{"id": 1, "do": "edit", "number": 1, "values": {"distance_to(A)": "far"}}',
+    '{"id": 1, "do": "edit", "number": 1, "values": {"distance_to(A)": "inf"}}',
     '{"id": 1, "do": "save", "name": "../goto2\\u0000"}',
     '{"id": 1, "do": "save", "name": "forward"}',
     f'{{"id": 1, "do": "save", "name": "{LONG}"}}',
     '{"id": 1, "do": "remove", "name": "goto"}',
     '{"id": 1, "do": "remove", "name": "../library/goto"}',
     '{"id": 1, "do": "restore", "name": "nothing"}',
+    '{"id": 1, "do": "discard", "name": "goto"}',
+    '{"id": 1, "do": "recall", "name": "../goto"}',
     '{"id": 1, "do": "rename", "name": "goto", "to": "Goto"}',
     '{"id": 1, "do": "rename", "name": "goto", "to": "forward"}',
     '{"id": 1, "do": "rename", "name": "../library/goto", "to": "a"}',
@@ -167,6 +172,32 @@ def test_it_changes_nothing(room: Room, text: str | bytes) -> None:
     assert "Understudy:" not in answer["error"]  # no fault of the program
 
 
+NEW = '{"id": 1, "do": "new", "name": "a", "states": ["forward"], "features": ["done"], '
+TYPED = [
+    (f'{NEW} "flags": ["done", "{LONG}"]}}', "Flag 2 has more than 150 letters"),
+    (f'{NEW} "parameters": ["{LONG}"]}}', "Parameter 1 has more than 150 letters"),
+    (f'{NEW} "flags": {json.dumps(["x"] * 201)}}}', "The flags are more than 200"),
+    (f'{NEW} "targets": {{"{LONG}": "station"}}}}', "A parameter has more than 150 letters"),
+    (
+        f'{{"id": 1, "do": "rename", "name": "goto", "to": "{LONG}"}}',
+        "The new name has more than 150 letters",
+    ),
+    ('{"id": 1, "do": "save", "name": ""}', "The name is empty"),
+    ('{"id": 1, "do": "save", "name": "a\\nb"}', "The name has a letter without a shape"),
+    ('{"id": 1, "do": "reset", "seed": 1e30}', "The seed is no whole number"),
+    ('{"id": 1, "do": "reset", "seed": 9007199254740993}', "The seed is more than 9007199254740991"),
+    (
+        f'{{"id": 1, "do": "edit", "number": 1, "values": {{"done": "{LONG}"}}}}',
+        "A value has more than 150 letters",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence"), TYPED)
+def test_what_a_person_can_type_is_refused_in_a_sentence(room: Room, text: str, sentence: str) -> None:
+    assert room.hear(text)["error"].startswith(sentence)
+
+
 def test_its_answer_says_which_it_was(room: Room) -> None:
     assert room.hear('{"id": 71, "do": "press"}')["re"] == 71
     assert room.hear('{"id": "71", "do": "press"}')["re"] is None
@@ -193,6 +224,7 @@ VALID: list[dict[str, Any]] = [
     {"do": "choose", "states": ["forward"], "features": ["done"], "flags": [], "watched": True},
     {"do": "delete", "number": 1},
     {"do": "edit", "number": 1, "next": "rotate_left"},
+    {"do": "edit", "number": 1, "values": {"distance_to(A)": "3.5 m"}},
     {"do": "remove", "name": "goto"},
     {"do": "restore", "name": "goto"},
     {"do": "rename", "name": "goto", "to": "goto 2"},

@@ -126,8 +126,56 @@ def test_back_to_a_moment_and_on_from_there(tmp_path: Path) -> None:
         assert person.desk["desk"]["taught"] == taught
         number = person.desk["desk"]["examples"][0]["number"]
         person.done("rewind", example=number)
-        assert "kept" in person.say("rewind", example=10_000)["error"]
+        assert "no example 10000" in person.say("rewind", example=10_000)["error"]
         assert "two things" in person.say("rewind", example=number, time_s=1.0)["error"]
+
+
+def test_back_to_an_example_of_another_run(tmp_path: Path) -> None:
+    """As long as the session is the same, also where it was cut off; the lesson of before has no moments."""
+    with served(studio(tmp_path)) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        person.done("reset", seed=1)
+        for state in ("forward", "rotate_left"):
+            person.done("press", state=state)
+            for _ in range(6):
+                step(person)
+        assert person.frame is not None
+        turned = person.frame.robots
+        person.done("rewind", time_s=0.6)
+        person.done("press", state="rotate_right")
+        step(person)
+    made = studio(tmp_path)
+    with served(made) as client, page(client) as person:
+        person.done("open", name="goto")
+        person.done("reset", seed=2)
+        person.done("rewind", example=3)
+        assert made.stage.seed == 1
+        assert made.stage.world.time_s == pytest.approx(0.6)
+        assert made.stage.trained.screen.state == "forward"
+        person.done("press", state="rotate_left")
+        while person.frame is None or person.frame.tick != 6:
+            person.hear()
+        for _ in range(6):
+            step(person)
+        assert person.frame.robots == turned
+        person.done("save")
+        person.done("open", name="goto")
+        assert "example 3 was not shown in this session" in person.say("rewind", example=3)["error"]
+
+
+def test_an_example_is_edited(tmp_path: Path) -> None:
+    """States and values; these are written as they are shown."""
+    with served(studio(tmp_path)) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        person.done("press", state="forward")
+        step(person)
+        person.done(
+            "edit", number=1, state="rotate_left", values={"angle_to(A)": "−31", "distance_to(A)": ""}
+        )
+        first = person.until_desk()["desk"]["examples"][0]
+        assert (first["state"], first["next"], first["values"]) == ("rotate_left", "forward", ["–", "−31°"])
 
 
 @pytest.mark.parametrize("ticks_after", [0, 7])

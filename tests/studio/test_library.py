@@ -274,3 +274,25 @@ def test_a_session_that_was_saved_is_not_offered(tmp_path: Path) -> None:
         person.done("save")
     assert studio(tmp_path).stage.cut_off == {}
     assert [path.suffix for path in (tmp_path / ".journals").iterdir()] == [".ended"]
+
+
+def test_a_session_that_was_cut_off_is_thrown_away(tmp_path: Path) -> None:
+    """What was saved can be opened then; and there is a way back."""
+    folder = tmp_path / "library"
+    with served(studio(folder)) as client, page(client) as person:
+        person.done(**GOTO)
+        teach(person, "forward")
+        person.done("save")
+        teach(person, "rotate_left")
+    again = studio(folder)
+    with served(again) as client, page(client) as person:
+        assert list(again.stage.cut_off) == ["goto"]
+        assert "no automaton 'reach'" in person.say("discard", name="reach")["error"]
+        person.done("discard", name="goto")
+        assert again.stage.library()["cut_off"] == []
+        person.done("recall", name="goto")
+        assert list(again.stage.cut_off) == ["goto"]
+        assert "goto" in person.say("recall", name="goto")["error"]
+        person.done("discard", name="goto")
+        person.done("open", name="goto")
+        assert again.stage.trained.screen.examples == 2

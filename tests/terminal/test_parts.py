@@ -13,8 +13,8 @@ from tests.worlds.made import crossing
 from understudy.desk import journals, keys
 from understudy.desk.pace import BUSY_S, FASTEST, Pace
 from understudy.desk.plan import Choices, checked
-from understudy.desk.words import clock, signed, spark, value
-from understudy.errors import UnderstudyError
+from understudy.desk.words import clock, number, signed, spark, value
+from understudy.errors import KindError, UnderstudyError
 from understudy.model.automaton import START, State
 from understudy.model.binding import Binding
 from understudy.model.feature import BoundFeature
@@ -128,6 +128,32 @@ VALUES = [
 @pytest.mark.parametrize(("bound", "number", "text"), VALUES)
 def test_values_are_said_with_their_units(bound: BoundFeature, number: float, text: str) -> None:
     assert value(bound, number) == text
+
+
+SAID = [
+    (DISTANCE, "3.42 m", 3.42),
+    (DISTANCE, " 3.42", 3.42),
+    (DISTANCE, "", nan),
+    (ANGLE, "–", nan),
+    (ANGLE, "−31°", radians(-31)),
+    (ANGLE, "-31", radians(-31)),
+    (FOOD, "12 units", 12.0),
+    (LEFT, "yes", 1.0),
+]
+
+
+@pytest.mark.parametrize(("bound", "text", "read"), SAID)
+def test_values_are_read_as_they_are_said(bound: BoundFeature, text: str, read: float) -> None:
+    assert number(bound, text) == pytest.approx(read, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("bound", "text", "problem"),
+    [(DISTANCE, "far", "'far' is no number"), (LEFT, "1", "give no or yes")],
+)
+def test_what_is_no_value_is_refused(bound: BoundFeature, text: str, problem: str) -> None:
+    with pytest.raises(KindError, match=problem):
+        number(bound, text)
 
 
 def test_conditions_say_angles_like_readings() -> None:

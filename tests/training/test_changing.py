@@ -135,6 +135,30 @@ def test_undo_while_testing_learns_again() -> None:
     assert taught.screen().path == ("left",)
 
 
+RENAMED = [  # states, and new names by those they had; the examples then
+    (["ahead=forward", "left"], {"forward": "ahead"}, [("start", "ahead"), ("ahead", "ahead")]),
+    (
+        ["left=forward", "forward=left"],
+        {"forward": "left", "left": "forward"},
+        [("start", "left"), ("left",) * 2],
+    ),
+    (["left=forward"], {"forward": "left"}, [("start", "left"), ("left",) * 2]),
+    (["ahead=forward", "forward"], {"forward": "ahead"}, [("start", "ahead"), ("ahead",) * 2]),
+]
+
+
+@pytest.mark.parametrize(("states", "names", "examples"), RENAMED)
+def test_examples_go_with_a_state_that_gets_another_name(
+    states: list[str], names: dict[str, str], examples: list[tuple[str, ...]]
+) -> None:
+    """Those of a state that is left out do not go to another that gets its name."""
+    taught = play(session(["forward", "left"]), "forward", 5)
+    taught.choose(states=states, names=names)
+    assert [(each.state, each.next) for each in taught.examples[:2]] == examples
+    assert taught.undo() == "choose states and names"
+    assert taught.screen().path == ("forward",)
+
+
 # Edits
 
 

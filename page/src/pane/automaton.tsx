@@ -24,9 +24,7 @@ export function AutomatonTab() {
   const edges = picked === undefined ? desk.edges : [picked];
   return (
     <>
-      <div class="graph-place">
-        <GraphView desk={desk} panel={panel} last={studio.switch} />
-      </div>
+      <GraphView desk={desk} panel={panel} last={studio.switch} />
       {desk.path.length > 1 && <p class="tiny path">now {desk.path.join(" › ")}</p>}
       <Why />
       <div class="rules-head">

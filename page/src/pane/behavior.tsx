@@ -6,26 +6,18 @@ import type { Trained } from "../protocol";
 import type { Studio } from "../studio";
 import { className, counted } from "../words";
 import { Naming, type Way } from "./naming";
+import { useOpening } from "./opening";
 import { Versions } from "./versions";
 
 export function Behavior({ trained, studio }: { trained: Trained; studio: Studio }) {
   const panel = usePanel();
-  const [asks, setAsks] = useState(false);
   const [shown, setShown] = useState<Way | "versions" | null>(null);
   const show = (which: Way | "versions"): void => setShown(shown === which ? null : which);
   const { name, parameters, runs, examples, versions, complete, why_not: whyNot } = trained;
   const { desk, directs } = studio;
   const here = desk?.name === name;
-  const open = async (discard: boolean): Promise<void> => {
-    if (desk !== null && desk.unsaved && !discard) return setAsks(true);
-    setAsks(false);
-    const answer = await studio.ask({ do: "open", name, discard });
-    if (answer.error === undefined) panel.open("automaton");
-  };
-  const saveFirst = async (): Promise<void> => {
-    const answer = await studio.ask({ do: "save", name: null });
-    if (answer.error === undefined) await open(true);
-  };
+  const left = studio.told?.library.cut_off.find((each) => each.name === name);
+  const { open, asks } = useOpening(studio, name, left);
   const place = useRef<HTMLLIElement>(null);
   const wanted = panel.behavior?.name === name;
   useEffect(() => {
@@ -55,7 +47,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
               class="small"
               aria-label={`Open ${name}`}
               disabled={!directs}
-              onClick={() => void open(false)}
+              onClick={open}
             >
               Open
             </button>
@@ -104,20 +96,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
       )}
       {shown === "versions" && <Versions name={name} count={versions} studio={studio} />}
       {!complete && <p class="warn">Not complete: {whyNot ?? "something it needs is missing"}</p>}
-      {asks && desk !== null && (
-        <div class="asks" role="alert">
-          <p>{desk.name} has changes that are not in the library.</p>
-          <button type="button" class="small" onClick={() => void saveFirst()}>
-            Save, then open
-          </button>
-          <button type="button" class="small" onClick={() => void open(true)}>
-            Open without saving
-          </button>
-          <button type="button" class="link" onClick={() => setAsks(false)}>
-            not now
-          </button>
-        </div>
-      )}
+      {asks}
     </li>
   );
 }

@@ -1,6 +1,7 @@
 /** The form for a new automaton, and for choosing anew: beside the running world, never over it. */
 
 import { useState } from "preact/hooks";
+import { twice } from "../calls";
 import { usePanel, useStudio } from "../context";
 import { drafted, offers, request, type Draft } from "../draft";
 import type { Form } from "../panel";
@@ -8,6 +9,7 @@ import type { Scene } from "../protocol";
 import type { Studio } from "../studio";
 import { counted } from "../words";
 import { Bindings, Choices, Field, Options } from "./fields";
+import { States } from "./states";
 
 export function ChoiceForm({ form }: { form: Form }) {
   const studio = useStudio();
@@ -22,7 +24,9 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
   const change = (part: Partial<Draft>): void => setDraft((before) => ({ ...before, ...part }));
   const offered = offers(draft, studio, scene);
   const fresh = form === "new";
-  const missing = lacks(draft);
+  const known = new Set(offered.states.flatMap(({ ways }) => ways));
+  const states = fresh ? draft.states.filter(({ runs }) => known.has(runs)) : draft.states;
+  const missing = lacks({ ...draft, states });
   const send = async (discard: boolean): Promise<void> => {
     if (fresh && atStake(studio, draft.name) !== null && !discard) return setAsks(true);
     const answer = await studio.ask(request(form, draft, studio, scene, discard));
@@ -59,12 +63,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
           <Bindings draft={draft} scene={scene} change={change} />
         </>
       )}
-      <Choices
-        legend="States: what it can do"
-        offers={offered.states}
-        chosen={draft.states}
-        choose={(states) => change({ states })}
-      />
+      <States offers={offered.states} chosen={states} choose={(chosen) => change({ states: chosen })} />
       <Field
         label="Flags"
         value={draft.flags}
@@ -119,5 +118,7 @@ function atStake(studio: Studio, name: string): string | null {
 function lacks(draft: Draft): string | null {
   if (draft.name.trim() === "") return "Give it a name.";
   if (draft.states.length === 0) return "Choose at least one state.";
+  const same = twice(draft.states);
+  if (same !== null) return `Two states are called ${same}.`;
   return draft.features.length === 0 ? "Choose at least one feature." : null;
 }

@@ -5,6 +5,7 @@ import type { Panel } from "../panel";
 import type { Desk, Example } from "../protocol";
 import type { Studio } from "../studio";
 import { className, clock, plain } from "../words";
+import { Detail } from "./example";
 
 type Kind = Example["kind"] | "correction";
 
@@ -24,7 +25,7 @@ export function kindOf({ kind, correction }: Example): Kind {
 /** So many are listed at first: a watched lesson has thousands. */
 const LATEST = 400;
 
-interface TableProps {
+export interface TableProps {
   desk: Desk;
   panel: Panel;
   studio: Studio;
@@ -118,48 +119,6 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
         </tr>
       )}
     </>
-  );
-}
-
-function Detail({ example, desk, panel, studio }: TableProps & { example: Example }) {
-  const { number } = example;
-  const remove = async (): Promise<void> => {
-    const answer = await studio.change({ do: "delete", number }, { do: "undo" });
-    if (answer.error === undefined) panel.selectExample(null);
-  };
-  return (
-    <div class="detail-row">
-      <label>
-        in {example.state}, go to{" "}
-        <select
-          value={example.next}
-          disabled={!studio.directs}
-          onChange={(event) => {
-            const next = event.currentTarget.value;
-            void studio.change({ do: "edit", number, state: null, next }, { do: "undo" });
-          }}
-        >
-          {desk.states.map(({ name }) => (
-            <option key={name} value={name}>
-              {name === example.state ? `${name} (stay)` : name}
-            </option>
-          ))}
-        </select>
-      </label>
-      <button
-        type="button"
-        class="small"
-        disabled={!studio.directs}
-        title="Go back to just before it was shown"
-        onClick={() => void studio.ask({ do: "rewind", example: number })}
-      >
-        Go there
-      </button>
-      <button type="button" class="small danger" disabled={!studio.directs} onClick={() => void remove()}>
-        Delete
-      </button>
-      {example.contradicts && <p class="tiny warn">Another press shows otherwise for the same reading.</p>}
-    </div>
   );
 }
 

@@ -1,5 +1,6 @@
 /** The fields of the form: names, what parameters stand for, chips to choose from, options. */
 
+import type { ComponentChildren } from "preact";
 import { listed, type Offer } from "../calls";
 import type { Draft } from "../draft";
 import type { Scene } from "../protocol";
@@ -84,28 +85,33 @@ export function Options({ draft, change }: PartProps) {
 }
 
 interface ChoicesProps {
-  legend: string;
+  legend: ComponentChildren;
   offers: readonly Offer[];
   chosen: readonly string[];
   choose: (chosen: readonly string[]) => void;
+  children?: ComponentChildren;
 }
 
-export function Choices({ legend, offers, chosen, choose }: ChoicesProps) {
+export function Choices({ legend, offers, chosen, choose, children }: ChoicesProps) {
   const alone = offers.filter((offer) => offer.ways.length === 1);
   const several = offers.filter((offer) => offer.ways.length > 1);
-  const chip = (way: string, short: string) => (
-    <label class="chip" key={way}>
-      <input
-        type="checkbox"
-        aria-label={way}
-        checked={chosen.includes(way)}
-        onChange={(event) => {
-          choose(event.currentTarget.checked ? [...chosen, way] : chosen.filter((each) => each !== way));
-        }}
-      />
-      {short}
-    </label>
-  );
+  const chip = (way: string, short: string) => {
+    const times = chosen.filter((each) => each === way).length;
+    return (
+      <label class="chip" key={way}>
+        <input
+          type="checkbox"
+          aria-label={way}
+          checked={times > 0}
+          onChange={(event) => {
+            choose(event.currentTarget.checked ? [...chosen, way] : chosen.filter((each) => each !== way));
+          }}
+        />
+        {short}
+        {times > 1 && ` × ${times}`}
+      </label>
+    );
+  };
   return (
     <fieldset>
       <legend>{legend}</legend>
@@ -116,6 +122,7 @@ export function Choices({ legend, offers, chosen, choose }: ChoicesProps) {
         </div>
       ))}
       {alone.length > 0 && <div class="chips">{alone.map(({ ways: [way = ""] }) => chip(way, way))}</div>}
+      {children}
     </fieldset>
   );
 }

@@ -1,6 +1,6 @@
 /** The automaton as a graph: the active state lit, the last transition flashing, every edge to be clicked. */
 
-import { useMemo, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { BUTTON, curve, drawing, edgeId, HEIGHT, type Bend, type Node } from "../graph";
 import type { Panel } from "../panel";
 import type { Desk } from "../protocol";
@@ -8,10 +8,13 @@ import type { Switch } from "../studio";
 import { className, counted } from "../words";
 
 const LARGEST = 1.15;
+/** Smaller could not be read: then it is scrolled. */
+const LEAST = 0.8;
 const MOST_HIGH = 300;
 /** While something is open in it. */
+const LEAST_OPEN = 0.6;
 const MOST_HIGH_OPEN = 520;
-const WIDE = 340;
+const WIDE = 356;
 
 interface GraphProps {
   desk: Desk;
@@ -29,52 +32,62 @@ export function GraphView({ desk, panel, last }: GraphProps) {
       drawing(desk.states, desk.edges, ({ name, flag }) => name + (flag ? " ⚑" : ""), opened, desk.nested),
     [shape, edges, opened, Object.keys(desk.nested).join()],
   );
-  const most = drawn.nodes.some(({ inner }) => inner !== null) ? MOST_HIGH_OPEN : MOST_HIGH;
-  const scale = Math.min(LARGEST, WIDE / drawn.width, most / drawn.height);
+  const within = drawn.nodes.some(({ inner }) => inner !== null);
+  const [least, most] = within ? [LEAST_OPEN, MOST_HIGH_OPEN] : [LEAST, MOST_HIGH];
+  const scale = Math.max(least, Math.min(LARGEST, WIDE / drawn.width, most / drawn.height));
+  const wide = drawn.width * scale > WIDE;
+  const place = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    const on = drawn.nodes.find(({ state }) => state.name === desk.state);
+    if (!wide || on === undefined || place.current === null) return;
+    place.current.scrollLeft = on.x * scale - place.current.clientWidth / 2;
+  }, [desk.state, drawn]);
   const number = new Map(desk.edges.map((edge) => [edgeId(edge), edge.examples.length]));
   return (
-    <svg
-      class={className("graph", desk.mode)}
-      viewBox={`0 0 ${drawn.width} ${drawn.height}`}
-      width={drawn.width * scale}
-      height={drawn.height * scale}
-      role="group"
-      aria-label={`The automaton ${desk.name}`}
-    >
-      <defs>
-        {["line", "picked", "flash"].map((name) => (
-          <marker
-            key={name}
-            id={`head-${name}`}
-            class={`head ${name}`}
-            viewBox="0 0 8 8"
-            refX="7"
-            refY="4"
-            markerUnits="userSpaceOnUse"
-            markerWidth="9"
-            markerHeight="9"
-            orient="auto"
-          >
-            <path d="M0 0.6 7.6 4 0 7.4Z" />
-          </marker>
+    <div ref={place} class="graph-place" tabIndex={wide ? 0 : undefined}>
+      <svg
+        class={className("graph", desk.mode)}
+        viewBox={`0 0 ${drawn.width} ${drawn.height}`}
+        width={drawn.width * scale}
+        height={drawn.height * scale}
+        role="group"
+        aria-label={`The automaton ${desk.name}`}
+      >
+        <defs>
+          {["line", "picked", "flash"].map((name) => (
+            <marker
+              key={name}
+              id={`head-${name}`}
+              class={`head ${name}`}
+              viewBox="0 0 8 8"
+              refX="7"
+              refY="4"
+              markerUnits="userSpaceOnUse"
+              markerWidth="9"
+              markerHeight="9"
+              orient="auto"
+            >
+              <path d="M0 0.6 7.6 4 0 7.4Z" />
+            </marker>
+          ))}
+        </defs>
+        {drawn.arcs.map((arc) => (
+          <ArcView key={arc.id} arc={arc} panel={panel} last={last} examples={number.get(arc.id) ?? 0} />
         ))}
-      </defs>
-      {drawn.arcs.map((arc) => (
-        <ArcView key={arc.id} arc={arc} panel={panel} last={last} examples={number.get(arc.id) ?? 0} />
-      ))}
-      {drawn.nodes.map((node, index) => (
-        <NodeView
-          key={node.path}
-          node={node}
-          desk={desk}
-          panel={panel}
-          first={index === 0}
-          level={0}
-          lit
-          open={open}
-        />
-      ))}
-    </svg>
+        {drawn.nodes.map((node, index) => (
+          <NodeView
+            key={node.path}
+            node={node}
+            desk={desk}
+            panel={panel}
+            first={index === 0}
+            level={0}
+            lit
+            open={open}
+          />
+        ))}
+      </svg>
+    </div>
   );
 }
 

@@ -3,8 +3,8 @@
 import { useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
 import type { Studio } from "../studio";
-import { counted } from "../words";
 import { Behavior } from "./behavior";
+import { CutOffLesson } from "./cutoff";
 import { Parcel } from "./parcel";
 
 export function LibraryTab() {
@@ -18,22 +18,8 @@ export function LibraryTab() {
       {desk !== null && <SaveAs studio={studio} name={desk.name} />}
       {cutOff.length > 0 && (
         <ul class="behaviors">
-          {cutOff.map(({ name, examples }) => (
-            <li class="behavior" key={name}>
-              <div class="behavior-head">
-                <b>{name}</b>
-                <span class="space" />
-                <button
-                  type="button"
-                  class="small"
-                  disabled={!directs}
-                  onClick={() => void studio.ask({ do: "open", name })}
-                >
-                  Go on
-                </button>
-              </div>
-              <p class="tiny">cut off before it was saved, with {counted(examples, "example")}</p>
-            </li>
+          {cutOff.map((left) => (
+            <CutOffLesson key={left.name} left={left} studio={studio} />
           ))}
         </ul>
       )}

@@ -34,14 +34,16 @@ def studio(
     from understudy.cli.parts import chosen_world, find_kit, find_world
     from understudy.cli.progress import compile_once
     from understudy.studio.serving import listen, serve
+    from understudy.studio.shelf import check_folder
     from understudy.studio.stage import Stage
     from understudy.studio.studio import Studio
 
     name = chosen_world(scenario, world)
     found, parts = find_world(name), find_kit(kit, name)
+    check_folder(library)
+    address = listen(host, port, token)
     compile_once(learner=True, world=found)
     stage = Stage(found, library, parts, seed=seed)
-    address = listen(host, port, token)
     typer.echo(f"The studio is at {address.link}  (Ctrl C ends it)")
 
     def ready() -> None:

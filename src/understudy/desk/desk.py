@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
+from typing import Unpack
 
 from understudy.desk import words
 from understudy.desk.journals import alike
@@ -21,6 +22,7 @@ from understudy.errors import SessionError
 from understudy.model.feature import BoundFeature
 from understudy.model.folder import save
 from understudy.model.lesson import Lesson
+from understudy.training.edits import Edit
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.worlds.finding import place_of
@@ -357,21 +359,15 @@ class Desk:
         self.said = Said(f"Example {number} deleted; undo takes that back")
         self._changed()
 
-    def edit(self, number: int, *, state: str | None = None, next: str | None = None) -> None:
-        """Let an example say another state or next state."""
-        self.session.edit(number, state=state, next=next)
+    def edit(self, number: int, **what: Unpack[Edit]) -> None:
+        """Let an example say another state, next state or values."""
+        self.session.edit(number, **what)
         self.said = Said(f"Example {number} edited; undo takes that back")
         self._changed()
 
     def choose(self, choices: Choices) -> None:
         """Choose what the lesson is about anew; examples stay where they can."""
-        session = self.session
-        session.choose(
-            states=choices.states or (),
-            features=choices.features or (),
-            flags=choices.flags or (),
-            options=choices.options(self._options),
-        )
+        self.session.choose(**choices.anew(self._options))
         self.memory.forget()
         self.said = Said("Chosen anew; the examples stay, and undo takes it back")
         self._changed()

@@ -97,6 +97,12 @@ def end(path: Path, library: Path, name: str) -> Path:
     return ended
 
 
+def reopen(ended: Path) -> None:
+    """A session that was marked as ended is cut off again."""
+    with failing(ended, "marking the journal as cut off"):
+        ended.rename(ended.with_suffix(RUNNING))
+
+
 def alike(first: Lesson, second: Lesson) -> bool:
     """Whether two lessons hold the same examples, choices and options, wherever their records lie."""
     return (first.automaton, first.options) == (second.automaton, second.options) and (

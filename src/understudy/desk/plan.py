@@ -27,6 +27,7 @@ class Choices:
     flags: Sequence[str] | None = None
     parameters: Sequence[str] | None = None
     targets: Mapping[str, str] = field(default_factory=dict)
+    renamed: Mapping[str, str] = field(default_factory=dict)
     watched: bool | None = None
     reaction_s: float | None = None
 
@@ -37,6 +38,18 @@ class Choices:
             watched=former.watched if self.watched is None else self.watched,
             reaction_s=former.reaction_s if self.reaction_s is None else self.reaction_s,
         )
+
+    def anew(self, former: Options) -> Choice:
+        """What is chosen anew for a lesson with these options."""
+        choice = Choice(
+            states=self.states or (),
+            features=self.features or (),
+            flags=self.flags or (),
+            options=self.options(former),
+        )
+        if self.renamed:
+            choice["names"] = self.renamed
+        return choice
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from math import degrees, inf, isnan
+from math import degrees, inf, isnan, nan, radians
 
+from understudy.errors import KindError
 from understudy.model.example import Example, ExampleKind
 from understudy.model.feature import BoundFeature
 from understudy.model.kinds import Categorical, Toroidal
@@ -35,6 +36,26 @@ def value(bound: BoundFeature, number: float, *, unit: bool = True) -> str:
         digits = _DIGITS.get(name, 0 if float(number).is_integer() else 2)
         text = f"{number:.{digits}f}{f' {name}' if name and unit else ''}"
     return text.replace("-", "−")
+
+
+def number(bound: BoundFeature, text: str) -> float:
+    """A value as it is said, with its unit or without: the other way round."""
+    said = text.strip().replace("−", "-")
+    if said in ("", ABSENT):
+        return nan
+    if isinstance(bound.kind, Categorical):
+        if said not in bound.kind.labels:
+            remedy = f"give {' or '.join(bound.kind.labels)}, or nothing where it is absent"
+            raise KindError(
+                where=str(bound), problem=f"{text.strip()!r} is none of its values", remedy=remedy
+            )
+        return float(bound.kind.labels.index(said))
+    try:
+        found = float(said.removesuffix("°" if is_angle(bound) else bound.feature.unit))
+    except ValueError:
+        remedy = "give one, or nothing where it is absent"
+        raise KindError(where=str(bound), problem=f"{text.strip()!r} is no number", remedy=remedy) from None
+    return radians(found) if is_angle(bound) else found
 
 
 def _around_zero(angle: float) -> int:

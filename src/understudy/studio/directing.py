@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
+from understudy.desk import words
 from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
-from understudy.errors import SettingError
-from understudy.studio import company, former, keeping, naming, openings
+from understudy.errors import SettingError, UnknownName
+from understudy.studio import company, former, keeping, moments, naming, openings
 from understudy.studio import messages as m
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
@@ -45,8 +46,10 @@ def _rewind(stage: Stage, message: m.Rewind) -> None:
     if (message.time_s is None) == (message.example is None):
         problem, remedy = "says nothing, or two things", "give a time or an example"
         raise SettingError(where="the studio", setting="rewind", problem=problem, remedy=remedy)
-    reel = stage.reel
-    stage.rewind(reel.at(message.time_s) if message.time_s is not None else reel.of(message.example or 0))
+    if message.example is not None:
+        moments.go_to_example(stage, message.example)
+    elif message.time_s is not None:
+        stage.rewind(stage.reel.at(message.time_s))
 
 
 def _open(stage: Stage, message: m.Open) -> None:
@@ -71,6 +74,7 @@ def _choose(stage: Stage, message: m.Choose) -> None:
         states=message.states,
         features=message.features,
         flags=message.flags,
+        renamed=message.renamed,
         watched=message.watched,
         reaction_s=message.reaction_s,
     )
@@ -79,7 +83,12 @@ def _choose(stage: Stage, message: m.Choose) -> None:
 
 
 def _edit(stage: Stage, message: m.Edit) -> None:
-    stage.trained.edit(message.number, state=message.state, next=message.next)
+    features = {str(bound): bound for bound in stage.trained.features}
+    for label in message.values:
+        if label not in features:
+            raise UnknownName(what="feature", name=label, where="the lesson", known=list(features))
+    values = {label: words.number(features[label], text) for label, text in message.values.items()}
+    stage.trained.edit(message.number, state=message.state, next=message.next, values=values)
 
 
 def _agent(stage: Stage, message: m.Agent) -> None:
@@ -167,6 +176,8 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.Save: lambda stage, message: keeping.save(stage, message.name),
         m.Remove: lambda stage, message: keeping.remove(stage, message.name),
         m.Restore: lambda stage, message: keeping.restore(stage, message.name),
+        m.Discard: lambda stage, message: keeping.discard(stage, message.name),
+        m.Recall: lambda stage, message: keeping.recall(stage, message.name),
         m.Rename: lambda stage, message: naming.rename(stage, message.name, message.to),
         m.Duplicate: lambda stage, message: naming.duplicate(stage, message.name, message.to),
         m.Versions: lambda stage, message: former.listed(stage, message.name),

@@ -1,9 +1,10 @@
-"""Keeping: what a person does to the library - saving what is trained, removing, bringing back."""
+"""Keeping: what a person does to the library - saving what is trained, removing, bringing back, throwing away."""
 
 from __future__ import annotations
 
+from understudy.desk import journals
 from understudy.desk.desk import Said
-from understudy.errors import SessionError
+from understudy.errors import SessionError, UnknownName
 from understudy.model.filenames import alike
 from understudy.studio import shelf
 from understudy.studio.stage import Stage
@@ -43,3 +44,25 @@ def restore(stage: Stage, name: str) -> None:
     shelf.restore(stage.shelf, name)
     stage.look()
     stage.said = Said(f"{name} is back in the library")
+
+
+def discard(stage: Stage, name: str) -> None:
+    """Throw away a lesson that was cut off; its journal stays among those that ended."""
+    stage.look_for_cut_off()
+    if name not in stage.cut_off:
+        where, known = "the lessons that were cut off", list(stage.cut_off)
+        raise UnknownName(what="automaton", name=name, where=where, known=known)
+    stage.discarded[name] = journals.end(stage.cut_off[name].path, stage.shelf.folder, name)
+    stage.look_for_cut_off()
+    stage.said = Said(f"The lesson of {name} that was cut off is thrown away")
+
+
+def recall(stage: Stage, name: str) -> None:
+    """Offer a lesson again that was thrown away since the studio was started."""
+    if name not in stage.discarded:
+        where, known = "the lessons that were thrown away", list(stage.discarded)
+        raise UnknownName(what="automaton", name=name, where=where, known=known)
+    journals.reopen(stage.discarded[name])
+    del stage.discarded[name]
+    stage.look_for_cut_off()
+    stage.said = Said(f"The lesson of {name} that was cut off can go on again")

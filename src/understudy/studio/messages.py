@@ -8,6 +8,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from understudy.errors import UnderstudyError
+from understudy.studio.mistakes import said
 
 MOST_BYTES = 64 * 1024
 """How long a message may be."""
@@ -16,6 +17,8 @@ Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Call: TypeAlias = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """What a state runs, or a feature of targets: a name and what it is called with, as goto(station)."""
+Value: TypeAlias = Annotated[str, Meta(max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
+"""A feature's value as it is shown: 3.42 m, −31°, yes, or nothing."""
 Calls: TypeAlias = Annotated[list[Call], Meta(max_length=200)]
 Names: TypeAlias = Annotated[list[Name], Meta(max_length=200)]
 Targets: TypeAlias = dict[Name, Name]
@@ -112,11 +115,12 @@ class New(Message, frozen=True, kw_only=True, tag="new"):
 
 
 class Choose(Message, frozen=True, kw_only=True, tag="choose"):
-    """Choose anew what the lesson is about; examples stay where they can."""
+    """Choose anew what the lesson is about; examples stay where they can, also those of states `renamed`."""
 
     states: Calls
     features: Calls
     flags: Names = []
+    renamed: dict[Call, Call] = {}
     watched: bool | None = None
     reaction_s: float | None = None
 
@@ -128,11 +132,12 @@ class Delete(Message, frozen=True, kw_only=True, tag="delete"):
 
 
 class Edit(Message, frozen=True, kw_only=True, tag="edit"):
-    """Let an example say another state or next state."""
+    """Let an example say another state, next state, or values, which are written as they are shown."""
 
     number: Index
     state: Call | None = None
     next: Call | None = None
+    values: dict[Call, Value] = {}
 
 
 class Save(Message, frozen=True, kw_only=True, tag="save"):
@@ -149,6 +154,18 @@ class Remove(Message, frozen=True, kw_only=True, tag="remove"):
 
 class Restore(Message, frozen=True, kw_only=True, tag="restore"):
     """Bring a trained behavior back from the trash."""
+
+    name: Name
+
+
+class Discard(Message, frozen=True, kw_only=True, tag="discard"):
+    """Throw away a lesson that was cut off."""
+
+    name: Name
+
+
+class Recall(Message, frozen=True, kw_only=True, tag="recall"):
+    """Offer a lesson again that was cut off and thrown away."""
 
     name: Name
 
@@ -291,6 +308,8 @@ AnyMessage: TypeAlias = (
     | Save
     | Remove
     | Restore
+    | Discard
+    | Recall
     | Rename
     | Duplicate
     | Versions
@@ -320,6 +339,14 @@ class UnusableMessage(UnderstudyError):
         super().__init__(f"the message cannot be used, and changed nothing: {problem}")
 
 
+class UnusableField(UnusableMessage):
+    """A message with something that a person typed and that cannot be used."""
+
+    def __init__(self, *, problem: str) -> None:
+        self.problem = problem
+        UnderstudyError.__init__(self, f"{problem[0].upper()}{problem[1:]}. Nothing was changed")
+
+
 class _Numbered(Struct):
     id: Id | None = None
 
@@ -335,7 +362,8 @@ def read(text: str | bytes) -> AnyMessage:
     try:
         return _messages.decode(text)
     except (msgspec.MsgspecError, UnicodeError, RecursionError) as error:
-        raise UnusableMessage(problem=str(error)) from error
+        typed = said(str(error))
+        raise UnusableField(problem=typed) if typed else UnusableMessage(problem=str(error)) from error
 
 
 def number_of(text: str | bytes) -> int | None:

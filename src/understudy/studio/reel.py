@@ -33,7 +33,8 @@ class Reel:
     def __init__(self) -> None:
         self._frames: deque[Frame] = deque()
         self._size = 0
-        self._shown: dict[int, float] = {}  # when examples were shown, by number
+        self._examples: Sequence[Example] | None = None
+        self._shown: dict[tuple[int, int | None], float | None] = {}  # when; None: not in this run
 
     def see(self, session: Session) -> None:
         """A tick passed. Where time went back before, what came after is forgotten."""
@@ -50,11 +51,12 @@ class Reel:
         while len(self._frames) > 1 and (self._frames[0].time_s < now - KEPT_S or self._size > MOST_BYTES):
             self._size -= self._frames.popleft().size
 
-    def _note(self, examples: Sequence[Example], now: float) -> None:
-        for example in reversed(examples):
-            if example.number in self._shown:
-                return
-            self._shown[example.number] = now
+    def _note(self, examples: Sequence[Example], now: float | None) -> None:
+        if examples is self._examples:
+            return
+        self._examples = examples
+        shown = self._shown
+        self._shown = {each: shown.get(each, now) for each in map(_which, examples)}
 
     def at(self, time_s: float) -> Frame:
         """The last moment kept before a time, or the first there is; SessionError where there is none."""
@@ -63,17 +65,22 @@ class Reel:
         times = [frame.time_s for frame in self._frames]
         return self._frames[max(0, bisect_right(times, time_s + 1e-9) - 1)]
 
-    def of(self, number: int) -> Frame:
-        """The moment before an example was shown; SessionError where it is not kept any more."""
-        if number not in self._shown:
-            raise SessionError(f"example {number} was shown in another run: its moment is not kept")
-        frame = self.at(self._shown[number] - EVERY_S)
-        if frame.time_s > self._shown[number]:
-            raise SessionError(f"the moment of example {number} is not kept any more")
-        return frame
+    def of(self, number: int) -> Frame | None:
+        """The moment before an example was shown; None where it is not kept, or was in another run."""
+        shown = next((time for (each, _), time in self._shown.items() if each == number), None)
+        if shown is None:
+            return None
+        frame = self.at(shown - EVERY_S)
+        return frame if frame.time_s <= shown else None
 
-    def forget(self) -> None:
-        """Another run begins."""
+    def forget(self, examples: Sequence[Example]) -> None:
+        """Another run begins; these examples were shown before it."""
         self._frames.clear()
         self._size = 0
-        self._shown = {}
+        self._shown, self._examples = {}, None
+        self._note(examples, None)
+
+
+def _which(example: Example) -> tuple[int, int | None]:
+    """Tells an example from one that was undone and had its number."""
+    return example.number, example.moment

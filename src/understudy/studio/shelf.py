@@ -5,13 +5,14 @@ library/.trash/goto.json        what was removed; library/.trash/goto~2.json, re
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from understudy.errors import SessionError, UnderstudyError, UnknownName
+from understudy.errors import FileError, SessionError, UnderstudyError, UnknownName
 from understudy.learning.transitions import learn
 from understudy.model.atomic import failing, locked, sync_folder
 from understudy.model.binding import called
@@ -109,6 +110,18 @@ def _broken(name: str, problem: str) -> dict[str, Any]:
         "complete": False,
         "why_not": problem,
     }
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse what is no folder and cannot become one."""
+    with failing(folder, "opening the library"):
+        there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    if not there.is_dir():
+        remedy = "name a folder, which is made where there is none"
+        raise FileError(path=there, place="", problem="it is a file, not a folder", remedy=remedy)
+    if there != folder and not os.access(there, os.W_OK):
+        remedy = "name another, or see that you may write there"
+        raise FileError(path=folder, place="", problem=f"it cannot be made in {there}", remedy=remedy)
 
 
 def look(folder: Path, kit: Kit) -> Shelf:

@@ -16,9 +16,11 @@ from understudy.desk.pace import Wall, known_speed
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.kit import Kit
 from understudy.studio import frames, shelf
+from understudy.studio.idling import Idling
 from understudy.studio.picture import Picture
 from understudy.studio.reel import Frame, Reel
 from understudy.studio.scene import Plain, scene
+from understudy.training.company import Instant
 from understudy.training.trainee import Mode
 from understudy.worlds.scenario import Scenario, Sonar
 from understudy.worlds.world import World
@@ -57,11 +59,12 @@ class Stage:
         self.opened: Opened | None = None
         self.moved = self.rebuilt = 0
         self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
-        self._speed, self._paused = 1.0, False
+        self._speed, self._idling = 1.0, Idling(self.world, wall)
         self._said = Said(NOTHING)
         self._picture: Picture | None = None
         self.reel = Reel()
         self.run: Plain = {"number": 0, "from_s": 0.0}
+        self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
         self.look_for_cut_off()
         if self.cut_off:
             self._said = Said(f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on")
@@ -103,7 +106,7 @@ class Stage:
     @property
     def paused(self) -> bool:
         """Whether somebody let time stand still."""
-        return self._paused if self.desk is None else self.desk.paused
+        return self._idling.paused if self.desk is None else self.desk.paused
 
     @property
     def speed(self) -> float:
@@ -166,20 +169,23 @@ class Stage:
     def beat(self) -> None:
         """Take the ticks that are due; what goes wrong is said, and time stands still."""
         desk = self.desk
-        if desk is None:
-            return
         try:
-            for _ in desk.ticks():
+            for _ in self._idling.ticks() if desk is None else desk.ticks():
                 self.moved += 1
-                self.reel.see(desk.session)
+                if desk is not None:
+                    self.reel.see(desk.session)
         except Exception as error:
             self.halt(explained(error))
 
     def step(self) -> None:
         """One tick, then time stands still."""
-        self.trained.step()
-        self.reel.see(self.trained.session)
         self.moved += 1
+        if self.desk is None:
+            self._idling.step()
+            self._said = Said("Paused")
+        else:
+            self.desk.step()
+            self.reel.see(self.desk.session)
 
     def halt(self, problem: str) -> None:
         """Something went wrong, which is said; time stands still."""
@@ -191,16 +197,16 @@ class Stage:
         self.moved += 1
         if self.paused != paused:
             if self.desk is None:
-                self._paused = paused
+                self._idling.pause(paused)
             else:
                 self.desk.pause()
-                self.desk.said = Said("Paused" if paused else "Going on")
+            self.said = Said("Paused" if paused else "Going on")
             if why is not None:
                 self.said = Said(why)
 
     def set_speed(self, speed: float) -> None:
         """How many times as fast as in life the world goes."""
-        self._speed = known_speed(speed, "the studio")
+        self._speed = self._idling.pace.speed = known_speed(speed, "the studio")
         if self.desk is not None:
             self.desk.set_speed(speed)
 
@@ -216,18 +222,27 @@ class Stage:
         self.changed()
 
     def _begin_reel(self) -> None:
-        self.reel.forget()
+        self.reel.forget(() if self.desk is None else self.desk.session.examples)
         self.run = {"number": self.run["number"] + 1, "from_s": self.world.time_s}
         if self.desk is not None:
             self.reel.see(self.desk.session)
 
     def rewind(self, frame: Frame) -> None:
         """Go back to a moment of the run, and stand still there; the lesson stays."""
+        self._back(frame.instant)
+
+    def go_back(self, instant: Instant) -> None:
+        """Go back to a moment of this session that may be of another run."""
+        self._back(instant)
+        self._begin_reel()
+
+    def _back(self, instant: Instant) -> None:
         desk = self.trained
         self.pause(True)
-        desk.session.rewind(frame.instant)
+        desk.session.rewind(instant)
         desk.moved("back")
-        desk.said = Said(f"Back at {words.clock(frame.time_s)}; the lesson stays, and going on begins here")
+        now = words.clock(self.world.time_s)
+        desk.said = Said(f"Back at {now}; the lesson stays, and going on begins here")
         self.changed()
 
     def changed(self) -> None:
@@ -252,6 +267,7 @@ class Stage:
     def take(self, opened: Opened, said: str) -> None:
         """Another desk takes the place of the present one, whose journal is not needed any more."""
         self._leave()
+        self._idling.pause(True)
         self.opened, desk = opened, opened.desk
         self._picture, self.agent = Picture(desk), desk.robot
         self.began_with = len(desk.session.examples)

@@ -17,7 +17,7 @@ from understudy.training.design import check_names, chosen_feature, chosen_state
 
 
 class Choice(TypedDict, total=False):
-    """What can be chosen for a lesson; see `new_lesson`."""
+    """What can be chosen for a lesson; see `new_lesson`. `names`: new names of states by those they had."""
 
     states: Sequence[str | State]
     flags: Sequence[str]
@@ -25,6 +25,15 @@ class Choice(TypedDict, total=False):
     parameters: Sequence[str]
     stateless: bool
     options: Options
+    names: Mapping[str, str]
+
+
+class Edit(TypedDict, total=False):
+    """What can be edited in an example; values by feature label."""
+
+    state: str | None
+    next: str | None
+    values: Mapping[str, float] | None
 
 
 def deleted(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
@@ -92,7 +101,7 @@ def rechosen(lesson: Lesson, library: Library, choice: Choice, targets: Mapping[
     bound = {name: target for name, target in targets.items() if name in automaton.parameters}
     kept = tuple(
         replace(example, binding=Binding({**bound, **example.binding}))
-        for example in lesson.examples
+        for example in _renamed(lesson.examples, choice.get("names", {}))
         if example.state in names and example.next in names and names[example.state].flag is None
     )
     return replace(lesson, automaton=automaton, examples=kept, options=choice.get("options", lesson.options))
@@ -104,6 +113,22 @@ def numbered(lesson: Lesson, number: int) -> Example:
         if example.number == number:
             return example
     raise SessionError(f"lesson {lesson.name!r} has no example {number}")
+
+
+def _renamed(examples: Sequence[Example], names: Mapping[str, str]) -> Sequence[Example]:
+    """Examples with new names of states; those of a state whose name another has now are gone."""
+    if not names:
+        return examples
+    gone = set(names.values()) - set(names)
+    return [
+        replace(
+            example,
+            state=names.get(example.state, example.state),
+            next=names.get(example.next, example.next),
+        )
+        for example in examples
+        if not {example.state, example.next} & gone
+    ]
 
 
 def _kind(example: Example, state: str, following: str) -> ExampleKind:

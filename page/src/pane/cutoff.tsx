@@ -1,0 +1,45 @@
+/** A lesson that was cut off before it was saved: go on with it, or throw it away, which can be taken back. */
+
+import type { CutOff } from "../protocol";
+import type { Studio } from "../studio";
+import { counted } from "../words";
+import { useOpening } from "./opening";
+
+export function CutOffLesson({ left, studio }: { left: CutOff; studio: Studio }) {
+  const { name, examples } = left;
+  const { open, asks } = useOpening(studio, name);
+  return (
+    <li class="behavior">
+      <div class="behavior-head">
+        <b>{name}</b>
+        <span class="space" />
+        <button
+          type="button"
+          class="small"
+          aria-label={`Go on with ${name}`}
+          disabled={!studio.directs}
+          onClick={open}
+        >
+          Go on
+        </button>
+        <Discard name={name} studio={studio} />
+      </div>
+      <p class="tiny">cut off before it was saved, with {counted(examples, "example")}</p>
+      {asks}
+    </li>
+  );
+}
+
+export function Discard({ name, studio }: { name: string; studio: Studio }) {
+  return (
+    <button
+      type="button"
+      class="small danger"
+      aria-label={`Discard the lesson of ${name} that was cut off`}
+      disabled={!studio.directs}
+      onClick={() => void studio.change({ do: "discard", name }, { do: "recall", name })}
+    >
+      Discard
+    </button>
+  );
+}

@@ -1,0 +1,135 @@
+/** An example that is selected: its states and values can be changed, it can be deleted, and gone back to. */
+
+import { useState } from "preact/hooks";
+import type { Desk, Example, Feature } from "../protocol";
+import type { Studio } from "../studio";
+import type { TableProps } from "./examples";
+
+type Part = { state: string } | { next: string } | { values: Readonly<Record<string, string>> };
+
+export function Detail({ example, desk, panel, studio }: TableProps & { example: Example }) {
+  const [asked, setAsked] = useState(false);
+  const { number, state, next } = example;
+  const remove = async (): Promise<void> => {
+    const answer = await studio.change({ do: "delete", number }, { do: "undo" });
+    if (answer.error === undefined) panel.selectExample(null);
+  };
+  const edit = async (part: Part): Promise<boolean> => {
+    const request = { do: "edit", number, state: null, next: null, values: {}, ...part } as const;
+    return (await studio.change(request, { do: "undo" })).error === undefined;
+  };
+  return (
+    <div class="detail-row">
+      <label>
+        in{" "}
+        <StateSelect
+          value={state}
+          names={desk.states.flatMap((each) => (each.flag ? [] : [each.name]))}
+          studio={studio}
+          change={(name) => void edit({ state: name })}
+        />
+      </label>
+      <label>
+        go to{" "}
+        <StateSelect
+          value={next}
+          names={desk.states.map(({ name }) => name)}
+          stay={state}
+          studio={studio}
+          change={(name) => void edit({ next: name })}
+        />
+      </label>
+      <button
+        type="button"
+        class="small"
+        disabled={!studio.directs}
+        title="Go back to just before it was shown"
+        onClick={() => void studio.ask({ do: "rewind", example: number })}
+      >
+        Go there
+      </button>
+      <button type="button" class="small danger" disabled={!studio.directs} onClick={() => void remove()}>
+        Delete
+      </button>
+      {desk.features.length > 0 && (
+        <button type="button" class="link" aria-expanded={asked} onClick={() => setAsked(!asked)}>
+          values
+        </button>
+      )}
+      {asked && <Values example={example} desk={desk} studio={studio} edit={edit} />}
+      {example.contradicts && <p class="tiny warn">Another press shows otherwise for the same reading.</p>}
+    </div>
+  );
+}
+
+interface StateSelectProps {
+  value: string;
+  names: readonly string[];
+  /** The state that is no change. */
+  stay?: string;
+  studio: Studio;
+  change: (name: string) => void;
+}
+
+function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
+  return (
+    <select
+      value={value}
+      disabled={!studio.directs}
+      onChange={(event) => {
+        const name = event.currentTarget.value;
+        event.currentTarget.value = value; // until the server says so
+        change(name);
+      }}
+    >
+      {names.map((name) => (
+        <option key={name} value={name}>
+          {name === stay ? `${name} (stay)` : name}
+        </option>
+      ))}
+    </select>
+  );
+}
+
+interface ValuesProps {
+  example: Example;
+  desk: Desk;
+  studio: Studio;
+  edit: (part: Part) => Promise<boolean>;
+}
+
+function Values({ example, desk, studio, edit }: ValuesProps) {
+  const change = async (feature: Feature, field: HTMLInputElement | HTMLSelectElement, shown: string) => {
+    const done = field.value === shown || (await edit({ values: { [feature.label]: field.value } }));
+    if (!done) field.value = shown;
+  };
+  return (
+    <div class="values">
+      {desk.features.map((feature, index) => {
+        const shown = example.values[index] ?? "";
+        const options = {
+          value: shown,
+          disabled: !studio.directs,
+          onChange: (event: { currentTarget: HTMLInputElement | HTMLSelectElement }) =>
+            void change(feature, event.currentTarget, shown),
+        };
+        return (
+          <label key={feature.label}>
+            {feature.label}{" "}
+            {feature.labels === undefined ? (
+              <input {...options} autocomplete="off" />
+            ) : (
+              <select {...options}>
+                {[...feature.labels, "–"].map((label) => (
+                  <option key={label} value={label}>
+                    {label === "–" ? "– (absent)" : label}
+                  </option>
+                ))}
+              </select>
+            )}
+          </label>
+        );
+      })}
+    </div>
+  );
+}

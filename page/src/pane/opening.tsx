@@ -1,0 +1,72 @@
+/** Opening an automaton: what would be left behind is asked in place, never over the running world. */
+
+import type { ComponentChildren } from "preact";
+import { useState } from "preact/hooks";
+import { usePanel } from "../context";
+import type { CutOff } from "../protocol";
+import type { Studio } from "../studio";
+import { counted } from "../words";
+
+interface Opening {
+  open: () => void;
+  /** What is asked first; null where nothing is. */
+  asks: ComponentChildren;
+}
+
+/** Opens an automaton; `left` is its lesson that was cut off, where what is saved is meant. */
+export function useOpening(studio: Studio, name: string, left?: CutOff): Opening {
+  const panel = usePanel();
+  const [asked, setAsked] = useState<"unsaved" | "cut off" | null>(null);
+  const { desk } = studio;
+  const send = async (): Promise<void> => {
+    setAsked(null);
+    const answer = await studio.ask({ do: "open", name, discard: true });
+    if (answer.error === undefined) panel.open("automaton");
+  };
+  const settled = (): void => (left === undefined ? void send() : setAsked("cut off"));
+  const saveFirst = async (): Promise<void> => {
+    const answer = await studio.ask({ do: "save", name: null });
+    if (answer.error === undefined) settled();
+  };
+  const openSaved = async (): Promise<void> => {
+    const answer = await studio.ask({ do: "discard", name });
+    if (answer.error === undefined) await send();
+  };
+  const notNow = (
+    <button type="button" class="link" onClick={() => setAsked(null)}>
+      not now
+    </button>
+  );
+  const asks = {
+    unsaved: (
+      <div class="asks" role="alert">
+        <p>{desk?.name} has changes that are not in the library.</p>
+        <button type="button" class="small" onClick={() => void saveFirst()}>
+          Save, then open
+        </button>
+        <button type="button" class="small" onClick={settled}>
+          Open without saving
+        </button>
+        {notNow}
+      </div>
+    ),
+    "cut off": (
+      <div class="asks" role="alert">
+        <p>
+          A lesson of {name} was cut off before it was saved, with {counted(left?.examples ?? 0, "example")}.
+        </p>
+        <button type="button" class="small" onClick={() => void send()}>
+          Go on with it
+        </button>
+        <button type="button" class="small" onClick={() => void openSaved()}>
+          Discard it, and open what is saved
+        </button>
+        {notNow}
+      </div>
+    ),
+  };
+  return {
+    open: () => (desk?.unsaved === true ? setAsked("unsaved") : settled()),
+    asks: asked !== null && (asked === "cut off" ? left !== undefined : desk !== null) ? asks[asked] : null,
+  };
+}

@@ -1,0 +1,93 @@
+/** The states of a form: behaviors to choose from, and, for who asks, their names and the same one once more. */
+
+import { useState } from "preact/hooks";
+import { chosen as fresh, onceMore, stateNames, type Chosen, type Offer } from "../calls";
+import { Choices } from "./fields";
+
+interface StatesProps {
+  offers: readonly Offer[];
+  chosen: readonly Chosen[];
+  choose: (chosen: readonly Chosen[]) => void;
+}
+
+export function States({ offers, chosen, choose }: StatesProps) {
+  const [asked, setAsked] = useState(() => named(chosen));
+  const shown = asked && chosen.length > 0;
+  const runs = chosen.map((state) => state.runs);
+  const chooseRuns = (now: readonly string[]): void => {
+    const added = now.filter((each) => !runs.includes(each));
+    choose([...chosen.filter((state) => now.includes(state.runs)), ...added.map(fresh)]);
+  };
+  const legend = (
+    <>
+      States: what it can do
+      {chosen.length > 0 && (
+        <>
+          {" · "}
+          <button
+            type="button"
+            class="link"
+            aria-label="Names of the states"
+            aria-expanded={shown}
+            title="Give states other names, or take a behavior once more"
+            onClick={() => setAsked(!asked)}
+          >
+            names
+          </button>
+        </>
+      )}
+    </>
+  );
+  return (
+    <Choices legend={legend} offers={offers} chosen={runs} choose={chooseRuns}>
+      {shown && <Names chosen={chosen} choose={choose} />}
+    </Choices>
+  );
+}
+
+/** Whether names matter here: somebody gave one, or took a behavior twice. */
+function named(chosen: readonly Chosen[]): boolean {
+  const plain = stateNames(chosen.map(({ runs }) => fresh(runs)));
+  return stateNames(chosen).some((name, index) => name !== plain[index]);
+}
+
+function Names({ chosen, choose }: Omit<StatesProps, "offers">) {
+  const names = stateNames(chosen);
+  const unnamed = stateNames(chosen.map((state) => ({ ...state, name: "" })));
+  const change = (index: number, name: string): void =>
+    choose(chosen.map((state, at) => (at === index ? { ...state, name } : state)));
+  return (
+    <ul class="state-names">
+      {chosen.map((state, index) => (
+        <li key={index}>
+          <input
+            aria-label={`Name of the state ${index + 1}, which runs ${state.runs}`}
+            value={state.name}
+            placeholder={unnamed[index]}
+            spellcheck={false}
+            autocomplete="off"
+            onInput={(event) => change(index, event.currentTarget.value)}
+          />
+          <span class="tiny cut">runs {state.runs}</span>
+          <button
+            type="button"
+            class="link"
+            aria-label={`${state.runs} once more`}
+            title="Another state that runs the same"
+            onClick={() => choose(onceMore(chosen, index))}
+          >
+            once more
+          </button>
+          <button
+            type="button"
+            class="link"
+            aria-label={`Leave out ${names[index]}`}
+            onClick={() => choose(chosen.filter((_, at) => at !== index))}
+          >
+            ×
+          </button>
+        </li>
+      ))}
+    </ul>
+  );
+}
