@@ -151,6 +151,7 @@ def test_a_lesson_that_was_cut_off_is_thrown_away(
     snap(page, "cut-off")
     page.get_by_role("tab", name="Library").click()
     teacher.click("Open goto 2")
+    expect(page.get_by_role("banner")).to_contain_text("goto 2")
     teacher.press("Space")
     teacher.directing("forward").click()
     teacher.click("Step")

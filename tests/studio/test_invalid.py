@@ -130,6 +130,8 @@ BAD = [
     '{"id": 1, "do": "remove", "name": "goto"}',
     '{"id": 1, "do": "remove", "name": "../library/goto"}',
     '{"id": 1, "do": "restore", "name": "nothing"}',
+    '{"id": 1, "do": "discard", "name": "goto"}',
+    '{"id": 1, "do": "recall", "name": "../goto"}',
     '{"id": 1, "do": "rename", "name": "goto", "to": "Goto"}',
     '{"id": 1, "do": "rename", "name": "goto", "to": "forward"}',
     '{"id": 1, "do": "rename", "name": "../library/goto", "to": "a"}',

@@ -24,7 +24,9 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
   const change = (part: Partial<Draft>): void => setDraft((before) => ({ ...before, ...part }));
   const offered = offers(draft, studio, scene);
   const fresh = form === "new";
-  const missing = lacks(draft);
+  const known = new Set(offered.states.flatMap(({ ways }) => ways));
+  const states = fresh ? draft.states.filter(({ runs }) => known.has(runs)) : draft.states;
+  const missing = lacks({ ...draft, states });
   const send = async (discard: boolean): Promise<void> => {
     if (fresh && atStake(studio, draft.name) !== null && !discard) return setAsks(true);
     const answer = await studio.ask(request(form, draft, studio, scene, discard));
@@ -61,7 +63,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
           <Bindings draft={draft} scene={scene} change={change} />
         </>
       )}
-      <States offers={offered.states} chosen={draft.states} choose={(states) => change({ states })} />
+      <States offers={offered.states} chosen={states} choose={(chosen) => change({ states: chosen })} />
       <Field
         label="Flags"
         value={draft.flags}
