@@ -34,7 +34,7 @@ export type Request =
   | { do: "versions"; name: string }
   | { do: "changes"; name: string; version: number; next: boolean }
   | { do: "go_back"; name: string; version: number }
-  | { do: "agent"; agent: number }
+  | { do: "agent"; agent: number; sort?: string | null; discard?: boolean }
   | { do: "others"; behavior: string | null; targets: Targets }
   | { do: "watch" }
   | { do: "place"; agent: number; x: number; y: number; heading: number | null }
@@ -164,6 +164,14 @@ export interface Scene {
   cameras: readonly (readonly Camera[])[];
   features: readonly KitFeature[];
   behaviors: readonly Part[];
+  /** The sorts of squads, the topmost first: for each squad the robots in it. */
+  squads: readonly SquadSort[];
+}
+
+export interface SquadSort {
+  name: string;
+  doc: string;
+  squads: readonly (readonly number[])[];
 }
 
 /** A state as it is drawn; those of nested automata, too. */
@@ -249,6 +257,8 @@ export interface Desk {
   watching: boolean;
   /** What the robots run that are not trained; null: they idle. */
   others: Call | null;
+  /** What robots do that a trained coordinator orders about, by the numbers in frames. */
+  doing: readonly string[];
   reaction_s: number;
   undoable: string | null;
   redoable: string | null;
@@ -310,6 +320,8 @@ export interface DeskNews {
   paused: boolean;
   speed: Speed;
   seed: number | null;
+  /** The sort of squads whose coordinator is trained; null: a robot is. */
+  sort: string | null;
   /** Which run of the world this is, and from when of its time one can go back in it. */
   run: { number: number; from_s: number };
   /** Whether anybody directs. */

@@ -38,6 +38,12 @@ export class Studio implements Listener {
   readonly past = new Past();
   scene: Scene | null = null;
   told: DeskNews | null = null;
+
+  /** The sort of squads whose coordinator is trained; null: a robot is. */
+  get sort(): string | null {
+    return this.told?.sort ?? null;
+  }
+
   /** Whether there is a connection; null before there was ever one. */
   linked: boolean | null = null;
   directs = false;

@@ -14,6 +14,8 @@ export interface Picture {
   view: View;
   scene: Scene;
   desk: Desk | null;
+  /** Whether a coordinator is trained, who orders the robots about. */
+  led: boolean;
   motion: Motion;
   share: number;
   palette: Palette;

@@ -6,6 +6,7 @@ import { ring } from "./things";
 import type { Pose } from "./motion";
 
 const LEAST_PX = 3;
+const DOING = ["#3a6fd8", "#e08a2b", "#5a9a34", "#c2407f", "#2ba3b8", "#8f4aa3", "#d9ac14", "#8a5a3c"];
 
 /** A crowd is drawn in one stroke for each type, so that a thousand robots stay smooth. */
 export function drawRobots(picture: Picture): void {
@@ -13,6 +14,7 @@ export function drawRobots(picture: Picture): void {
   const frame = motion.last;
   if (frame === null) return;
   const trained = desk === null ? -1 : frame.agent;
+  if (desk !== null && picture.led) drawDoing(picture);
   scene.types.forEach((_, type) => drawCrowd(picture, type, trained));
   if (trained >= 0 && trained < frame.robots.count) drawTrained(picture, trained);
   if (picture.overlays.has("names") && frame.robots.count > 1 && frame.robots.count <= 24) drawNames(picture);
@@ -22,6 +24,22 @@ export function drawRobots(picture: Picture): void {
       ring(picture.pen, ...spot(picture, x, y), size(picture, robot) + 4, picture.palette.accent, 2);
     }
   }
+}
+
+/** A coordinator's robots: each in a color for what it does. */
+function drawDoing(picture: Picture): void {
+  const { pen, motion } = picture;
+  const robots = motion.last?.robots;
+  if (robots === undefined) return;
+  pen.globalAlpha = 0.35;
+  for (let robot = 0; robot < robots.count; robot += 1) {
+    const { x, y } = pose(picture, robot);
+    pen.fillStyle = DOING[(robots.doing[robot] ?? 0) % DOING.length] ?? "";
+    pen.beginPath();
+    disc(pen, ...spot(picture, x, y), size(picture, robot) + 7);
+    pen.fill();
+  }
+  pen.globalAlpha = 1;
 }
 
 export function pose(picture: Picture, robot: number): Pose {
@@ -91,6 +109,13 @@ function drawNames(picture: Picture): void {
   for (let robot = 0; robot < count; robot += 1) {
     const at = pose(picture, robot);
     const [x, y] = spot(picture, at.x, at.y);
-    letters(picture, String(robot + 1), x - 3, y - size(picture, robot) - 6, picture.palette.soft);
+    const doing = picture.led ? picture.desk?.doing[picture.motion.last?.robots.doing[robot] ?? -1] : "";
+    letters(
+      picture,
+      `${robot + 1} ${doing ?? ""}`,
+      x - 3,
+      y - size(picture, robot) - 6,
+      picture.palette.soft,
+    );
   }
 }

@@ -124,6 +124,7 @@ export class Stage {
       view: this.view,
       scene,
       desk,
+      led: this.studio.sort !== null,
       motion,
       share,
       palette: this.colors,

@@ -100,6 +100,8 @@ class Desk:
     @property
     def aims(self) -> list[tuple[float, float]]:
         """Where the targets are that parameters stand for now."""
+        if self.session.body is not self.body:
+            return []  # a squad is in no one place
         agent, targets = self.session.agent, self.screen.targets.values()
         places = (place_of(self.body, target, agent) for target in targets)
         return [place for place in places if place is not None]

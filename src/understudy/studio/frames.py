@@ -47,8 +47,9 @@ def frame(
     state: int = NONE,
     features: Sequence[float] = (),
     sonar: Sequence[float] = (),
+    doing: Sequence[int] = (),
 ) -> bytes:
-    """One moment; `state` is the index of what robot `agent` does."""
+    """One moment; `state` is the index of what robot `agent` does. `doing` is what all do, where that is told."""
     header = np.zeros((), HEADER)
     counts = len(view.robots), len(view.objects), len(features)
     header[()] = (KIND, bits, *counts, view.time_s, state, agent, tick & 0xFFFFFFFF)
@@ -57,7 +58,10 @@ def frame(
         robots[name] = getattr(view.robots, name)
     robots["stored"] = _small(view.robots.stored)
     robots["doing"] = NONE
-    robots["doing"][agent] = state
+    if agent < len(robots):
+        robots["doing"][agent] = state
+    if doing:
+        robots["doing"] = doing
     objects = np.zeros(len(view.objects), OBJECT)
     for name in ("x", "y"):
         objects[name] = getattr(view.objects, name)

@@ -206,9 +206,11 @@ class GoBack(Message, frozen=True, kw_only=True, tag="go_back"):
 
 
 class Agent(Message, frozen=True, kw_only=True, tag="agent"):
-    """Which robot is trained."""
+    """Which robot is trained, or which squad's coordinator: that of a squad of this sort."""
 
     agent: Index
+    sort: Name | None = None
+    discard: bool = False
 
 
 class Others(Message, frozen=True, kw_only=True, tag="others"):

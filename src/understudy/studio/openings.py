@@ -26,7 +26,7 @@ def begin(stage: Stage, name: str, choices: Choices, *, discard: bool) -> None:
     start = checked(plan)
     if start is None:
         raise SessionError(f"{name} needs at least one state and one feature: choose what it can do")
-    opened = begun(plan, start, stage.wall, body=stage.world, agent=stage.agent)
+    opened = begun(plan, start, stage.wall, body=stage.body, agent=stage.agent)
     if left is not None:
         journals.end(left.path, plan.folder, name)
     stage.take(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
@@ -49,14 +49,14 @@ def go_on(stage: Stage, name: str, *, discard: bool) -> None:
     start = checked(plan := _plan(stage, name))
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
-    opened = begun(plan, start, stage.wall, body=stage.world, agent=stage.agent)
+    opened = begun(plan, start, stage.wall, body=stage.body, agent=stage.agent)
     stage.take(opened, f"{name} is open again: let it try, and press what is right where it does wrong")
 
 
 def _go_on_with_cut_off(stage: Stage, name: str, left: journals.Unfinished) -> None:
     before = stage.world.snapshot()
     try:
-        opened = resumed(_plan(stage, name), left.path, stage.wall, body=stage.world)
+        opened = resumed(_plan(stage, name), left.path, stage.wall, body=stage.body)
     except UnderstudyError:
         stage.world.restore(before)
         raise
@@ -68,16 +68,27 @@ def _go_on_with_cut_off(stage: Stage, name: str, left: journals.Unfinished) -> N
     )
 
 
+def choose_sort(stage: Stage, sort: str | None, agent: int, *, discard: bool) -> None:
+    """Train coordinators of a sort of squads, or robots (None); what is not saved has to be, or to be discarded."""
+    _refuse_unsaved(stage, discard=discard)
+    stage.ranks.shelf_of(sort)  # there may be no such sort
+    stage.turn_to(sort, agent)
+
+
 def choose_agent(stage: Stage, agent: int) -> None:
     """Which robot is trained; not once something was shown in this session."""
-    if agent >= stage.world.robots:
-        problem, remedy = f"is {agent + 1}", f"give one from 1 to {stage.world.robots}"
+    most = stage.body.agents
+    if agent >= most:
+        problem, remedy = f"is {agent + 1}", f"give one from 1 to {most}"
         raise SettingError(where="the studio", setting="robot", problem=problem, remedy=remedy)
     desk = stage.desk
     if desk is None or desk.robot == agent:
         stage.agent = agent
         if desk is None:
-            stage.said = Said(f"Robot {agent + 1} is the one that will be trained")
+            who = (
+                f"Robot {agent + 1}" if stage.sort is None else f"The coordinator of {stage.sort} {agent + 1}"
+            )
+            stage.said = Said(f"{who} is the one that will be trained")
             stage.moved += 1
         return
     session = desk.session
@@ -87,7 +98,7 @@ def choose_agent(stage: Stage, agent: int) -> None:
             "it with another robot"
         )
     start = Start(session.lesson, dict(desk.screen.targets))
-    opened = begun(_plan(stage, desk.name), start, stage.wall, body=stage.world, agent=agent)
+    opened = begun(_plan(stage, desk.name), start, stage.wall, body=stage.body, agent=agent)
     stage.take(opened, f"{desk.name} is trained with robot {agent + 1} now")
 
 
@@ -119,7 +130,7 @@ def _reopen(stage: Stage, name: str, said: str) -> None:
     start = checked(plan := _plan(stage, name, choices))
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
-    stage.take(begun(plan, start, stage.wall, body=stage.world, agent=desk.robot), said)
+    stage.take(begun(plan, start, stage.wall, body=stage.body, agent=desk.robot), said)
     stage.pause(paused, said)
 
 

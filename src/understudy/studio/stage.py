@@ -15,9 +15,11 @@ from understudy.desk.opening import Opened
 from understudy.desk.pace import Wall, known_speed
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.kit import Kit
-from understudy.studio import frames, shelf
+from understudy.runtime.troop import Troop
+from understudy.studio import frames
 from understudy.studio.idling import Idling
 from understudy.studio.picture import Picture
+from understudy.studio.ranks import Doing, Ranks
 from understudy.studio.reel import Frame, Reel
 from understudy.studio.scene import Plain, scene
 from understudy.training.company import Instant
@@ -55,7 +57,10 @@ class Stage:
         self, scenario: Scenario, folder: Path, kit: Kit, *, seed: int = 0, wall: Wall = monotonic
     ) -> None:
         self.world, self.kit, self.wall = World(scenario, [seed]), kit, wall
-        self.shelf = shelf.look(folder, kit)
+        self.ranks = Ranks(self.world.scenario, folder, kit)
+        self.shelf = self.ranks.shelf_of(None)
+        self.sort: str | None = None  # the sort of squads that is trained; None: the robots
+        self.doing = Doing()
         self.opened: Opened | None = None
         self.moved = self.rebuilt = 0
         self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
@@ -120,7 +125,7 @@ class Stage:
 
     def scene(self) -> Plain:
         """What does not change from tick to tick."""
-        return scene(self.world, self.kit)
+        return {**scene(self.world, self.kit), "squads": self.ranks.plain()}
 
     def library(self) -> Plain:
         """The library's folder, as it was looked at last."""
@@ -132,7 +137,9 @@ class Stage:
 
     def picture(self) -> Plain | None:
         """The desk as plain data."""
-        return None if self._picture is None else {**self._picture.take(), "others": self.others}
+        if self._picture is None:
+            return None
+        return {**self._picture.take(), "others": self.others, "doing": list(self.doing.names)}
 
     def frame(self) -> bytes:
         """The moment, for drawing."""
@@ -148,14 +155,22 @@ class Stage:
         return frames.frame(
             self.world.view(),
             tick=tick,
-            agent=desk.robot,
+            agent=frames.NONE if self.sort else desk.robot,
             bits=bits,
             state=screen.states.index(screen.state),
+            doing=self._doing(desk),
             features=tuple(screen.features.values()),
             sonar=self._sonar(),
         )
 
+    def _doing(self, desk: Desk) -> list[int]:
+        """What each robot does that a trained coordinator orders about."""
+        body = desk.session.body
+        return self.doing.numbers(body.team.paths) if isinstance(body, Troop) else []
+
     def _sonar(self) -> tuple[float, ...]:
+        if self.sort is not None:
+            return ()
         kind = self.world.names.types[int(self.world.state.robots["type"][self.agent])]
         sensors = self.world.scenario.types[kind].sensors
         keys = [(name, None) for each in sensors if isinstance(each, Sonar) for name in each.sectors]
@@ -278,6 +293,20 @@ class Stage:
         self.look_for_cut_off()
         self.changed()
 
+    def turn_to(self, sort: str | None, agent: int) -> None:
+        """Let another sort of agents be trained: what they know, and one of them; the present desk is left."""
+        self._leave()
+        self.sort, self.agent = sort, agent
+        self.doing = Doing()
+        self.look()
+        self.look_for_cut_off()
+        self.changed()
+
+    @property
+    def body(self) -> World | Troop:
+        """What is trained."""
+        return self.ranks.body(self.world, self.sort)
+
     def _leave(self) -> None:
         if self.opened is not None:
             left, self.opened, self._picture = self.opened, None, None
@@ -296,7 +325,8 @@ class Stage:
 
     def look(self) -> None:
         """See what the library's folder holds now; what is new there can be used in the lesson at once."""
-        self.shelf = shelf.look(self.shelf.folder, self.kit)
+        self.shelf = self.ranks.shelf_of(self.sort)
+        self.kit = self.shelf.library.kit
         if self.desk is not None:
             session = self.desk.session
             for name, taught in self.shelf.library.taught.items():

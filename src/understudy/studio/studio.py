@@ -162,6 +162,7 @@ class Studio:
             "paused": stage.paused,
             "speed": "fastest" if stage.speed == FASTEST else stage.speed,
             "seed": stage.seed,
+            "sort": stage.sort,
             "run": stage.run,
             "directed": self.viewers.director is not None,
         }

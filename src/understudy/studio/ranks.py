@@ -1,0 +1,89 @@
+"""Ranks: who can be trained on a stage - the robots, or the coordinators of a sort of squads - and what they know."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from understudy.errors import UnknownName
+from understudy.model.kit import Kit
+from understudy.model.library import Library
+from understudy.runtime.team import Team, Tree
+from understudy.runtime.troop import Troop
+from understudy.studio import shelf
+from understudy.studio.scene import Plain
+from understudy.worlds.dealing import deal
+from understudy.worlds.scenario import Scenario
+from understudy.worlds.teams import Libraries, libraries_of
+from understudy.worlds.world import World
+
+
+class Ranks:
+    """The team of a scenario: the robots' automata are in `folder`, those of squads in one of their name inside."""
+
+    def __init__(self, scenario: Scenario, folder: Path, kit: Kit) -> None:
+        self._scenario, self._folder, self._kit = scenario, folder, kit
+        self.tree: Tree = deal(scenario)
+
+    @property
+    def squads(self) -> list[str]:
+        """The sorts of squads, the topmost first."""
+        return [squad.name for squad, _ in reversed(self.tree.squads)]
+
+    def shelf_of(self, sort: str | None) -> shelf.Shelf:
+        """The library of the robots (None), or of a sort of squads; UnknownName where there is no such sort."""
+        if sort is None:
+            return shelf.look(self._folder, self._kit)
+        if sort not in self.squads:
+            raise UnknownName(what="sort of squads", name=sort, where="this scenario", known=self.squads)
+        return shelf.look(self._folder / sort, self._known()[sort].kit)
+
+    def body(self, world: World, sort: str | None) -> World | Troop:
+        """What is trained: the robots of a world, or the squads of a sort with all below them."""
+        if sort is None:
+            return world
+        radio = self._scenario.radio
+        team = Team(
+            world, self.tree, self._known(), {}, trained=sort, delay_s=radio.delay_s, loss=radio.loss,
+            seeds=world.seeds,
+        )  # fmt: skip
+        return Troop(team, sort)
+
+    def _known(self) -> Libraries:
+        def squads(name: str, kit: Kit) -> Library:
+            return shelf.look(self._folder / name, kit).library
+
+        return libraries_of(self._scenario, shelf.look(self._folder, self._kit).library, squads)
+
+    def plain(self) -> list[Plain]:
+        """The squads, the topmost first, with the robots that are in each, those of squads below among them."""
+        robots: dict[str, list[list[int]]] = {}
+        found: list[Plain] = []
+        for squad, lists in self.tree.squads:
+            robots[squad.name] = []
+            for members in lists:
+                mine: list[int] = []
+                for member in members:
+                    name = self.tree.names[member.band]
+                    mine += robots[name][member.row] if name in robots else [member.row]
+                robots[squad.name].append(sorted(mine))
+            found.append({"name": squad.name, "doc": squad.doc, "squads": robots[squad.name]})
+        return found[::-1]
+
+
+class Doing:
+    """What robots do, as numbers that a page is told the names of."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+        self._numbers: dict[str, int] = {}
+
+    def numbers(self, paths: list[tuple[str, ...]]) -> list[int]:
+        """A number for what each robot does."""
+        return [self._number(path) for path in paths]
+
+    def _number(self, path: tuple[str, ...]) -> int:
+        shown = path[:2][-1] if path else "idles"  # where it is in what it was ordered to do
+        if shown not in self._numbers:
+            self._numbers[shown] = len(self.names)
+            self.names.append(shown)
+        return self._numbers[shown]

@@ -1,0 +1,84 @@
+"""A coordinator is trained in the studio as a robot is: chosen in the team, its squad's statistics for features."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.studio.pages import Frame, Page, page, served, studio
+from tests.worlds.patrollers import ROBOTS
+
+from understudy.model.folder import save
+from understudy.model.library import Taught
+from understudy.studio.frames import NONE
+from understudy.studio.studio import Studio
+
+LEAD: dict[str, Any] = {
+    "do": "new",
+    "name": "lead",
+    "states": ["out=wander", "attack=servo(intruder)"],
+    "features": ["someone_sees(intruder)", "left"],
+    "flags": [],
+}
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Studio:
+    folder = tmp_path / "library"
+    for name in ROBOTS.taught:
+        save(folder, Taught(ROBOTS.automaton(name)))
+    return studio(folder, world="patrol")
+
+
+@pytest.fixture
+def person(made: Studio) -> Iterator[Page]:
+    with served(made) as client, page(client) as here:
+        yield here
+
+
+def refused(person: Page, do: str, **fields: Any) -> str:
+    """The sentence of a refusal."""
+    return str(person.say(do, **fields)["error"])
+
+
+def test_the_team_is_told(made: Studio) -> None:
+    (patrol,) = made.stage.scene()["squads"]
+    assert (patrol["name"], patrol["squads"]) == ("patrol", [[0, 1, 2, 3]])
+
+
+def test_directing_a_coordinator_moves_its_squad(made: Studio, person: Page) -> None:
+    person.done("agent", agent=0, sort="patrol")
+    behaviors = {behavior["name"] for behavior in made.stage.scene()["behaviors"]}
+    assert {"wander", "servo", "forwards"} <= behaviors
+    person.done(**LEAD)
+    person.done("pause", paused=True)
+    person.done("press", state="out")
+    person.done("step")
+    frame = Frame.read(made.stage.frame())
+    desk = made.stage.picture() or {}
+    assert frame.agent == NONE
+    assert {desk["doing"][robot[4]] for robot in frame.robots} <= {"forwards", "left", "right"}
+    assert desk["state"] == "out"
+    assert desk["examples"][0]["values"] == ["no", "4"]
+
+
+def test_what_a_squad_was_taught_is_kept_in_its_folder(made: Studio, person: Page, tmp_path: Path) -> None:
+    person.done("agent", agent=0, sort="patrol")
+    person.done(**LEAD)
+    person.done("pause", paused=True)
+    person.done("press", state="out")
+    person.done("step")
+    assert "not saved" in refused(person, "agent", agent=0)
+    person.done("save")
+    assert (tmp_path / "library" / "patrol" / "lead.json").is_file()
+    person.done("agent", agent=2)
+    assert (made.stage.sort, made.stage.agent) == (None, 2)
+    assert "lead" not in made.stage.shelf.library.taught
+    assert "wander" in made.stage.shelf.library.taught
+
+
+def test_there_are_only_so_many(person: Page) -> None:
+    assert "1" in refused(person, "agent", agent=1, sort="patrol")
+    assert "patrol" in refused(person, "agent", agent=0, sort="scouts")
