@@ -19,7 +19,7 @@ LEAD: dict[str, Any] = {
     "do": "new",
     "name": "lead",
     "states": ["out=wander", "attack=servo(intruder)"],
-    "features": ["someone_sees(intruder)", "left"],
+    "features": ["someone_sees(intruder)", "present"],
     "flags": [],
 }
 

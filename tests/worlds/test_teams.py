@@ -16,7 +16,7 @@ from understudy.worlds.world import World
 
 def test_a_coordinator_knows_the_statistics_and_its_members_behaviors() -> None:
     kit = libraries_of(SCENARIO, ROBOTS)["patrol"].kit
-    assert {"someone_sees", "all_done", "left", "done", "time_in_state"} <= set(kit.features)
+    assert {"someone_sees", "all_done", "present", "done", "time_in_state"} <= set(kit.features)
     assert {*ROBOTS.kit.behaviors, *ROBOTS.taught} == set(kit.behaviors)
     assert kit.behaviors["servo"].parameters == ("A",)
     assert list(kit.targets) == list(ROBOTS.kit.targets)
@@ -84,7 +84,7 @@ def test_who_has_failed_is_counted_no_more() -> None:
 
     def left() -> list[float]:
         team.tick()
-        return list(squads.sense([("left", None)])["left", None])
+        return list(squads.sense([("present", None)])["present", None])
 
     assert left() == [4.0]
     world.freeze(1)
