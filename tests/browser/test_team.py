@@ -36,7 +36,14 @@ def test_a_coordinator_is_taught(visit: Callable[[], Page], snap: Callable[[Page
     form = page.locator("form.choice")
     form.get_by_label("Name").fill("lead")
     form.get_by_label("Flags").fill("")
-    for label in ("wander", "servo(intruder)", "servo(home)", "someone_sees(intruder)", "all_done", "present"):
+    for label in (
+        "wander",
+        "servo(intruder)",
+        "servo(home)",
+        "someone_sees(intruder)",
+        "all_done",
+        "present",
+    ):
         form.get_by_role("checkbox", name=label, exact=True).check()
     teacher.click("Begin")
     expect(patrol).to_contain_text("4 idles")
