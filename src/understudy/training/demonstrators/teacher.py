@@ -30,6 +30,9 @@ MakesPerson: TypeAlias = Callable[[np.random.Generator, Reaction], Person]
 LOOK_S = 1.0
 """How long it takes to look at a fresh world and pass it over, s."""
 
+PATIENCE_S = 30.0
+"""How long a person watches a robot go on in one and the same way before they step in, s."""
+
 FIRST_SEED = 2**40
 """Worlds to practice in have seeds from here on, worlds to be judged in lower ones: no robot is judged where it was
 taught."""
@@ -79,6 +82,7 @@ class Topic:
     cases: tuple[Case, ...]
     tries: int
     limit_s: float
+    patience_s: float = PATIENCE_S
 
 
 @dataclass(slots=True)
@@ -208,7 +212,7 @@ class Teacher:
 
     def _test(self, topic: Topic, session: Session) -> Verdict:
         verdict = self._person.test(
-            session, topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=PATIENCE_S
+            session, topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=topic.patience_s
         )
         self._settle(topic.name, session, verdict.name.lower())
         return verdict
@@ -253,10 +257,6 @@ class Teacher:
         account.examples = sum(example.pressed for example in session.examples)
         self.library = self.library.with_taught(taught)
         self._progress(name, what, account)
-
-
-PATIENCE_S = 30.0
-"""How long a person watches a robot go on in one and the same way before they step in, s."""
 
 
 def innermost(library: Library, session: Session) -> tuple[str, Binding]:

@@ -1,0 +1,139 @@
+"""The patrol's team, and the worlds its robots and its coordinator are taught in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+
+from msgspec.structs import replace
+
+from understudy.model.library import Library
+from understudy.model.squad import Role, Squad, Statistic
+from understudy.runtime.engine import Engine
+from understudy.runtime.roster import Member
+from understudy.runtime.squad_kits import squad_kit
+from understudy.runtime.team import Team, Tree
+from understudy.runtime.troop import Troop
+from understudy.worlds.scenario import Capture, Objects, Presence, Robots, Scenario
+from understudy.worlds.scenario_files import load_scenario
+from understudy.worlds.world import World
+
+ROBOT, SQUAD_NAME, ROBOTS = "pioneer", "patrol", 4
+
+SQUAD = Squad(
+    SQUAD_NAME,
+    (Role("robots", ROBOT),),
+    (
+        Statistic("someone_sees", "any", reading="blob_size", doc="Whether anybody sees it."),
+        Statistic("seen_lately", "any", reading="blob_size", within_s=10.0, doc="Whether anybody saw it within 10 s."),
+        Statistic("all_done", "all", flag="done", doc="Whether all are done."),
+        Statistic("someone_done", "any", flag="done", doc="Whether anybody is done."),
+        Statistic("left", "count", doc="How many there are."),
+    ),
+)
+_KINDS = (0,) * ROBOTS
+TREE = Tree((ROBOT,), _KINDS, ((SQUAD, (tuple(Member(0, row, 0) for row in range(ROBOTS)),)),))
+ALONE = Tree((ROBOT,), _KINDS, ())
+NEVER = Presence(away_s=(1e5, 1e5))
+
+
+@cache
+def scenario() -> Scenario:
+    """The patrol world as it ships."""
+    return load_scenario("patrol")
+
+
+def _with(objects: Mapping[str, Callable[[Objects], Objects]], robots: Robots | None = None) -> Scenario:
+    made = scenario()
+    return replace(
+        made,
+        objects=tuple(objects.get(each.name, lambda same: same)(each) for each in made.objects),
+        robots=made.robots if robots is None else (robots,),
+    )
+
+
+def _never(thing: Objects) -> Objects:
+    return replace(thing, presence=NEVER)
+
+
+def _always(thing: Objects) -> Objects:
+    return replace(thing, presence=None, capture=None)
+
+
+def _soon_gone(thing: Objects) -> Objects:
+    """As if the robot had captured it as soon as there was one."""
+    return replace(thing, presence=None, capture=Capture(range=20.0, after_s=5.0))
+
+
+def _for(first_s: tuple[float, float], stays_s: tuple[float, float]) -> Callable[[Objects], Objects]:
+    return lambda thing: replace(
+        thing, presence=Presence(away_s=(1e5, 1e5), first_s=first_s, stays_s=stays_s), capture=None
+    )
+
+
+ONE = Robots(type=ROBOT, count=1, apart=0.2)
+
+
+@cache
+def practices() -> Mapping[str, Scenario]:
+    """Where robots practice, by name."""
+    alone = {"intruder": _never, "boss": _never}
+    in_the_way = Robots(type=ROBOT, at=((1.5, 5.0, 0.0), (2.8, 5.0, 0.0)))
+    at_a_wall = Robots(type=ROBOT, at=((1.2, 5.0, 0.0),))
+    boss = Objects(name="boss", color="yellow", radius=0.2, solid=True, at=((3.5, 5.0),))
+    return {
+        "alone": _with(alone, ONE),
+        "among others": _with(alone),
+        "an intruder": _with({"intruder": _always, "boss": _never}, ONE),
+        "an intruder that leaves": _with({"intruder": _soon_gone, "boss": _never}, ONE),
+        "no intruder": _with(alone, ONE),
+        "a teammate in the way": replace(_with(alone, in_the_way), obstacles=()),
+        "the boss": _with({"intruder": _never, "boss": _always}, ONE),
+        "the boss, a wall behind": replace(
+            _with({"intruder": _never, "boss": lambda _: boss}, at_a_wall), obstacles=()
+        ),
+        "on patrol": _with({"boss": _never}, ONE),
+    }
+
+
+@cache
+def squad_practices() -> Mapping[str, Scenario]:
+    """Where the coordinator practices, by name."""
+    return {
+        "on patrol": _with({"boss": _never}),
+        "an intruder that leaves": _with({"intruder": _for((1.0, 3.0), (6.0, 10.0)), "boss": _never}),
+        "the boss comes": _with({"boss": _for((20.0, 30.0), (10.0, 15.0))}),
+    }
+
+
+def robots_world(practice: str, seed: int) -> World:
+    """A world for one robot to be taught in."""
+    return World(practices()[practice], [seed])
+
+
+def squads_library(robots: Library) -> Library:
+    """What the coordinator can be taught with, at first."""
+    return Library(squad_kit(SQUAD, World(scenario(), [0]).readings, {ROBOT: robots}))
+
+
+def troops(robots: Library) -> Callable[[str, int], Troop]:
+    """Makes troops of these robots for their coordinator to be taught on."""
+    coordinators = squads_library(robots)
+
+    def make(practice: str, seed: int) -> Troop:
+        world = World(squad_practices()[practice], [seed])
+        return Troop(Team(world, TREE, {ROBOT: robots, SQUAD_NAME: coordinators}, {}), SQUAD_NAME)
+
+    return make
+
+
+def alone(robots: Library, seeds: Sequence[int], behavior: str = "patrol") -> Team:
+    """The team without coordinator, in a world per seed."""
+    world = World(scenario(), seeds)
+    return Team(world, ALONE, {ROBOT: robots}, {ROBOT: (behavior, {})}, worlds=len(seeds), makes=Engine)
+
+
+def coordinated(robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str) -> Team:
+    """The team whose coordinator runs a behavior, in a world per seed."""
+    known, roots = {ROBOT: robots, SQUAD_NAME: coordinators}, {SQUAD_NAME: (behavior, {})}
+    return Team(World(scenario(), seeds), TREE, known, roots, worlds=len(seeds), makes=Engine)

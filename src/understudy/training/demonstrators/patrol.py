@@ -1,0 +1,342 @@
+"""How a person teaches what each robot of a patrol does: Disperse, Servo(A), Attack(A), RunAway, Patrol (section 5.1).
+
+Servo says `done` where A is close and `failed` where it has turned all around in vain. So Attack sees when to wander
+before it looks again, and needs no time since it last saw A. Where it drives and gets nowhere, as behind teammates
+that are home already, it backs up and goes elsewhere for a while.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isnan
+from types import MappingProxyType
+
+from understudy.model.kinds import YES
+from understudy.model.lesson import Options
+from understudy.training.demonstrators.person import Seen
+from understudy.training.demonstrators.teacher import Case, Push, Topic
+from understudy.training.design import new_lesson
+from understudy.training.screen import Screen
+
+OPTIONS: Mapping[str, Options] = MappingProxyType(
+    {
+        "disperse": Options(reaction_s=0.2),
+        "servo": Options(reaction_s=0.2),
+        "run_away": Options(reaction_s=0.2),
+    }
+)
+"""Lessons about motion count with late presses."""
+
+MIDDLE_PX, WIDTH_PX = 80.0, 160.0
+NEAR_M, CLEAR_M = 0.55, 1.0
+BUMP_M = 0.2  # this close to something, it should long have turned
+WIDE_M = 2.0  # so much room, and it still turns
+EMERGED_PX = 45.0  # so far into the frame, A is well in view
+OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of the frame
+CLOSE_PX = 6300.0  # as large as an intruder 0.7 m away
+FAR_PX = 5600.0  # an intruder out of reach: too early to say done
+TOO_CLOSE_PX = 9500.0
+AROUND_S = 6.8  # a bit more than once around
+BACK_S, AWAY_S, WANDER_S = 2.0, 9.0, 4.0
+BEHIND_M, ROOM_M = 0.45, 0.9
+
+
+def after(seconds: float) -> Seen:
+    """So long after the world began."""
+    return lambda screen: screen.time_s >= seconds
+
+
+# Disperse: wander, and turn away from what is near.
+
+
+def show_disperse(screen: Screen) -> str | None:
+    """Drive; where something is near, turn away from it until the way is clear."""
+    left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
+    if screen.state in ("left", "right"):
+        return "forwards" if min(left, right) > CLEAR_M else None
+    if left < NEAR_M:
+        return "right"
+    if right < NEAR_M:
+        return "left"
+    return "forwards"
+
+
+def complain_disperse(screen: Screen) -> str | None:
+    """Where it is about to bump, or goes on turning with all the room it needs."""
+    left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
+    if screen.state == "start":
+        return show_disperse(screen)
+    if screen.state in ("left", "right"):
+        return "forwards" if min(left, right) > WIDE_M else None
+    return show_disperse(screen) if min(left, right) < BUMP_M else None
+
+
+DISPERSE = Topic(
+    "disperse",
+    lambda library: new_lesson(
+        library,
+        "disperse",
+        states=["forwards", "left", "right"],
+        features=["sonar_front_left", "sonar_front_right"],
+    ),
+    show_disperse,
+    complain_disperse,
+    after(40.0),
+    cases=(Case("alone", enough=after(30.0)), Case("among others", enough=after(30.0))),
+    tries=4,
+    limit_s=60.0,
+)
+
+
+# Servo(A): turn until A is seen, drive to it, remember on which side it was; done, or failed.
+
+
+def blob(screen: Screen) -> tuple[float, float]:
+    """Where A is in the frame, and how large, px; absent where it is not seen."""
+    return screen.features["blob_x(A)"], screen.features["blob_size(A)"]
+
+
+def show_servo(screen: Screen) -> str | None:
+    """Turn until A is well in view, drive; done where it is large, failed after a turn in vain."""
+    return _servo(screen, slack=0.0, close=CLOSE_PX, around_s=AROUND_S)
+
+
+def complain_servo(screen: Screen) -> str | None:
+    """Where it turns or drives on past what it should do, or says done or failed too early."""
+    x, size = blob(screen)
+    if screen.state == "done":
+        return _side(x) if isnan(x) or size < FAR_PX else None
+    if screen.state == "failed":
+        return None if isnan(x) else _side(x)
+    return _servo(screen, slack=18.0, close=TOO_CLOSE_PX, around_s=AROUND_S + 2.0)
+
+
+def _side(x: float) -> str:
+    return "forward_left" if isnan(x) or x < MIDDLE_PX else "forward_right"
+
+
+def _servo(screen: Screen, *, slack: float, close: float, around_s: float) -> str | None:
+    (x, size), state = blob(screen), screen.state
+    if state in ("done", "failed"):
+        return None
+    if isnan(x):
+        if state in ("left", "right"):
+            return "failed" if screen.features["time_in_state"] >= around_s else None
+        return "right" if state == "forward_right" else "left"
+    if state == "start":
+        return "left" if x < MIDDLE_PX else "right"
+    if state == "left":
+        return "forward_left" if x > EMERGED_PX + slack else None
+    if state == "right":
+        return "forward_right" if x < WIDTH_PX - EMERGED_PX - slack else None
+    if size >= close:
+        return "done"
+    beyond = x - MIDDLE_PX if state == "forward_left" else MIDDLE_PX - x
+    other = "forward_right" if state == "forward_left" else "forward_left"
+    return other if beyond > OTHER_PX + slack else None
+
+
+def on_the_left(screen: Screen) -> bool:
+    """A is in the left part of the frame."""
+    return blob(screen)[0] < MIDDLE_PX - 30.0
+
+
+def on_the_right(screen: Screen) -> bool:
+    """A is in the right part of the frame."""
+    return blob(screen)[0] > MIDDLE_PX + 30.0
+
+
+def lost(screen: Screen) -> bool:
+    """A is not in the frame."""
+    return isnan(blob(screen)[0])
+
+
+def raised(screen: Screen) -> bool:
+    """The automaton says that it is finished."""
+    return screen.flag is not None
+
+
+SERVO = Topic(
+    "servo",
+    lambda library: new_lesson(
+        library,
+        "servo",
+        parameters=["A"],
+        states=["left", "right", "forward_left=forwards", "forward_right=forwards"],
+        flags=["done", "failed"],
+        features=["blob_size(A)", "blob_x(A)", "time_in_state"],
+    ),
+    show_servo,
+    complain_servo,
+    raised,
+    cases=(
+        Case("an intruder", {"A": "intruder"}, on_the_left, push=Push("forward_left", "left", 1.2)),
+        Case("an intruder", {"A": "intruder"}, on_the_right, push=Push("forward_right", "right", 1.2)),
+        Case("an intruder", {"A": "home"}, lost),
+        Case("an intruder that leaves", {"A": "intruder"}, on_the_left),
+        Case("an intruder that leaves", {"A": "intruder"}, on_the_right),
+    ),
+    tries=6,
+    limit_s=60.0,
+)
+
+
+# Attack(A): servo to A; where it cannot be found or reached, go elsewhere and try again.
+
+
+def show_attack(screen: Screen) -> str | None:
+    """Servo; wander a little after a turn in vain; back up where it is stuck, and go elsewhere for longer."""
+    return _attack(screen, slack_s=0.0)
+
+
+def complain_attack(screen: Screen) -> str | None:
+    """As shown, with a little patience."""
+    return _attack(screen, slack_s=2.0)
+
+
+def _attack(screen: Screen, *, slack_s: float) -> str | None:
+    seen, state = screen.features, screen.state
+    if state == "start":
+        return "servo"
+    if state == "servo":
+        if seen["done"] == YES:
+            return "done"
+        if seen["failed"] == YES:
+            return "wander"
+        return "back" if seen["stuck"] == YES else None
+    limit, following = {
+        "wander": (WANDER_S, "servo"),
+        "back": (BACK_S, "away"),
+        "away": (AWAY_S, "servo"),
+    }.get(state, (0.0, None))
+    return following if seen["time_in_state"] >= limit + slack_s else None
+
+
+def _away_again(screen: Screen) -> bool:
+    return screen.state == "servo" and screen.time_s > AWAY_S
+
+
+ATTACK = Topic(
+    "attack",
+    lambda library: new_lesson(
+        library,
+        "attack",
+        parameters=["A"],
+        states=["servo(A)", "wander=disperse", "back=backwards", "away=disperse"],
+        flags=["done"],
+        features=["done", "failed", "stuck", "time_in_state"],
+    ),
+    show_attack,
+    complain_attack,
+    raised,
+    cases=(
+        Case("a teammate in the way", {"A": "home"}, enough=_away_again),
+        Case("no intruder", {"A": "intruder"}, enough=lambda screen: screen.time_s > 16.0),
+        Case("an intruder", {"A": "intruder"}),
+        Case("an intruder", {"A": "home"}),
+    ),
+    tries=4,
+    limit_s=120.0,
+)
+
+
+# RunAway: look for the boss, face him, back away from him slowly, stop at what is behind.
+
+
+def show_run_away(screen: Screen) -> str | None:
+    """Turn until the boss is well in view, back away slowly while nothing is behind."""
+    return _run_away(screen, slack_px=0.0, behind=BEHIND_M, room=ROOM_M)
+
+
+def complain_run_away(screen: Screen) -> str | None:
+    """Where it turns past him, backs into something, or goes on standing with room behind."""
+    return _run_away(screen, slack_px=20.0, behind=0.25, room=1.6)
+
+
+def _run_away(screen: Screen, *, slack_px: float, behind: float, room: float) -> str | None:
+    x, rear, state = screen.features["blob_x(boss)"], screen.features["sonar_rear"], screen.state
+    edge = 25.0 - slack_px
+    if isnan(x):
+        return None if state in ("left", "right") else "left"
+    if state == "start":
+        return "left" if x < MIDDLE_PX else "right"
+    if state == "left" and x < EMERGED_PX + slack_px:
+        return None
+    if state == "right" and x > WIDTH_PX - EMERGED_PX - slack_px:
+        return None
+    if not edge <= x <= WIDTH_PX - edge and state in ("back", "stop"):
+        return "left" if x < MIDDLE_PX else "right"
+    if state == "stop":
+        return "back" if rear > room else None
+    return "stop" if state == "back" and rear < behind else "back" if state != "back" else None
+
+
+def _boss(side: int) -> Seen:
+    """The boss is in the left (-1) or right (1) part of the frame, or in none (0)."""
+
+    def suits(screen: Screen) -> bool:
+        x = screen.features["blob_x(boss)"]
+        return isnan(x) if side == 0 else side * (x - MIDDLE_PX) > 30.0
+
+    return suits
+
+
+def _stood(screen: Screen) -> bool:
+    return screen.state == "stop" and screen.time_s > 12.0
+
+
+RUN_AWAY = Topic(
+    "run_away",
+    lambda library: new_lesson(
+        library,
+        "run_away",
+        states=["left", "right", "back=back_slowly", "stop"],
+        features=["blob_x(boss)", "sonar_rear"],
+    ),
+    show_run_away,
+    complain_run_away,
+    after(40.0),
+    cases=(
+        Case("the boss", suits=_boss(-1), enough=after(8.0), push=Push("back", "left", 0.8)),
+        Case("the boss", suits=_boss(1), enough=after(8.0), push=Push("back", "right", 0.8)),
+        Case("the boss", suits=_boss(0), enough=after(12.0)),
+        Case("the boss, a wall behind", enough=_stood, push=Push("stop", "forwards", 2.0)),
+    ),
+    tries=4,
+    limit_s=60.0,
+)
+
+
+# Patrol: all this alone, without a coordinator.
+
+
+def show_patrol(screen: Screen) -> str | None:
+    """Disperse, attack an intruder that is seen, go home with it, and disperse again."""
+    seen = screen.features
+    if screen.state == "start":
+        return "disperse"
+    if screen.state == "disperse":
+        return None if isnan(seen["blob_size(intruder)"]) else "attack"
+    if seen["done"] != YES:
+        return None
+    return "home" if screen.state == "attack" else "disperse"
+
+
+PATROL = Topic(
+    "patrol",
+    lambda library: new_lesson(
+        library,
+        "patrol",
+        states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
+        features=["done", "blob_size(intruder)"],
+    ),
+    show_patrol,
+    show_patrol,
+    after(150.0),
+    cases=(Case("on patrol", enough=after(90.0)),),
+    tries=2,
+    limit_s=200.0,
+    patience_s=100.0,
+)
+
+TOPICS = (DISPERSE, SERVO, ATTACK, RUN_AWAY, PATROL)
