@@ -78,7 +78,7 @@ ONE = Robots(type=ROBOT, count=1, apart=0.2)
 def practices() -> Mapping[str, Scenario]:
     """Where robots practice, by name."""
     alone = {"intruder": _never, "boss": _never}
-    in_the_way = Robots(type=ROBOT, at=((1.5, 5.0, 0.0), (2.8, 5.0, 0.0)))
+    in_the_way = Robots(type=ROBOT, at=((1.5, 5.0, 0.0), (2.9, 5.25, 0.0)))
     at_a_wall = Robots(type=ROBOT, at=((1.2, 5.0, 0.0),))
     boss = Objects(name="boss", color="yellow", radius=0.2, solid=True, at=((3.5, 5.0),))
     return {

@@ -1,19 +1,20 @@
 """How a person teaches what each robot of a patrol does: Disperse, Servo(A), Attack(A), RunAway, Patrol (section 5.1).
 
-Servo says `done` where A is close and `failed` where it has turned all around in vain. So Attack sees when to wander
-before it looks again, and needs no time since it last saw A. Where it drives and gets nowhere, as behind teammates
-that are home already, it backs up and goes elsewhere for a while.
+Servo says `done` where A is close and `failed` where it has turned all around in vain: then Attack wanders a little
+before it looks again. Where it drives and gets nowhere, as behind teammates that are home already, it withdraws. What
+lasts for a while is a small automaton of its own, which sees the time and nothing else: so no lesson with other
+features can take the time for a reason.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isnan
 from types import MappingProxyType
 
 from understudy.model.kinds import YES
 from understudy.model.lesson import Options
-from understudy.training.demonstrators.person import Seen
+from understudy.training.demonstrators.person import Seen, Wish
 from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -29,7 +30,7 @@ OPTIONS: Mapping[str, Options] = MappingProxyType(
 
 MIDDLE_PX, WIDTH_PX = 80.0, 160.0
 NEAR_M, CLEAR_M = 0.55, 1.0
-BUMP_M = 0.2  # this close to something, it should long have turned
+BUMP_M = 0.3  # this close to something, it should long have turned
 WIDE_M = 2.0  # so much room, and it still turns
 EMERGED_PX = 45.0  # so far into the frame, A is well in view
 OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of the frame
@@ -37,7 +38,8 @@ CLOSE_PX = 6300.0  # as large as an intruder 0.7 m away
 FAR_PX = 5600.0  # an intruder out of reach: too early to say done
 TOO_CLOSE_PX = 9500.0
 AROUND_S = 6.8  # a bit more than once around
-BACK_S, AWAY_S, WANDER_S = 2.0, 9.0, 4.0
+BACK_S, AWAY_S, STROLL_S = 2.0, 8.0, 4.0
+SEARCH_S = 60.0  # whoever has searched for so long has been seen enough of
 BEHIND_M, ROOM_M = 0.45, 0.9
 
 
@@ -71,6 +73,15 @@ def complain_disperse(screen: Screen) -> str | None:
     return show_disperse(screen) if min(left, right) < BUMP_M else None
 
 
+def _nearer(near: str, far: str) -> Seen:
+    """Something is nearer on one side than on the other."""
+
+    def suits(screen: Screen) -> bool:
+        return screen.features[f"sonar_front_{near}"] < 1.8 < 2.5 < screen.features[f"sonar_front_{far}"]
+
+    return suits
+
+
 DISPERSE = Topic(
     "disperse",
     lambda library: new_lesson(
@@ -82,10 +93,60 @@ DISPERSE = Topic(
     show_disperse,
     complain_disperse,
     after(40.0),
-    cases=(Case("alone", enough=after(30.0)), Case("among others", enough=after(30.0))),
+    cases=(
+        Case("alone", suits=_nearer("left", "right"), enough=after(10.0)),
+        Case("alone", suits=_nearer("right", "left"), enough=after(10.0)),
+        Case("among others", enough=after(25.0)),
+    ),
     tries=4,
     limit_s=60.0,
+    patience_s=60.0,
 )
+
+
+# What lasts for a while: turning around, strolling, withdrawing.
+
+
+def _lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str) -> Topic:
+    """One after the other for so long each: state, behavior, s. Then it raises the flag."""
+    names = [state for state, _, _ in steps]
+    following = dict(zip(["start", *names], [*names, flag], strict=True))
+    limits = {state: seconds for state, _, seconds in steps}
+
+    def wish(slack_s: float) -> Wish:
+        def wished(screen: Screen) -> str | None:
+            late = screen.features["time_in_state"] >= limits.get(screen.state, 0.0) + slack_s
+            return following.get(screen.state) if late else None
+
+        return wished
+
+    return Topic(
+        name,
+        lambda library: new_lesson(
+            library,
+            name,
+            states=[f"{state}={behavior}" for state, behavior, _ in steps],
+            flags=[flag],
+            features=["time_in_state"],
+        ),
+        wish(0.0),
+        wish(2.0),
+        raised,
+        cases=(Case("alone"),),
+        tries=1,
+        limit_s=60.0,
+    )
+
+
+def raised(screen: Screen) -> bool:
+    """The automaton says that it is finished."""
+    return screen.flag is not None
+
+
+LOOK_LEFT = _lasting("look_left", [("turn", "left", AROUND_S)], "failed")
+LOOK_RIGHT = _lasting("look_right", [("turn", "right", AROUND_S)], "failed")
+STROLL = _lasting("stroll", [("walk", "disperse", STROLL_S)], "done")
+WITHDRAW = _lasting("withdraw", [("back", "backwards", BACK_S), ("walk", "disperse", AWAY_S)], "done")
 
 
 # Servo(A): turn until A is seen, drive to it, remember on which side it was; done, or failed.
@@ -98,7 +159,7 @@ def blob(screen: Screen) -> tuple[float, float]:
 
 def show_servo(screen: Screen) -> str | None:
     """Turn until A is well in view, drive; done where it is large, failed after a turn in vain."""
-    return _servo(screen, slack=0.0, close=CLOSE_PX, around_s=AROUND_S)
+    return _servo(screen, slack=0.0, close=CLOSE_PX)
 
 
 def complain_servo(screen: Screen) -> str | None:
@@ -107,21 +168,22 @@ def complain_servo(screen: Screen) -> str | None:
     if screen.state == "done":
         return _side(x) if isnan(x) or size < FAR_PX else None
     if screen.state == "failed":
-        return None if isnan(x) else _side(x)
-    return _servo(screen, slack=18.0, close=TOO_CLOSE_PX, around_s=AROUND_S + 2.0)
+        too_early = screen.time_s < AROUND_S - 1.0
+        return _side(x) if not isnan(x) else "left" if too_early else None
+    return _servo(screen, slack=18.0, close=TOO_CLOSE_PX)
 
 
 def _side(x: float) -> str:
     return "forward_left" if isnan(x) or x < MIDDLE_PX else "forward_right"
 
 
-def _servo(screen: Screen, *, slack: float, close: float, around_s: float) -> str | None:
+def _servo(screen: Screen, *, slack: float, close: float) -> str | None:
     (x, size), state = blob(screen), screen.state
     if state in ("done", "failed"):
         return None
     if isnan(x):
         if state in ("left", "right"):
-            return "failed" if screen.features["time_in_state"] >= around_s else None
+            return "failed" if screen.features["failed"] == YES else None
         return "right" if state == "forward_right" else "left"
     if state == "start":
         return "left" if x < MIDDLE_PX else "right"
@@ -151,27 +213,22 @@ def lost(screen: Screen) -> bool:
     return isnan(blob(screen)[0])
 
 
-def raised(screen: Screen) -> bool:
-    """The automaton says that it is finished."""
-    return screen.flag is not None
-
-
 SERVO = Topic(
     "servo",
     lambda library: new_lesson(
         library,
         "servo",
         parameters=["A"],
-        states=["left", "right", "forward_left=forwards", "forward_right=forwards"],
+        states=["left=look_left", "right=look_right", "forward_left=forwards", "forward_right=forwards"],
         flags=["done", "failed"],
-        features=["blob_size(A)", "blob_x(A)", "time_in_state"],
+        features=["failed", "blob_size(A)", "blob_x(A)"],
     ),
     show_servo,
     complain_servo,
     raised,
     cases=(
-        Case("an intruder", {"A": "intruder"}, on_the_left, push=Push("forward_left", "left", 1.2)),
-        Case("an intruder", {"A": "intruder"}, on_the_right, push=Push("forward_right", "right", 1.2)),
+        Case("an intruder", {"A": "intruder"}, on_the_left, push=Push("forward_left", "right", 1.2)),
+        Case("an intruder", {"A": "intruder"}, on_the_right, push=Push("forward_right", "left", 1.2)),
         Case("an intruder", {"A": "home"}, lost),
         Case("an intruder that leaves", {"A": "intruder"}, on_the_left),
         Case("an intruder that leaves", {"A": "intruder"}, on_the_right),
@@ -185,16 +242,7 @@ SERVO = Topic(
 
 
 def show_attack(screen: Screen) -> str | None:
-    """Servo; wander a little after a turn in vain; back up where it is stuck, and go elsewhere for longer."""
-    return _attack(screen, slack_s=0.0)
-
-
-def complain_attack(screen: Screen) -> str | None:
-    """As shown, with a little patience."""
-    return _attack(screen, slack_s=2.0)
-
-
-def _attack(screen: Screen, *, slack_s: float) -> str | None:
+    """Servo until done; stroll after a turn in vain, withdraw where it is stuck, and servo again."""
     seen, state = screen.features, screen.state
     if state == "start":
         return "servo"
@@ -202,18 +250,13 @@ def _attack(screen: Screen, *, slack_s: float) -> str | None:
         if seen["done"] == YES:
             return "done"
         if seen["failed"] == YES:
-            return "wander"
-        return "back" if seen["stuck"] == YES else None
-    limit, following = {
-        "wander": (WANDER_S, "servo"),
-        "back": (BACK_S, "away"),
-        "away": (AWAY_S, "servo"),
-    }.get(state, (0.0, None))
-    return following if seen["time_in_state"] >= limit + slack_s else None
+            return "stroll"
+        return "withdraw" if seen["stuck"] == YES else None
+    return "servo" if state != "done" and seen["done"] == YES else None
 
 
-def _away_again(screen: Screen) -> bool:
-    return screen.state == "servo" and screen.time_s > AWAY_S
+def _back_to(state: str, seconds: float) -> Seen:
+    return lambda screen: screen.state == state and screen.time_s > seconds
 
 
 ATTACK = Topic(
@@ -222,21 +265,20 @@ ATTACK = Topic(
         library,
         "attack",
         parameters=["A"],
-        states=["servo(A)", "wander=disperse", "back=backwards", "away=disperse"],
+        states=["servo(A)", "stroll", "withdraw"],
         flags=["done"],
-        features=["done", "failed", "stuck", "time_in_state"],
+        features=["done", "failed", "stuck"],
     ),
     show_attack,
-    complain_attack,
-    raised,
+    show_attack,
+    lambda screen: raised(screen) or screen.time_s > SEARCH_S,
     cases=(
-        Case("a teammate in the way", {"A": "home"}, enough=_away_again),
-        Case("no intruder", {"A": "intruder"}, enough=lambda screen: screen.time_s > 16.0),
-        Case("an intruder", {"A": "intruder"}),
+        Case("a teammate in the way", {"A": "home"}, enough=_back_to("servo", AWAY_S)),
+        Case("no intruder", {"A": "intruder"}, enough=_back_to("servo", AROUND_S)),
         Case("an intruder", {"A": "home"}),
     ),
     tries=4,
-    limit_s=120.0,
+    limit_s=180.0,
 )
 
 
@@ -304,6 +346,7 @@ RUN_AWAY = Topic(
     ),
     tries=4,
     limit_s=60.0,
+    patience_s=60.0,
 )
 
 
@@ -339,4 +382,4 @@ PATROL = Topic(
     patience_s=100.0,
 )
 
-TOPICS = (DISPERSE, SERVO, ATTACK, RUN_AWAY, PATROL)
+TOPICS = (DISPERSE, LOOK_LEFT, LOOK_RIGHT, STROLL, WITHDRAW, SERVO, ATTACK, RUN_AWAY, PATROL)

@@ -48,7 +48,7 @@ COLLECTIVE_PATROL = Topic(
     ),
     tries=3,
     limit_s=240.0,
-    patience_s=150.0,
+    patience_s=1000.0,
 )
 
 
@@ -71,7 +71,7 @@ DEFER = Topic(
     cases=(Case("the boss comes", enough=lambda screen: screen.state == "patrol" and screen.time_s > 60.0),),
     tries=2,
     limit_s=200.0,
-    patience_s=150.0,
+    patience_s=1000.0,
 )
 
 TOPICS = (COLLECTIVE_PATROL, DEFER)
