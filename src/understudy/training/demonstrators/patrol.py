@@ -1,7 +1,6 @@
 """How a person teaches what each robot of a patrol does: Disperse, Servo(A), Attack(A), RunAway, Patrol (section 5.1).
 
-Servo says `done` where A is close and `failed` where it has turned all around in vain: then Attack wanders a little
-before it looks again. Where it drives and gets nowhere, as behind teammates that are home already, it withdraws. What
+Servo says `failed` where it has turned all around in vain: then Attack wanders a little before it looks again. Where it drives and gets nowhere, as behind teammates that are home already, it withdraws. What
 lasts for a while is a small automaton of its own, which sees the time and nothing else: so no lesson with other
 features can take the time for a reason.
 """
@@ -14,7 +13,7 @@ from types import MappingProxyType
 
 from understudy.model.kinds import YES
 from understudy.model.lesson import Options
-from understudy.training.demonstrators.person import Seen, Wish
+from understudy.training.demonstrators.person import KEEP, Seen, Wish
 from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -23,6 +22,7 @@ OPTIONS: Mapping[str, Options] = MappingProxyType(
     {
         "disperse": Options(reaction_s=0.2),
         "servo": Options(reaction_s=0.2),
+        "attack": Options(reaction_s=0.2),
         "run_away": Options(reaction_s=0.2),
     }
 )
@@ -35,8 +35,9 @@ WIDE_M = 2.0  # so much room, and it still turns
 EMERGED_PX = 45.0  # so far into the frame, A is well in view
 OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of the frame
 CLOSE_PX = 6300.0  # as large as an intruder 0.7 m away
-FAR_PX = 5600.0  # an intruder out of reach: too early to say done
-TOO_CLOSE_PX = 9500.0
+ALMOST_PX = 5300.0  # nearly so, and no reason yet
+FAR_PX = 5400.0  # an intruder out of reach: too early to say done
+TOO_CLOSE_PX = 8500.0
 AROUND_S = 6.8  # a bit more than once around
 BACK_S, AWAY_S, STROLL_S = 2.0, 8.0, 4.0
 SEARCH_S = 60.0  # whoever has searched for so long has been seen enough of
@@ -149,37 +150,34 @@ STROLL = _lasting("stroll", [("walk", "disperse", STROLL_S)], "done")
 WITHDRAW = _lasting("withdraw", [("back", "backwards", BACK_S), ("walk", "disperse", AWAY_S)], "done")
 
 
-# Servo(A): turn until A is seen, drive to it, remember on which side it was; done, or failed.
+# Servo(A): turn until A is seen, drive to it, remember on which side it was; failed where there is none.
 
 
-def blob(screen: Screen) -> tuple[float, float]:
-    """Where A is in the frame, and how large, px; absent where it is not seen."""
-    return screen.features["blob_x(A)"], screen.features["blob_size(A)"]
+def blob_x(screen: Screen) -> float:
+    """Where A is in the frame, px; absent where it is not seen."""
+    return screen.features["blob_x(A)"]
 
 
 def show_servo(screen: Screen) -> str | None:
-    """Turn until A is well in view, drive; done where it is large, failed after a turn in vain."""
-    return _servo(screen, slack=0.0, close=CLOSE_PX)
+    """Turn until A is well in view, drive; failed after a turn in vain."""
+    return _servo(screen, slack=0.0)
 
 
 def complain_servo(screen: Screen) -> str | None:
-    """Where it turns or drives on past what it should do, or says done or failed too early."""
-    x, size = blob(screen)
-    if screen.state == "done":
-        return _side(x) if isnan(x) or size < FAR_PX else None
-    if screen.state == "failed":
-        too_early = screen.time_s < AROUND_S - 1.0
-        return _side(x) if not isnan(x) else "left" if too_early else None
-    return _servo(screen, slack=18.0, close=TOO_CLOSE_PX)
+    """Where it turns or drives on past what it should do, or fails too early."""
+    if screen.state != "failed":
+        return _servo(screen, slack=18.0)
+    x, too_early = blob_x(screen), screen.time_s < AROUND_S - 1.0
+    return _side(x) if not isnan(x) else "left" if too_early else None
 
 
 def _side(x: float) -> str:
-    return "forward_left" if isnan(x) or x < MIDDLE_PX else "forward_right"
+    return "forward_left" if x < MIDDLE_PX else "forward_right"
 
 
-def _servo(screen: Screen, *, slack: float, close: float) -> str | None:
-    (x, size), state = blob(screen), screen.state
-    if state in ("done", "failed"):
+def _servo(screen: Screen, *, slack: float) -> str | None:
+    x, state = blob_x(screen), screen.state
+    if state == "failed":
         return None
     if isnan(x):
         if state in ("left", "right"):
@@ -191,8 +189,6 @@ def _servo(screen: Screen, *, slack: float, close: float) -> str | None:
         return "forward_left" if x > EMERGED_PX + slack else None
     if state == "right":
         return "forward_right" if x < WIDTH_PX - EMERGED_PX - slack else None
-    if size >= close:
-        return "done"
     beyond = x - MIDDLE_PX if state == "forward_left" else MIDDLE_PX - x
     other = "forward_right" if state == "forward_left" else "forward_left"
     return other if beyond > OTHER_PX + slack else None
@@ -200,17 +196,21 @@ def _servo(screen: Screen, *, slack: float, close: float) -> str | None:
 
 def on_the_left(screen: Screen) -> bool:
     """A is in the left part of the frame."""
-    return blob(screen)[0] < MIDDLE_PX - 30.0
+    return blob_x(screen) < MIDDLE_PX - 30.0
 
 
 def on_the_right(screen: Screen) -> bool:
     """A is in the right part of the frame."""
-    return blob(screen)[0] > MIDDLE_PX + 30.0
+    return blob_x(screen) > MIDDLE_PX + 30.0
 
 
 def lost(screen: Screen) -> bool:
     """A is not in the frame."""
-    return isnan(blob(screen)[0])
+    return isnan(blob_x(screen))
+
+
+def _push(during: str, behavior: str) -> Push:
+    return Push(during, behavior, 1.2)
 
 
 SERVO = Topic(
@@ -220,20 +220,20 @@ SERVO = Topic(
         "servo",
         parameters=["A"],
         states=["left=look_left", "right=look_right", "forward_left=forwards", "forward_right=forwards"],
-        flags=["done", "failed"],
-        features=["failed", "blob_size(A)", "blob_x(A)"],
+        flags=["failed"],
+        features=["failed", "blob_x(A)"],
     ),
     show_servo,
     complain_servo,
-    raised,
+    lambda screen: raised(screen) or screen.time_s > 25.0,
     cases=(
-        Case("an intruder", {"A": "intruder"}, on_the_left, push=Push("forward_left", "right", 1.2)),
-        Case("an intruder", {"A": "intruder"}, on_the_right, push=Push("forward_right", "left", 1.2)),
-        Case("an intruder", {"A": "home"}, lost),
+        Case("an intruder", {"A": "intruder"}, on_the_left, after(8.0), push=_push("forward_left", "right")),
+        Case("an intruder", {"A": "intruder"}, on_the_right, after(8.0), push=_push("forward_right", "left")),
+        Case("an intruder", {"A": "home"}, lost, after(12.0)),
         Case("an intruder that leaves", {"A": "intruder"}, on_the_left),
         Case("an intruder that leaves", {"A": "intruder"}, on_the_right),
     ),
-    tries=6,
+    tries=10,
     limit_s=60.0,
 )
 
@@ -242,12 +242,25 @@ SERVO = Topic(
 
 
 def show_attack(screen: Screen) -> str | None:
-    """Servo until done; stroll after a turn in vain, withdraw where it is stuck, and servo again."""
+    """Servo until A is large; stroll after a turn in vain, withdraw where it is stuck, and servo again."""
+    wished = _attack(screen, close=CLOSE_PX)
+    almost = screen.state == "servo" and ALMOST_PX < screen.features["blob_size(A)"] < CLOSE_PX
+    return KEEP if wished is None and almost else wished
+
+
+def complain_attack(screen: Screen) -> str | None:
+    """As shown, with a little patience; and where it says done too early."""
+    if screen.state == "done":
+        return "servo" if not screen.features["blob_size(A)"] > FAR_PX else None
+    return _attack(screen, close=TOO_CLOSE_PX)
+
+
+def _attack(screen: Screen, *, close: float) -> str | None:
     seen, state = screen.features, screen.state
     if state == "start":
         return "servo"
     if state == "servo":
-        if seen["done"] == YES:
+        if seen["blob_size(A)"] >= close:
             return "done"
         if seen["failed"] == YES:
             return "stroll"
@@ -267,15 +280,16 @@ ATTACK = Topic(
         parameters=["A"],
         states=["servo(A)", "stroll", "withdraw"],
         flags=["done"],
-        features=["done", "failed", "stuck"],
+        features=["done", "failed", "stuck", "blob_size(A)"],
     ),
     show_attack,
-    show_attack,
+    complain_attack,
     lambda screen: raised(screen) or screen.time_s > SEARCH_S,
     cases=(
         Case("a teammate in the way", {"A": "home"}, enough=_back_to("servo", AWAY_S)),
         Case("no intruder", {"A": "intruder"}, enough=_back_to("servo", AROUND_S)),
         Case("an intruder", {"A": "home"}),
+        Case("an intruder", {"A": "intruder"}),
     ),
     tries=4,
     limit_s=180.0,

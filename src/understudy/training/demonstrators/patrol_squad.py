@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from understudy.model.kinds import NO, YES
 from understudy.training.demonstrators.patrol import after
+from understudy.training.demonstrators.person import KEEP
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -12,7 +13,7 @@ from understudy.training.screen import Screen
 def show_collective_patrol(screen: Screen) -> str | None:
     """All attack when one sees an intruder, go home when one has it, disperse when all are home.
 
-    Where nobody has seen it for a while, it is gone: disperse.
+    Where nobody has seen it for a while, it is gone: disperse. Before that, and before all are home: keep on.
     """
     seen = screen.features
     if screen.state == "start":
@@ -22,13 +23,18 @@ def show_collective_patrol(screen: Screen) -> str | None:
     if screen.state == "attack":
         if seen["someone_done"] == YES:
             return "home"
-        return "disperse" if seen["seen_lately(intruder)"] == NO else None
-    return "disperse" if seen["all_done"] == YES else None
+        if seen["seen_lately(intruder)"] == NO:
+            return "disperse"
+        return KEEP if seen["someone_sees(intruder)"] == NO else None
+    if seen["all_done"] == YES:
+        return "disperse"
+    return KEEP if seen["someone_done"] == YES and seen["seen_lately(intruder)"] == NO else None
 
 
 def complain_collective_patrol(screen: Screen) -> str | None:
-    """As shown; and dispersing while it sees one is shown again."""
-    return show_collective_patrol(screen)
+    """As shown."""
+    wished = show_collective_patrol(screen)
+    return None if wished == KEEP else wished
 
 
 COLLECTIVE_PATROL = Topic(
