@@ -7,34 +7,22 @@ features can take the time for a reason.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import isnan
-from types import MappingProxyType
 
 from understudy.model.kinds import YES
-from understudy.model.lesson import Options
 from understudy.training.demonstrators.person import KEEP, Seen, Wish
 from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
 
-OPTIONS: Mapping[str, Options] = MappingProxyType(
-    {
-        "disperse": Options(reaction_s=0.2),
-        "servo": Options(reaction_s=0.2),
-        "attack": Options(reaction_s=0.2),
-        "run_away": Options(reaction_s=0.2),
-    }
-)
-"""Lessons about motion count with late presses."""
-
 MIDDLE_PX, WIDTH_PX = 80.0, 160.0
-NEAR_M, CLEAR_M = 0.55, 1.0
+NEAR_M, CLEAR_M = 0.6, 1.0
 BUMP_M = 0.3  # this close to something, it should long have turned
 WIDE_M = 2.0  # so much room, and it still turns
-EMERGED_PX = 45.0  # so far into the frame, A is well in view
+EMERGED_PX = 25.0  # so far into the frame, A is well in view
 OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of the frame
-CLOSE_PX = 6300.0  # as large as an intruder 0.7 m away
+CLOSE_PX = 6200.0  # as large as an intruder 0.7 m away
 ALMOST_PX = 5300.0  # nearly so, and no reason yet
 FAR_PX = 5400.0  # an intruder out of reach: too early to say done
 TOO_CLOSE_PX = 8500.0
