@@ -25,7 +25,7 @@ OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of t
 CLOSE_PX = 6200.0  # as large as an intruder 0.7 m away
 ALMOST_PX = 5300.0  # nearly so, and no reason yet
 FAR_PX = 5400.0  # an intruder out of reach: too early to say done
-TOO_CLOSE_PX = 8500.0
+TOO_CLOSE_PX = 7500.0
 AROUND_S = 6.8  # a bit more than once around
 BACK_S, AWAY_S, STROLL_S = 2.0, 8.0, 4.0
 SEARCH_S = 60.0  # whoever has searched for so long has been seen enough of
@@ -148,13 +148,13 @@ def blob_x(screen: Screen) -> float:
 
 def show_servo(screen: Screen) -> str | None:
     """Turn until A is well in view, drive; failed after a turn in vain."""
-    return _servo(screen, slack=0.0)
+    return _servo(screen, turning=0.0, driving=0.0)
 
 
 def complain_servo(screen: Screen) -> str | None:
     """Where it turns or drives on past what it should do, or fails too early."""
     if screen.state != "failed":
-        return _servo(screen, slack=18.0)
+        return _servo(screen, turning=90.0, driving=22.0)
     x, too_early = blob_x(screen), screen.time_s < AROUND_S - 1.0
     return _side(x) if not isnan(x) else "left" if too_early else None
 
@@ -163,7 +163,7 @@ def _side(x: float) -> str:
     return "forward_left" if x < MIDDLE_PX else "forward_right"
 
 
-def _servo(screen: Screen, *, slack: float) -> str | None:
+def _servo(screen: Screen, *, turning: float, driving: float) -> str | None:
     x, state = blob_x(screen), screen.state
     if state == "failed":
         return None
@@ -174,12 +174,12 @@ def _servo(screen: Screen, *, slack: float) -> str | None:
     if state == "start":
         return "left" if x < MIDDLE_PX else "right"
     if state == "left":
-        return "forward_left" if x > EMERGED_PX + slack else None
+        return "forward_left" if x > EMERGED_PX + turning else None
     if state == "right":
-        return "forward_right" if x < WIDTH_PX - EMERGED_PX - slack else None
+        return "forward_right" if x < WIDTH_PX - EMERGED_PX - turning else None
     beyond = x - MIDDLE_PX if state == "forward_left" else MIDDLE_PX - x
     other = "forward_right" if state == "forward_left" else "forward_left"
-    return other if beyond > OTHER_PX + slack else None
+    return other if beyond > OTHER_PX + driving else None
 
 
 def on_the_left(screen: Screen) -> bool:
@@ -198,7 +198,7 @@ def lost(screen: Screen) -> bool:
 
 
 def _push(during: str, behavior: str) -> Push:
-    return Push(during, behavior, 1.2)
+    return Push(during, behavior, 0.5)
 
 
 SERVO = Topic(
@@ -215,8 +215,8 @@ SERVO = Topic(
     complain_servo,
     lambda screen: raised(screen) or screen.time_s > 25.0,
     cases=(
-        Case("an intruder", {"A": "intruder"}, on_the_left, after(8.0), push=_push("forward_left", "right")),
-        Case("an intruder", {"A": "intruder"}, on_the_right, after(8.0), push=_push("forward_right", "left")),
+        Case("an intruder", {"A": "intruder"}, on_the_left, after(5.0), push=_push("forward_left", "left")),
+        Case("an intruder", {"A": "intruder"}, on_the_right, after(5.0), push=_push("forward_right", "right")),
         Case("an intruder", {"A": "home"}, lost, after(12.0)),
         Case("an intruder that leaves", {"A": "intruder"}, on_the_left),
         Case("an intruder that leaves", {"A": "intruder"}, on_the_right),

@@ -177,7 +177,10 @@ class Teacher:
         push = case.push
         if push is not None:
             self._person.show(
-                session, topic.show, until=lambda screen: screen.state == push.during, limit_s=topic.limit_s
+                session,
+                topic.show,
+                until=lambda screen: screen.state == push.during or case.enough(screen),
+                limit_s=topic.limit_s,
             )
             self._person.drive(session, push.behavior, push.seconds)
         self._person.show(
