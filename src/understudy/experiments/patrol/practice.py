@@ -78,7 +78,7 @@ ONE = Robots(type=ROBOT, count=1, apart=0.2)
 def practices() -> Mapping[str, Scenario]:
     """Where robots practice, by name."""
     alone = {"intruder": _never, "boss": _never}
-    in_the_way = Robots(type=ROBOT, at=((1.5, 5.0, 0.0), (2.9, 5.25, 0.0)))
+    in_the_way = Robots(type=ROBOT, at=((1.5, 5.0, 0.0), (2.9, 4.7, 0.0), (2.9, 5.3, 0.0)))
     at_a_wall = Robots(type=ROBOT, at=((1.2, 5.0, 0.0),))
     boss = Objects(name="boss", color="yellow", radius=0.2, solid=True, at=((3.5, 5.0),))
     return {
@@ -87,7 +87,7 @@ def practices() -> Mapping[str, Scenario]:
         "an intruder": _with({"intruder": _always, "boss": _never}, ONE),
         "an intruder that leaves": _with({"intruder": _soon_gone, "boss": _never}, ONE),
         "no intruder": _with(alone, ONE),
-        "a teammate in the way": replace(_with(alone, in_the_way), obstacles=()),
+        "teammates in the way": replace(_with(alone, in_the_way), obstacles=()),
         "the boss": _with({"intruder": _never, "boss": _always}, ONE),
         "the boss, a wall behind": replace(
             _with({"intruder": _never, "boss": lambda _: boss}, at_a_wall), obstacles=()

@@ -274,7 +274,7 @@ ATTACK = Topic(
     complain_attack,
     lambda screen: raised(screen) or screen.time_s > SEARCH_S,
     cases=(
-        Case("a teammate in the way", {"A": "home"}, enough=_back_to("servo", AWAY_S)),
+        Case("teammates in the way", {"A": "home"}, enough=_back_to("servo", AWAY_S)),
         Case("no intruder", {"A": "intruder"}, enough=_back_to("servo", AROUND_S)),
         Case("an intruder", {"A": "home"}),
         Case("an intruder", {"A": "intruder"}),
