@@ -101,7 +101,7 @@ def squad_practices() -> Mapping[str, Scenario]:
     """Where the coordinator practices, by name."""
     return {
         "on patrol": _with({"boss": _never}),
-        "an intruder that leaves": _with({"intruder": _for((1.0, 3.0), (6.0, 10.0)), "boss": _never}),
+        "an intruder that leaves": _with({"intruder": _soon_gone, "boss": _never}),
         "the boss comes": _with({"boss": _for((20.0, 30.0), (10.0, 15.0))}),
     }
 

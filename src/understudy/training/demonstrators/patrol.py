@@ -198,7 +198,7 @@ def lost(screen: Screen) -> bool:
 
 
 def _push(during: str, behavior: str) -> Push:
-    return Push(during, behavior, 0.5)
+    return Push(during, behavior, 0.35)
 
 
 SERVO = Topic(

@@ -37,6 +37,14 @@ def complain_collective_patrol(screen: Screen) -> str | None:
     return None if wished == KEEP else wished
 
 
+def _seen(screen: Screen) -> bool:
+    return screen.features["someone_sees(intruder)"] == YES
+
+
+def _given_up(screen: Screen) -> bool:
+    return screen.state == "disperse" and screen.time_s > 10.0
+
+
 COLLECTIVE_PATROL = Topic(
     "collective_patrol",
     lambda library: new_lesson(
@@ -50,7 +58,7 @@ COLLECTIVE_PATROL = Topic(
     after(200.0),
     cases=(
         Case("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),
-        Case("an intruder that leaves", enough=lambda screen: screen.state == "disperse" and screen.time_s > 20.0),
+        Case("an intruder that leaves", suits=_seen, enough=_given_up),
     ),
     tries=3,
     limit_s=240.0,
