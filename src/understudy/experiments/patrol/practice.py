@@ -60,9 +60,9 @@ def _always(thing: Objects) -> Objects:
     return replace(thing, presence=None, capture=None)
 
 
-def _soon_gone(thing: Objects) -> Objects:
-    """As if the robot had captured it as soon as there was one."""
-    return replace(thing, presence=None, capture=Capture(range=20.0, after_s=5.0))
+def _gone_after(seconds: float) -> Callable[[Objects], Objects]:
+    """As if a robot had captured it as soon as there was one."""
+    return lambda thing: replace(thing, presence=None, capture=Capture(range=20.0, after_s=seconds))
 
 
 def _for(first_s: tuple[float, float], stays_s: tuple[float, float]) -> Callable[[Objects], Objects]:
@@ -85,7 +85,7 @@ def practices() -> Mapping[str, Scenario]:
         "alone": _with(alone, ONE),
         "among others": _with(alone),
         "an intruder": _with({"intruder": _always, "boss": _never}, ONE),
-        "an intruder that leaves": _with({"intruder": _soon_gone, "boss": _never}, ONE),
+        "an intruder that leaves": _with({"intruder": _gone_after(5.0), "boss": _never}, ONE),
         "no intruder": _with(alone, ONE),
         "teammates in the way": replace(_with(alone, in_the_way), obstacles=()),
         "the boss": _with({"intruder": _never, "boss": _always}, ONE),
@@ -101,7 +101,7 @@ def squad_practices() -> Mapping[str, Scenario]:
     """Where the coordinator practices, by name."""
     return {
         "on patrol": _with({"boss": _never}),
-        "an intruder that leaves": _with({"intruder": _soon_gone, "boss": _never}),
+        "an intruder that leaves": _with({"intruder": _gone_after(1.5), "boss": _never}),
         "the boss comes": _with({"boss": _for((20.0, 30.0), (10.0, 15.0))}),
     }
 

@@ -1,6 +1,7 @@
 """How a person teaches what each robot of a patrol does: Disperse, Servo(A), Attack(A), RunAway, Patrol (section 5.1).
 
-Servo says `failed` where it has turned all around in vain: then Attack wanders a little before it looks again. Where it drives and gets nowhere, as behind teammates that are home already, it withdraws. What
+Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, and goes elsewhere for a
+while - before it looks again; so it does where it drives and gets nowhere, as behind teammates that are home. What
 lasts for a while is a small automaton of its own, which sees the time and nothing else: so no lesson with other
 features can take the time for a reason.
 """
@@ -17,17 +18,18 @@ from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
 
 MIDDLE_PX, WIDTH_PX = 80.0, 160.0
-NEAR_M, CLEAR_M = 0.6, 1.0
+NEAR_M, CLEAR_M = 0.6, 0.9
 BUMP_M = 0.3  # this close to something, it should long have turned
 WIDE_M = 2.0  # so much room, and it still turns
 EMERGED_PX = 25.0  # so far into the frame, A is well in view
+ASIDE_PX = 50.0  # so far from the middle, whoever is slow still has time to turn to it
 OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of the frame
-CLOSE_PX = 6200.0  # as large as an intruder 0.7 m away
-ALMOST_PX = 5300.0  # nearly so, and no reason yet
-FAR_PX = 5400.0  # an intruder out of reach: too early to say done
-TOO_CLOSE_PX = 7500.0
+CLOSE_PX = 6000.0  # as large as an intruder 0.7 m away
+ALMOST_PX = 5000.0  # nearly so, and no reason yet
+FAR_PX = 5200.0  # an intruder out of reach: too early to say done
+TOO_CLOSE_PX = 7200.0
 AROUND_S = 6.8  # a bit more than once around
-BACK_S, AWAY_S, STROLL_S = 2.0, 8.0, 4.0
+BACK_S, AWAY_S = 2.0, 7.0
 SEARCH_S = 60.0  # whoever has searched for so long has been seen enough of
 BEHIND_M, ROOM_M = 0.45, 0.9
 
@@ -93,7 +95,7 @@ DISPERSE = Topic(
 )
 
 
-# What lasts for a while: turning around, strolling, withdrawing.
+# What lasts for a while: turning around, withdrawing.
 
 
 def _lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str) -> Topic:
@@ -134,7 +136,6 @@ def raised(screen: Screen) -> bool:
 
 LOOK_LEFT = _lasting("look_left", [("turn", "left", AROUND_S)], "failed")
 LOOK_RIGHT = _lasting("look_right", [("turn", "right", AROUND_S)], "failed")
-STROLL = _lasting("stroll", [("walk", "disperse", STROLL_S)], "done")
 WITHDRAW = _lasting("withdraw", [("back", "backwards", BACK_S), ("walk", "disperse", AWAY_S)], "done")
 
 
@@ -184,12 +185,12 @@ def _servo(screen: Screen, *, turning: float, driving: float) -> str | None:
 
 def on_the_left(screen: Screen) -> bool:
     """A is in the left part of the frame."""
-    return blob_x(screen) < MIDDLE_PX - 30.0
+    return blob_x(screen) < MIDDLE_PX - ASIDE_PX
 
 
 def on_the_right(screen: Screen) -> bool:
     """A is in the right part of the frame."""
-    return blob_x(screen) > MIDDLE_PX + 30.0
+    return blob_x(screen) > MIDDLE_PX + ASIDE_PX
 
 
 def lost(screen: Screen) -> bool:
@@ -197,8 +198,14 @@ def lost(screen: Screen) -> bool:
     return isnan(blob_x(screen))
 
 
-def _push(during: str, behavior: str) -> Push:
+def _over(during: str, behavior: str) -> Push:
+    """So that A comes into the other part of the frame."""
     return Push(during, behavior, 0.35)
+
+
+def _away(during: str, behavior: str) -> Push:
+    """So that A is lost on the side on which it was."""
+    return Push(during, behavior, 1.0)
 
 
 SERVO = Topic(
@@ -215,11 +222,11 @@ SERVO = Topic(
     complain_servo,
     lambda screen: raised(screen) or screen.time_s > 25.0,
     cases=(
-        Case("an intruder", {"A": "intruder"}, on_the_left, after(5.0), push=_push("forward_left", "left")),
-        Case("an intruder", {"A": "intruder"}, on_the_right, after(5.0), push=_push("forward_right", "right")),
+        Case("an intruder", {"A": "intruder"}, on_the_left, after(5.0), push=_over("forward_left", "left")),
+        Case("an intruder", {"A": "intruder"}, on_the_right, after(5.0), push=_over("forward_right", "right")),
         Case("an intruder", {"A": "home"}, lost, after(12.0)),
-        Case("an intruder that leaves", {"A": "intruder"}, on_the_left),
-        Case("an intruder that leaves", {"A": "intruder"}, on_the_right),
+        Case("an intruder that leaves", {"A": "intruder"}, on_the_left, push=_away("forward_left", "right")),
+        Case("an intruder that leaves", {"A": "intruder"}, on_the_right, push=_away("forward_right", "left")),
     ),
     tries=10,
     limit_s=60.0,
@@ -230,7 +237,7 @@ SERVO = Topic(
 
 
 def show_attack(screen: Screen) -> str | None:
-    """Servo until A is large; stroll after a turn in vain, withdraw where it is stuck, and servo again."""
+    """Servo until A is large; withdraw after a turn in vain or where it is stuck, and servo again."""
     wished = _attack(screen, close=CLOSE_PX)
     almost = screen.state == "servo" and ALMOST_PX < screen.features["blob_size(A)"] < CLOSE_PX
     return KEEP if wished is None and almost else wished
@@ -250,10 +257,12 @@ def _attack(screen: Screen, *, close: float) -> str | None:
     if state == "servo":
         if seen["blob_size(A)"] >= close:
             return "done"
-        if seen["failed"] == YES:
-            return "stroll"
-        return "withdraw" if seen["stuck"] == YES else None
+        return "withdraw" if YES in (seen["failed"], seen["stuck"]) else None
     return "servo" if state != "done" and seen["done"] == YES else None
+
+
+def _afar(screen: Screen) -> bool:
+    return 300.0 < screen.features["blob_size(A)"] < 2500.0
 
 
 def _back_to(state: str, seconds: float) -> Seen:
@@ -266,7 +275,7 @@ ATTACK = Topic(
         library,
         "attack",
         parameters=["A"],
-        states=["servo(A)", "stroll", "withdraw"],
+        states=["servo(A)", "withdraw"],
         flags=["done"],
         features=["done", "failed", "stuck", "blob_size(A)"],
     ),
@@ -276,10 +285,11 @@ ATTACK = Topic(
     cases=(
         Case("teammates in the way", {"A": "home"}, enough=_back_to("servo", AWAY_S)),
         Case("no intruder", {"A": "intruder"}, enough=_back_to("servo", AROUND_S)),
-        Case("an intruder", {"A": "home"}),
+        Case("alone", {"A": "home"}, _afar),
+        Case("alone", {"A": "home"}, _afar),
         Case("an intruder", {"A": "intruder"}),
     ),
-    tries=4,
+    tries=6,
     limit_s=180.0,
 )
 
@@ -384,4 +394,4 @@ PATROL = Topic(
     patience_s=100.0,
 )
 
-TOPICS = (DISPERSE, LOOK_LEFT, LOOK_RIGHT, STROLL, WITHDRAW, SERVO, ATTACK, RUN_AWAY, PATROL)
+TOPICS = (DISPERSE, LOOK_LEFT, LOOK_RIGHT, WITHDRAW, SERVO, ATTACK, RUN_AWAY, PATROL)
