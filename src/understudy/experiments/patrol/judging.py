@@ -138,7 +138,11 @@ def encounters(tracks: Tracks, *, within_s: float = TURNS_S + LEEWAY_S) -> Itera
         sight = in_sight(tracks, world, rows).all(axis=0)
         turned = (faces(tracks, world, rows) & sight).any(axis=0)
         yield Encounter(
-            int(world), int(tick), int(sight.sum()), int(turned.sum()), _resumed(tracks, int(world), int(tick))
+            int(world),
+            int(tick),
+            int(sight.sum()),
+            int(turned.sum()),
+            _resumed(tracks, int(world), int(tick)),
         )
 
 

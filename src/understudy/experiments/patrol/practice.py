@@ -25,7 +25,13 @@ SQUAD = Squad(
     (Role("robots", ROBOT),),
     (
         Statistic("someone_sees", "any", reading="blob_size", doc="Whether anybody sees it."),
-        Statistic("seen_lately", "any", reading="blob_size", within_s=10.0, doc="Whether anybody saw it within 10 s."),
+        Statistic(
+            "seen_lately",
+            "any",
+            reading="blob_size",
+            within_s=10.0,
+            doc="Whether anybody saw it within 10 s.",
+        ),
         Statistic("all_done", "all", flag="done", doc="Whether all are done."),
         Statistic("someone_done", "any", flag="done", doc="Whether anybody is done."),
         Statistic("left", "count", doc="How many there are."),
@@ -74,15 +80,21 @@ def _for(first_s: tuple[float, float], stays_s: tuple[float, float]) -> Callable
 ONE = Robots(type=ROBOT, count=1, apart=0.2)
 
 
+def _one_at(x: float, y: float, heading_deg: float) -> Robots:
+    return Robots(type=ROBOT, at=((x, y, heading_deg),))
+
+
 @cache
 def practices() -> Mapping[str, Scenario]:
     """Where robots practice, by name."""
     alone = {"intruder": _never, "boss": _never}
     in_the_way = Robots(type=ROBOT, at=((1.5, 5.0, 0.0), (2.9, 4.7, 0.0), (2.9, 5.3, 0.0)))
-    at_a_wall = Robots(type=ROBOT, at=((1.2, 5.0, 0.0),))
+    at_a_wall = _one_at(1.2, 5.0, 0.0)
     boss = Objects(name="boss", color="yellow", radius=0.2, solid=True, at=((3.5, 5.0),))
     return {
         "alone": _with(alone, ONE),
+        "a wall on the left": replace(_with(alone, _one_at(3.0, 8.5, 30.0)), obstacles=()),
+        "a wall on the right": replace(_with(alone, _one_at(3.0, 1.5, -30.0)), obstacles=()),
         "among others": _with(alone),
         "an intruder": _with({"intruder": _always, "boss": _never}, ONE),
         "an intruder that leaves": _with({"intruder": _gone_after(5.0), "boss": _never}, ONE),

@@ -79,7 +79,9 @@ def watch(team: Team, ticks: int) -> Tracks:
     doing = np.zeros(shape, np.int8)
     x, y, heading = (np.zeros(shape, np.float32) for _ in range(3))
     sees, sees_boss = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
-    slots = [int(world.rules.classes["first"][world.names.classes.index(name)]) for name in ("intruder", "boss")]
+    slots = [
+        int(world.rules.classes["first"][world.names.classes.index(name)]) for name in ("intruder", "boss")
+    ]
     things = np.zeros((ticks, world.worlds, 2), world.state.objects.dtype)
     for tick in range(ticks):
         robots = world.state.robots.reshape(shape[1:])

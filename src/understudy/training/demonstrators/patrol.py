@@ -1,6 +1,6 @@
 """How a person teaches what each robot of a patrol does: Disperse, Servo(A), Attack(A), RunAway, Patrol (section 5.1).
 
-Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, and goes elsewhere for a
+Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, turns, and goes elsewhere for a
 while - before it looks again; so it does where it drives and gets nowhere, as behind teammates that are home. What
 lasts for a while is a small automaton of its own, which sees the time and nothing else: so no lesson with other
 features can take the time for a reason.
@@ -29,7 +29,7 @@ ALMOST_PX = 5000.0  # nearly so, and no reason yet
 FAR_PX = 5200.0  # an intruder out of reach: too early to say done
 TOO_CLOSE_PX = 7200.0
 AROUND_S = 6.8  # a bit more than once around
-BACK_S, AWAY_S = 2.0, 7.0
+AWAY_S = 6.0
 SEARCH_S = 60.0  # whoever has searched for so long has been seen enough of
 BEHIND_M, ROOM_M = 0.45, 0.9
 
@@ -64,15 +64,6 @@ def complain_disperse(screen: Screen) -> str | None:
     return show_disperse(screen) if min(left, right) < BUMP_M else None
 
 
-def _nearer(near: str, far: str) -> Seen:
-    """Something is nearer on one side than on the other."""
-
-    def suits(screen: Screen) -> bool:
-        return screen.features[f"sonar_front_{near}"] < 1.8 < 2.5 < screen.features[f"sonar_front_{far}"]
-
-    return suits
-
-
 DISPERSE = Topic(
     "disperse",
     lambda library: new_lesson(
@@ -85,9 +76,9 @@ DISPERSE = Topic(
     complain_disperse,
     after(40.0),
     cases=(
-        Case("alone", suits=_nearer("left", "right"), enough=after(10.0)),
-        Case("alone", suits=_nearer("right", "left"), enough=after(10.0)),
-        Case("among others", enough=after(25.0)),
+        Case("a wall on the left", enough=after(8.0)),
+        Case("a wall on the right", enough=after(8.0)),
+        Case("among others", enough=after(20.0)),
     ),
     tries=4,
     limit_s=60.0,
@@ -136,7 +127,9 @@ def raised(screen: Screen) -> bool:
 
 LOOK_LEFT = _lasting("look_left", [("turn", "left", AROUND_S)], "failed")
 LOOK_RIGHT = _lasting("look_right", [("turn", "right", AROUND_S)], "failed")
-WITHDRAW = _lasting("withdraw", [("back", "backwards", BACK_S), ("walk", "disperse", AWAY_S)], "done")
+WITHDRAW = _lasting(
+    "withdraw", [("back", "backwards", 2.0), ("turn", "left", 1.5), ("walk", "disperse", AWAY_S)], "done"
+)
 
 
 # Servo(A): turn until A is seen, drive to it, remember on which side it was; failed where there is none.
@@ -223,7 +216,9 @@ SERVO = Topic(
     lambda screen: raised(screen) or screen.time_s > 25.0,
     cases=(
         Case("an intruder", {"A": "intruder"}, on_the_left, after(5.0), push=_over("forward_left", "left")),
-        Case("an intruder", {"A": "intruder"}, on_the_right, after(5.0), push=_over("forward_right", "right")),
+        Case(
+            "an intruder", {"A": "intruder"}, on_the_right, after(5.0), push=_over("forward_right", "right")
+        ),
         Case("an intruder", {"A": "home"}, lost, after(12.0)),
         Case("an intruder that leaves", {"A": "intruder"}, on_the_left, push=_away("forward_left", "right")),
         Case("an intruder that leaves", {"A": "intruder"}, on_the_right, push=_away("forward_right", "left")),
