@@ -93,8 +93,8 @@ def practices() -> Mapping[str, Scenario]:
     boss = Objects(name="boss", color="yellow", radius=0.2, solid=True, at=((3.5, 5.0),))
     return {
         "alone": _with(alone, ONE),
-        "a wall on the left": replace(_with(alone, _one_at(3.0, 8.5, 30.0)), obstacles=()),
-        "a wall on the right": replace(_with(alone, _one_at(3.0, 1.5, -30.0)), obstacles=()),
+        "a wall on the left": replace(_with(alone, _one_at(9.0, 8.5, 30.0)), obstacles=()),
+        "a wall on the right": replace(_with(alone, _one_at(9.0, 1.5, -30.0)), obstacles=()),
         "among others": _with(alone),
         "an intruder": _with({"intruder": _always, "boss": _never}, ONE),
         "an intruder that leaves": _with({"intruder": _gone_after(5.0), "boss": _never}, ONE),
