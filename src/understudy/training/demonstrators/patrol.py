@@ -20,7 +20,7 @@ from understudy.training.screen import Screen
 MIDDLE_PX, WIDTH_PX = 80.0, 160.0
 NEAR_M, CLEAR_M = 0.6, 0.9
 BUMP_M = 0.3  # this close to something, it should long have turned
-WIDE_M = 1.5  # so much room, and it still turns
+WIDE_M = 1.25  # so much room, and it still turns
 EMERGED_PX = 25.0  # so far into the frame, A is well in view
 ASIDE_PX = 50.0  # so far from the middle, whoever is slow still has time to turn to it
 OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of the frame
@@ -80,7 +80,7 @@ DISPERSE = Topic(
         Case("a wall on the right", enough=after(8.0)),
         Case("among others", enough=after(20.0)),
     ),
-    tries=4,
+    tries=6,
     limit_s=60.0,
     patience_s=60.0,
 )
