@@ -51,7 +51,7 @@ def captures(tracks: Tracks) -> list[tuple[int, int]]:
 def cycles(tracks: Tracks) -> Iterator[Cycle]:
     """The cycles of a team: each from the capture of an intruder that it was attacking.
 
-    What is captured on the way home belongs to the cycle at hand.
+    What is captured on the way home belongs to the cycle at hand. One that the boss interrupts is none.
     """
     until = dict.fromkeys(range(tracks.doing.shape[1]), -1)
     for world, tick in sorted(captures(tracks)):
@@ -59,9 +59,11 @@ def cycles(tracks: Tracks) -> Iterator[Cycle]:
         since = max(0, tick - 1 - round(CAPTURE_S / tracks.tick_s))
         if tick < until[world] or not (doing[since : tick + 1] == ATTACK).any():
             continue
-        after = np.flatnonzero(doing[tick:] == DISPERSE)
+        after = np.flatnonzero(np.isin(doing[tick:], (DISPERSE, RUN_AWAY)))
         if len(after):
             end = until[world] = tick + int(after[0])
+            if doing[end] == RUN_AWAY:
+                continue
             yield Cycle(world, tick, (end - tick) * tracks.tick_s, _farthest(tracks, world, end))
         else:
             until[world] = tracks.ticks
@@ -131,7 +133,8 @@ def encounters(tracks: Tracks, *, within_s: float = TURNS_S + LEEWAY_S) -> Itera
     """The encounters: each from the tick in which the team begins to run away until it goes on with its patrol."""
     away = (tracks.doing == RUN_AWAY).all(axis=2)
     span = round(within_s / tracks.tick_s)
-    for tick, world in np.argwhere(away[1:] & ~away[:-1]) + [1, 0]:
+    for before, world in np.argwhere(away[1:] & ~away[:-1]):
+        tick = before + 1
         if tick + span >= tracks.ticks:
             continue
         rows = slice(int(tick), int(tick) + span)
@@ -148,11 +151,9 @@ def encounters(tracks: Tracks, *, within_s: float = TURNS_S + LEEWAY_S) -> Itera
 
 def _resumed(tracks: Tracks, world: int, tick: int) -> float:
     over = np.flatnonzero((tracks.doing[tick:, world] != RUN_AWAY).any(axis=1))
-    if not len(over):
-        return float("nan")
-    end = tick + int(over[0])
-    last = np.flatnonzero(tracks.sees_boss[: end + 1, world].any(axis=1))[-1]
-    return float((end - last) * tracks.tick_s)
+    end = tick + int(over[0]) if len(over) else 0
+    seen = np.flatnonzero(tracks.sees_boss[: end + 1, world].any(axis=1))
+    return float((end - seen[-1]) * tracks.tick_s) if end and len(seen) else float("nan")
 
 
 def faces(tracks: Tracks, world: int, rows: slice) -> NDArray[np.bool_]:
@@ -177,7 +178,9 @@ def in_sight(tracks: Tracks, world: int, rows: slice, *, robot_m: float = 0.2) -
         hidden[:, robot] = False
         free &= ~hidden
     there = tracks.intruder.there[rows, world, None]
-    at = np.stack([tracks.intruder.x[rows, world], tracks.intruder.y[rows, world]], axis=-1)
+    at = np.stack([tracks.intruder.x[rows, world], tracks.intruder.y[rows, world]], axis=-1).astype(
+        np.float64
+    )
     return free & ~(_hides(eye, boss, at, robot_m) & there)
 
 

@@ -53,9 +53,13 @@ def _with(objects: Mapping[str, Callable[[Objects], Objects]], robots: Robots | 
     made = scenario()
     return replace(
         made,
-        objects=tuple(objects.get(each.name, lambda same: same)(each) for each in made.objects),
+        objects=tuple(objects.get(each.name, _same)(each) for each in made.objects),
         robots=made.robots if robots is None else (robots,),
     )
+
+
+def _same(thing: Objects) -> Objects:
+    return thing
 
 
 def _never(thing: Objects) -> Objects:
@@ -147,5 +151,12 @@ def alone(robots: Library, seeds: Sequence[int], behavior: str = "patrol") -> Te
 
 def coordinated(robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str) -> Team:
     """The team whose coordinator runs a behavior, in a world per seed."""
-    known, roots = {ROBOT: robots, SQUAD_NAME: coordinators}, {SQUAD_NAME: (behavior, {})}
-    return Team(World(scenario(), seeds), TREE, known, roots, worlds=len(seeds), makes=Engine)
+    known = {ROBOT: robots, SQUAD_NAME: coordinators}
+    return Team(
+        World(scenario(), seeds),
+        TREE,
+        known,
+        {SQUAD_NAME: (behavior, {})},
+        worlds=len(seeds),
+        makes=Engine,
+    )

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.errors import SettingError
 from understudy.runtime.engine import Engine
 from understudy.runtime.squads import Squads
 from understudy.runtime.team import Team
@@ -43,7 +44,7 @@ class Thing:
 class Tracks:
     """T ticks of W worlds with N robots: what was sensed in each tick, and what was decided on it.
 
-    `doing` [T, W, N] is what each robot is to do; `x`, `y`, `heading` [T, W, N] where it is; `sees` and `saw_boss`
+    `doing` [T, W, N] is what each robot is to do; `x`, `y`, `heading` [T, W, N] where it is; `sees` and `sees_boss`
     [T, W, N] whether it sees an intruder or the boss. Obstacles are discs (x, y, radius) [W, O, 3].
     """
 
@@ -67,13 +68,13 @@ class Tracks:
     @property
     def hours(self) -> float:
         """Of all worlds together."""
-        return self.doing.shape[0] * self.doing.shape[1] * self.tick_s / 3600.0
+        ticks, worlds, _ = self.doing.shape
+        return float(ticks * worlds * self.tick_s / 3600.0)
 
 
 def watch(team: Team, ticks: int) -> Tracks:
     """Let a team run for so many ticks, and write down what happens."""
-    world = team.ground
-    assert isinstance(world, World)
+    world = _world(team)
     told = _Told(team)
     shape = (ticks, world.worlds, world.robots)
     doing = np.zeros(shape, np.int8)
@@ -99,6 +100,19 @@ def watch(team: Team, ticks: int) -> Tracks:
     return Tracks(world.tick_s, doing, x, y, heading, sees, sees_boss, intruder, boss, place, obstacles)
 
 
+def _world(team: Team) -> World:
+    if not isinstance(team.ground, World):
+        raise SettingError(where="patrol", setting="team", problem="is in no world", remedy="give it one")
+    return team.ground
+
+
+def _engine(team: Team) -> Engine:
+    runner = team.layers[0].runner
+    if not isinstance(runner, Engine):
+        raise SettingError(where="patrol", setting="team", problem="has no engine", remedy="make it with one")
+    return runner
+
+
 def _thing(things: NDArray[Any]) -> Thing:
     return Thing(things["present"] != 0, things["x"].astype(np.float32), things["y"].astype(np.float32))
 
@@ -114,30 +128,25 @@ class _Told:
 
     def __init__(self, team: Team) -> None:
         self._team = team
-        self._robots = team.layers[0].runner
         self._of_orders: dict[int, int] = {0: OTHER}
-        assert isinstance(self._robots, Engine)
         names = {"disperse": DISPERSE, "attack": ATTACK, "home": HOME}
-        places = self._robots.compiled.places
+        places = _engine(team).compiled.places
         self._of_states = np.array([names.get(place.state, OTHER) for place in places], np.int8)
 
     def now(self) -> NDArray[np.int8]:
         """Of all robots [W, N]."""
         team = self._team
-        world = team.ground
-        assert isinstance(world, World)
+        world = _world(team)
         body = team.layers[-1].body
         if isinstance(body, Squads):
             each = np.array([self._meaning(body, squad) for squad in range(body.agents)], np.int8)
             return np.repeat(each[:, None], world.robots, axis=1)
-        assert isinstance(self._robots, Engine)
-        return self._of_states[self._robots.stacks.state[:, 0]].reshape(world.worlds, world.robots)
+        return self._of_states[_engine(team).stacks.state[:, 0]].reshape(world.worlds, world.robots)
 
     def _meaning(self, body: Squads, squad: int) -> int:
         number = int(body.order[squad])
         if number not in self._of_orders:
             duty = body.duty[int(np.flatnonzero(body.roster.squad == squad)[0])]
-            assert duty is not None
-            target = next(iter(duty.binding.values()), None)
-            self._of_orders[number] = DOING.get((duty.behavior, target), OTHER)
+            target = None if duty is None else next(iter(duty.binding.values()), None)
+            self._of_orders[number] = OTHER if duty is None else DOING.get((duty.behavior, target), OTHER)
         return self._of_orders[number]

@@ -1,9 +1,9 @@
 """How a person teaches what each robot of a patrol does: Disperse, Servo(A), Attack(A), RunAway, Patrol (section 5.1).
 
-Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, turns, and goes elsewhere for a
-while - before it looks again; so it does where it drives and gets nowhere, as behind teammates that are home. What
-lasts for a while is a small automaton of its own, which sees the time and nothing else: so no lesson with other
-features can take the time for a reason.
+Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, turns, and goes
+elsewhere for a while - before it looks again; so it does where it drives and gets nowhere, as behind teammates that
+are home. What lasts for a while is a small automaton of its own, which sees the time and nothing else: so no lesson
+with other features can take the time for a reason.
 """
 
 from __future__ import annotations
