@@ -43,10 +43,11 @@ def after(seconds: float) -> Seen:
 
 
 def show_disperse(screen: Screen) -> str | None:
-    """Drive; where something is near, turn away from it until the way is clear."""
+    """Drive; where something is near, turn away from it until the way is clear, and keep on till then."""
     left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
     if screen.state in ("left", "right"):
-        return "forwards" if min(left, right) > CLEAR_M else None
+        near, far = (left, right) if screen.state == "right" else (right, left)
+        return "forwards" if min(left, right) > CLEAR_M else KEEP if near < NEAR_M < WIDE_M < far else None
     if left < NEAR_M:
         return "right"
     if right < NEAR_M:
@@ -349,6 +350,7 @@ RUN_AWAY = Topic(
         Case("the boss", suits=_boss(-1), enough=after(8.0), push=Push("back", "left", 0.8)),
         Case("the boss", suits=_boss(1), enough=after(8.0), push=Push("back", "right", 0.8)),
         Case("the boss", suits=_boss(0), enough=after(12.0)),
+        Case("the boss", suits=_boss(1), enough=after(4.0)),
         Case("the boss, a wall behind", enough=_stood, push=Push("stop", "forwards", 2.0)),
     ),
     tries=4,
