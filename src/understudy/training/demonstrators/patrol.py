@@ -194,7 +194,7 @@ def lost(screen: Screen) -> bool:
 
 def _over(during: str, behavior: str) -> Push:
     """So that A comes into the other part of the frame."""
-    return Push(during, behavior, 0.35)
+    return Push(during, behavior, 0.35, within_s=5.0)
 
 
 def _away(during: str, behavior: str) -> Push:
@@ -347,8 +347,8 @@ RUN_AWAY = Topic(
     complain_run_away,
     after(40.0),
     cases=(
-        Case("the boss", suits=_boss(-1), enough=after(8.0), push=Push("back", "left", 0.8)),
-        Case("the boss", suits=_boss(1), enough=after(8.0), push=Push("back", "right", 0.8)),
+        Case("the boss", suits=_boss(-1), enough=after(8.0), push=Push("back", "left", 0.8, within_s=8.0)),
+        Case("the boss", suits=_boss(1), enough=after(8.0), push=Push("back", "right", 0.8, within_s=8.0)),
         Case("the boss", suits=_boss(0), enough=after(12.0)),
         Case("the boss", suits=_boss(1), enough=after(4.0)),
         Case("the boss, a wall behind", enough=_stood, push=Push("stop", "forwards", 2.0)),

@@ -51,11 +51,12 @@ class Patience:
 
 @dataclass(frozen=True, slots=True)
 class Push:
-    """Drive the robot away while it is in a state: a basic behavior, for so long."""
+    """Drive the robot away while it is in a state: a basic behavior, for so long; anyhow if it is not `within_s`."""
 
     during: str
     behavior: str
     seconds: float
+    within_s: float = inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,8 +180,8 @@ class Teacher:
             self._person.show(
                 session,
                 topic.show,
-                until=lambda screen: screen.state == push.during or case.enough(screen),
-                limit_s=topic.limit_s,
+                until=lambda screen: screen.state == push.during,
+                limit_s=min(topic.limit_s, push.within_s),
             )
             self._person.drive(session, push.behavior, push.seconds)
         self._person.show(
