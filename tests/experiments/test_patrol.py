@@ -15,8 +15,9 @@ from understudy.experiments.patrol.judging import (
     joined_at_once,
     residual_s,
 )
-from understudy.experiments.patrol.practice import practices, squad_practices, squads_library
-from understudy.experiments.patrol.watching import ATTACK, DISPERSE, HOME, RUN_AWAY, Thing, Tracks
+from understudy.experiments.patrol.practice import coordinated, practices, squad_practices, squads_library
+from understudy.experiments.patrol.teaching import teach
+from understudy.experiments.patrol.watching import ATTACK, DISPERSE, HOME, RUN_AWAY, Thing, Tracks, watch
 from understudy.model.library import Library
 from understudy.worlds.kits import kit_of
 from understudy.worlds.world import World
@@ -111,3 +112,15 @@ def test_the_coordinator_knows_what_its_robots_know() -> None:
     library = squads_library(Library(kit_of(practices()["alone"])))
     assert {"someone_sees", "all_done", "someone_done", "seen_lately"} <= set(library.kit.features)
     assert "forwards" in library.kit.behaviors
+
+
+def test_a_taught_team_patrols_and_defers() -> None:
+    taught = teach(210)
+    robots, coordinators = taught.robots.library, taught.coordinators.library
+    assert taught.robots.examples + taught.coordinators.examples <= 250
+    seen = watch(coordinated(robots, coordinators, range(4), "collective_patrol"), 3000)
+    found = list(cycles(seen))
+    assert len(found) > 10
+    assert sum(cycle.complete for cycle in found) >= 0.8 * len(found)
+    sighted, joined = joined_at_once(seen)
+    assert joined == sighted > 0
