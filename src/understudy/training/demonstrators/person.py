@@ -20,6 +20,9 @@ from understudy.training.trainee import Mode
 Wish: TypeAlias = Callable[[Screen], str | None]
 """The state a person would rather have the robot in; None, or the current one, where they are content."""
 
+KEEP = "(keep)"
+"""The wish that the robot keeps doing what it does, which a person says once each time it comes to that."""
+
 Seen: TypeAlias = Callable[[Screen], bool]
 
 
@@ -53,6 +56,7 @@ class Person:
         self.presses = 0
         self._draws = draws
         self._due: tuple[str, float] | None = None
+        self._kept: tuple[str, ...] | None = None
 
     def show(self, session: Session, wish: Wish, *, until: Seen, limit_s: float) -> Verdict:
         """Direct the robot to whatever they wish, `until` they have shown enough."""
@@ -85,7 +89,7 @@ class Person:
     def _watch(
         self, session: Session, wish: Wish, *, until: Seen, limit_s: float, patience_s: float
     ) -> Verdict:
-        self._due = None
+        self._due = self._kept = None
         tick_s = session.body.tick_s
         path: tuple[str, ...] = ()
         changes = deque([0.0], maxlen=FIDGETS)
@@ -93,10 +97,12 @@ class Person:
         while passed < limit_s - tick_s / 2:
             screen = session.screen()
             wished = wish(screen)
-            content = wished is None or wished == screen.state
+            said = wished == KEEP and screen.path[:1] == self._kept
+            content = wished is None or wished == screen.state or said
             if content and screen.waiting is None and until(screen):
                 return Verdict.ENOUGH
             if screen.path != path:
+                self._kept = self._kept if screen.path[:1] == path[:1] else None
                 path = screen.path
                 changes.append(passed)
             if passed - changes[-1] > patience_s or (
@@ -120,6 +126,10 @@ class Person:
             self._press(session, wished)
 
     def _press(self, session: Session, wished: str) -> None:
-        session.direct(wished)
+        if wished == KEEP:
+            session.confirm()
+            self._kept = session.screen().path[:1]
+        else:
+            session.direct(wished)
         self.presses += 1
         self._due = None

@@ -30,6 +30,9 @@ MakesPerson: TypeAlias = Callable[[np.random.Generator, Reaction], Person]
 LOOK_S = 1.0
 """How long it takes to look at a fresh world and pass it over, s."""
 
+PATIENCE_S = 30.0
+"""How long a person watches a robot go on in one and the same way before they step in, s."""
+
 FIRST_SEED = 2**40
 """Worlds to practice in have seeds from here on, worlds to be judged in lower ones: no robot is judged where it was
 taught."""
@@ -48,11 +51,12 @@ class Patience:
 
 @dataclass(frozen=True, slots=True)
 class Push:
-    """Drive the robot away while it is in a state: a basic behavior, for so long."""
+    """Drive the robot away while it is in a state: a basic behavior, for so long; anyhow if it is not `within_s`."""
 
     during: str
     behavior: str
     seconds: float
+    within_s: float = inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +87,7 @@ class Topic:
     tries: int
     limit_s: float
     shown: int | None = None
+    patience_s: float = PATIENCE_S
 
 
 @dataclass(slots=True)
@@ -177,7 +182,10 @@ class Teacher:
         push = case.push
         if push is not None:
             self._person.show(
-                session, topic.show, until=lambda screen: screen.state == push.during, limit_s=topic.limit_s
+                session,
+                topic.show,
+                until=lambda screen: screen.state == push.during,
+                limit_s=min(topic.limit_s, push.within_s),
             )
             self._person.drive(session, push.behavior, push.seconds)
         self._person.show(
@@ -212,7 +220,7 @@ class Teacher:
 
     def _test(self, topic: Topic, session: Session) -> Verdict:
         verdict = self._person.test(
-            session, topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=PATIENCE_S
+            session, topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=topic.patience_s
         )
         self._settle(topic.name, session, verdict.name.lower())
         return verdict
@@ -257,10 +265,6 @@ class Teacher:
         account.examples = sum(example.pressed for example in session.examples)
         self.library = self.library.with_taught(taught)
         self._progress(name, what, account)
-
-
-PATIENCE_S = 30.0
-"""How long a person watches a robot go on in one and the same way before they step in, s."""
 
 
 def innermost(library: Library, session: Session) -> tuple[str, Binding]:

@@ -1,0 +1,394 @@
+"""How a person teaches what each robot of a patrol does: Disperse, Servo(A), Attack(A), RunAway, Patrol (section 5.1).
+
+Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, turns, and goes
+elsewhere for a while - before it looks again; so it does where it drives and gets nowhere, as behind teammates that
+are home. What lasts for a while is a small automaton of its own, which sees the time and nothing else: so no lesson
+with other features can take the time for a reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isnan
+
+from understudy.model.kinds import YES
+from understudy.training.demonstrators.person import KEEP, Seen, Wish
+from understudy.training.demonstrators.teacher import Case, Push, Topic
+from understudy.training.design import new_lesson
+from understudy.training.screen import Screen
+
+MIDDLE_PX, WIDTH_PX = 80.0, 160.0
+NEAR_M, CLEAR_M = 0.6, 0.9
+BUMP_M = 0.3  # this close to something, it should long have turned
+WIDE_M = 1.25  # so much room, and it still turns
+EMERGED_PX = 25.0  # so far into the frame, A is well in view
+ASIDE_PX = 50.0  # so far from the middle, whoever is slow still has time to turn to it
+OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of the frame
+CLOSE_PX = 6000.0  # as large as an intruder 0.7 m away
+ALMOST_PX = 5000.0  # nearly so, and no reason yet
+FAR_PX = 5200.0  # an intruder out of reach: too early to say done
+TOO_CLOSE_PX = 7200.0
+AROUND_S = 6.8  # a bit more than once around
+AWAY_S = 6.0
+SEARCH_S = 60.0  # whoever has searched for so long has been seen enough of
+BEHIND_M, ROOM_M = 0.45, 0.9
+
+
+def after(seconds: float) -> Seen:
+    """So long after the world began."""
+    return lambda screen: screen.time_s >= seconds
+
+
+# Disperse: wander, and turn away from what is near.
+
+
+def show_disperse(screen: Screen) -> str | None:
+    """Drive; where something is near, turn away from it until the way is clear, and keep on till then."""
+    left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
+    if screen.state in ("left", "right"):
+        near, far = (left, right) if screen.state == "right" else (right, left)
+        return "forwards" if min(left, right) > CLEAR_M else KEEP if near < NEAR_M < WIDE_M < far else None
+    if left < NEAR_M:
+        return "right"
+    if right < NEAR_M:
+        return "left"
+    return "forwards"
+
+
+def complain_disperse(screen: Screen) -> str | None:
+    """Where it is about to bump, or goes on turning with all the room it needs."""
+    left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
+    if screen.state == "start":
+        return show_disperse(screen)
+    if screen.state in ("left", "right"):
+        return "forwards" if min(left, right) > WIDE_M else None
+    return show_disperse(screen) if min(left, right) < BUMP_M else None
+
+
+DISPERSE = Topic(
+    "disperse",
+    lambda library: new_lesson(
+        library,
+        "disperse",
+        states=["forwards", "left", "right"],
+        features=["sonar_front_left", "sonar_front_right"],
+    ),
+    show_disperse,
+    complain_disperse,
+    after(40.0),
+    cases=(
+        Case("a wall on the left", enough=after(8.0)),
+        Case("a wall on the right", enough=after(8.0)),
+        Case("among others", enough=after(20.0)),
+    ),
+    tries=6,
+    limit_s=60.0,
+    patience_s=60.0,
+)
+
+
+# What lasts for a while: turning around, withdrawing.
+
+
+def _lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str) -> Topic:
+    """One after the other for so long each: state, behavior, s. Then it raises the flag."""
+    names = [state for state, _, _ in steps]
+    following = dict(zip(["start", *names], [*names, flag], strict=True))
+    limits = {state: seconds for state, _, seconds in steps}
+
+    def wish(slack_s: float) -> Wish:
+        def wished(screen: Screen) -> str | None:
+            late = screen.features["time_in_state"] >= limits.get(screen.state, 0.0) + slack_s
+            return following.get(screen.state) if late else None
+
+        return wished
+
+    return Topic(
+        name,
+        lambda library: new_lesson(
+            library,
+            name,
+            states=[f"{state}={behavior}" for state, behavior, _ in steps],
+            flags=[flag],
+            features=["time_in_state"],
+        ),
+        wish(0.0),
+        wish(2.0),
+        raised,
+        cases=(Case("alone"),),
+        tries=1,
+        limit_s=60.0,
+    )
+
+
+def raised(screen: Screen) -> bool:
+    """The automaton says that it is finished."""
+    return screen.flag is not None
+
+
+LOOK_LEFT = _lasting("look_left", [("turn", "left", AROUND_S)], "failed")
+LOOK_RIGHT = _lasting("look_right", [("turn", "right", AROUND_S)], "failed")
+WITHDRAW = _lasting(
+    "withdraw", [("back", "backwards", 2.0), ("turn", "left", 1.5), ("walk", "disperse", AWAY_S)], "done"
+)
+
+
+# Servo(A): turn until A is seen, drive to it, remember on which side it was; failed where there is none.
+
+
+def blob_x(screen: Screen) -> float:
+    """Where A is in the frame, px; absent where it is not seen."""
+    return screen.features["blob_x(A)"]
+
+
+def show_servo(screen: Screen) -> str | None:
+    """Turn until A is well in view, drive; failed after a turn in vain."""
+    return _servo(screen, turning=0.0, driving=0.0)
+
+
+def complain_servo(screen: Screen) -> str | None:
+    """Where it turns or drives on past what it should do, or fails too early."""
+    if screen.state != "failed":
+        return _servo(screen, turning=90.0, driving=22.0)
+    x, too_early = blob_x(screen), screen.time_s < AROUND_S - 1.0
+    return _side(x) if not isnan(x) else "left" if too_early else None
+
+
+def _side(x: float) -> str:
+    return "forward_left" if x < MIDDLE_PX else "forward_right"
+
+
+def _servo(screen: Screen, *, turning: float, driving: float) -> str | None:
+    x, state = blob_x(screen), screen.state
+    if state == "failed":
+        return None
+    if isnan(x):
+        if state in ("left", "right"):
+            return "failed" if screen.features["failed"] == YES else None
+        return "right" if state == "forward_right" else "left"
+    if state == "start":
+        return "left" if x < MIDDLE_PX else "right"
+    if state == "left":
+        return "forward_left" if x > EMERGED_PX + turning else None
+    if state == "right":
+        return "forward_right" if x < WIDTH_PX - EMERGED_PX - turning else None
+    beyond = x - MIDDLE_PX if state == "forward_left" else MIDDLE_PX - x
+    other = "forward_right" if state == "forward_left" else "forward_left"
+    return other if beyond > OTHER_PX + driving else None
+
+
+def on_the_left(screen: Screen) -> bool:
+    """A is in the left part of the frame."""
+    return blob_x(screen) < MIDDLE_PX - ASIDE_PX
+
+
+def on_the_right(screen: Screen) -> bool:
+    """A is in the right part of the frame."""
+    return blob_x(screen) > MIDDLE_PX + ASIDE_PX
+
+
+def lost(screen: Screen) -> bool:
+    """A is not in the frame."""
+    return isnan(blob_x(screen))
+
+
+def _over(during: str, behavior: str) -> Push:
+    """So that A comes into the other part of the frame."""
+    return Push(during, behavior, 0.35, within_s=5.0)
+
+
+def _away(during: str, behavior: str) -> Push:
+    """So that A is lost on the side on which it was."""
+    return Push(during, behavior, 1.0)
+
+
+SERVO = Topic(
+    "servo",
+    lambda library: new_lesson(
+        library,
+        "servo",
+        parameters=["A"],
+        states=["left=look_left", "right=look_right", "forward_left=forwards", "forward_right=forwards"],
+        flags=["failed"],
+        features=["failed", "blob_x(A)"],
+    ),
+    show_servo,
+    complain_servo,
+    lambda screen: raised(screen) or screen.time_s > 25.0,
+    cases=(
+        Case("an intruder", {"A": "intruder"}, on_the_left, after(5.0), push=_over("forward_left", "left")),
+        Case(
+            "an intruder", {"A": "intruder"}, on_the_right, after(5.0), push=_over("forward_right", "right")
+        ),
+        Case("an intruder", {"A": "home"}, lost, after(12.0)),
+        Case("an intruder that leaves", {"A": "intruder"}, on_the_left, push=_away("forward_left", "right")),
+        Case("an intruder that leaves", {"A": "intruder"}, on_the_right, push=_away("forward_right", "left")),
+    ),
+    tries=10,
+    limit_s=60.0,
+)
+
+
+# Attack(A): servo to A; where it cannot be found or reached, go elsewhere and try again.
+
+
+def show_attack(screen: Screen) -> str | None:
+    """Servo until A is large; withdraw after a turn in vain or where it is stuck, and servo again."""
+    wished = _attack(screen, close=CLOSE_PX)
+    almost = screen.state == "servo" and ALMOST_PX < screen.features["blob_size(A)"] < CLOSE_PX
+    return KEEP if wished is None and almost else wished
+
+
+def complain_attack(screen: Screen) -> str | None:
+    """As shown, with a little patience; and where it says done too early."""
+    if screen.state == "done":
+        return "servo" if not screen.features["blob_size(A)"] > FAR_PX else None
+    return _attack(screen, close=TOO_CLOSE_PX)
+
+
+def _attack(screen: Screen, *, close: float) -> str | None:
+    seen, state = screen.features, screen.state
+    if state == "start":
+        return "servo"
+    if state == "servo":
+        if seen["blob_size(A)"] >= close:
+            return "done"
+        return "withdraw" if YES in (seen["failed"], seen["stuck"]) else None
+    return "servo" if state != "done" and seen["done"] == YES else None
+
+
+def _afar(screen: Screen) -> bool:
+    return 300.0 < screen.features["blob_size(A)"] < 2500.0
+
+
+def _back_to(state: str, seconds: float) -> Seen:
+    return lambda screen: screen.state == state and screen.time_s > seconds
+
+
+ATTACK = Topic(
+    "attack",
+    lambda library: new_lesson(
+        library,
+        "attack",
+        parameters=["A"],
+        states=["servo(A)", "withdraw"],
+        flags=["done"],
+        features=["done", "failed", "stuck", "blob_size(A)"],
+    ),
+    show_attack,
+    complain_attack,
+    lambda screen: raised(screen) or screen.time_s > SEARCH_S,
+    cases=(
+        Case("teammates in the way", {"A": "home"}, enough=_back_to("servo", AWAY_S)),
+        Case("no intruder", {"A": "intruder"}, enough=_back_to("servo", AROUND_S)),
+        Case("alone", {"A": "home"}, _afar),
+        Case("alone", {"A": "home"}, _afar),
+        Case("an intruder", {"A": "intruder"}),
+    ),
+    tries=6,
+    limit_s=180.0,
+)
+
+
+# RunAway: look for the boss, face him, back away from him slowly, stop at what is behind.
+
+
+def show_run_away(screen: Screen) -> str | None:
+    """Turn until the boss is well in view, back away slowly while nothing is behind."""
+    return _run_away(screen, slack_px=0.0, behind=BEHIND_M, room=ROOM_M)
+
+
+def complain_run_away(screen: Screen) -> str | None:
+    """Where it turns past him, backs into something, or goes on standing with room behind."""
+    return _run_away(screen, slack_px=20.0, behind=0.25, room=1.6)
+
+
+def _run_away(screen: Screen, *, slack_px: float, behind: float, room: float) -> str | None:
+    x, rear, state = screen.features["blob_x(boss)"], screen.features["sonar_rear"], screen.state
+    edge = 25.0 - slack_px
+    if isnan(x):
+        return None if state in ("left", "right") else "left"
+    if state == "start":
+        return "left" if x < MIDDLE_PX else "right"
+    if state == "left" and x < EMERGED_PX + slack_px:
+        return None
+    if state == "right" and x > WIDTH_PX - EMERGED_PX - slack_px:
+        return None
+    if not edge <= x <= WIDTH_PX - edge and state in ("back", "stop"):
+        return "left" if x < MIDDLE_PX else "right"
+    if state == "stop":
+        return "back" if rear > room else None
+    return "stop" if state == "back" and rear < behind else "back" if state != "back" else None
+
+
+def _boss(side: int) -> Seen:
+    """The boss is in the left (-1) or right (1) part of the frame, or in none (0)."""
+
+    def suits(screen: Screen) -> bool:
+        x = screen.features["blob_x(boss)"]
+        return isnan(x) if side == 0 else side * (x - MIDDLE_PX) > 30.0
+
+    return suits
+
+
+def _stood(screen: Screen) -> bool:
+    return screen.state == "stop" and screen.time_s > 12.0
+
+
+RUN_AWAY = Topic(
+    "run_away",
+    lambda library: new_lesson(
+        library,
+        "run_away",
+        states=["left", "right", "back=back_slowly", "stop"],
+        features=["blob_x(boss)", "sonar_rear"],
+    ),
+    show_run_away,
+    complain_run_away,
+    after(40.0),
+    cases=(
+        Case("the boss", suits=_boss(-1), enough=after(8.0), push=Push("back", "left", 0.8, within_s=8.0)),
+        Case("the boss", suits=_boss(1), enough=after(8.0), push=Push("back", "right", 0.8, within_s=8.0)),
+        Case("the boss", suits=_boss(0), enough=after(12.0)),
+        Case("the boss", suits=_boss(1), enough=after(4.0)),
+        Case("the boss, a wall behind", enough=_stood, push=Push("stop", "forwards", 2.0)),
+    ),
+    tries=4,
+    limit_s=60.0,
+    patience_s=60.0,
+)
+
+
+# Patrol: all this alone, without a coordinator.
+
+
+def show_patrol(screen: Screen) -> str | None:
+    """Disperse, attack an intruder that is seen, go home with it, and disperse again."""
+    seen = screen.features
+    if screen.state == "start":
+        return "disperse"
+    if screen.state == "disperse":
+        return None if isnan(seen["blob_size(intruder)"]) else "attack"
+    if seen["done"] != YES:
+        return None
+    return "home" if screen.state == "attack" else "disperse"
+
+
+PATROL = Topic(
+    "patrol",
+    lambda library: new_lesson(
+        library,
+        "patrol",
+        states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
+        features=["done", "blob_size(intruder)"],
+    ),
+    show_patrol,
+    show_patrol,
+    after(150.0),
+    cases=(Case("on patrol", enough=after(90.0)),),
+    tries=2,
+    limit_s=200.0,
+    patience_s=100.0,
+)
+
+TOPICS = (DISPERSE, LOOK_LEFT, LOOK_RIGHT, WITHDRAW, SERVO, ATTACK, RUN_AWAY, PATROL)

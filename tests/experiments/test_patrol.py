@@ -1,0 +1,126 @@
+"""Judging a patrol: cycles, sightings, and encounters with the boss, in worlds written down by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from understudy.experiments.patrol.judging import (
+    captures,
+    cycles,
+    encounters,
+    false_homes,
+    joined_at_once,
+    residual_s,
+)
+from understudy.experiments.patrol.practice import coordinated, practices, squad_practices, squads_library
+from understudy.experiments.patrol.teaching import teach
+from understudy.experiments.patrol.watching import ATTACK, DISPERSE, HOME, RUN_AWAY, Thing, Tracks, watch
+from understudy.model.library import Library
+from understudy.worlds.kits import kit_of
+from understudy.worlds.world import World
+
+TICK_S = 1.0
+
+
+def tracks(*spans: tuple[int, int], until: int | None = None, away: float = 1.0, **given: Any) -> Tracks:
+    """One world with one robot `away` meters from home: for so many ticks it does this; an intruder `until` a tick."""
+    doing = np.concatenate([np.full(ticks, what, np.int8) for what, ticks in spans])[:, None, None]
+    shape = doing.shape
+    there = np.zeros(shape[:2], np.bool_)
+    there[:until] = until is not None
+    nothing = np.zeros(shape, np.bool_)
+    place = np.zeros(shape[:2], np.float32)
+    made: dict[str, Any] = {
+        "tick_s": TICK_S,
+        "doing": doing,
+        "x": np.full(shape, away, np.float32),
+        "y": np.zeros(shape, np.float32),
+        "heading": np.zeros(shape, np.float32),
+        "sees": nothing,
+        "sees_boss": nothing,
+        "intruder": Thing(there, place + 50.0, place),
+        "boss": Thing(np.ones(shape[:2], np.bool_), place - 4.0, place),
+        "home": (0.0, 0.0),
+        "obstacles": np.zeros((1, 0, 3)),
+    }
+    return Tracks(**(made | given))
+
+
+CYCLES = [  # what it does for how many ticks, when the intruder is gone, how far from home: complete or not
+    (((ATTACK, 10), (HOME, 30), (DISPERSE, 9)), 11, 1.0, [True]),
+    (((ATTACK, 10), (HOME, 30), (DISPERSE, 9)), 11, 3.5, [False]),
+    (((ATTACK, 10), (HOME, 150), (DISPERSE, 9)), 11, 1.0, [False]),
+    (((ATTACK, 10), (HOME, 70)), 11, 1.0, [False]),  # still open after a minute
+    (((ATTACK, 10), (HOME, 40)), 11, 1.0, []),  # nobody knows yet
+    (((ATTACK, 10), (HOME, 5), (RUN_AWAY, 9)), 11, 1.0, []),
+    (((DISPERSE, 40),), 11, 1.0, []),  # nobody attacked it
+]
+
+
+@pytest.mark.parametrize(("spans", "gone", "away", "complete"), CYCLES)
+def test_cycles(spans: tuple[tuple[int, int], ...], gone: int, away: float, complete: list[bool]) -> None:
+    assert [cycle.complete for cycle in cycles(tracks(*spans, until=gone, away=away))] == complete
+
+
+def test_attacking_nobody() -> None:
+    seen = tracks((ATTACK, 20), (HOME, 5), until=12)
+    assert captures(seen) == [(0, 12)]
+    assert residual_s(seen) == 8.0
+    assert false_homes(seen) == 0
+
+
+def test_going_home_with_the_intruder_still_there() -> None:
+    assert false_homes(tracks((ATTACK, 20), (HOME, 10), until=30)) == 1
+
+
+def test_who_joins() -> None:
+    sees = np.zeros((10, 1, 1), np.bool_)
+    sees[5] = True
+    assert joined_at_once(tracks((DISPERSE, 5), (ATTACK, 5), sees=sees)) == (1, 1)
+    assert joined_at_once(tracks((DISPERSE, 6), (ATTACK, 4), sees=sees)) == (1, 0)
+
+
+def test_an_encounter() -> None:
+    sees = np.zeros((40, 1, 1), np.bool_)
+    sees[5:16] = True
+    heading = np.zeros((40, 1, 1), np.float32)
+    heading[8:] = np.pi  # to the boss, who is at (-4, 0)
+    facing, not_facing = (
+        list(encounters(tracks((DISPERSE, 5), (RUN_AWAY, 20), (DISPERSE, 15), sees_boss=sees, heading=each)))
+        for each in (heading, 0 * heading)
+    )
+    assert [(each.in_sight, each.turned, each.resumed_s) for each in facing] == [(1, 1, 10.0)]
+    assert not not_facing[0].deferred
+
+
+def test_an_obstacle_hides_the_boss() -> None:
+    hidden = tracks((DISPERSE, 5), (RUN_AWAY, 20), (DISPERSE, 15), obstacles=np.array([[[-2.0, 0.0, 0.3]]]))
+    assert [each.in_sight for each in encounters(hidden)] == [0]
+
+
+@pytest.mark.parametrize("name", sorted({*practices(), *squad_practices()}))
+def test_practices_can_be(name: str) -> None:
+    for found in (practices(), squad_practices()):
+        if name in found:
+            World(found[name], [1])
+
+
+def test_the_coordinator_knows_what_its_robots_know() -> None:
+    library = squads_library(Library(kit_of(practices()["alone"])))
+    assert {"someone_sees", "all_done", "someone_done", "seen_lately"} <= set(library.kit.features)
+    assert "forwards" in library.kit.behaviors
+
+
+def test_a_taught_team_patrols_and_defers() -> None:
+    taught = teach(210)
+    robots, coordinators = taught.robots.library, taught.coordinators.library
+    assert taught.robots.examples + taught.coordinators.examples <= 250
+    seen = watch(coordinated(robots, coordinators, range(4), "collective_patrol"), 3000)
+    found = list(cycles(seen))
+    assert len(found) > 10
+    assert sum(cycle.complete for cycle in found) >= 0.8 * len(found)
+    sighted, joined = joined_at_once(seen)
+    assert joined == sighted > 0
