@@ -187,7 +187,7 @@ LAYERS: Mapping[str, tuple[Topic, ...]] = MappingProxyType(
             _lean(DEPOSIT, shown=1, tries=1),
             replace(FORAGE, tries=TRIES),
         ),
-        "two layers": (GOTO, TWO_LAYERS),  # over the lean one they come right less often
+        "two layers": (LEAN_GOTO, TWO_LAYERS),
         "one layer": (ONE_LAYER,),
         "one layer, told nothing": (TOLD_NOTHING,),
     }
