@@ -29,10 +29,10 @@ make experiments                       # all of them, quick
 ```
 
 All that is taught here is taught by scripted demonstrators through the session's public interface: they see what a
-person sees on the screen, react as late as a person, and press. The unit is always the taught automaton, never the
-trial: numbers are medians over automata, with the smallest and the largest in brackets. Nobody had looked at the seeds
-before, and no robot is judged where it was taught. How each is done is told in the README beside its code in
-`src/understudy/experiments`. This page is written from the published results (`python -m tests.docs.experiments`).
+person sees on the screen, react a quarter of a second late, and press. The unit is always the taught automaton, never
+the trial: numbers are medians over automata, with the smallest and the largest in brackets. No robot is judged where it
+was taught. How each is done is told in the README beside its code in `src/understudy/experiments`. This page is
+written from the published results (`python -m tests.docs.experiments`).
 """
 
 

@@ -20,6 +20,18 @@ def test_mann_whitney_as_scipy(seed: int) -> None:
     assert statistics.differ(first, second) == pytest.approx(float(found.pvalue))
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_signed_ranks_as_scipy(seed: int) -> None:
+    draws = np.random.default_rng(seed)
+    first, second = draws.integers(0, 9, 20).astype(float), draws.integers(1, 10, 20).astype(float)
+    found = stats.wilcoxon(first, second, zero_method="wilcox", correction=True, method="asymptotic")
+    assert statistics.differ_in_pairs(first, second) == pytest.approx(float(found.pvalue))
+
+
+def test_pairs_all_alike_do_not_differ() -> None:
+    assert statistics.differ_in_pairs([1.0, 2.0], [1.0, 2.0]) == 1.0
+
+
 def test_groups_all_alike_do_not_differ() -> None:
     assert statistics.differ([1.0, 1.0], [1.0, 1.0, 1.0]) == 1.0
 

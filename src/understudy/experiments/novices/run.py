@@ -253,6 +253,8 @@ def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
         for at in (True, False)
     )
     never = sum(row["reached"] == 0 for row in novices)
+    missing = [row for row in novices if row["reached"] < TRIALS * len(POSITIONS)]
+    shown_lost = sum("ball lost" in row["traits"]["situations"] for row in missing)
     always = sum(row["reached"] == TRIALS * len(POSITIONS) for row in novices)
     return (
         f"Success was defined before any novice was run: the ball is reached in {SUCCESS:.0%} of thirty trials, within "
@@ -261,7 +263,9 @@ def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
         "Why robots do not find a ball that they do not see at first, from twenty novices on other seeds: of nine of "
         "them six were never put where it could not be seen, and walk straight on; three had, each way once, been "
         "turned back after they had turned past the ball, so that while nothing is seen left says right and right says "
-        "left. What is pressed outvotes what is recorded by itself, and one test would have shown it. It seems to "
+        f"left. (Of the published novices, {shown_lost} of the {len(novices) - always} whose robots do not always get "
+        "there had shown a lost ball: that it was shown is not enough.) What is pressed outvotes what is recorded by "
+        "itself, and one test would have shown it. It seems to "
         "happen most to those who turn the robot while the ball is still at the edge of the frame: from each position "
         f"{early['succeed']} of {early['of']} of them succeed, and {late['succeed']} of {late['of']} of those who wait "
         "until it is lost, as the paper describes.",

@@ -160,8 +160,10 @@ def _told(rows: Sequence[Row], method: str, key: str) -> str:
 
 def _failures(rows: Sequence[Row], method: str) -> str:
     count, of = failed(rows, method)
-    low, high = interval_of_share(count, of)
-    return f"{count} of {of} ({100 * low:.1f}–{100 * high:.1f} %)"
+    mine = [row for row in rows if row["task"]["method"] == method]
+    failing = sum(failed([row], method)[0] > 0 for row in mine)
+    low, high = interval_of_share(failing, len(mine))
+    return f"{count} of {of}, by {failing} of {len(mine)} automata ({100 * low:.0f}–{100 * high:.0f} %)"
 
 
 def _compared(found: dict[str, float]) -> str:
