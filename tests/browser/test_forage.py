@@ -9,8 +9,12 @@ from time import monotonic
 from playwright.sync_api import Page
 from tests.browser.curriculum import teach_deposit, teach_forage, teach_goto, teach_harvest
 from tests.browser.foraging import Forager
+from tests.browser.studio import Studio
 
+from understudy.model.folder import open_library
 from understudy.training.demonstrators.forager import CAPACITY
+from understudy.worlds.catalog import find_world
+from understudy.worlds.kits import kit_of
 
 UNSEEN = (2_000, 2_001)
 """Worlds that nobody taught or tried the robot in, with 15 and 49 units of food."""
@@ -20,7 +24,7 @@ MOST_SECONDS = 600
 """To forage within ten minutes, by the clock on the wall."""
 
 
-def test_a_robot_learns_to_forage(visit: Callable[[], Page]) -> None:
+def test_a_robot_learns_to_forage(visit: Callable[[], Page], studio: Studio) -> None:
     """It brings all food home, on more ways than one, in worlds it has not seen, and nobody presses anything."""
     began = monotonic()
 
@@ -37,3 +41,5 @@ def test_a_robot_learns_to_forage(visit: Callable[[], Page]) -> None:
         person.let_alone(limit_s=LIMIT_S)
         say(f"{person.food[0]} units at home")
     assert monotonic() - began < MOST_SECONDS
+    taught = open_library(studio.library, kit_of(find_world("forage"))).library.taught
+    assert set(taught) == {"goto", "harvest", "deposit", "forage"}

@@ -10,10 +10,6 @@ from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 
-from understudy.model.folder import open_library
-from understudy.worlds.catalog import find_world
-from understudy.worlds.kits import kit_of
-
 Visit = Callable[[], Page]
 Snap = Callable[[Page, str], None]
 
@@ -30,21 +26,6 @@ def teacher(visit: Visit) -> Teacher:
     made = Teacher(visit())
     made.begin_goto()
     return made
-
-
-def test_a_robot_learns_to_go_to_a_place(teacher: Teacher, studio: Studio) -> None:
-    """From an empty library: shown the way a few times, it finds it by itself in a world it has not seen."""
-    for world in range(3):
-        if world:
-            teacher.new_world()
-        teacher.show_the_way()
-    teacher.new_world()
-    teacher.press("t")
-    teacher.page.get_by_role("combobox", name="Speed").select_option("4")
-    expect(teacher.directing("done")).to_have_attribute("aria-pressed", "true", timeout=30_000)
-    teacher.page.get_by_role("button", name="Save", exact=True).click()
-    expect(teacher.page.get_by_text("in the library")).to_be_visible()
-    assert "goto" in open_library(studio.library, kit_of(find_world("forage"))).library.taught
 
 
 def test_a_correction_and_back(teacher: Teacher) -> None:
