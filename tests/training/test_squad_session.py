@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import pytest
 from tests.worlds.patrollers import ROBOTS, SCENARIO
 
@@ -15,6 +16,7 @@ from understudy.runtime.troop import Troop
 from understudy.training.design import new_lesson
 from understudy.training.session import Session
 from understudy.worlds.dealing import deal
+from understudy.worlds.scenario_squads import Radio
 from understudy.worlds.teams import libraries_of, troop_of
 from understudy.worlds.world import World
 
@@ -108,6 +110,24 @@ def test_a_troop_is_rewound() -> None:
     assert again["blob_size", "home"].tolist() == pytest.approx(
         there["blob_size", "home"].tolist(), nan_ok=True
     )
+
+
+def test_going_back_restarts_nobody_whose_messages_are_delayed() -> None:
+    """What was in the air is lost, but who has an order goes on with it."""
+    slow = msgspec.structs.replace(SCENARIO, radio=Radio(delay_s=0.3))
+    body = troop_of(slow, "patrol", LIBRARIES, seed=5)
+    session = Session(body, SQUAD, LESSON)
+    taught(session, 3.0)
+    assert session.screen().state == "out"
+    instant, began = session.instant(), body.squads.ordering.answering.tolist()
+    assert not any(each != each for each in began)
+    taught(session, 3.5)
+    session.rewind(instant)
+    starts: list[object] = []
+    body.team.layers[0].runner.begin = lambda agents, program: starts.append(agents)  # type: ignore[method-assign]
+    taught(session, 3.5)
+    assert starts == []
+    assert body.squads.ordering.answering.tolist() == began
 
 
 def test_a_killed_session_of_a_squad_goes_on(tmp_path: Path) -> None:

@@ -76,6 +76,13 @@ def test_delayed_orders_come_later_and_lost_ones_are_made_up_for() -> None:
     assert all(duty is not None and duty.behavior == "wander" for duty in squads.ordering.duty)
 
 
+def test_what_travels_is_counted() -> None:
+    """Four orders of 12 bytes; four reports of 10, a reading (8) and a flag (1) in each: they grow with the members."""
+    team = team_of(SCENARIO, [7, 8], known(), {"patrol": ("lead", {})})
+    found = orders(team).traffic
+    assert (found.messages, found.bytes) == (2 * 8, 8 * (12 + 10 + 8 + 1))
+
+
 def test_who_has_failed_is_counted_no_more() -> None:
     team = team_of(SCENARIO, [7], known(), {"patrol": ("lead", {})})
     world = team.ground

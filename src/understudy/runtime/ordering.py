@@ -80,8 +80,10 @@ class Ordering:
         heard, answering = self.meant, given
         if self._delayed is not None:
             which, when = self._delayed
-            heard = np.nan_to_num(which.through(self.meant.astype(np.float64), tick)).astype(np.intp)
-            answering = when.through(given, tick)
+            sent, answering = which.through(self.meant.astype(np.float64), tick), when.through(given, tick)
+            nothing = np.isnan(answering)  # has come through since the run began, or was gone back in
+            heard = np.where(nothing, self.heard, sent).astype(np.intp)
+            answering = np.where(nothing, self.answering, answering)
         new = np.flatnonzero((answering != self.answering) & ~np.isnan(answering))
         self.heard, self.answering = heard.copy(), answering.copy()
         self.start(new)
@@ -127,7 +129,7 @@ class Ordering:
         self.order = np.array([self.numbered(order) for order in orders], np.intp)
         self.issued, self.answering = issued.copy(), answering.copy()
         numbers = [0 if duty is None else self._number(duty) for duty in duties]
-        self.meant = self.heard = np.array(numbers, np.intp)
+        self.meant, self.heard = np.array(numbers, np.intp), np.array(numbers, np.intp)
         self.start(np.arange(len(self.roster)))
 
 

@@ -86,9 +86,3 @@ class Reports:
         if key not in self._delayed:
             self._delayed[key] = Delayed(self._radio, UP)
         return self._delayed[key].through(values, round(now / self._tick_s))
-
-    @property
-    def sent(self) -> tuple[int, int]:
-        """How many readings and flags a report has in it."""
-        flags = sum(isinstance(key, str) and key.startswith("flag ") for key in self._delayed)
-        return sum(isinstance(key, tuple) for key in self._delayed), flags
