@@ -79,6 +79,9 @@ def test_what_a_squad_was_taught_is_kept_in_its_folder(made: Studio, person: Pag
     assert "wander" in made.stage.shelf.library.taught
 
 
-def test_there_are_only_so_many(person: Page) -> None:
-    assert "1" in refused(person, "agent", agent=1, sort="patrol")
+def test_there_are_only_so_many(made: Studio, person: Page) -> None:
+    """And what is refused changes nothing."""
+    assert "from 1 to 1" in refused(person, "agent", agent=1, sort="patrol")
     assert "patrol" in refused(person, "agent", agent=0, sort="scouts")
+    assert "from 1 to 4" in refused(person, "agent", agent=4)
+    assert (made.stage.sort, made.stage.agent) == (None, 0)

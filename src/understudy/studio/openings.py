@@ -70,17 +70,21 @@ def _go_on_with_cut_off(stage: Stage, name: str, left: journals.Unfinished) -> N
 
 def choose_sort(stage: Stage, sort: str | None, agent: int, *, discard: bool) -> None:
     """Train coordinators of a sort of squads, or robots (None); what is not saved has to be, or to be discarded."""
+    _refuse_beyond(stage, sort, agent)
     _refuse_unsaved(stage, discard=discard)
-    stage.ranks.shelf_of(sort)  # there may be no such sort
     stage.turn_to(sort, agent)
+
+
+def _refuse_beyond(stage: Stage, sort: str | None, agent: int) -> None:
+    most = stage.ranks.agents(sort)
+    if agent >= most:
+        problem, remedy = f"is {agent + 1}", f"give one from 1 to {most}"
+        raise SettingError(where="the studio", setting=sort or "robot", problem=problem, remedy=remedy)
 
 
 def choose_agent(stage: Stage, agent: int) -> None:
     """Which robot is trained; not once something was shown in this session."""
-    most = stage.body.agents
-    if agent >= most:
-        problem, remedy = f"is {agent + 1}", f"give one from 1 to {most}"
-        raise SettingError(where="the studio", setting="robot", problem=problem, remedy=remedy)
+    _refuse_beyond(stage, stage.sort, agent)
     desk = stage.desk
     if desk is None or desk.robot == agent:
         stage.agent = agent

@@ -29,12 +29,22 @@ class Ranks:
         """The sorts of squads, the topmost first."""
         return [squad.name for squad, _ in reversed(self.tree.squads)]
 
+    def agents(self, sort: str | None) -> int:
+        """How many robots there are (None), or squads of a sort; UnknownName where there is no such sort."""
+        if sort is None:
+            return len(self.tree.type_of)
+        self._check(sort)
+        return next(len(squads) for squad, squads in self.tree.squads if squad.name == sort)
+
+    def _check(self, sort: str) -> None:
+        if sort not in self.squads:
+            raise UnknownName(what="sort of squads", name=sort, where="this scenario", known=self.squads)
+
     def shelf_of(self, sort: str | None) -> shelf.Shelf:
         """The library of the robots (None), or of a sort of squads; UnknownName where there is no such sort."""
         if sort is None:
             return shelf.look(self._folder, self._kit)
-        if sort not in self.squads:
-            raise UnknownName(what="sort of squads", name=sort, where="this scenario", known=self.squads)
+        self._check(sort)
         return shelf.look(self._folder / sort, self._known()[sort].kit)
 
     def body(self, world: World, sort: str | None) -> World | Troop:
