@@ -123,7 +123,7 @@ class Forager(Teacher):
             form.get_by_label("Reaction time").fill("0.2")
         else:
             self.click("+ new automaton")
-            form.get_by_label("Name").fill(about.topic.name)
+            form.get_by_role("textbox", name="Name", exact=True).fill(about.topic.name)
             if not about.flags:
                 form.get_by_label("Flags").fill("")
         for label in (*about.states, *about.features):

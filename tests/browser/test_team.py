@@ -34,7 +34,7 @@ def test_a_coordinator_is_taught(visit: Callable[[], Page], snap: Callable[[Page
     expect(patrol).to_have_attribute("aria-pressed", "true")
     teacher.click("New automaton")
     form = page.locator("form.choice")
-    form.get_by_label("Name").fill("lead")
+    form.get_by_role("textbox", name="Name", exact=True).fill("lead")
     form.get_by_label("Flags").fill("")
     for label in (
         "wander",
