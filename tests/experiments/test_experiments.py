@@ -12,7 +12,7 @@ from tests.docs import experiments as docs
 from understudy.errors import UnknownName
 from understudy.experiments.catalog import QUESTIONS, find_experiment, folder_of
 from understudy.experiments.experiment import Experiment, Findings, Plan, Row, Task
-from understudy.experiments.kept import FORMER, NAME, Kept
+from understudy.experiments.kept import FORMER, NAME, Kept, used_by
 from understudy.experiments.published import differences, published, read, save
 from understudy.experiments.running import run
 
@@ -99,6 +99,12 @@ def test_rows_of_another_version_are_put_aside(tmp_path: Path) -> None:
     assert kept.put_aside
     assert len(kept) == 0
     assert "7" in (tmp_path / FORMER).read_text()
+
+
+def test_rows_depend_on_every_experiment_that_theirs_imports() -> None:
+    used = used_by("ablation")
+    assert {"ablation", "forage", "statistics"} <= used
+    assert "novices" not in used
 
 
 def test_what_differs_from_the_published_is_said() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,9 @@ from understudy.model.atomic import failing
 
 NAME = "rows.jsonl"
 FORMER = "rows.former.jsonl"
-IRRELEVANT = ("cli", "studio", "terminal", "desk", "bench", "pictures", "experiments")
-"""Packages that no row depends on; of the experiments only the one that runs counts."""
+IRRELEVANT = ("cli", "studio", "terminal", "desk", "bench", "pictures")
+"""Packages that no row depends on."""
+IMPORTED = re.compile(r"understudy\.experiments\.(\w+)")
 
 
 class Kept:
@@ -80,10 +82,24 @@ def _key(task: Task) -> bytes:
 def fingerprint(experiment: str) -> str:
     """Changes whenever the source does that an experiment's rows come from."""
     package = Path(__file__).parents[1]
+    used = used_by(experiment)
     digest = hashlib.sha256()
     for path in sorted([*package.rglob("*.py"), *package.rglob("*.toml")]):
         parts = path.relative_to(package).parts
-        if parts[0] in IRRELEVANT and parts[:2] != ("experiments", experiment):
+        if parts[0] in IRRELEVANT or (parts[0] == "experiments" and Path(parts[1]).stem not in used):
             continue
         digest.update("/".join(parts).encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
+
+
+def used_by(experiment: str) -> set[str]:
+    """The folders and modules of this package that an experiment imports, itself and through others."""
+    package = Path(__file__).parent
+    found: set[str] = set()
+    left = {experiment}
+    while left:
+        name = left.pop()
+        found.add(name)
+        for path in [*package.glob(f"{name}.py"), *package.glob(f"{name}/*.py")]:
+            left |= set(IMPORTED.findall(path.read_text("utf-8"))) - found
+    return found
