@@ -129,6 +129,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "solid": ("", "whether it stops robots, sonar and sight"),
             "pushable": ("", "whether robots move it by driving into it; solid then"),
             "pushers": ("", "how many robots it takes to push it"),
+            "aloft": ("", "whether it hangs above all else, so that nothing hides it; not solid then"),
             "presence": ("", "see below: it comes and goes"),
             "capture": ("", "see below: robots remove it"),
             "walk": ("", "see below: it wanders"),

@@ -180,7 +180,7 @@ def _objects(random: Random, tick_s: float) -> tuple[Objects, ...]:
     candidates = (
         Objects(name="food", amount=random.choice((1, (0, 6), (3, 9))), count=(1, 4), radius=size(), color="green"),
         Objects(name="berries", amount=(1, 3), count=2, presence=presence, color="yellow"),
-        Objects(name="home", home=True, radius=size(), color="blue"),
+        Objects(name="home", home=True, radius=size(), color="blue", aloft=walking),
         Objects(name="marker", count=random.randint(1, 3), radius=0.0),
         Objects(name="pillar", solid=True, count=(0, 3), radius=size(), color="red", height=0.2),
         Objects(name="box", pushable=True, count=random.randint(1, 6), radius=size()),

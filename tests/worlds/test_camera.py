@@ -45,6 +45,7 @@ def seen(
 # With 90 degrees in 100 pixels, what is 1 m to the side at 1 m ahead is 50 px from the middle. A disc at 5 m of
 # radius 3 m has tangents 3/4 to both sides, and at 2 m high is 50 * 2 / 5 = 20 px high.
 BALL: Thing = (5.0, 0.0, 3.0, 2.0, RED, 1)
+ALOFT: Thing = (5.0, 0.0, 3.0, 2.0, RED, -1)
 DIAGONAL = 5.0 / sqrt(2.0)
 LOOKS = [
     ("ahead", [BALL], [], (50.0, 75 * 20)),
@@ -83,6 +84,9 @@ LOOKS = [
     ("the wall is behind", [BALL], [(-1.0, -2.0, -1.0, 2.0)], (50.0, 75 * 20)),
     ("no wall", [BALL], [(nan, 0.0, nan, 0.0)], (50.0, 75 * 20)),
     ("a robot hides it", [BALL, (2.5, 0.0, 1.5, 1.0, BLUE, 1)], [], HIDDEN),
+    ("a robot does not hide what hangs aloft", [ALOFT, (2.5, 0.0, 1.5, 1.0, BLUE, 1)], [], (50.0, 75 * 20)),
+    ("nor does a wall", [ALOFT], [(1.0, -2.0, 1.0, 2.0)], (50.0, 75 * 20)),
+    ("what hangs aloft hides nothing", [BALL, (2.5, 0.0, 1.5, 1.0, BLUE, -1)], [], (50.0, 75 * 20)),
     ("food hides nothing", [BALL, (2.5, 0.0, 1.5, 1.0, BLUE, 0)], [], (50.0, 75 * 20)),
     (
         "a robot before its middle leaves two pieces of equal size",
@@ -210,8 +214,9 @@ def by_raster(
     for index, (x, y, _, height, color, _) in enumerate(things):
         if color != RED or hypot(x, y) >= limit_m:
             continue
-        others = [depths[other] for other, thing in enumerate(things) if other != index and thing[5]]
-        before = np.min(np.array([*others, *walls, np.full(COLUMNS, inf)]), axis=0)
+        others = [depths[other] for other, thing in enumerate(things) if other != index and thing[5] > 0]
+        hiding = [*others, *walls] if things[index][5] >= 0 else []
+        before = np.min(np.array([*hiding, np.full(COLUMNS, inf)]), axis=0)
         scale = focal * height / x if focal * height < 100.0 * x else 100.0
         for start, end in runs(depths[index] < before):
             size, off = (end - start) * column * scale, 2.0 * column * scale + 1e-6
@@ -242,7 +247,7 @@ def scenes(draw: st.DrawFn) -> tuple[list[Thing], list[Segment]]:
         place = st.floats(-0.49 + radius, 0.49 - radius)
         x, y = cell_x + draw(place), cell_y + draw(place)
         things.append(
-            (x, y, radius, draw(st.floats(0.1, 3.0)), draw(st.integers(-1, 1)), draw(st.integers(0, 1)))
+            (x, y, radius, draw(st.floats(0.1, 3.0)), draw(st.integers(-1, 1)), draw(st.integers(-1, 1)))
         )
     ends = st.floats(-3.0, 6.0)
     segments = draw(st.lists(st.tuples(ends, ends, ends, ends), max_size=4))

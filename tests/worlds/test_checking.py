@@ -332,6 +332,7 @@ MADE: list[tuple[Mapping[str, Any], str, str]] = [  # changes of a plain scenari
         "robots[0].near_m",
         "solid",
     ),
+    ({"objects": (replace(HOME, solid=True, aloft=True),)}, "objects[0].aloft", "leave out `solid`"),
     (
         {"objects": (replace(HOME, presence=Presence(away_s=(2.0, 1.0))),)},
         "objects[0].presence.away_s",

@@ -47,7 +47,7 @@ def project(
         if not power > 0.0 or squared >= reach * reach:
             continue
         color = thing.color if squared < limit_m * limit_m else -1
-        if color < 0 and thing.opaque == 0:
+        if color < 0 and thing.opaque <= 0:
             continue
         tangent = math.sqrt(power)
         ahead_left, ahead_right = x * tangent - y * radius, x * tangent + y * radius
@@ -113,13 +113,15 @@ def piece(views: Records, discs: int, end: int, index: int) -> tuple[float, floa
     """Left and right end of the widest visible piece of a view, the leftmost of equals; 0, 0 if it is hidden."""
     view = views[index]
     left, right, power = view.left, view.right, view.power
+    if view.opaque < 0:
+        return left, right
     count = 0
     for other in range(end):
         hider = views[other]
         if hider.left >= right or hider.right <= left:
             continue
         if other < discs:
-            hides = hider.opaque != 0 and hider.power < power
+            hides = hider.opaque > 0 and hider.power < power
         else:
             middle = 0.5 * (max(left, hider.left) + min(right, hider.right))
             inverse = hider.nearness + middle * hider.slope

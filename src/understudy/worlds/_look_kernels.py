@@ -173,7 +173,7 @@ def look(c: Any, row: int, world: int, step: Any) -> None:
                 thing = object_at(c, world, slot)
                 if thing.present:
                     count = _put(
-                        c, count, robot, thing.x, thing.y, kind.radius, kind.height, kind.color, kind.solid
+                        c, count, robot, thing.x, thing.y, kind.radius, kind.height, kind.color, kind.opaque
                     )
     count = _put_robots(c, count, row, world, step.range)
     cosine, sine = robot.cosine, robot.sine

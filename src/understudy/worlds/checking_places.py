@@ -51,7 +51,7 @@ def check(checker: Checker) -> None:
     for index, robots in enumerate(scenario.robots):
         _check_robots(checker, f"robots[{index}]", robots)
     for index, thing in enumerate(scenario.objects):
-        _check_coming(checker, f"objects[{index}]", thing)
+        _check_objects(checker, f"objects[{index}]", thing)
     for key, placing, radius in placed(scenario):
         _check_placing(checker, key, placing, radius)
     _check_order(checker)
@@ -134,7 +134,11 @@ def _check_robots(checker: Checker, key: str, robots: Robots) -> None:
         checker.wrong(f"{key}.stored", problem, f"give at most {capacity}")
 
 
-def _check_coming(checker: Checker, key: str, thing: Objects) -> None:
+def _check_objects(checker: Checker, key: str, thing: Objects) -> None:
+    if thing.aloft and (thing.solid or thing.pushable):
+        checker.wrong(
+            f"{key}.aloft", "is given for what robots bump into", "leave it out, or leave out `solid`"
+        )
     region = checker.scenario.regions.get(thing.within or "")
     for word, given in (("presence", thing.presence), ("walk", thing.walk)):
         if given is not None and region is not None and region.box is None:

@@ -87,6 +87,7 @@ CLASS = np.dtype(
         ("solid", "i8"),
         ("pushable", "i8"),
         ("pushers", "i8"),
+        ("opaque", "i8"),  # as a THING's
         ("capture_ticks", "i8"),
         ("turn_ticks", "i8"),
     ],

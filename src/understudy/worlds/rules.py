@@ -147,6 +147,7 @@ def _classes(scenario: Scenario, names: Names) -> Records:
         row["food"] = thing.amount != 0
         row["home"], row["solid"], row["pushable"] = thing.home, thing.solid or thing.pushable, thing.pushable
         row["pushers"] = thing.pushers
+        row["opaque"] = -1 if thing.aloft else row["solid"]
     return rows
 
 

@@ -98,7 +98,7 @@ class Objects(Placing, frozen=True, kw_only=True):
 
     `amount` makes them sources of food that robots load; `home` a place where they unload. `solid` ones stop
     robots, sonar and sight; `pushable` ones are solid and moved by robots that drive into them, `pushers` of
-    them at least. `height` is what a camera sees of it, 2 radii if left out.
+    them at least. `height` is what a camera sees of it, 2 radii if left out; nothing hides what hangs `aloft`.
     """
 
     name: str
@@ -110,6 +110,7 @@ class Objects(Placing, frozen=True, kw_only=True):
     solid: bool = False
     pushable: bool = False
     pushers: int = 1
+    aloft: bool = False
     presence: Presence | None = None
     capture: Capture | None = None
     walk: Walk | None = None

@@ -15,7 +15,7 @@ THING = np.dtype(
         ("radius", "f8"),
         ("height", "f8"),
         ("color", "i4"),  # index, -1 none
-        ("opaque", "i4"),  # 1: hides what is behind it
+        ("opaque", "i4"),  # 1: hides what is behind it; 0: does not; -1: nothing hides it either
     ],
     align=True,
 )
