@@ -58,6 +58,10 @@ def _for(first_s: tuple[float, float], stays_s: tuple[float, float]) -> Callable
     )
 
 
+def _at(x: float, y: float) -> Callable[[Objects], Objects]:
+    return lambda thing: replace(thing, presence=None, capture=None, at=((x, y),))
+
+
 ONE = Robots(type=ROBOT, count=1, apart=0.2)
 
 
@@ -71,7 +75,7 @@ def practices() -> Mapping[str, Scenario]:
     alone = {"intruder": _never, "boss": _never}
     in_the_way = Robots(type=ROBOT, at=((1.5, 5.0, 0.0), (2.9, 4.7, 0.0), (2.9, 5.3, 0.0)))
     at_a_wall = _one_at(1.2, 5.0, 0.0)
-    boss = Objects(name="boss", color="yellow", radius=0.2, solid=True, at=((3.5, 5.0),))
+    at_the_wall = _one_at(0.5, 5.0, 0.0)
     return {
         "alone": _with(alone, ONE),
         "a wall on the left": replace(_with(alone, _one_at(9.0, 8.5, 30.0)), obstacles=()),
@@ -82,8 +86,14 @@ def practices() -> Mapping[str, Scenario]:
         "no intruder": _with(alone, ONE),
         "teammates in the way": replace(_with(alone, in_the_way), obstacles=()),
         "the boss": _with({"intruder": _never, "boss": _always}, ONE),
-        "the boss, a wall behind": replace(
-            _with({"intruder": _never, "boss": lambda _: boss}, at_a_wall), obstacles=()
+        "the boss on the left, a wall behind": replace(
+            _with({"intruder": _never, "boss": _at(3.5, 5.8)}, at_a_wall), obstacles=()
+        ),
+        "the boss on the right, a wall behind": replace(
+            _with({"intruder": _never, "boss": _at(3.5, 4.2)}, at_a_wall), obstacles=()
+        ),
+        "the boss aside, a wall behind": replace(
+            _with({"intruder": _never, "boss": _at(1.5, 8.0)}, at_the_wall), obstacles=()
         ),
         "on patrol": _with({"boss": _never}, ONE),
     }

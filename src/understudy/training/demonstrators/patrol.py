@@ -1,4 +1,5 @@
-"""How a person teaches what each robot of a patrol does: Disperse, Servo(A), Attack(A), RunAway, Patrol (section 5.1).
+"""How a person teaches what each robot of a patrol does (section 5.1): Disperse, Servo(A), Attack(A), Scatter(A), RunAway,
+Patrol.
 
 Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, turns, and goes
 elsewhere for a while - before it looks again; so it does where it drives and gets nowhere, as behind teammates that
@@ -290,45 +291,91 @@ ATTACK = Topic(
 )
 
 
-# RunAway: look for the boss, face him, back away from him slowly, stop at what is behind.
+# Scatter(A): look for A, face it, back away from it slowly.
 
 
-def show_run_away(screen: Screen) -> str | None:
-    """Turn until the boss is well in view, back away slowly while nothing is behind."""
-    return _run_away(screen, slack_px=0.0, behind=BEHIND_M, room=ROOM_M)
+def show_scatter(screen: Screen) -> str | None:
+    """Turn until A is well in view, back away slowly."""
+    return _scatter(screen, slack_px=0.0)
 
 
-def complain_run_away(screen: Screen) -> str | None:
-    """Where it turns past him, backs into something, or goes on standing with room behind."""
-    return _run_away(screen, slack_px=20.0, behind=0.25, room=1.6)
+def complain_scatter(screen: Screen) -> str | None:
+    """Where it turns past A, or lets it leave the frame."""
+    return _scatter(screen, slack_px=20.0)
 
 
-def _run_away(screen: Screen, *, slack_px: float, behind: float, room: float) -> str | None:
-    x, rear, state = screen.features["blob_x(boss)"], screen.features["sonar_rear"], screen.state
+def _scatter(screen: Screen, *, slack_px: float) -> str | None:
+    x, state = blob_x(screen), screen.state
     edge = 25.0 - slack_px
     if isnan(x):
         return None if state in ("left", "right") else "left"
     if state == "start":
         return "left" if x < MIDDLE_PX else "right"
-    if state == "left" and x < EMERGED_PX + slack_px:
-        return None
-    if state == "right" and x > WIDTH_PX - EMERGED_PX - slack_px:
-        return None
-    if not edge <= x <= WIDTH_PX - edge and state in ("back", "stop"):
-        return "left" if x < MIDDLE_PX else "right"
-    if state == "stop":
-        return "back" if rear > room else None
-    return "stop" if state == "back" and rear < behind else "back" if state != "back" else None
+    if state == "left":
+        return "back" if x > EMERGED_PX + slack_px else None
+    if state == "right":
+        return "back" if x < WIDTH_PX - EMERGED_PX - slack_px else None
+    aside = not edge <= x <= WIDTH_PX - edge
+    return ("left" if x < MIDDLE_PX else "right") if aside else None
 
 
 def _boss(side: int) -> Seen:
     """The boss is in the left (-1) or right (1) part of the frame, or in none (0)."""
 
     def suits(screen: Screen) -> bool:
-        x = screen.features["blob_x(boss)"]
+        x = blob_x(screen)
         return isnan(x) if side == 0 else side * (x - MIDDLE_PX) > 30.0
 
     return suits
+
+
+BOSS = {"A": "boss"}
+
+SCATTER = Topic(
+    "scatter",
+    lambda library: new_lesson(
+        library,
+        "scatter",
+        parameters=["A"],
+        states=["left", "right", "back=back_slowly"],
+        features=["blob_x(A)"],
+    ),
+    show_scatter,
+    complain_scatter,
+    after(20.0),
+    cases=(
+        Case("the boss", BOSS, _boss(-1), after(8.0), push=Push("back", "left", 0.8, within_s=8.0)),
+        Case("the boss", BOSS, _boss(1), after(8.0), push=Push("back", "right", 0.8, within_s=8.0)),
+        Case("the boss", BOSS, _boss(0), after(12.0)),
+    ),
+    tries=4,
+    limit_s=60.0,
+    patience_s=60.0,
+)
+
+
+# RunAway: scatter from the boss, stop at what is behind.
+
+
+def show_run_away(screen: Screen) -> str | None:
+    """Scatter from the boss; facing him, stop while something is behind."""
+    return _run_away(screen, behind=BEHIND_M, room=ROOM_M)
+
+
+def complain_run_away(screen: Screen) -> str | None:
+    """Where it backs into something, or goes on standing with room behind or without seeing him."""
+    return _run_away(screen, behind=0.25, room=1.6)
+
+
+def _run_away(screen: Screen, *, behind: float, room: float) -> str | None:
+    x, rear = screen.features["blob_x(boss)"], screen.features["sonar_rear"]
+    if screen.state == "start":
+        return "scatter"
+    if screen.state == "stop":
+        return "scatter" if isnan(x) or rear > room else None
+    if rear < behind:
+        return KEEP if isnan(x) else "stop"
+    return None
 
 
 def _stood(screen: Screen) -> bool:
@@ -340,19 +387,19 @@ RUN_AWAY = Topic(
     lambda library: new_lesson(
         library,
         "run_away",
-        states=["left", "right", "back=back_slowly", "stop"],
+        states=["scatter=scatter(boss)", "stop"],
         features=["blob_x(boss)", "sonar_rear"],
     ),
     show_run_away,
     complain_run_away,
     after(40.0),
     cases=(
-        Case("the boss", suits=_boss(-1), enough=after(8.0), push=Push("back", "left", 0.8, within_s=8.0)),
-        Case("the boss", suits=_boss(1), enough=after(8.0), push=Push("back", "right", 0.8, within_s=8.0)),
-        Case("the boss", suits=_boss(0), enough=after(12.0)),
-        Case("the boss", suits=_boss(1), enough=after(4.0)),
-        Case("the boss, a wall behind", enough=_stood, push=Push("stop", "forwards", 2.0)),
+        Case("the boss on the left, a wall behind", enough=_stood, push=Push("stop", "forwards", 2.0)),
+        Case("the boss on the right, a wall behind", enough=_stood, push=Push("stop", "left", 1.5)),
+        Case("the boss aside, a wall behind", enough=after(10.0)),
+        Case("the boss"),
     ),
+    shown=3,
     tries=4,
     limit_s=60.0,
     patience_s=60.0,
@@ -391,4 +438,4 @@ PATROL = Topic(
     patience_s=100.0,
 )
 
-TOPICS = (DISPERSE, LOOK_LEFT, LOOK_RIGHT, WITHDRAW, SERVO, ATTACK, RUN_AWAY, PATROL)
+TOPICS = (DISPERSE, LOOK_LEFT, LOOK_RIGHT, WITHDRAW, SERVO, ATTACK, SCATTER, RUN_AWAY, PATROL)
