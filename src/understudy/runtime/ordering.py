@@ -22,13 +22,14 @@ SAME_S = 1e-6
 
 class Ordering:
     """The orders of S squads. `duty` is what each of the M members was last ordered to do, `answering` [M] when the
-    order was given that it is about; with a radio, it is what has reached them.
+    order was given that it is about; with a radio, it is what has reached them. `meant` and `heard` [M] are indices
+    into `duties`, all that were ever ordered.
     """
 
     def __init__(self, squad: Squad, roster: Roster, bands: Sequence[Band], radio: Radio | None) -> None:
         self.squad, self.roster, self.bands, self._radio = squad, roster, bands, radio
         self._orders: list[Order | None] = [None]
-        self._duties: list[Duty | None] = [None]
+        self.duties: list[Duty | None] = [None]
         self.clear()
 
     def clear(self) -> None:
@@ -44,7 +45,7 @@ class Ordering:
     @property
     def duty(self) -> list[Duty | None]:
         """What each member does, as it has heard."""
-        return [self._duties[number] for number in self.heard.tolist()]
+        return [self.duties[number] for number in self.heard.tolist()]
 
     @property
     def orders(self) -> list[Order | None]:
@@ -107,9 +108,9 @@ class Ordering:
 
     def _number(self, duty: Duty) -> int:
         plain = Duty(duty.behavior, duty.binding)
-        if plain not in self._duties:
-            self._duties.append(plain)
-        return self._duties.index(plain)
+        if plain not in self.duties:
+            self.duties.append(plain)
+        return self.duties.index(plain)
 
     def start(self, members: NDArray[np.intp]) -> None:
         """Let members begin what they have heard."""
@@ -118,7 +119,7 @@ class Ordering:
         band, heard = self.roster.band[members], self.heard[members]
         for number, duty in {*zip(band.tolist(), heard.tolist(), strict=True)}:
             mine = members[(band == number) & (heard == duty)]
-            what = self._duties[duty]
+            what = self.duties[duty]
             program = IDLE_PROGRAM if what is None else self.bands[number].finds(what.behavior, what.binding)
             self.bands[number].layer.runner.begin(self.roster.row[mine], program)
 

@@ -98,6 +98,15 @@ def joined_at_once(tracks: Tracks) -> tuple[int, int]:
     return int(seen.sum()), int((seen & (now == ATTACK).all(axis=2)).sum())
 
 
+def attackers(tracks: Tracks) -> NDArray[np.int64]:
+    """How many robots were attacking an intruder when the first was close enough, of those that were removed."""
+    since = round(CAPTURE_S / tracks.tick_s) + 1
+    found = [
+        int((tracks.doing[max(0, tick - since), world] == ATTACK).sum()) for world, tick in captures(tracks)
+    ]
+    return np.array([count for count in found if count], np.int64)
+
+
 def sighting_to_capture(tracks: Tracks) -> NDArray[np.float64]:
     """From the first sight of each intruder to its removal, s; of those captured."""
     found = []

@@ -12,11 +12,13 @@ from understudy.runtime.team import Team
 from understudy.runtime.troop import Troop
 from understudy.worlds.scenario import Capture, Objects, Presence, Robots, Scenario
 from understudy.worlds.scenario_files import load_scenario
+from understudy.worlds.scenario_squads import Radio
 from understudy.worlds.teams import libraries_of, team_of, troop_of
 from understudy.worlds.world import World
 
 ROBOT, SQUAD, ROBOTS = "pioneer", "patrol", 4
 
+PERFECT = Radio()
 NEVER = Presence(away_s=(1e5, 1e5))
 
 
@@ -134,6 +136,9 @@ def alone(robots: Library, seeds: Sequence[int], behavior: str = "patrol") -> Te
     return team_of(scenario(), seeds, libraries_of(scenario(), robots), {ROBOT: (behavior, {})})
 
 
-def coordinated(robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str) -> Team:
+def coordinated(
+    robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str, radio: Radio = PERFECT
+) -> Team:
     """The team whose coordinator runs a behavior, in a world per seed."""
-    return team_of(scenario(), seeds, {ROBOT: robots, SQUAD: coordinators}, {SQUAD: (behavior, {})})
+    known = {ROBOT: robots, SQUAD: coordinators}
+    return team_of(replace(scenario(), radio=radio), seeds, known, {SQUAD: (behavior, {})})

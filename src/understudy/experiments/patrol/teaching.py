@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from understudy.experiments.patrol.practice import robots_world, scenario, squads_library, troops
 from understudy.model.library import Library
 from understudy.training.demonstrators import patrol, patrol_squad
-from understudy.training.demonstrators.teacher import Teacher, Teaching
+from understudy.training.demonstrators.teacher import Progress, Teacher, Teaching, Topic
 from understudy.worlds.kits import kit_of
 
 
@@ -18,9 +19,16 @@ class Taught(NamedTuple):
     coordinators: Teaching
 
 
-def teach(seed: int) -> Taught:
+def teach(
+    seed: int,
+    topics: Sequence[Topic] = patrol.TOPICS,
+    squads: Sequence[Topic] = patrol_squad.TOPICS,
+    *,
+    progress: Progress = lambda name, what, account: None,
+) -> Taught:
     """Teach everything from nothing; the same seed, the same lessons."""
-    robots = Teacher(Library(kit_of(scenario())), robots_world, seed, options={}).teach(*patrol.TOPICS)
+    kit = kit_of(scenario())
+    robots = Teacher(Library(kit), robots_world, seed, options={}, progress=progress).teach(*topics)
     library = robots.library
-    teacher = Teacher(squads_library(library), troops(library), seed, options={})
-    return Taught(robots, teacher.teach(*patrol_squad.TOPICS))
+    teacher = Teacher(squads_library(library), troops(library), seed, options={}, progress=progress)
+    return Taught(robots, teacher.teach(*squads))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
+from understudy.model.squad import Duty
 from understudy.runtime.engine import Engine
 from understudy.runtime.squads import Squads
 from understudy.runtime.team import Team
@@ -29,6 +30,7 @@ DOING: Mapping[tuple[str, str | None], int] = MappingProxyType(
     }
 )
 """What an order means, by the behavior and its target."""
+NOBODY: Mapping[int, Sequence[int]] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +74,8 @@ class Tracks:
         return float(ticks * worlds * self.tick_s / 3600.0)
 
 
-def watch(team: Team, ticks: int) -> Tracks:
-    """Let a team run for so many ticks, and write down what happens."""
+def watch(team: Team, ticks: int, failing: Mapping[int, Sequence[int]] = NOBODY) -> Tracks:
+    """Let a team run for so many ticks, and write down what happens. Some robots fail, in these ticks."""
     world = _world(team)
     told = _Told(team)
     shape = (ticks, world.worlds, world.robots)
@@ -88,6 +90,8 @@ def watch(team: Team, ticks: int) -> Tracks:
         robots = world.state.robots.reshape(shape[1:])
         x[tick], y[tick], heading[tick] = robots["x"], robots["y"], robots["heading"]
         things[tick] = world.state.objects[:, slots]
+        for robot in failing.get(tick, ()):
+            world.freeze(robot)
         team.tick()
         doing[tick] = told.now()
         sees[tick] = _seen(team, "intruder").reshape(shape[1:])
@@ -124,11 +128,10 @@ def _seen(team: Team, target: str) -> Bools:
 
 
 class _Told:
-    """What each robot is to do: its order where it has one, else the state it is in by itself."""
+    """What each robot is to do: what it was ordered where it has a coordinator, else the state it is in by itself."""
 
     def __init__(self, team: Team) -> None:
         self._team = team
-        self._of_orders: dict[int, int] = {0: OTHER}
         names = {"disperse": DISPERSE, "attack": ATTACK, "home": HOME}
         places = _engine(team).compiled.places
         self._of_states = np.array([names.get(place.state, OTHER) for place in places], np.int8)
@@ -139,14 +142,13 @@ class _Told:
         world = _world(team)
         body = team.layers[-1].body
         if isinstance(body, Squads):
-            each = np.array([self._meaning(body, squad) for squad in range(body.agents)], np.int8)
-            return np.repeat(each[:, None], world.robots, axis=1)
+            of_duties = np.array([_meaning(duty) for duty in body.ordering.duties], np.int8)
+            return of_duties[body.ordering.heard].reshape(world.worlds, world.robots)
         return self._of_states[_engine(team).stacks.state[:, 0]].reshape(world.worlds, world.robots)
 
-    def _meaning(self, body: Squads, squad: int) -> int:
-        number = int(body.ordering.order[squad])
-        if number not in self._of_orders:
-            duty = body.ordering.duty[int(np.flatnonzero(body.roster.squad == squad)[0])]
-            target = None if duty is None else next(iter(duty.binding.values()), None)
-            self._of_orders[number] = OTHER if duty is None else DOING.get((duty.behavior, target), OTHER)
-        return self._of_orders[number]
+
+def _meaning(duty: Duty | None) -> int:
+    if duty is None:
+        return OTHER
+    target = next(iter(duty.binding.values()), None)
+    return DOING.get((duty.behavior, target), OTHER)

@@ -1,5 +1,4 @@
-"""How a person teaches what each robot of a patrol does (section 5.1): Disperse, Servo(A), Attack(A), Scatter(A), RunAway,
-Patrol.
+"""How a person teaches each robot of a patrol what the paper lists in section 5.1.
 
 Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, turns, and goes
 elsewhere for a while - before it looks again; so it does where it drives and gets nowhere, as behind teammates that
@@ -165,7 +164,7 @@ def _servo(screen: Screen, *, turning: float, driving: float) -> str | None:
         return None
     if isnan(x):
         if state in ("left", "right"):
-            return "failed" if screen.features["failed"] == YES else None
+            return "failed" if screen.features.get("failed") == YES else None
         return "right" if state == "forward_right" else "left"
     if state == "start":
         return "left" if x < MIDDLE_PX else "right"
@@ -254,8 +253,8 @@ def _attack(screen: Screen, *, close: float) -> str | None:
     if state == "servo":
         if seen["blob_size(A)"] >= close:
             return "done"
-        return "withdraw" if YES in (seen["failed"], seen["stuck"]) else None
-    return "servo" if state != "done" and seen["done"] == YES else None
+        return "withdraw" if YES in (seen.get("failed"), seen.get("stuck")) else None
+    return "servo" if state != "done" and seen.get("done") == YES else None
 
 
 def _afar(screen: Screen) -> bool:
@@ -359,22 +358,23 @@ SCATTER = Topic(
 
 def show_run_away(screen: Screen) -> str | None:
     """Scatter from the boss; facing him, stop while something is behind."""
-    return _run_away(screen, behind=BEHIND_M, room=ROOM_M)
+    return _run_away(screen, edge_px=20.0, behind=BEHIND_M, room=ROOM_M)
 
 
 def complain_run_away(screen: Screen) -> str | None:
-    """Where it backs into something, or goes on standing with room behind or without seeing him."""
-    return _run_away(screen, behind=0.25, room=1.6)
+    """Where it backs into something, or goes on standing with room behind or without facing him."""
+    return _run_away(screen, edge_px=12.0, behind=0.25, room=1.6)
 
 
-def _run_away(screen: Screen, *, behind: float, room: float) -> str | None:
+def _run_away(screen: Screen, *, edge_px: float, behind: float, room: float) -> str | None:
     x, rear = screen.features["blob_x(boss)"], screen.features["sonar_rear"]
+    facing = edge_px <= x <= WIDTH_PX - edge_px
     if screen.state == "start":
         return "scatter"
     if screen.state == "stop":
-        return "scatter" if isnan(x) or rear > room else None
+        return "scatter" if not facing or rear > room else None
     if rear < behind:
-        return KEEP if isnan(x) else "stop"
+        return "stop" if facing else KEEP
     return None
 
 

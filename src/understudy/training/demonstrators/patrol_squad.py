@@ -23,12 +23,12 @@ def show_collective_patrol(screen: Screen) -> str | None:
     if screen.state == "attack":
         if seen["someone_done"] == YES:
             return "home"
-        if seen["seen_lately(intruder)"] == NO:
+        if seen.get("seen_lately(intruder)") == NO:
             return "disperse"
         return KEEP if seen["someone_sees(intruder)"] == NO else None
     if seen["all_done"] == YES:
         return "disperse"
-    return KEEP if seen["someone_done"] == YES and seen["seen_lately(intruder)"] == NO else None
+    return KEEP if seen["someone_done"] == YES and seen.get("seen_lately(intruder)") != YES else None
 
 
 def complain_collective_patrol(screen: Screen) -> str | None:

@@ -1,0 +1,230 @@
+"""The experiment: independent teachings of the whole patrol, each judged in its own unseen worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy.experiments.figures import dots, panels
+from understudy.experiments.lessons import lessons_of
+from understudy.experiments.patrol import paper
+from understudy.experiments.patrol.measuring import WORLDS, measured, worlds_of
+from understudy.experiments.patrol.teaching import teach
+from understudy.experiments.statistics import told
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEACHINGS = range(58_000, 58_010)
+"""The teaching seeds of the published result: nobody had looked at any of them before."""
+OWN, PAPERS = "own features", "the paper's features"
+GOOD = 0.95
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each teaching, with our features and with those of the paper; the quick version leaves these out."""
+    ways = (OWN,) if plan.quick else (OWN, PAPERS)
+    return [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
+
+
+def work(task: Task) -> Row:
+    """One teaching, judged on its own unseen worlds."""
+    topics = (paper.ROBOTS, paper.SQUADS) if task["features"] == PAPERS else ()
+    taught = teach(task["seed"], *topics)
+    return {
+        **measured(taught, worlds_of(task["seed"])),
+        "lessons": [*lessons_of(taught.robots), *lessons_of(taught.coordinators)],
+    }
+
+
+def conclude(rows: Sequence[Row]) -> Findings:
+    """What holds over all teachings."""
+    ways = {
+        way: [row for row in rows if row["task"]["features"] == way]
+        for way in dict.fromkeys(row["task"]["features"] for row in rows)
+    }
+    own = ways[OWN]
+    first, last = own[0]["task"]["seed"], own[-1]["task"]["seed"]
+    well = sum(row["coordinated"]["complete"] >= GOOD for row in own)
+    return Findings(
+        headline=f"{well} of {len(own)} teams taught by pressing names complete {GOOD:.0%} of their cycles - capture "
+        f"an intruder, gather at home, disperse - in worlds that they have never seen "
+        f"({_told(own, 'coordinated', 'complete')} in the median), after {np.median(_examples(own)):.0f} examples for "
+        f"all automata of robots and coordinator together. Without the coordinator robots spend "
+        f"{_ratio(own):.0f} times as long on intruders that are gone.",
+        tables=(
+            Table(
+                f"Patrol, teachings {first} to {last}, {WORLDS} unseen worlds of ten minutes each: median (worst–best)",
+                ("", "#alone (A)", "#coordinated (B)", "#B, 0.2 s and 10 % lost", *_paper_columns(ways)),
+                [
+                    (said, *(_told(own, arm, key) for arm in ARMS), *_paper_cells(ways, key))
+                    for said, key in ROUNDS.items()
+                ],
+            ),
+            Table(
+                "The boss: encounters of all who could see him",
+                ("", *(f"#{way}" for way in ways)),
+                [
+                    (said, *(_told(of, "deferring", key) for of in ways.values()))
+                    for said, key in DEFERRALS.items()
+                ],
+            ),
+            Table(
+                "What each automaton took: median (least–most)",
+                ("automaton", "#examples", "#seconds", "#states", "#features"),
+                _lessons(own),
+            ),
+        ),
+        goals=_goals(own),
+        notes=_notes(own),
+        numbers={"teachings": {way: len(of) for way, of in ways.items()}, "examples": _examples(own)},
+    )
+
+
+ARMS = ("alone", "coordinated", "bad_radio")
+ROUNDS: Mapping[str, str] = {
+    "cycles completed": "complete",
+    "cycles": "cycles",
+    "captures an hour": "captures_per_hour",
+    "robots attacking when an intruder is caught": "attackers",
+    "sightings at which all attack in the same tick": "joined_at_once",
+    "robot-seconds of attacking nobody": "residual_s",
+    "gone home though nothing was captured": "false_captures",
+    "from sighting to capture, s": "sighting_to_capture_s",
+}
+DEFERRALS: Mapping[str, str] = {
+    "encounters": "encounters",
+    "all face him in time": "deferred",
+    "patrol goes on 10 ± 0.3 s after he was seen last": "on_time",
+}
+SHARES = ("complete", "joined_at_once", "false_captures", "deferred", "on_time")
+
+
+def _values(rows: Sequence[Row], arm: str, key: str) -> list[float]:
+    found = [row[arm][key] for row in rows]
+    return [each[0] if isinstance(each, list) else each for each in found if each is not None]
+
+
+def _told(rows: Sequence[Row], arm: str, key: str) -> str:
+    values = _values(rows, arm, key)
+    digits = 1 if key in (*SHARES, "attackers", "sighting_to_capture_s") else 0
+    return told(values, digits, percent=key in SHARES)
+
+
+def _paper_columns(ways: Mapping[str, Sequence[Row]]) -> list[str]:
+    return [f"#B, {PAPERS}"] if PAPERS in ways else []
+
+
+def _paper_cells(ways: Mapping[str, Sequence[Row]], key: str) -> list[str]:
+    return [_told(ways[PAPERS], "coordinated", key)] if PAPERS in ways else []
+
+
+def _examples(rows: Sequence[Row]) -> list[int]:
+    return [sum(lesson["examples"] for lesson in row["lessons"]) for row in rows]
+
+
+def _ratio(rows: Sequence[Row]) -> float:
+    return float(
+        np.median([row["alone"]["residual_s"] / max(1.0, row["coordinated"]["residual_s"]) for row in rows])
+    )
+
+
+def _lessons(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    names = [lesson["name"] for lesson in rows[0]["lessons"]]
+    made = []
+    for name in names:
+        of = [lesson for row in rows for lesson in row["lessons"] if lesson["name"] == name]
+        cells = (told([lesson[key] for lesson in of]) for key in ("examples", "seconds"))
+        made.append((name, *cells, str(of[0]["states"]), str(of[0]["features"])))
+    whole = [
+        told([sum(lesson[key] for lesson in row["lessons"]) for row in rows])
+        for key in ("examples", "seconds")
+    ]
+    return [*made, ("all", *whole, "", "")]
+
+
+def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
+    well = sum(row["coordinated"]["complete"] >= GOOD for row in rows)
+    radio = _median(rows, "bad_radio", "complete")
+    false = _median(rows, "bad_radio", "false_captures")
+    joined = min(_values(rows, "coordinated", "joined_at_once"))
+    residual = float(
+        np.median([row["coordinated"]["residual_s"] / row["alone"]["residual_s"] for row in rows])
+    )
+    deferred, on_time = _median(rows, "deferring", "deferred"), _median(rows, "deferring", "on_time")
+    examples = float(np.median(_examples(rows)))
+    failed = float(np.median([row["one_failed"] for row in rows]))
+    need = int(np.ceil(0.9 * len(rows)))
+    return (
+        Goal(
+            "teachings that complete 95 % of the cycles",
+            f"{need} of {len(rows)}",
+            f"{well} of {len(rows)}",
+            well >= need,
+        ),
+        Goal(
+            "all ordered to attack in the tick of a sighting", "always", f"{joined:.1%}, worst", joined >= 1
+        ),
+        Goal("attack on nobody as a share of (A)'s", "at most 2 %", f"{residual:.2%}", residual <= 0.02),
+        Goal("encounters in which all face the boss in time", "95 %", f"{deferred:.1%}", deferred >= GOOD),
+        Goal("patrols that go on 10 ± 0.3 s after he was seen last", "all", f"{on_time:.1%}", on_time >= 1),
+        Goal("examples for all automata", "at most 200", f"{examples:.0f}", examples <= 200),
+        Goal("cycles completed on a bad radio", "95 %", f"{radio:.1%}", radio >= GOOD),
+        Goal("false captures on a bad radio", "at most 1 %", f"{false:.1%}", false <= 0.01),
+        Goal("captures after one of four has failed", "at least ×0.60", f"×{failed:.2f}", failed >= 0.6),
+    )
+
+
+def _median(rows: Sequence[Row], arm: str, key: str) -> float:
+    return float(np.median(_values(rows, arm, key)))
+
+
+def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
+    worst = min(rows, key=lambda row: row["coordinated"]["complete"])
+    one, of_all = rows[0]["states_of_one"], rows[0]["states_of_all"]
+    return (
+        f"In one piece CollectivePatrolAndDefer would have {one} states for one robot, and {of_all:,} for four who act "
+        "side by side.",
+        "A robot alone goes home with its intruder and disperses again; its cycles count as completed where the others "
+        "happen to be at home, too.",
+        f"The worst teaching (seed {worst['task']['seed']}) completes {worst['coordinated']['complete']:.1%}.",
+    )
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """Cycles, attacks on nobody and examples of every teaching."""
+    own = [row for row in rows if row["task"]["features"] == OWN]
+    theirs = [row for row in rows if row["task"]["features"] == PAPERS]
+    figure, (left, middle, right) = panels(3)
+    cycles: dict[str, Sequence[float]] = {
+        "B": [100 * each for each in _values(own, "coordinated", "complete")],
+        "B, bad\nradio": [100 * each for each in _values(own, "bad_radio", "complete")],
+        "B, paper's\nfeatures": [100 * each for each in _values(theirs, "coordinated", "complete")],
+    }
+    dots(left, cycles, "cycles completed, %")
+    left.set_title("capture, home, disperse")
+    minutes = WORLDS * 10.0
+    residual = {
+        name: [each / minutes for each in _values(own, arm, "residual_s")]
+        for name, arm in (("A", "alone"), ("B", "coordinated"))
+    }
+    dots(middle, residual, "robot-seconds a minute")
+    middle.set_title("attacking who is gone")
+    dots(right, {"all automata": _examples(own)}, "press-made examples")
+    right.set_title("taught with")
+    return figure
+
+
+EXPERIMENT = Experiment(
+    name="patrol",
+    seeds=TEACHINGS,
+    quick=1,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+    worlds=("patrol",),
+)
