@@ -19,7 +19,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "hierarchy": "Does a robot learn with fewer examples when a task is taught in layers?",
         "learners": "What do other learners make of the same few decisions?",
         "ablation": "Which parts of the method matter, and how much?",
-        "patrol": "Can a team and its coordinator be taught the patrol of the paper, and what does the coordinator bring?",
+        "patrol": "Can a team be taught the patrol of the paper, and what does its coordinator bring?",
         "small": "How small are the lessons that robots learn from?",
     }
 )

@@ -1,0 +1,1 @@
+"""What `understudy demo` shows: a module each."""

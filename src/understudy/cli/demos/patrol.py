@@ -1,0 +1,126 @@
+"""The patrol demo (paper, section 5.1): four robots and their coordinator learn to patrol and to defer to a boss."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from understudy.experiments.patrol.teaching import Taught
+    from understudy.worlds.view import Frame
+
+WORLDS = 40
+FILM_S, SPEED = 150.0, 8.0
+"""How long the film's run is, s, and how many times as fast it is shown."""
+
+
+def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
+    """Teach, keep, judge and tell; the result as plain data."""
+    from understudy.cli.demos.talking import keep, live, tell_lessons
+    from understudy.cli.progress import compile_once
+    from understudy.experiments.patrol.practice import SQUAD, scenario
+    from understudy.experiments.patrol.teaching import teach
+
+    talk.print("\n[bold]Four robots and their coordinator learn to patrol by being shown.[/]")
+    compile_once(learner=True, world=scenario(), quiet=talk.quiet)
+    with live(talk) as progress:
+        taught = teach(seed, progress=progress)
+    robots, coordinator = taught.robots.library, taught.coordinators.library
+    tell_lessons(list(coordinator.taught.values()), talk)
+    talk.print("  [dim]and what the robots learned: see the pictures[/]")
+    pictures = [
+        *keep(robots, out / "library", out / "pictures"),
+        *keep(coordinator, out / "library" / SQUAD, out / "pictures"),
+        _film(taught, out / "pictures", seed),
+    ]
+    accounts = {**taught.robots.accounts, **taught.coordinators.accounts}
+    examples = {name: account.examples for name, account in accounts.items()}
+    result = {
+        "examples": examples | {"total": sum(examples.values())},
+        "presses": sum(account.presses for account in accounts.values()),
+        "teaching_seconds": round(sum(account.seconds for account in accounts.values()), 1),
+        "worlds": WORLDS,
+        **_judge(taught, seed, quiet=talk.quiet),
+        "seed": seed,
+        "library": str(out / "library"),
+        "pictures": [str(picture) for picture in pictures],
+    }
+    _tell(result, talk, out)
+    return result
+
+
+def _film(taught: Taught, folder: Path, seed: int) -> Path:
+    """A film of one patrol."""
+    from understudy.experiments.patrol.measuring import DEFER, worlds_of
+    from understudy.experiments.patrol.practice import coordinated
+    from understudy.model.atomic import failing
+    from understudy.pictures import run_gif
+
+    team = coordinated(taught.robots.library, taught.coordinators.library, worlds_of(seed)[:1], DEFER)
+    film = folder / "patrol.gif"
+    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+        run_gif(_frames(team), film, speed=SPEED)
+    return film
+
+
+def _frames(team: Any) -> list[Frame]:
+    from understudy.worlds.view import Frame
+
+    frames = []
+    while team.ground.time_s < FILM_S:
+        team.tick()
+        frames.append(Frame(team.ground.view(), [(*path, "")[0] for path in team.paths]))
+    return frames
+
+
+def _judge(taught: Taught, seed: int, *, quiet: bool) -> dict[str, Any]:
+    from understudy.cli.progress import progress
+    from understudy.experiments.patrol import measuring
+    from understudy.experiments.patrol.practice import alone, coordinated
+    from understudy.experiments.patrol.watching import watch
+
+    robots, coordinators = taught.robots.library, taught.coordinators.library
+    worlds, ticks = measuring.worlds_of(seed)[:WORLDS], measuring.TICKS
+    with progress("Patrolling in unseen worlds", quiet=quiet) as report:
+        report(0, 3)
+        by_themselves = measuring.rounds(watch(alone(robots, worlds), ticks))
+        report(1, 3)
+        together = measuring.rounds(watch(coordinated(robots, coordinators, worlds, measuring.PATROL), ticks))
+        report(2, 3)
+        deferring = measuring.deferrals(
+            watch(coordinated(robots, coordinators, worlds, measuring.DEFER), ticks)
+        )
+    return {"alone": by_themselves, "coordinated": together, "deferring": deferring}
+
+
+def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
+    from understudy.cli.demos.talking import lasted, tell_next, tell_numbers
+    from understudy.cli.output import table
+
+    numbers = {
+        "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
+        "in": f"{lasted(result['teaching_seconds'])} of watching the robots",
+        "judged in": f"{result['worlds']} unseen worlds, ten minutes each",
+    }
+    tell_numbers("How well they patrol", numbers, talk)
+    alone, together, deferring = result["alone"], result["coordinated"], result["deferring"]
+    made = table("", "#alone", "#coordinated")
+    for what, key, told in (
+        ("robots at the capture of an intruder", "attackers", "{:.1f} of 4"),
+        ("robot-seconds an hour on who is gone", "residual_s", "{:.0f}"),
+        ("captures an hour", "captures_per_hour", "{:.0f}"),
+    ):
+        share = result["worlds"] / 6 if key == "residual_s" else 1
+        made.add_row(what, *(f"[bold]{told.format(each[key] / share)}[/]" for each in (alone, together)))
+    made.add_row("home and dispersed again in 2 min", "", f"[bold]{together['complete']:.1%}[/]")
+    made.add_row("all face the boss in time", "", f"[bold]{deferring['deferred']:.1%}[/]")
+    talk.print(made)
+    library = out / "library"
+    commands = {
+        f"understudy run patrol --library {library} --seed 3": "watch them patrol, here in the terminal",
+        f"understudy studio patrol --library {library}": "teach them something else: the robots, or their coordinator",
+        "understudy experiment patrol": "ten teachings, a hundred worlds each",
+    }
+    tell_next(out, commands, talk)
