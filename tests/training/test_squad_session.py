@@ -63,7 +63,7 @@ def test_directing_the_coordinator_moves_the_whole_squad() -> None:
     assert [path[0] for path in doing(session.body)] == ["wander"] * 4
     session.direct("attack")
     session.tick()
-    assert [path[0] for path in doing(session.body)] == ["servo"] * 4
+    assert [path[0] for path in doing(session.body)] == ["servo(intruder)"] * 4
 
 
 def test_a_default_after_a_switch_has_the_flags_down() -> None:

@@ -202,7 +202,7 @@ class Team:
                 roster = layer.body.roster
                 for duty, band, row in zip(layer.body.ordering.duty, roster.band, roster.row, strict=True):
                     if duty is not None and layer.body.bands[band].layer is self.layers[0]:
-                        paths[row] = (duty.behavior, *paths[row])
+                        paths[row] = (str(duty), *paths[row])
         return paths
 
     def raised(self, name: str, flags: Collection[str]) -> NDArray[np.bool_]:

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.experiments.patrol.teaching import Taught
+    from understudy.experiments.patrol.watching import Tracks
     from understudy.worlds.view import Frame
 
 WORLDS = 40
@@ -33,8 +34,9 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     pictures = [
         *keep(robots, out / "library", out / "pictures"),
         *keep(coordinator, out / "library" / SQUAD, out / "pictures"),
-        _film(taught, out / "pictures", seed),
     ]
+    judged, world = _judge(taught, seed, quiet=talk.quiet)
+    pictures.append(_film(taught, out / "pictures", world))
     accounts = {**taught.robots.accounts, **taught.coordinators.accounts}
     examples = {name: account.examples for name, account in accounts.items()}
     result = {
@@ -42,7 +44,7 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
         "presses": sum(account.presses for account in accounts.values()),
         "teaching_seconds": round(sum(account.seconds for account in accounts.values()), 1),
         "worlds": WORLDS,
-        **_judge(taught, seed, quiet=talk.quiet),
+        **judged,
         "seed": seed,
         "library": str(out / "library"),
         "pictures": [str(picture) for picture in pictures],
@@ -51,14 +53,14 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     return result
 
 
-def _film(taught: Taught, folder: Path, seed: int) -> Path:
+def _film(taught: Taught, folder: Path, world: int) -> Path:
     """A film of one patrol."""
-    from understudy.experiments.patrol.measuring import DEFER, worlds_of
+    from understudy.experiments.patrol.measuring import DEFER
     from understudy.experiments.patrol.practice import coordinated
     from understudy.model.atomic import failing
     from understudy.pictures import run_gif
 
-    team = coordinated(taught.robots.library, taught.coordinators.library, worlds_of(seed)[:1], DEFER)
+    team = coordinated(taught.robots.library, taught.coordinators.library, [world], DEFER)
     film = folder / "patrol.gif"
     with failing(folder, "writing the pictures", remedy="see that the disk has room"):
         run_gif(_frames(team), film, speed=SPEED)
@@ -75,7 +77,8 @@ def _frames(team: Any) -> list[Frame]:
     return frames
 
 
-def _judge(taught: Taught, seed: int, *, quiet: bool) -> dict[str, Any]:
+def _judge(taught: Taught, seed: int, *, quiet: bool) -> tuple[dict[str, Any], int]:
+    """What they come to, and a world to film."""
     from understudy.cli.progress import progress
     from understudy.experiments.patrol import measuring
     from understudy.experiments.patrol.practice import alone, coordinated
@@ -89,10 +92,24 @@ def _judge(taught: Taught, seed: int, *, quiet: bool) -> dict[str, Any]:
         report(1, 3)
         together = measuring.rounds(watch(coordinated(robots, coordinators, worlds, measuring.PATROL), ticks))
         report(2, 3)
-        deferring = measuring.deferrals(
-            watch(coordinated(robots, coordinators, worlds, measuring.DEFER), ticks)
-        )
-    return {"alone": by_themselves, "coordinated": together, "deferring": deferring}
+        boss = watch(coordinated(robots, coordinators, worlds, measuring.DEFER), ticks)
+    judged = {"alone": by_themselves, "coordinated": together, "deferring": measuring.deferrals(boss)}
+    return judged, worlds[_eventful(boss)]
+
+
+def _eventful(tracks: Tracks) -> int:
+    """The first world with a whole cycle and the boss while the film lasts; the first of all if there is none."""
+    from understudy.experiments.patrol.judging import cycles
+    from understudy.experiments.patrol.watching import RUN_AWAY
+
+    end = round(FILM_S / tracks.tick_s)
+    met = (tracks.doing[:end] == RUN_AWAY).any(axis=(0, 2))
+    whole = {
+        each.world
+        for each in cycles(tracks)
+        if each.complete and each.tick + each.seconds / tracks.tick_s < end
+    }
+    return next((world for world in sorted(whole) if met[world]), 0)
 
 
 def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
