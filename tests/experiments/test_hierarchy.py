@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
+from understudy.experiments.forage.teaching import make_practice, worlds_of
 from understudy.experiments.hierarchy import run
-from understudy.experiments.hierarchy.curves import needed, success_at
+from understudy.experiments.hierarchy.curves import Curve, needed, success_at
 from understudy.experiments.hierarchy.foraging import OneLayer, homeward, show_two_layers
+from understudy.experiments.hierarchy.servoing import topics
+from understudy.experiments.hierarchy.teaching import MOST_LOOKS, unseen
+from understudy.experiments.hierarchy.thorough import Thorough
 from understudy.experiments.published import differences, published
 from understudy.experiments.running import row_of
+from understudy.model.library import Library
+from understudy.training.demonstrators.teacher import FIRST_SEED, Patience, Teacher
 from understudy.training.screen import Screen
 from understudy.training.trainee import Mode
+from understudy.worlds.forage import kit
+from understudy.worlds.soccer import Soccer
+from understudy.worlds.soccer import kit as soccer_kit
 
 
 @pytest.mark.parametrize("way", ["two automata", "three layers"])
@@ -24,7 +35,7 @@ def test_a_teaching_is_as_published(way: str) -> None:
 NEEDS = [
     ([0.0, 0.9, 1.0, 0.95, 0.9, 0.2], 1),
     ([0.9, 0.9, 0.9, 0.89, 1.0, 1.0, 1.0, 1.0], 4),
-    ([0.0, 0.5, 1.0], 2),  # its last look counts on
+    ([0.0, 1.0, 1.0, 1.0], None),  # three are not four
     ([1.0, 1.0, 0.8], None),
     ([], None),
 ]
@@ -33,6 +44,48 @@ NEEDS = [
 @pytest.mark.parametrize(("successes", "first"), NEEDS)
 def test_four_looks_in_a_row(successes: list[float], first: int | None) -> None:
     assert needed(successes) == first
+
+
+LOOKS = [  # what is seen at each look, how many are taken, whether four in a row went well
+    ([0.9, 1.0, 1.0, 1.0, 0.0], 4, True),
+    ([1.0, 1.0, 1.0, 0.8, 1.0], 4, False),
+    ([0.0, 1.0], 1, False),
+]
+
+
+@pytest.mark.parametrize(("seen", "taken", "held"), LOOKS)
+def test_looks_go_on_until_four_or_failure(seen: list[float], taken: int, held: bool) -> None:
+    curve = Curve("forage", lambda library, look: seen[look])
+    curve.teacher = Teacher(Library(kit), make_practice, 0, options={})
+    assert curve.held("goto")
+    assert curve.points == []
+    assert curve.held("forage") is held
+    assert curve.successes == seen[:taken]
+
+
+def test_no_world_is_looked_at_twice_or_judged_in_the_end() -> None:
+    seed = run.SEEDS[0]
+    looks = [unseen(seed, look) for look in (0, 1, MOST_LOOKS - 1)] + [unseen(seed + 1, 0)]
+    assert sorted(looks, key=lambda look: look.start) == looks
+    assert all(before.stop <= after.start for before, after in pairwise(looks))
+    assert looks[-1].stop < FIRST_SEED
+    assert worlds_of(seed).stop < looks[0].start
+
+
+def test_who_is_told_that_it_does_not_hold_goes_on_with_tries() -> None:
+    answers = iter([False, True])
+    told: list[float] = []
+
+    def held(name: str) -> bool:
+        told.append(teacher.accounts[name].seconds)
+        return next(answers)
+
+    teacher = Thorough(
+        Library(soccer_kit), lambda _, world: Soccer([world]), 1, held=held, options={}, patience=Patience(99)
+    )
+    teacher.teach(*topics("left")["one automaton"])
+    assert len(told) == 2
+    assert told[0] < told[1]
 
 
 def test_success_is_that_of_the_last_look() -> None:

@@ -13,11 +13,11 @@ from understudy.training.demonstrators.person import Person, Reaction
 from understudy.training.demonstrators.teacher import Account, Teacher
 from understudy.training.session import Session
 
-Success: TypeAlias = Callable[[Library], float]
-"""The share of unseen worlds in which a library succeeds."""
+Success: TypeAlias = Callable[[Library, int], float]
+"""The share of unseen worlds in which a library succeeds. It is told how many looks came before: each has its own."""
 
 APART = 6
-"""So many new examples are waited for between two looks; but what a try or a lesson ends with is looked at, too."""
+"""So many new examples are waited for between two looks; but what a good try ends with is looked at, too."""
 HELD, WELL = 4, 0.9
 
 
@@ -51,20 +51,44 @@ class Curve:
         examples = sum(account.examples for name, account in accounts.items() if name != self.whole)
         examples += sum(example.pressed for example in session.examples)
         if not self.points or examples - self.points[-1].examples >= APART:
-            passed = round(seconds + sum(account.seconds for account in accounts.values()), 1)
-            library = self.teacher.library.with_taught(session.taught())
-            self.points.append(Point(examples, passed, self.success(library)))
+            seconds += sum(account.seconds for account in accounts.values())
+            self._look(self.teacher.library.with_taught(session.taught()), examples, seconds)
 
-    def look(self, name: str, what: str, account: Account) -> None:
-        """Judge what was learned so far, if the automaton that does the whole task is among it."""
-        if self.teacher is None or self.whole not in self.teacher.library.taught:
+    def went(self, name: str, what: str, account: Account) -> None:
+        """Look after a try went well, if something new was said and what does the whole task was taught."""
+        if what != "enough" or self.teacher is None or self.whole not in self.teacher.library.taught:
             return
-        accounts = self.teacher.accounts.values()
-        examples = sum(account.examples for account in accounts)
-        new = not self.points or examples > self.points[-1].examples
-        if (new and what == "enough") or what == "learned":
-            seconds = round(sum(account.seconds for account in accounts), 1)
-            self.points.append(Point(examples, seconds, self.success(self.teacher.library)))
+        if not self.points or self._said(self.teacher) > self.points[-1].examples:
+            self._look_at(self.teacher)
+
+    def held(self, name: str) -> bool:
+        """Look on at an automaton that is not taught further, until a look goes wrong or four in a row went well.
+
+        Whether four did; of an automaton that does not do the whole task nothing is asked.
+        """
+        if self.teacher is None or name != self.whole:
+            return True
+        while self._look_at(self.teacher) >= WELL and needed(self.successes) is None:
+            pass
+        return needed(self.successes) is not None
+
+    @property
+    def successes(self) -> list[float]:
+        """What was seen at each look."""
+        return [point.success for point in self.points]
+
+    def _look_at(self, teacher: Teacher) -> float:
+        seconds = sum(account.seconds for account in teacher.accounts.values())
+        return self._look(teacher.library, self._said(teacher), seconds)
+
+    def _look(self, library: Library, examples: int, seconds: float) -> float:
+        success = self.success(library, len(self.points))
+        self.points.append(Point(examples, round(seconds, 1), success))
+        return success
+
+    @staticmethod
+    def _said(teacher: Teacher) -> int:
+        return sum(account.examples for account in teacher.accounts.values())
 
 
 class Watched(Person):
@@ -83,15 +107,9 @@ class Watched(Person):
 
 
 def needed(successes: Sequence[float]) -> int | None:
-    """The first of the looks from which success is 90 % or more four times in a row; None where there is none.
-
-    After its last look a teaching is over: what was learned then stays, and counts on.
-    """
+    """The first of the first four looks in a row with 90 % success or more; None where there are none."""
     well = [success >= WELL for success in successes]
-    if not well:
-        return None
-    well += [well[-1]] * (HELD - 1)
-    starts = (first for first in range(len(successes)) if all(well[first : first + HELD]))
+    starts = (first for first in range(len(well) - HELD + 1) if all(well[first : first + HELD]))
     return next(starts, None)
 
 

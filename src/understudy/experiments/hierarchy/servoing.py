@@ -71,7 +71,7 @@ def _seen(screen: Screen) -> bool:
 
 
 def success(library: Library, seeds: range) -> float:
-    """The share of unseen worlds in which the robot stops beside the ball."""
+    """The share of worlds in which the robot stops beside the ball."""
     body = Soccer(seeds, ANYWHERE)
     engine = Engine.of(body, link(library, NAME))
     for _ in range(round(LIMIT_S / body.tick_s)):

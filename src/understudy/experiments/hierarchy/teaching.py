@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
@@ -27,8 +27,10 @@ from understudy.worlds.forage_settings import ForageSettings
 from understudy.worlds.soccer import Soccer
 from understudy.worlds.soccer import kit as soccer_kit
 
-WORLDS = 30
-"""Unseen worlds of each look."""
+WORLDS, MOST_LOOKS = 30, 1_000
+"""Unseen worlds of each look, and more looks than any teaching has."""
+BESIDE = 10 * WORLDS
+"""So many worlds the yardstick is put to at once, which takes it little longer than those of one look."""
 MOST_CORRECTIONS, MOST_S = 150, 2_400.0
 """A teacher corrects a lesson until it comes right, or has had enough: about 400 examples, 40 minutes."""
 
@@ -41,32 +43,46 @@ def taught(way: str, seed: int) -> dict[str, Any]:
 
 
 def _forager(way: str, seed: int) -> dict[str, Any]:
-    curve = Curve("forage", lambda library: foraging_success(library, seed))
-    return _looked_at(curve, Library(kit), make_practice, seed, LAYERS[way], OPTIONS)
+    return _looked_at("forage", foraging_success, Library(kit), make_practice, seed, LAYERS[way], OPTIONS)
 
 
 def _servo(way: str, seed: int) -> dict[str, Any]:
-    curve = Curve(NAME, lambda library: success(library, worlds_of(seed)[:WORLDS]))
     chosen = topics(SIDES[seed % 2])[way]
-    return _looked_at(curve, Library(soccer_kit), lambda practice, world: Soccer([world]), seed, chosen, {})
+    return _looked_at(NAME, success, Library(soccer_kit), lambda _, world: Soccer([world]), seed, chosen, {})
+
+
+def unseen(seed: int, look: int) -> range:
+    """The worlds of one look at the teaching of this seed: no two looks share one, nor with `worlds_of`."""
+    first = WORLDS * (MOST_LOOKS * seed + look)
+    return range(first, first + WORLDS)
 
 
 def _looked_at(
-    curve: Curve,
+    whole: str,
+    success: Callable[[Library, range], float],
     library: Library,
     make: MakesBody,
     seed: int,
     chosen: Sequence[Topic],
     options: Mapping[str, Options],
 ) -> dict[str, Any]:
+    curve = Curve(whole, lambda library, look: success(library, unseen(seed, look)))
     patience = Patience(MOST_CORRECTIONS, lessons=1, seconds=MOST_S)
     teacher = Thorough(
-        library, make, seed, options=options, progress=curve.look, patience=patience, person=curve.person
+        library,
+        make,
+        seed,
+        held=curve.held,
+        options=options,
+        progress=curve.went,
+        patience=patience,
+        person=curve.person,
     )
     curve.teacher = teacher
     teaching = teacher.teach(*chosen)
     return {
         "points": [astuple(point) for point in curve.points],
+        "success": success(teaching.library, worlds_of(seed)),
         "examples": teaching.examples,
         "presses": sum(account.presses for account in teaching.accounts.values()),
         "teaching_seconds": round(teaching.seconds, 1),
@@ -74,14 +90,16 @@ def _looked_at(
     }
 
 
-def foraging_success(library: Library, seed: int) -> float:
-    """The share of unseen worlds that are foraged in time."""
-    world = Forage(worlds_of(seed)[:WORLDS])
-    return measure_program(world, link(library, "forage"), limit_s=_limits(seed)).success
+def foraging_success(library: Library, seeds: range) -> float:
+    """The share of worlds that are foraged in time."""
+    first = seeds.start % BESIDE
+    limits = _limits(seeds.start - first)[first : first + len(seeds)]
+    return measure_program(Forage(seeds), link(library, "forage"), limit_s=limits).success
 
 
 @lru_cache(maxsize=4)
-def _limits(seed: int) -> Column:
-    expert = judge_expert(ForageSettings(), worlds_of(seed)[:WORLDS])
+def _limits(first: int) -> Column:
+    """How long a robot may take, s, in this world and the next ones [BESIDE]."""
+    expert = judge_expert(ForageSettings(), range(first, first + BESIDE))
     limits: Column = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
     return limits

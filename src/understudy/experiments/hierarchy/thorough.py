@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
+from understudy.model.lesson import Lesson
 from understudy.runtime.body import Body
 from understudy.training.demonstrators.person import Verdict
 from understudy.training.demonstrators.teacher import Teacher, Topic
@@ -19,12 +20,20 @@ class Thorough(Teacher):
     """Where a try is lost, tries every part on the spot, in the order taught; corrects it, or shows it again.
 
     The innermost automaton alone is often not to blame: a Harvest that leaves its food too early looks like a GoTo.
-    Where no part goes wrong on the spot, the one that was running is shown again.
+    Where no part goes wrong on the spot, the one that was running is shown again. Who is content is told whether what
+    they taught `held` in worlds that they do not see; where not, they go on with tries until they are content again.
     """
 
-    def __init__(self, *arguments: Any, **options: Any) -> None:
+    def __init__(self, *arguments: Any, held: Callable[[str], bool], **options: Any) -> None:
         super().__init__(*arguments, **options)
+        self._held = held
         self._shown_again: Counter[str] = Counter()
+
+    def _try(self, topic: Topic, lesson: Lesson) -> bool:
+        content = super()._try(topic, lesson)
+        while not self._held(topic.name) and content and not self._had_enough(topic):
+            content = super()._try(topic, self.library.taught[topic.name].lesson or lesson)
+        return content
 
     def _correct_below(self, session: Session) -> bool:
         """Put right every part of the automaton in this session; whether that helps."""
