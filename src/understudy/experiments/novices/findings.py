@@ -156,8 +156,8 @@ def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
         "fifth.",
         f"Why {len(hidden)} robots do not find a ball that they do not see at first: while nothing is seen every "
         "example is the same, and one press outvotes all that was recorded by itself. Where a robot had turned past "
-        "the ball its novice pressed the other turn; where that happened once each way, the robot swings left and right "
-        f"for as long as it sees nothing. {len(swinging)} of the {len(hidden)} do that, {len(_showed_lost(swinging))} "
+        "the ball its novice pressed the other turn; where that happened once each way, the robot swings left and right"
+        f" for as long as it sees nothing. {len(swinging)} of the {len(hidden)} do that, {len(_showed_lost(swinging))} "
         f"of them of novices who had shown a lost ball; {len(resting)} rest where they are, "
         f"{len(_showed_lost(resting))} of them of such novices. Of the {len(back)} novices who pressed back both ways "
         f"{sum(reaches(row, HIDDEN) for row in back)} succeed from there."
