@@ -72,6 +72,14 @@ def test_what_is_counted_of_a_lesson() -> None:
     }
 
 
+def test_a_lesson_that_two_ways_have_in_common_counts_once() -> None:
+    one, other = {"name": "goto", "examples": 18}, {"name": "forage", "examples": 8}
+    tasks = [{"source": "hierarchy", "way": way, "seed": 0} for way in ("two layers", "three layers")]
+    rows = [{"task": tasks[0], "lessons": [one]}, {"task": tasks[1], "lessons": [dict(one), other]}]
+    assert run.lessons(rows, "hierarchy") == [one, other]
+    assert len(run.kinds(rows)) == 3
+
+
 def test_a_folder_of_lessons_in_summary(tmp_path: Path) -> None:
     examples = [{"x": [9.0], "y": "go", "default": True}, {"x": [2.0], "y": "load", "default": False}]
     state = {

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import msgspec
 import numpy as np
 
 from understudy.experiments.experiment import Experiment, Findings, Plan, Row, Table, Task
@@ -110,8 +111,9 @@ def conclude(rows: Sequence[Row]) -> Findings:
         notes=(
             "Examples are press-made: two a press. Nodes are those of the tree of one state, of the states that "
             "learned anything; a tree of one node is a state that is always left for the same one. Every automaton of "
-            f"every way counts once a seed. {again or 'None'} of the {len(every)} lessons "
-            f"{'was' if again in (0, 1) else 'were'} thrown away and begun anew, which counts as teaching. "
+            f"every way counts once a seed, and one that two ways have in common once. {again or 'None'} of the "
+            f"{len(every)} lessons {'was' if again in (0, 1) else 'were'} thrown away and begun anew; that would count "
+            "as teaching. "
             + _largest(kinds(rows)),
             "Not taught again, and not counted twice: what `learners` and the base of `ablation` are taught with are "
             "the lessons of `forage`, `servoing` and `repertoire`. What `ablation` spoils is left out.",
@@ -124,8 +126,12 @@ def conclude(rows: Sequence[Row]) -> Findings:
 
 
 def lessons(rows: Sequence[Row], source: str) -> Lessons:
-    """All lessons of a source."""
-    return [lesson for row in rows if row["task"]["source"] == source for lesson in row["lessons"]]
+    """All lessons of a source; one that two ways have in common, as layers have their GoTo, counts once."""
+    of = [row for row in rows if row["task"]["source"] == source]
+    found = {
+        msgspec.json.encode((row["task"]["seed"], lesson)): lesson for row in of for lesson in row["lessons"]
+    }
+    return list(found.values())
 
 
 def kinds(rows: Sequence[Row]) -> dict[tuple[str, str, str], Lessons]:
