@@ -113,8 +113,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
             "learned anything; a tree of one node is a state that is always left for the same one. Every automaton of "
             f"every way counts once a seed, and one that two ways have in common once. {again or 'None'} of the "
             f"{len(every)} lessons {'was' if again in (0, 1) else 'were'} thrown away and begun anew; that would count "
-            "as teaching. "
-            + _largest(kinds(rows)),
+            "as teaching. " + _largest(kinds(rows)),
             "Not taught again, and not counted twice: what `learners` and the base of `ablation` are taught with are "
             "the lessons of `forage`, `servoing` and `repertoire`. What `ablation` spoils is left out.",
             "The RoboCup team's lessons are kept elsewhere and given with --data; what is published of them is counts. "
