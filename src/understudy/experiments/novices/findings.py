@@ -159,9 +159,10 @@ def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
         "the ball its novice pressed the other turn; where that happened once each way, the robot swings left and right"
         f" for as long as it sees nothing. {len(swinging)} of the {len(hidden)} do that, {len(_showed_lost(swinging))} "
         f"of them of novices who had shown a lost ball; {len(resting)} rest where they are, "
-        f"{len(_showed_lost(resting))} of them of such novices. Of the {len(back)} novices who pressed back both ways "
-        f"{sum(reaches(row, HIDDEN) for row in back)} succeed from there."
+        f"{len(_showed_lost(resting)) or 'none'} of them of such novices. Of {len(back)} robots that were turned back "
+        f"both ways {sum(reaches(row, HIDDEN) for row in back) or 'none'} can find it."
         + (" Each robot finds it in all ten trials or in none: one test would have told." if alike else ""),
+        separating.note(novices),
         "The model is no person: it lacks people who do not understand at all what they are to do, and those who ask. "
         "Its parameters were fixed, with their sources, before the first run and not touched since.",
     )
