@@ -159,4 +159,4 @@ def draw(axes: Axes, rows: Sequence[Row]) -> None:
     axes.set_xlim(0, 103)
     axes.set_xlabel("novices who succeed, %\n(hollow: from each position)")
     axes.set_title("with one parameter changed")
-    axes.legend(fontsize=7.5, loc="center left", borderpad=0)
+    axes.legend(fontsize=7.5, loc="center left", frameon=False)

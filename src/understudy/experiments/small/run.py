@@ -198,8 +198,8 @@ def _headline(every: Lessons, team: Row | None) -> str:
     )
     return (
         f"A lesson is small: {found['features']:.0f} features, {found['examples']:.0f} examples, trees of "
-        f"{found['nodes']:.0f} nodes, {found['teaching, s']:.0f} seconds in the median of {len(every)}; nine in ten have "
-        f"{np.percentile(COUNTED['examples'](every), 90):.0f} examples at most.{beside}"
+        f"{found['nodes']:.0f} nodes, {found['teaching, s']:.0f} seconds in the median of {len(every)}; nine in ten "
+        f"have {np.percentile(COUNTED['examples'](every), 90):.0f} examples at most.{beside}"
     )
 
 
