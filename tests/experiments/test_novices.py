@@ -8,12 +8,37 @@ from typing import Any
 
 import pytest
 from tests.experiments.test_servoing import seen
+from tests.learning.lessons import lesson
 
 from understudy.experiments.novices import run
+from understudy.experiments.novices.chances import pairs_differ, remaining, shares_differ
 from understudy.experiments.novices.novice import Novice
-from understudy.experiments.novices.traits import MINUTES_S, MISTAKES, RANGES, SITUATIONS, UNDERSTOOD, drawn
+from understudy.experiments.novices.sensitivity import SAID
+from understudy.experiments.novices.success import everywhere, succeeded
+from understudy.experiments.novices.traits import (
+    ALIKE,
+    MINUTES_S,
+    MISTAKES,
+    PARAMETERS,
+    RANGES,
+    SITUATIONS,
+    UNDERSTOOD,
+    drawn,
+    habits,
+)
+from understudy.experiments.novices.unseen import (
+    FINDS,
+    RESTS,
+    SWINGS,
+    WALKS_ON,
+    does_unseeing,
+    states_unseeing,
+    turned_back,
+)
 from understudy.experiments.published import differences, published
 from understudy.experiments.running import row_of
+from understudy.learning.transitions import learned
+from understudy.model.library import Taught
 from understudy.worlds.soccer import POSITIONS
 
 TASKS = [{"seed": run.SEEDS[0]}, {"seed": run.SEEDS[1], "trait": "lapses", "factor": 1.5}]
@@ -45,6 +70,14 @@ def test_a_changed_trait_changes_nothing_else() -> None:
         before, after = drawn(seed), drawn(seed, scaled={"slips": 1.5})
         assert after.slips == pytest.approx(1.5 * before.slips)
         assert replace(after, slips=before.slips) == before
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_every_parameter_can_be_changed(name: str) -> None:
+    assert name in SAID
+    assert habits({}) == ALIKE
+    changed = [(drawn(seed, scaled={name: 1.5}), habits({name: 1.5})) for seed in range(40)]
+    assert changed != [(drawn(seed), ALIKE) for seed in range(40)]
 
 
 PLAIN = replace(drawn(0), mistake=UNDERSTOOD, edge_px=0.0, off_middle_px=0.0, search="right", misjudged=0.0)
@@ -95,4 +128,54 @@ SUCCESSES = [
 
 @pytest.mark.parametrize(("reached", "half", "each"), SUCCESSES)
 def test_success(reached: tuple[int, int, int], half: bool, each: bool) -> None:
-    assert (run.succeeded(made(*reached)), run.everywhere(made(*reached))) == (half, each)
+    assert (succeeded(made(*reached)), everywhere(made(*reached))) == (half, each)
+
+
+PRESSED_BACK = [  # examples with nothing seen, what it then goes through, turns pressed back
+    ([("start", "left", "directive"), ("left", "left", "default")], ["start", "left"], (0, 0)),
+    (
+        [("start", "left", "directive"), *[("left", "left", "default")] * 9, ("left", "right", "directive")],
+        ["start", "left", "right"],  # nine that were recorded by themselves are outvoted
+        (1, 0),
+    ),
+    (
+        [("start", "left", "directive"), ("left", "right", "directive"), ("right", "left", "directive")],
+        ["start", "left", "right", "left"],
+        (1, 1),
+    ),
+]
+
+
+@pytest.mark.parametrize(("shown", "states", "back"), PRESSED_BACK)
+def test_what_a_robot_does_while_it_sees_nothing(
+    shown: list[tuple[str, str, str]], states: list[str], back: tuple[int, int]
+) -> None:
+    made = lesson([(before, [nan], after, kind) for before, after, kind in shown])
+    taught = Taught(learned(made), made)
+    assert states_unseeing(taught) == states
+    assert turned_back(taught) == {"left": back[0], "right": back[1]}
+
+
+DOES = [
+    (["start"], RESTS),
+    (["start", "forwardL"], WALKS_ON),
+    (["start", "left", "right"], FINDS),
+    (["start", "left", "right", "left"], SWINGS),
+    (["start", "left", "right", "forwardR", "right"], FINDS),  # a step between turns to one side
+    (["start", "right", "forwardL", "left", "right"], SWINGS),
+]
+
+
+@pytest.mark.parametrize(("states", "does"), DOES)
+def test_what_that_comes_to(states: list[str], does: str) -> None:
+    assert does_unseeing(states) == does
+
+
+def test_chances_by_hand() -> None:
+    assert shares_differ([True] * 3, [False] * 3) == pytest.approx(
+        2 / 20
+    )  # two of the 20 ways to choose 3 of 6
+    assert shares_differ([True, False], [True, False]) == 1.0
+    assert pairs_differ([False] * 5, [True] * 5) == pytest.approx(2 / 32)
+    assert pairs_differ([True, False], [False, True]) == 1.0
+    assert remaining([0.04, 0.01, 0.03]) == [False, True, False]  # 0.01 < 0.05 / 3, but 0.03 > 0.05 / 2

@@ -9,21 +9,39 @@ import pytest
 from tests.learning.lessons import lesson, robocup_folder
 
 from understudy.errors import FileError
+from understudy.experiments.ablation.variants import BASE, VARIANTS
 from understudy.experiments.experiment import Plan
+from understudy.experiments.forage.teaching import METHODS
+from understudy.experiments.learners.exercises import EXERCISES
 from understudy.experiments.lessons import described
 from understudy.experiments.published import differences, published
+from understudy.experiments.repertoire.run import FEATS
 from understudy.experiments.running import row_of
 from understudy.experiments.small import run
 from understudy.experiments.small.robocup import summary
 from understudy.learning.transitions import learned
 from understudy.model.library import Taught
+from understudy.training.demonstrators.forager import TOPICS, WATCHED
+from understudy.training.demonstrators.person import Reaction
+from understudy.training.demonstrators.servo import topics
 
 
 def test_lessons_are_as_published() -> None:
     known = published("small")
     assert known is not None
-    row = row_of(run.EXPERIMENT, {"source": "foraging", "seed": run.SEEDS[0]})
+    row = row_of(run.EXPERIMENT, {"source": "forage", "way": "watched", "seed": run.SEEDS[0]})
     assert differences([row], known, run.EXPERIMENT) == []
+
+
+def test_what_is_not_taught_again_is_taught_as_here() -> None:
+    assert METHODS["watched"] is WATCHED
+    base = VARIANTS[BASE]
+    assert (base.topics, base.options, base.reaction) == (TOPICS, WATCHED, Reaction())
+    goto, foraging, servoing, walls = (EXERCISES[name] for name in ("goto", "forage", "servoing", "walls"))
+    assert (goto.topics, goto.options) == (TOPICS[:1], WATCHED)
+    assert (foraging.topics, foraging.options) == (TOPICS, WATCHED)
+    assert servoing.topics == (topics("left")["four states"],)
+    assert walls.topics == tuple(FEATS["wall_left"].topics)
 
 
 def test_the_robocup_lessons_are_as_published(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,6 +70,14 @@ def test_what_is_counted_of_a_lesson() -> None:
         "nodes": [1, 3],  # of start and go; load has no tree
         "seconds": 12.3,
     }
+
+
+def test_a_lesson_that_two_ways_have_in_common_counts_once() -> None:
+    one, other = {"name": "goto", "examples": 18}, {"name": "forage", "examples": 8}
+    tasks = [{"source": "hierarchy", "way": way, "seed": 0} for way in ("two layers", "three layers")]
+    rows = [{"task": tasks[0], "lessons": [one]}, {"task": tasks[1], "lessons": [dict(one), other]}]
+    assert run.lessons(rows, "hierarchy") == [one, other]
+    assert len(run.kinds(rows)) == 3
 
 
 def test_a_folder_of_lessons_in_summary(tmp_path: Path) -> None:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from math import isnan
 from types import MappingProxyType
 
 import numpy as np
 
-from understudy.experiments.novices.traits import LAPSE_S, MINUTES_S, STOP_S, UNDERSTOOD, Traits
+from understudy.experiments.novices.traits import ALIKE, UNDERSTOOD, Habits, Traits
 from understudy.model.library import Library, Taught
 from understudy.training.demonstrators.person import Person, Reaction
 from understudy.training.demonstrators.servo import (
-    EMERGED_PX,
     MIDDLE_PX,
-    OTHER_PX,
     THERE_PX,
     blob_x,
     four_states,
@@ -24,44 +23,49 @@ from understudy.training.screen import Screen
 from understudy.training.session import Session
 from understudy.worlds.soccer import Soccer, Start, kit
 
-STARTS: Mapping[str, Start] = MappingProxyType(
-    {
-        "ball left": Start((1.0, 2.5), (8.0, 28.0)),
-        "ball right": Start((1.0, 2.5), (-28.0, -8.0)),
-        "ball lost": Start((1.0, 2.5), (50.0, 310.0)),
-    }
+BEARINGS_DEG: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {"ball left": (8.0, 28.0), "ball right": (-28.0, -8.0), "ball lost": (50.0, 310.0)}
 )
-"""Where they put the robot, by situation."""
-RADIUS_M = 0.4
-"""From the middle of the robot to that of the ball where it is there."""
+"""Where the robot has the ball when they put it down, by situation."""
+FIELD_M = 2.85
+"""From the ball to where a robot touches the nearest line of the field."""
 
 
 class Novice(Person):
     """One novice at the buttons."""
 
-    def __init__(self, traits: Traits, seed: int) -> None:
+    def __init__(self, traits: Traits, seed: int, habits: Habits = ALIKE) -> None:
         draws = np.random.default_rng([seed, 3])
-        super().__init__(draws, Reaction(traits.reaction_s, 0.3 * traits.reaction_s, 0.15))
-        self.traits = traits
+        mean_s = traits.reaction_s
+        super().__init__(draws, Reaction(mean_s, habits.spread * mean_s, habits.least_s))
+        self.traits, self.habits = traits, habits
         self.slipped = 0
+        self.shown: Counter[str] = Counter()
+        """How often the robot was put into each situation."""
         self._away_until = 0.0
         self._side: str | None = None  # where they last saw the ball
 
     def teach(self) -> Taught:
         """Put the robot into one situation after the other and drive it, for five minutes; what it learned then."""
-        traits, draws = self.traits, self._draws
-        body = Soccer([FIRST_SEED + int(draws.integers(2**40))], STARTS[traits.situations[0]])
+        traits, draws, given_s = self.traits, self._draws, self.habits.given_s
+        body = Soccer([FIRST_SEED + int(draws.integers(2**40))], self._start(traits.situations[0]))
         session = Session(body, Library(kit), four_states(Library(kit)))
         turn = int(draws.integers(len(traits.situations)))
-        while self.seconds < MINUTES_S:
-            body.starts = [STARTS[traits.situations[turn % len(traits.situations)]]]
+        while self.seconds < given_s:
+            situation = traits.situations[turn % len(traits.situations)]
+            body.starts = [self._start(situation)]
             session.reset(FIRST_SEED + int(draws.integers(2**40)))
-            self.seconds = min(MINUTES_S, self.seconds + traits.carry_s)
+            self.seconds = min(given_s, self.seconds + traits.carry_s)
             self._side = None
-            left = MINUTES_S - self.seconds
+            self.shown[situation] += 1
+            left = given_s - self.seconds
             self.show(session, self.wish, until=self.there, limit_s=min(traits.patience_s, left))
             turn += 1
         return session.taught()
+
+    def _start(self, situation: str) -> Start:
+        farthest_m = self.habits.distance_m
+        return Start((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])
 
     def there(self, screen: Screen) -> bool:
         """The robot is there, as they judge it."""
@@ -80,8 +84,8 @@ class Novice(Person):
         if inside < self.traits.edge_px:
             return self._side
         if state in ("left", "right"):
-            return self._forward() if inside > self.traits.edge_px + EMERGED_PX else None
-        if state == "start" or abs(off) > OTHER_PX:
+            return self._forward() if inside > self.traits.edge_px + self.habits.emerged_px else None
+        if state == "start" or abs(off) > self.habits.other_px:
             return self._forward(now=state)
         return None
 
@@ -104,12 +108,12 @@ class Novice(Person):
         tick_s = session.body.tick_s
         if self.seconds < self._away_until:
             return
-        mean_s, share = sum(LAPSE_S) / 2, self.traits.lapses
+        mean_s, share = self.habits.lapse_s, self.traits.lapses
         if self._draws.random() < tick_s * share / (1.0 - share) / mean_s:
-            self._away_until = self.seconds + float(self._draws.uniform(*LAPSE_S))
+            self._away_until = self.seconds + float(self._draws.uniform(0.5 * mean_s, 1.5 * mean_s))
             return
         due = self._due
-        if due is not None and wished != due[0] and due[1] - now <= STOP_S:
+        if due is not None and wished != due[0] and due[1] - now <= self.habits.stop_s:
             if now >= due[1] - 1e-9:
                 self._press(session, due[0])  # too late to hold it back
             return
