@@ -33,6 +33,8 @@ INSTALL = "pip install 'understudy[baselines]'"
 MODULES = {"scikit-learn": "sklearn", "PyTorch": "torch"}
 AT, AHEAD, WORST = 100, 30.0, ("forage", "servoing")
 """At so many decisions, so many percentage points ahead of the best net, on these."""
+FIRST_S = 10
+"""Where figures begin; what took less is drawn there."""
 TIMES_S = (30, 60, 120, 240, 480)
 """Seconds of the demonstrator's time after which success is told, too."""
 
@@ -95,6 +97,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
             *(_by_decisions(task, each, seeds) for task, each in found.items()),
             *(_by_seconds(task, each) for task, each in found.items()),
             *_behind(found),
+            *_gained(found),
         ),
         goals=goals(found),
         notes=notes(found),
@@ -166,10 +169,30 @@ def _behind(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> t
     )
 
 
+def _gained(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[Table, ...]:
+    """What flat learners gain where they have chosen features only, seed by seed."""
+    rows = []
+    for task, each in found.items():
+        for name in (name for name in each if name + CHOSEN in each):
+            pairs = list(zip(each[name + CHOSEN], each[name], strict=True))
+            apart = {n: [100 * (at(one, n) - at(other, n)) for one, other in pairs] for n in BUDGETS}
+            rows.append((NAMES[task], name, *(_signed(apart[n]) for n in BUDGETS)))
+    title = (
+        "Success with chosen features above that with all readings, after so many decisions, percentage points: "
+        "median over seeds, its 95 % interval"
+    )
+    return (Table(title, ("task", "learner", *(f"#{n}" for n in BUDGETS)), rows),) if rows else ()
+
+
+def _signed(values: Sequence[float]) -> str:
+    middle, low, high = (round(value) for value in (float(np.median(values)), *interval_of_median(values)))
+    return f"{middle:+d} ({low:+d} to {high:+d})".replace("+0", "0")
+
+
 def _best(means: Mapping[str, float]) -> str:
-    """Who is ahead of Understudy, and by how much: "tree 95 : 30 %"; nobody: "–"."""
+    """Who is ahead of Understudy, and by how much: "tree 95.2 : 30.0 %"; nobody: "–"."""
     best, ours = max(means, key=lambda name: means[name], default=UNDERSTUDY), means.get(UNDERSTUDY, 0.0)
-    return f"{best} {100 * means[best]:.0f} : {100 * ours:.0f} %" if means.get(best, 0.0) > ours else "–"
+    return f"{best} {100 * means[best]:.1f} : {100 * ours:.1f} %" if means.get(best, 0.0) > ours else "–"
 
 
 def _mean(values: Iterable[float]) -> float:
@@ -271,24 +294,26 @@ def draw(rows: Sequence[Row]) -> Figure:
             color, style = COLORS[LEARNERS.index(kind)], "o-" if kind == learner else "o--"
             success = 100 * np.array([one["success"] for one in each])
             low, middle, high = np.percentile(success, [25, 50, 75], axis=0)
-            seconds = np.median([one["seconds"] for one in each], axis=0)
-            width = 2.4 if learner == UNDERSTUDY else 1.3
+            seconds = np.maximum(np.median([one["seconds"] for one in each], axis=0), FIRST_S)
+            width, over = (2.4, 3) if learner == UNDERSTUDY else (1.3, 2)
             for axis, x in ((axes[k], BUDGETS), (axes[len(names) + k], seconds)):
-                axis.plot(x, middle, style, color=color, linewidth=width, markersize=3, label=learner)
+                axis.plot(
+                    x, middle, style, color=color, linewidth=width, markersize=3, label=learner, zorder=over
+                )
                 if kind == learner:
                     axis.fill_between(x, low, high, color=color, alpha=0.08, linewidth=0)
         for axis, said in ((axes[k], "decisions"), (axes[len(names) + k], "seconds of demonstration")):
             axis.set_xscale("log", nonpositive="mask")
             axis.set_ylim(-4, 104)
             axis.set_xlabel(said)
-        for axis, ticks in ((axes[k], BUDGETS), (axes[len(names) + k], (10, 30, 100, 300, 1_000))):
+        for axis, ticks in ((axes[k], BUDGETS), (axes[len(names) + k], (FIRST_S, 30, 100, 300, 1_000))):
             axis.set_xticks(ticks, [f"{n:,}" for n in ticks])
             axis.minorticks_off()
         axes[k].set_title(NAMES[task])
     for row in (0, len(names)):
         axes[row].set_ylabel("success, %")
-    if axes[0].get_legend_handles_labels()[0]:
-        axes[0].legend(fontsize=7, loc="lower right")
+    if lines := axes[0].get_legend_handles_labels()[0]:
+        axes[2].legend(handles=lines, fontsize=7, loc="lower right")
     return figure
 
 
