@@ -47,8 +47,8 @@ def test_inputs() -> None:
 
 
 def test_inputs_of_chosen_readings_only() -> None:
-    kinds, raw = [Continuous(), BOOLEAN], np.array([[1.0, 0.0], [nan, 1.0]])
-    assert Inputs(kinds, raw, [1])(raw).tolist() == [[-1], [1]]
+    raw = np.array([[1.0, 0.0], [nan, 1.0]])
+    assert Inputs([Continuous(), BOOLEAN], raw, [1])(raw).tolist() == [[-1], [1]]
 
 
 CHOSEN = [  # task, of how many readings those are that its lessons are about
