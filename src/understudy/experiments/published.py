@@ -79,7 +79,7 @@ def uncompared(rows: Sequence[Row], known: Result, experiment: Experiment) -> li
     if few and any(set(at) & set(experiment.varies) for _, row in pairs for at, _ in _numbers(row)):
         found.append(
             f"With fewer than {ENOUGH} seeds, what varies from machine to machine is not compared: "
-            f"{', '.join(experiment.varies)}."
+            f"{'; '.join(experiment.varies)}."
         )
     return found
 
