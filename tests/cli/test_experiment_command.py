@@ -99,6 +99,12 @@ def test_for_programs(here: Path) -> None:
     assert [row["square"] for row in told["result"]["rows"]] == [1, 4]
 
 
+def test_what_was_not_published_is_counted(here: Path) -> None:
+    done = run("experiment", "forage", "--jobs", "1", "--seeds", "2:7")
+    assert done.exit_code == 0, done.output
+    assert "3 pieces were not published, and not compared" in done.output
+
+
 def test_an_unknown_name() -> None:
     done = run("experiment", "forrage")
     assert done.exit_code == 2

@@ -13,7 +13,7 @@ from understudy.errors import UnknownName
 from understudy.experiments.catalog import QUESTIONS, find_experiment, folder_of
 from understudy.experiments.experiment import Experiment, Findings, Plan, Row, Task
 from understudy.experiments.kept import FORMER, NAME, Kept, used_by
-from understudy.experiments.published import differences, published, read, save
+from understudy.experiments.published import differences, published, read, save, uncompared
 from understudy.experiments.running import run
 
 
@@ -117,6 +117,20 @@ def test_what_differs_from_the_published_is_said() -> None:
     assert differences(run(made([], value=0.5 + 1e-9), PLAN, Kept("forage")), known, experiment) == []
     other = run(made([], value=0.6), PLAN, Kept("forage"))
     assert differences(other, known, experiment)[0] == "0: share is 0.6, published was 0.5"
+
+
+def test_what_varies_is_compared_by_its_medians() -> None:
+    known = published("forage")
+    assert known is not None
+    plan, new = Plan(range(10)), Plan(range(12))
+    varying = replace(made([]), varies=("share",))
+    known = replace(known, rows=run(varying, plan, Kept("forage")))
+    near, far = (run(made([], value=value), new, Kept("forage")) for value in (0.65, 0.75))
+    assert differences(near, known, varying) == []
+    assert differences(far, known, varying) == ["all: median of share is 75%, published was 50%"]
+    assert uncompared(far, known, varying) == ["2 pieces were not published, and not compared."]
+    assert differences(far[:9], known, varying) == []
+    assert "fewer than 10 seeds" in uncompared(far[:9], known, varying)[0]
 
 
 def test_processes_side_by_side_find_the_same(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from understudy.experiments.learners import run
 from understudy.experiments.learners.classical import CLASSICAL
-from understudy.experiments.learners.comparing import BUDGETS, WITH, worlds_of
+from understudy.experiments.learners.comparing import BUDGETS, LEARNERS, WITH, worlds_of
 from understudy.experiments.learners.demonstrating import demonstrated
 from understudy.experiments.learners.exercises import EXERCISES
 from understudy.experiments.learners.inputs import Inputs, Lesson, Manner, Policy, lesson_of
@@ -44,6 +44,24 @@ def test_inputs() -> None:
     raw = np.array([[1.0, 0.0, pi / 2], [3.0, 1.0, nan]])
     found = Inputs([Continuous(), BOOLEAN, Toroidal()], raw)(raw)
     assert found == pytest.approx(np.array([[-1, -1, 1, 0, 0], [1, 1, 0, 0, 1]]))  # sine, cosine, absent
+
+
+def test_inputs_of_chosen_readings_only() -> None:
+    raw = np.array([[1.0, 0.0], [nan, 1.0]])
+    assert Inputs([Continuous(), BOOLEAN], raw, [1])(raw).tolist() == [[-1], [1]]
+
+
+CHOSEN = [  # task, of how many readings those are that its lessons are about
+    ("goto", [0, 2], 8),  # range and bearing of the station
+    ("forage", list(range(8)), 8),
+    ("servoing", [0, 1], 2),
+    ("walls", [0, 1], 3),  # sonars to the left and ahead
+]
+
+
+@pytest.mark.parametrize(("name", "chosen", "of"), CHOSEN)
+def test_what_was_chosen(name: str, chosen: list[int], of: int) -> None:
+    assert (EXERCISES[name].chosen, len(EXERCISES[name].kinds)) == (chosen, of)
 
 
 def test_earlier_ticks_are_of_the_same_world() -> None:
@@ -154,7 +172,7 @@ def test_the_published_learners_are_all_there() -> None:
     assert known is not None
     assert {row["task"]["with"] for row in known.rows} == set(WITH)
     learners = {name for row in known.rows for name in row["learners"]}
-    assert learners == {"understudy", "tree", "nearest", "perceptron", "cloning", "dagger"}
+    assert learners == set(LEARNERS)
     assert all(
         len(each["success"]) == len(BUDGETS) for row in known.rows for each in row["learners"].values()
     )

@@ -18,7 +18,7 @@ from understudy.experiments.repertoire import (
     triangle,
     waypoints,
 )
-from understudy.experiments.repertoire.run import EXPERIMENT, FEATS, TEACHINGS, goals_of
+from understudy.experiments.repertoire.run import EXPERIMENT, FEATS, TEACHINGS, goals_of, overall, thrown_away
 from understudy.experiments.repertoire.teaching import by_hand, share_done, worlds_of
 from understudy.experiments.repertoire.tracks import (
     Table,
@@ -191,6 +191,17 @@ def test_no_robot_is_judged_where_it_was_taught() -> None:
 def test_a_miss_is_said() -> None:
     of = {"success": {"median": 0.9}, "ratio": {"median": 0.9}, "examples": {"median": 61.0}}
     assert [goal.measured for goal in goals_of("wall_left", of) if not goal.held] == ["90%", "61"]
+
+
+def test_both_criteria_and_lessons_thrown_away() -> None:
+    known = published("repertoire")
+    assert known is not None
+    rows = [row for row in known.rows if row["task"]["behavior"] == "patrol"]
+    fast, slow, anew = {"ratio": 0.9}, {"ratio": 0.8}, {"lessons": [{"attempts": 2}]}
+    found = overall([{**rows[0], **what, "success": 0.96} for what in (fast, slow, slow)])
+    assert (found["teachings_reaching_95"], found["teachings_reaching_both"]) == (3, 1)
+    assert "in 0 of 1 teachings." in thrown_away([{**rows[0], "lessons": [{"attempts": 1}]}])
+    assert "in 1 of 2 teachings (patrol, " in thrown_away([rows[0], {**rows[0], **anew}])
 
 
 def test_medians_of_what_was_there() -> None:

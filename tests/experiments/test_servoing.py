@@ -115,6 +115,7 @@ def test_what_is_summed_up() -> None:
     row = made(run.FOUR, search="left", left=10.0, right=None)
     assert run.times(row, run.FACED) == [120.0] * 10  # failures count as the limit
     assert run.times(row, run.AWAY) == [15.0] * 10
+    assert run.times(row, run.TOWARD) == [25.0] * 10
     assert run.medians([row], run.FOUR, run.EITHER) == [20.0]
     assert run.failed([row], run.FOUR) == (10, 50)
 
@@ -123,5 +124,6 @@ def test_a_comparison() -> None:
     rows = [made(run.FOUR, search="left", left=10.0, right=10.0 + k / 10) for k in range(20)]
     rows += [made(run.LOST, search="left", left=10.0, right=20.0 + k / 5) for k in range(20)]
     found = run.compared(rows, run.FACED)
-    assert found["ratio"] == pytest.approx(2.0)
-    assert found["p"] < 1e-6
+    assert [found[what] for what in ("ratio", "low", "high")] == pytest.approx([2.0] * 3)
+    assert found["p"] < 1e-3
+    assert run.compared(rows, run.FACED, with_=run.FOUR, to=run.LOST)["ratio"] == pytest.approx(0.5)

@@ -69,10 +69,10 @@ def experiment(
         )
         plan = Plan(chosen or (found.seeds[: found.quick] if quick else found.seeds), quick, data)
         result = _run(found, plan, folder, jobs=jobs or os.cpu_count() or 1, quiet=as_json)
-        wrong = _wrong(result, found)
-        told[each] = {"result": result, "wrong": wrong, "passed": not wrong}
+        wrong, unknown = _compared(result, found)
+        told[each] = {"result": result, "wrong": wrong, "uncompared": unknown, "passed": not wrong}
         if not as_json:
-            _tell(result, wrong, folder, console())
+            _tell(result, wrong, unknown, folder, console())
     passed = all(each["passed"] for each in told.values())
     if as_json:
         print_json(told | {"passed": passed} if name == "all" else told[name])
@@ -126,9 +126,11 @@ def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool)
     return result
 
 
-def _wrong(result: Result, experiment: Experiment) -> list[str]:
-    """What is not as it was published: rows of the same tasks, and goals that were reached; else all goals."""
-    from understudy.experiments.published import differences, published
+def _compared(result: Result, experiment: Experiment) -> tuple[list[str], list[str]]:
+    """What is not as it was published: rows of the same tasks, and goals that were reached, else all goals; and what
+    cannot be told.
+    """
+    from understudy.experiments.published import differences, published, uncompared
 
     known = published(result.experiment)
     short = [] if known is None else [goal.what for goal in known.findings.misses]
@@ -137,10 +139,13 @@ def _wrong(result: Result, experiment: Experiment) -> list[str]:
         for goal in (() if result.quick else result.findings.misses)
         if goal.what not in short
     ]
-    return [*missed, *([] if known is None else differences(result.rows, known, experiment))]
+    if known is None:
+        return missed, []
+    wrong = [*missed, *differences(result.rows, known, experiment)]
+    return wrong, uncompared(result.rows, known, experiment)
 
 
-def _tell(result: Result, wrong: list[str], folder: Path, out: Console) -> None:
+def _tell(result: Result, wrong: list[str], unknown: list[str], folder: Path, out: Console) -> None:
     from rich.markup import escape
 
     from understudy.cli.output import table
@@ -166,4 +171,6 @@ def _tell(result: Result, wrong: list[str], folder: Path, out: Console) -> None:
         out.print(f"[red]Not as published:[/] {escape(problem)}")
     if len(wrong) > SHOWN:
         out.print(f"[dim]… and {len(wrong) - SHOWN} more.[/]")
+    for each_unknown in unknown:
+        out.print(f"[dim]{escape(each_unknown)}[/]")
     out.print(f"[dim]Kept in {folder}: result.json, figure.svg, rows.jsonl[/]\n")

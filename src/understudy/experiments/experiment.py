@@ -69,8 +69,8 @@ class Findings:
 class Experiment:
     """A published experiment.
 
-    `tasks` says which pieces a plan takes; `work` does one, always with the same outcome on one machine, up to the
-    numbers in `varies`. `conclude` and `draw` are given the rows in the order of the tasks. `needs` are modules that
+    `tasks` says which pieces a plan takes; `work` does one, always with the same outcome on every machine, but for what
+    is in `varies`. `conclude` and `draw` are given the rows in the order of the tasks. `needs` are modules that
     some of it asks for, each with what to install; without them `tasks` leaves that part out.
     """
 

@@ -30,19 +30,16 @@ def fit_tree(lesson: Lesson, seed: int, *, leaf: int = 5) -> Classifier:
     return classify
 
 
-def fit_nearest(lesson: Lesson, seed: int, *, neighbors: int = 5, most: int = 2_000) -> Classifier:
-    """The majority of the nearest ticks (Fix and Hodges 1951), among at most so many of them."""
+def fit_nearest(lesson: Lesson, seed: int, *, neighbors: int = 5) -> Classifier:
+    """The majority of the nearest ticks (Fix and Hodges 1951), among all of them."""
     from sklearn.neighbors import KDTree
 
-    kept = np.arange(len(lesson.y))
-    if len(kept) > most:
-        kept = np.sort(np.random.default_rng(seed).choice(kept, most, replace=False))
-    tree, y, weight = KDTree(lesson.x[kept]), lesson.y[kept], lesson.weight[kept]
-    k, places = min(neighbors, len(kept)), np.arange(len(lesson.behaviors))
+    tree, places = KDTree(lesson.x), np.arange(len(lesson.behaviors))
+    k = min(neighbors, len(lesson.y))
 
     def classify(inputs: Floats) -> Floats:
         near = tree.query(inputs, k=k, return_distance=False)
-        votes = ((y[near][..., None] == places) * weight[near][..., None]).sum(axis=1)
+        votes = ((lesson.y[near][..., None] == places) * lesson.weight[near][..., None]).sum(axis=1)
         found: Floats = votes / votes.sum(axis=1, keepdims=True)
         return found
 

@@ -24,17 +24,20 @@ Found: TypeAlias = dict[str, Any]
 
 UNDERSTUDY, TREE, NEAREST, PERCEPTRON = "understudy", "tree", "nearest", "perceptron"
 CLONING, DAGGER = "cloning", "dagger"
-LEARNERS = (UNDERSTUDY, TREE, NEAREST, PERCEPTRON, CLONING, DAGGER)
-NEURAL = (PERCEPTRON, CLONING, DAGGER)
+CHOSEN = ", chosen features"
+"""What follows the name of a learner that has only the readings which Understudy's teacher chose."""
+LEARNERS = (UNDERSTUDY, TREE, NEAREST, PERCEPTRON, CLONING, DAGGER, *(name + CHOSEN for name in CLASSICAL))
+NEURAL = (PERCEPTRON, CLONING, DAGGER, PERCEPTRON + CHOSEN)
 
 NOW = Manner(advance=2)
 EARLIER = Manner(advance=2, lags=(2, 4))
+REMEMBERED = Manner(advance=2, lags=(2, 4), before=True)
 WEIGHED = Manner(advance=2, lags=(2, 4), weigh=True)
 DRAWN = Manner(advance=2, lags=(2, 4), drawn=True)
 MANNERS: Mapping[str, Mapping[str, Manner]] = {
     "goto": dict.fromkeys(LEARNERS, EARLIER),
     "forage": {TREE: WEIGHED, **dict.fromkeys((NEAREST, *NEURAL), DRAWN)},
-    "servoing": dict.fromkeys(LEARNERS, NOW),
+    "servoing": dict.fromkeys(LEARNERS, REMEMBERED),
     "walls": dict.fromkeys(LEARNERS, NOW),
 }
 """What each is given of the demonstrations: the best on tuning seeds."""
@@ -61,19 +64,23 @@ def understudy(exercise: Exercise, seed: int) -> Found:
 
 
 def classical(exercise: Exercise, seed: int) -> Found:
-    """What scikit-learn learns from whole demonstrations."""
+    """What scikit-learn learns from whole demonstrations; with chosen readings, too, where some were left out."""
     ticks = demonstrated(exercise, seed, BUDGETS[-1])
+    given = {"": list(range(len(exercise.kinds))), CHOSEN: exercise.chosen}
+    if given[CHOSEN] == given[""]:
+        del given[CHOSEN]
     return _judged(
         exercise,
         seed,
         {
-            name: (
+            name + by: (
                 ticks,
                 [Policy(each, fit(each, seed), manner, basics=len(exercise.basics)) for each in made],
             )
+            for by, chosen in given.items()
             for name, fit in CLASSICAL.items()
             for manner in [MANNERS[exercise.name][name]]
-            for made in [_lessons(exercise, ticks, manner)]
+            for made in [_lessons(exercise, ticks, manner, chosen)]
         },
     )
 
@@ -111,9 +118,11 @@ def compared(exercise: str, seed: int, *, by: str) -> Found:
     return WITH[by](EXERCISES[exercise], seed)
 
 
-def _lessons(exercise: Exercise, ticks: Ticks, manner: Manner) -> list[Lesson]:
+def _lessons(
+    exercise: Exercise, ticks: Ticks, manner: Manner, chosen: Sequence[int] | None = None
+) -> list[Lesson]:
     kinds, basics = exercise.kinds, len(exercise.basics)
-    return [lesson_of(ticks.upto(budget), kinds, manner, basics=basics) for budget in BUDGETS]
+    return [lesson_of(ticks.upto(budget), kinds, manner, basics=basics, chosen=chosen) for budget in BUDGETS]
 
 
 def _policies(

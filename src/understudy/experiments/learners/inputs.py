@@ -31,14 +31,16 @@ class Manner:
 
 
 class Inputs:
-    """Readings [N, K] as inputs [N, F], scaled to what was seen in `raw`.
+    """Readings [N, K], all or those chosen, as inputs [N, F], scaled to what was seen in `raw`.
 
     An angle is its sine and cosine, a label a column of its own unless there are two, anything else a number less
     its mean over its deviation. What is absent is 0, and a column says so for each reading that was ever absent.
     """
 
-    def __init__(self, kinds: Sequence[Kind], raw: Raw) -> None:
-        self._kinds = tuple(kinds)
+    def __init__(self, kinds: Sequence[Kind], raw: Raw, chosen: Sequence[int] | None = None) -> None:
+        self._chosen = list(range(len(kinds)) if chosen is None else chosen)
+        self._kinds = [kinds[k] for k in self._chosen]
+        raw = raw[:, self._chosen]
         self._absent = np.isnan(raw).any(axis=0)
         known = np.where(np.isnan(raw), 0.0, raw)
         count = np.maximum(1, (~np.isnan(raw)).sum(axis=0))
@@ -48,6 +50,7 @@ class Inputs:
 
     def __call__(self, raw: Raw) -> Floats:
         """Inputs [N, F] for readings [N, K]."""
+        raw = raw[:, self._chosen]
         columns: list[Floats] = []
         missing = np.isnan(raw)
         for k, kind in enumerate(self._kinds):
@@ -85,9 +88,11 @@ class Lesson:
     inputs: Inputs
 
 
-def lesson_of(ticks: Ticks, kinds: Sequence[Kind], manner: Manner, *, basics: int) -> Lesson:
-    """The ticks as a flat learner is given them."""
-    inputs = Inputs(kinds, ticks.raw)
+def lesson_of(
+    ticks: Ticks, kinds: Sequence[Kind], manner: Manner, *, basics: int, chosen: Sequence[int] | None = None
+) -> Lesson:
+    """The ticks as a flat learner is given them, with all readings or those chosen."""
+    inputs = Inputs(kinds, ticks.raw, chosen)
     now = inputs(ticks.raw)
     parts = [now, *(now[_earlier(ticks.episode, lag)] for lag in manner.lags)]
     if manner.before:

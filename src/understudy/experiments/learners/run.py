@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -12,15 +12,18 @@ from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, 
 from understudy.experiments.figures import COLORS, panels
 from understudy.experiments.learners.comparing import (
     BUDGETS,
+    CHOSEN,
+    DAGGER,
     LEARNERS,
     NEURAL,
+    TREE,
     UNDERSTUDY,
     WITH,
     WORLDS,
     compared,
 )
 from understudy.experiments.learners.exercises import EXERCISES
-from understudy.experiments.statistics import differ, interval_of_median, told
+from understudy.experiments.statistics import interval_of_median, told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,6 +33,8 @@ INSTALL = "pip install 'understudy[baselines]'"
 MODULES = {"scikit-learn": "sklearn", "PyTorch": "torch"}
 AT, AHEAD, WORST = 100, 30.0, ("forage", "servoing")
 """At so many decisions, so many percentage points ahead of the best net, on these."""
+FIRST_S = 10
+"""Where figures begin; what took less is drawn there."""
 TIMES_S = (30, 60, 120, 240, 480)
 """Seconds of the demonstrator's time after which success is told, too."""
 
@@ -91,6 +96,8 @@ def conclude(rows: Sequence[Row]) -> Findings:
         tables=(
             *(_by_decisions(task, each, seeds) for task, each in found.items()),
             *(_by_seconds(task, each) for task, each in found.items()),
+            *_behind(found),
+            *_gained(found),
         ),
         goals=goals(found),
         notes=notes(found),
@@ -137,6 +144,61 @@ def _by_seconds(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]]) -> 
     )
 
 
+def _behind(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[Table, ...]:
+    """Where Understudy loses: the highest mean success of any other learner, where it is higher."""
+    limits = (
+        ("after so many decisions", "", BUDGETS, at),
+        ("after so much of the demonstrator's time", " s", TIMES_S, after),
+    )
+    return tuple(
+        Table(
+            f"Where another learner has a higher mean success {said}: the best one, and Understudy's",
+            ("task", *(f"#{limit}{unit}" for limit in of)),
+            [
+                (
+                    NAMES[task],
+                    *(
+                        _best({name: _mean(by(one, n) for one in each) for name, each in all_.items()})
+                        for n in of
+                    ),
+                )
+                for task, all_ in found.items()
+            ],
+        )
+        for said, unit, of, by in limits
+    )
+
+
+def _gained(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[Table, ...]:
+    """What flat learners gain where they have chosen features only, seed by seed."""
+    rows = []
+    for task, each in found.items():
+        for name in (name for name in each if name + CHOSEN in each):
+            pairs = list(zip(each[name + CHOSEN], each[name], strict=True))
+            apart = {n: [100 * (at(one, n) - at(other, n)) for one, other in pairs] for n in BUDGETS}
+            rows.append((NAMES[task], name, *(_signed(apart[n]) for n in BUDGETS)))
+    title = (
+        "Success with chosen features above that with all readings, after so many decisions, percentage points: "
+        "median over seeds, its 95 % interval"
+    )
+    return (Table(title, ("task", "learner", *(f"#{n}" for n in BUDGETS)), rows),) if rows else ()
+
+
+def _signed(values: Sequence[float]) -> str:
+    middle, low, high = (round(value) for value in (float(np.median(values)), *interval_of_median(values)))
+    return f"{middle:+d} ({low:+d} to {high:+d})".replace("+0", "0")
+
+
+def _best(means: Mapping[str, float]) -> str:
+    """Who is ahead of Understudy, and by how much: "tree 95.2 : 30.0 %"; nobody: "–"."""
+    best, ours = max(means, key=lambda name: means[name], default=UNDERSTUDY), means.get(UNDERSTUDY, 0.0)
+    return f"{best} {100 * means[best]:.1f} : {100 * ours:.1f} %" if means.get(best, 0.0) > ours else "–"
+
+
+def _mean(values: Iterable[float]) -> float:
+    return float(np.mean(list(values)))
+
+
 NAMES = {"goto": "GoTo", "forage": "Forage", "servoing": "Servoing", "walls": "Wall following"}
 
 
@@ -153,7 +215,6 @@ def ahead(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> d
         "points": round(100 * float(np.median(ours - theirs)), 1),
         "low": round(low, 1),
         "high": round(high, 1),
-        "p": differ(ours.tolist(), theirs.tolist()),
         "ours": float(np.median(ours)),
         "theirs": float(np.median(theirs)),
     }
@@ -195,45 +256,22 @@ def goals(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tup
 
 
 def notes(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[str, ...]:
-    """Where Understudy loses, and how much was labeled."""
-    lost = []
-    for task, each in found.items():
-        ours = each.get(UNDERSTUDY, [])
-        for name, of in each.items():
-            if name == UNDERSTUDY or not ours:
-                continue
-            at_decisions = [
-                str(n)
-                for n in BUDGETS
-                if np.mean([at(one, n) for one in of]) > np.mean([at(one, n) for one in ours])
-            ]
-            at_seconds = [
-                f"{s} s"
-                for s in TIMES_S
-                if np.mean([after(one, s) for one in of]) > np.mean([after(one, s) for one in ours])
-            ]
-            if at_decisions or at_seconds:
-                said = " and ".join(
-                    part
-                    for part in (
-                        f"after {', '.join(at_decisions)} decisions" if at_decisions else "",
-                        f"after {', '.join(at_seconds)}" if at_seconds else "",
-                    )
-                    if part
-                )
-                lost.append(f"{NAMES[task]}, {name}: {said}")
-    where = "; ".join(lost) if lost else "nowhere in these tables"
+    """Who had which readings, and how much was labeled."""
+    same = [NAMES[task] for task, each in found.items() if TREE in each and TREE + CHOSEN not in each]
     labeled = ", ".join(
-        f"{NAMES[task]} {np.median([one['ticks'][BUDGETS.index(AT)] for one in each['dagger']]):.0f}"
+        f"{NAMES[task]} {np.median([one['ticks'][BUDGETS.index(AT)] for one in each[DAGGER]]):.0f}"
         for task, each in found.items()
-        if "dagger" in each
+        if DAGGER in each
     )
     return (
-        f"Where another learner has the higher mean success: {where}.",
-        "What this does not tell apart: Understudy has the features that its teacher chose for each lesson, flat "
-        "learners have all readings. With all features Understudy does not learn to forage either (ablation). The "
-        "nearest neighbors look at 2,000 ticks at most. In servoing twice the time of a robot written by hand is "
-        "allowed, enough for one turn the wrong way: that cannot tell a policy from a robot with a memory.",
+        *(
+            (
+                f"The lessons of {' and '.join(same)} together are about every reading there is: nothing is to be "
+                "chosen for flat learners there, and what Understudy's teacher chose is only which lesson each is for.",
+            )
+            if same
+            else ()
+        ),
         *(
             (f"Ticks that the teacher of DAgger labeled for {AT} decisions, median: {labeled}.",)
             if labeled
@@ -243,34 +281,39 @@ def notes(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tup
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Success against decisions, and against seconds: medians, with a band that holds half of the seeds."""
+    """Success against decisions, and against seconds: medians, with a band that holds half of the seeds.
+
+    Dashed: with the readings only that Understudy's teacher chose.
+    """
     names = list(EXERCISES)
     figure, axes = panels(2 * len(names), rows=2, wide=3.2, tall=2.6)
     for k, task in enumerate(names):
         found = found_by(rows, task)
-        for learner, color in zip(LEARNERS, COLORS, strict=False):
-            each = found.get(learner, [])
-            if not each:
-                continue
+        for learner, each in found.items():
+            kind = learner.removesuffix(CHOSEN)
+            color, style = COLORS[LEARNERS.index(kind)], "o-" if kind == learner else "o--"
             success = 100 * np.array([one["success"] for one in each])
             low, middle, high = np.percentile(success, [25, 50, 75], axis=0)
-            seconds = np.median([one["seconds"] for one in each], axis=0)
-            width = 2.4 if learner == UNDERSTUDY else 1.3
+            seconds = np.maximum(np.median([one["seconds"] for one in each], axis=0), FIRST_S)
+            width, over = (2.4, 3) if learner == UNDERSTUDY else (1.3, 2)
             for axis, x in ((axes[k], BUDGETS), (axes[len(names) + k], seconds)):
-                axis.plot(x, middle, "o-", color=color, linewidth=width, markersize=3, label=learner)
-                axis.fill_between(x, low, high, color=color, alpha=0.08, linewidth=0)
+                axis.plot(
+                    x, middle, style, color=color, linewidth=width, markersize=3, label=learner, zorder=over
+                )
+                if kind == learner:
+                    axis.fill_between(x, low, high, color=color, alpha=0.08, linewidth=0)
         for axis, said in ((axes[k], "decisions"), (axes[len(names) + k], "seconds of demonstration")):
             axis.set_xscale("log", nonpositive="mask")
             axis.set_ylim(-4, 104)
             axis.set_xlabel(said)
-        for axis, ticks in ((axes[k], BUDGETS), (axes[len(names) + k], (10, 30, 100, 300, 1_000))):
+        for axis, ticks in ((axes[k], BUDGETS), (axes[len(names) + k], (FIRST_S, 30, 100, 300, 1_000))):
             axis.set_xticks(ticks, [f"{n:,}" for n in ticks])
             axis.minorticks_off()
         axes[k].set_title(NAMES[task])
     for row in (0, len(names)):
         axes[row].set_ylabel("success, %")
-    if axes[0].get_legend_handles_labels()[0]:
-        axes[0].legend(fontsize=7, loc="lower right")
+    if lines := axes[0].get_legend_handles_labels()[0]:
+        axes[2].legend(handles=lines, fontsize=7, loc="lower right")
     return figure
 
 
