@@ -19,9 +19,10 @@ from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.squad import Duty, Order, Role, Squad, Statistic
+from understudy.runtime import _kernels, _lead_kernels
 from understudy.runtime.bands import Runner
-from understudy.runtime.body import Body
-from understudy.runtime.engine import Engine
+from understudy.runtime.body import Body, FusedPlan
+from understudy.runtime.engine import Engine  # before the kernels, which it finds a cache for
 from understudy.runtime.program import Program
 from understudy.runtime.roster import Member
 from understudy.runtime.squad_kits import squad_kit
@@ -221,7 +222,7 @@ def test_an_order_says_who_does_what(
 # Engines and interpreters
 
 
-def statistics(random: Random) -> tuple[Statistic, ...]:
+def statistics(random: Random, *, angles: bool = True) -> tuple[Statistic, ...]:
     """Some of every sort."""
     flags = [
         Statistic(f"{how}_{flag}", how, flag=flag)
@@ -237,18 +238,20 @@ def statistics(random: Random) -> tuple[Statistic, ...]:
     measured = [
         Statistic(f"{how}_{name}", how, reading=name)
         for how in ("mean", "minimum", "maximum", "spread", "any")
-        for name in ("load", "bearing")
+        for name in (("load", "bearing") if angles else ("load",))
     ]
     return tuple(random.sample([*flags, *timed, *measured], 8))
 
 
-def random_tree(random: Random, robots: int) -> tuple[Tree, dict[str, Library], str]:
+def random_tree(random: Random, robots: int, *, angles: bool = True) -> tuple[Tree, dict[str, Library], str]:
     """A team of one or two levels of squads, what each level knows, and the name of the top."""
     libraries = {"robot": random_library(random, automata=2, depth=2)}
     readings = list(Played.readings)
     names, below, squads = ["robot"], robots, []
     for level in range(random.randint(1, 2)):
-        squad = Squad(f"level{level}", (Role("all", names[-1]),), _over(statistics(random), level))
+        squad = Squad(
+            f"level{level}", (Role("all", names[-1]),), _over(statistics(random, angles=angles), level)
+        )
         kit = squad_kit(squad, readings, {names[-1]: libraries[names[-1]]})
         libraries[squad.name] = random_library(random, automata=2, depth=2, kit=kit, name=f"b{level}_")
         cuts = (
@@ -308,3 +311,49 @@ def test_side_by_side_is_as_alone(random: Random, robots: int) -> None:
         one.tick()
         two.tick()
         assert {key: column * 2 for key, column in alone.commanded[-1].items()} == twice.commanded[-1]
+
+
+class Led(Played):
+    """A body that goes on by itself, with the kernels of coordinators and robots."""
+
+    worlds = 1
+
+    def advance(self, plan: FusedPlan, ticks: int, threads: int | None) -> None:
+        """As a world does."""
+        assert plan.lead is not None
+        bands, leads = plan.lead
+        for _ in range(ticks):
+            percept, now = self.sense(plan.keys), float(self.time_s)
+            for column, key in enumerate(plan.keys):
+                bands[0][2][:, column] = percept[key]
+            _lead_kernels.lead_all(self.worlds, now, bands, leads)
+            columns = np.ascontiguousarray(bands[0][2].T)
+            _kernels.pulse_all(columns, now, bands[0][0], bands[0][1], plan.running, 0, self.agents)
+            commands = plan.commands[plan.running]
+            self.act({channel.name: commands[:, at] for at, channel in enumerate(self.channels)})
+
+
+@settings(max_examples=80, deadline=None)
+@given(CASES, st.integers(1, 6), st.integers(1, 3))
+def test_kernels_lead_as_coordinators_do(random: Random, robots: int, worlds: int) -> None:
+    body = played(random, agents=robots * worlds, ticks=20)
+    other = Led(body.percepts, body.ticks_s, body.time_s)
+    other.worlds = worlds
+    tree, libraries, top = random_tree(random, robots, angles=False)
+    name = list(libraries[top].taught)[-1]
+    bound = {each: random.choice(Played.targets) for each in libraries[top].parameters(name)}
+    teams = [
+        Team(each, tree, libraries, {top: (name, bound)}, worlds=worlds, makes=engined)
+        for each in (body, other)
+    ]
+    for ticks in (1, 4, 2, 9):
+        for _ in range(ticks):
+            teams[0].tick()
+        teams[1].run(ticks)
+        assert paths(teams[0]) == paths(teams[1])
+        assert body.commanded == other.commanded
+    for team in teams:  # and tick by tick from there
+        team.tick()
+    assert paths(teams[0]) == paths(teams[1])
+    kept = [repr(layer.body.kept()) for team in teams for layer in team.layers[1:]]  # type: ignore[attr-defined]
+    assert kept[: len(kept) // 2] == kept[len(kept) // 2 :]

@@ -50,7 +50,7 @@ def test_all_are_ordered_in_the_tick_of_a_sighting() -> None:
         states = [team.layer("patrol").runner.path(world)[0] for world in range(20)]
         assert {states[world] for world in np.flatnonzero(sees & (before == "out"))} <= {"attack"}
         for world in np.flatnonzero(np.array(states) == "attack").tolist():
-            assert {path[0] for path in team.paths[4 * world : 4 * world + 4]} == {"servo"}
+            assert {path[0] for path in team.paths[4 * world : 4 * world + 4]} == {"servo(intruder)"}
             attacked += 1
     assert attacked > 0
 
@@ -115,3 +115,18 @@ def test_a_team_side_by_side_is_as_alone() -> None:
     assert isinstance(ours, World)
     assert isinstance(theirs, World)
     assert ours.state.robots["x"][4:8].tolist() == theirs.state.robots["x"].tolist()
+
+
+def test_many_ticks_in_one_go_are_as_tick_by_tick() -> None:
+    """Also where a robot fails, and in whatever portions."""
+    slow, fast = (team_of(SCENARIO, range(6), known(), {"patrol": ("lead", {})}) for _ in range(2))
+    for portion in (1, 250, 3, 400):
+        for team in (slow, fast):
+            assert isinstance(team.ground, World)
+            team.ground.freeze(portion % 24)
+        for _ in range(portion):
+            slow.tick()
+        fast.run(portion)
+        assert slow.paths == fast.paths
+        assert slow.ground.snapshot() == fast.ground.snapshot()  # type: ignore[attr-defined]
+    assert repr(orders(slow).kept()) == repr(orders(fast).kept())

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias, runtime_checkable
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,6 +138,8 @@ class FusedPlan:
     keys: tuple[ReadingKey, ...]
     commands: NDArray[np.float64]
     running: NDArray[np.int32]
+    lead: tuple[Any, Any] | None = None
+    """Coordinators above the agents, as `_lead_kernels.py` sees them: bands and leads."""
 
 
 @runtime_checkable

@@ -16,7 +16,7 @@ from understudy.model.feature import Percept
 from understudy.model.kinds import Column
 from understudy.runtime.acting import Acting
 from understudy.runtime.asking import answers
-from understudy.runtime.body import Body, Fused, FusedPlan
+from understudy.runtime.body import ORDER, Body, Fused, FusedPlan
 from understudy.runtime.compiler import Place, compile_programs
 from understudy.runtime.interpreter import Level, elapsed
 from understudy.runtime.program import IDLING, Program
@@ -72,6 +72,15 @@ class Engine:
             raise _wrong("program", "is none that the engine knows", "make the engine with it")
         self.stacks.root[agents] = self._roots[id(program)]
         self.restart(agents)
+
+    def root_of(self, program: Program) -> int:
+        """What `Stacks.root` is for an agent that runs a program, one of those the engine was made with."""
+        return int(self._roots[id(program)])
+
+    @property
+    def orders(self) -> NDArray[np.int64]:
+        """The number of the order that each basic behavior gives [B]: of coordinators."""
+        return self._acting.table[:, self._acting.channels.index(ORDER)].astype(np.int64)
 
     def raised(self, flag: str) -> NDArray[np.bool_]:
         """Which agents have raised a flag [N]."""

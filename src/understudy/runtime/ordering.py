@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import floor
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,36 @@ class Ordering:
     def orders(self) -> list[Order | None]:
         """What each squad was ordered."""
         return [self._orders[number] for number in self.order.tolist()]
+
+    @property
+    def known(self) -> list[Order]:
+        """All orders that there are."""
+        return [order for order in self._orders if order is not None]
+
+    @property
+    def state(self) -> tuple[NDArray[Any], ...]:
+        """What stands now: order, issued [S], meant, heard, answering [M], to be changed in place."""
+        return self.order, self.issued, self.meant, self.heard, self.answering
+
+    def dealt(self) -> NDArray[np.int64]:
+        """Which duty each order has for members of each role [orders, roles], where none is shared out."""
+        found = np.zeros((len(self._orders), len(self.squad.roles)), np.int64)
+        for number, order in enumerate(self._orders):
+            for place, role in enumerate(self.squad.roles):
+                duties = () if order is None else order.duties
+                fit = next((duty for duty in duties if duty.role in (None, role.name)), None)
+                found[number, place] = 0 if fit is None else self._number(fit)
+        return found
+
+    def fitting(self) -> dict[int, set[int]]:
+        """The bands of members that may be ordered to do each duty."""
+        dealt = self.dealt()
+        found: dict[int, set[int]] = {0: set(range(len(self.bands)))}
+        for place in range(len(self.squad.roles)):
+            bands = set(np.unique(self.roster.band[self.roster.role == place]).tolist())
+            for duty in dealt[:, place].tolist():
+                found[duty] = found.get(duty, set()) | bands
+        return found
 
     def numbered(self, order: Order | None) -> int:
         """The number of an order; UnknownName where members do not know what it says."""

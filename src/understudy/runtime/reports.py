@@ -40,6 +40,11 @@ class Reports:
         self.roster, self.bands, self._radio, self._drops, self._tick_s = roster, bands, radio, drops, tick_s
         self._delayed: dict[ReadingKey | str, Delayed] = {}
 
+    @property
+    def perfect(self) -> bool:
+        """Whether all arrives at once."""
+        return self._radio is None
+
     def clear(self) -> None:
         """Nobody has reported anything yet."""
         self._delayed.clear()

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from understudy.model.binding import Binding
 from understudy.model.feature import Percept, ReadingKey
-from understudy.model.kinds import BOOLEAN, Column
+from understudy.model.kinds import BOOLEAN, Column, Kind
 from understudy.model.squad import Duty, Order, Squad, Statistic
 from understudy.runtime.bands import Band
 from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading
@@ -116,17 +116,31 @@ class Squads:
 
     def _sensed(self, key: ReadingKey, now: float) -> Column:
         statistic, target = self._statistics[key[0]], key[1]
-        kind = None if statistic.reading is None else self._kinds[statistic.reading]
+        kind = self.kind_of(statistic)
         values = self._reported(statistic, target, now)
         found = surveyed(statistic, values, self._counted & self._roles[statistic.role], self.roster, kind)
+        memory = self.memory(key)
+        return found if memory is None else memory.seen(found, now)
+
+    def statistic(self, name: str) -> Statistic:
+        """The statistic of this name."""
+        return self._statistics[name]
+
+    def kind_of(self, statistic: Statistic) -> Kind | None:
+        """The kind of what a statistic is of; None where that is no reading."""
+        return None if statistic.reading is None else self._kinds[statistic.reading]
+
+    def memory(self, key: ReadingKey) -> Memory | None:
+        """What is remembered of a reading; None where nothing has to be."""
+        statistic = self._statistics[key[0]]
         if not statistic.timed:
-            return found
+            return None
         if key not in self._memories:
             self._memories[key] = self._memory(statistic)
-        return self._memories[key].seen(found, now)
+        return self._memories[key]
 
     def _memory(self, statistic: Statistic) -> Memory:
-        kind = statistic.kind(None if statistic.reading is None else self._kinds[statistic.reading])
+        kind = statistic.kind(self.kind_of(statistic))
         return Memory(statistic, kind, self.agents, self.tick_s)
 
     def _reported(self, statistic: Statistic, target: str | None, now: float) -> Column:

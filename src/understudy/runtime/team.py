@@ -6,7 +6,7 @@ A tick is: all sense, bottom-up; all decide, top-down, and what a coordinator or
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TypeAlias
 
@@ -19,9 +19,11 @@ from understudy.model.feature import ReadingKey
 from understudy.model.library import Library
 from understudy.model.squad import Squad
 from understudy.runtime.bands import Band, Finds, Layer, Runner
-from understudy.runtime.body import Body
+from understudy.runtime.body import Body, Fused
+from understudy.runtime.engine import Engine
 from understudy.runtime.fitting import check_members, ordered
 from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.leading import Leading
 from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.radio import Radio, radio_keys
 from understudy.runtime.roster import Member, Roster
@@ -93,6 +95,8 @@ class Team:
         self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
         self.layers = self._built(roots, worlds, makes)
         self._keys = self._needed()
+        fused = isinstance(ground, Fused) and Leading.possible(self.layers)
+        self._leading = Leading(self.layers, self._keys, worlds) if fused else None
 
     def _closure(self, names: set[str]) -> set[str]:
         """These sorts of agents, and those that are members of theirs."""
@@ -180,9 +184,16 @@ class Team:
             layer.body.act(layer.runner.decide(layer.percept))
 
     def run(self, ticks: int) -> None:
-        """So many ticks."""
-        for _ in range(ticks):
-            self.tick()
+        """So many ticks: in one go where the robots' body can and all is data, else one by one."""
+        robots, ground = self.layers[0].runner, self.ground
+        if self._leading is None or not isinstance(ground, Fused) or not isinstance(robots, Engine):
+            for _ in range(ticks):
+                self.tick()
+            return
+        plan, lead = robots.plan(), self._leading.lead()
+        if plan is not None:
+            ground.advance(replace(plan, keys=lead.keys, lead=(lead.bands, lead.leads)), ticks, None)
+            self._leading.keep()
 
     def clear(self) -> None:
         """Begin anew: nobody has orders, nothing is remembered; who is not ordered about begins its program."""

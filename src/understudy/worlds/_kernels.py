@@ -6,6 +6,7 @@ from numba import njit
 
 from understudy.compiling import kernel_sources
 from understudy.runtime._kernels import pulse
+from understudy.runtime._lead_kernels import lead_world
 from understudy.worlds._barrier_kernels import BLOCK, claim, each, wait
 from understudy.worlds._grid_kernels import count, find_cell, put_spot
 from understudy.worlds._motion_kernels import arrive, propose, slide
@@ -85,22 +86,45 @@ def settle(crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any) -
         judge(c, world)
 
 
+@njit(error_model="numpy")
+def follow(
+    c: Any, world: int, now: float, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, led: Any,
+    camera: Any, ranging: Any, cargo: Any,
+) -> None:  # fmt: skip
+    """Robots sense, their coordinators decide, and then they do."""
+    bands, leads = led
+    sensed, there = bands[0][2], bands[0][3]
+    first, end = world * c.count, (world + 1) * c.count
+    for low in range(first, end, BLOCK):
+        high = min(end, low + BLOCK)
+        sense(c, low, high, world, True, camera, ranging)
+        for row in range(low, high):
+            there[row] = not robot_at(c, row).frozen
+            for column in range(sensed.shape[1]):
+                sensed[row, column] = values[row - low, column]
+    lead_world(world, now, bands, leads)
+    for row in range(first, end):
+        running[row] = pulse(row, sensed[row], now, tables, stacks)
+        intend(c, row, world, commands, running[row], cargo)
+
+
 def _keyed(sources: str) -> Any:
     """The kernel, kept by Numba for as long as no file of kernels changes (see `kernel_sources`)."""
 
     @bare  # type: ignore[untyped-decorator]
     def advance(
         contexts: Any, mode: int, first: int, end: int, part: int, parts: int, barrier: Any, ticks: int,
-        until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any,
+        until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any, led: Any,
         camera: Any, ranging: Any, boxes: Any, cargo: Any, living: Any,
     ) -> None:  # fmt: skip
         """So many ticks of the worlds from `first` up to `end`.
 
         SENSE only senses, to `out` [N, F]. OBEY does one tick with `commands` [N, 4]. RUN senses, decides with
         `tables` and `stacks`, and does a row of `commands` [B, 4], which `running` [N] says; `values` are the
-        context's `rows`. Of each world this part of `parts` threads does its share. A world ends early
-        once finished where `until_finished`. What a scenario does without is None - cameras, sonars and bumpers,
-        boxes, cargo, objects that come, go or walk - and the kernel is compiled without it.
+        context's `rows`. Of each world this part of `parts` threads does its share; where coordinators lead (`led`:
+        bands and leads of `_lead_kernels`), one does it all. A world ends early once finished where `until_finished`.
+        What a scenario does without is None - cameras, sonars and bumpers, boxes, cargo, objects that come, go or
+        walk - and the kernel is compiled without it.
         """
         sources  # noqa: B018 - Numba keys its cache with what is closed over
         c = contexts[0]
@@ -118,7 +142,11 @@ def _keyed(sources: str) -> Any:
                 now = at(c.tick, world, WHOLE).v * c.tick_s
                 if c.lines_up:
                     line_up(c, world)
-                block = claim(crew, blocks, -1)
+                if led is not None:
+                    follow(
+                        c, world, now, values, tables, stacks, commands, running, led, camera, ranging, cargo
+                    )
+                block = claim(crew, blocks, -1) if led is None else -1
                 while block >= 0:
                     low, high = start + block * BLOCK, start + min(c.count, (block + 1) * BLOCK)
                     sense(c, low, high, world, mode != SENSE, camera, ranging)

@@ -50,6 +50,8 @@ def advance(
     if threads is None:
         threads = 1 if rows < ALONE else os.cpu_count() or 1
     threads = min(threads, max(worlds, rows // 64), MOST_THREADS)
+    if fused.lead is not None:
+        threads = min(threads, worlds)  # each world's coordinators look at all of its robots
     if worlds >= threads:
         _side_by_side(stage, sensing, fused, ticks, threads, until_finished=until_finished)
     else:
@@ -85,7 +87,7 @@ def _side_by_side(
     """Every thread has worlds of its own, and none waits for another."""
     state, rules = stage.state, stage.rules
     worlds = len(state.seeds)
-    if worlds == 1 and rules.robots >= SORTED:
+    if worlds == 1 and rules.robots >= SORTED and fused.lead is None:
         _together(stage, sensing, fused, ticks, 1, 0, until_finished=until_finished)
         return
     contexts = [Context(stage, sensing, shared(stage, grid_for(rules))) for _ in range(threads)]
@@ -97,7 +99,7 @@ def _side_by_side(
                 first, end = worlds * part // threads, worlds * (part + 1) // threads
                 run(
                     contexts[part], fused.tables, fused.stacks, commands, fused.running, first=first, end=end,
-                    ticks=chunk, until_finished=until_finished,
+                    ticks=chunk, until_finished=until_finished, led=fused.lead,
                 )  # fmt: skip
 
             _run(pool, threads, work)
@@ -208,12 +210,12 @@ NOTHING = (np.zeros((0, 4)), np.zeros(0, np.int32), np.zeros((0, 0)))
 
 def run(
     context: Context, tables: Tables, stacks: Stacks, commands: NDArray[np.float64], running: NDArray[np.int32], *,
-    first: int, end: int, ticks: int, part: int = 0, parts: int = 1, until_finished: bool = False,
+    first: int, end: int, ticks: int, part: int = 0, parts: int = 1, until_finished: bool = False, led: Any = None,
 ) -> None:  # fmt: skip
     """Sense, decide and act in the worlds from `first` up to `end`."""
     _kernels.advance(
         context.record, _kernels.RUN, first, end, part, parts, context.room.barrier, ticks, until_finished,
-        context.rows, tuple(tables), tuple(stacks), commands, running, NOTHING[2], *context.has,
+        context.rows, tuple(tables), tuple(stacks), commands, running, NOTHING[2], led, *context.has,
     )  # fmt: skip
 
 
@@ -221,7 +223,7 @@ def sense(context: Context, worlds: int, out: NDArray[np.float64]) -> None:
     """The readings [B*N, F] of all robots, to `out`."""
     _kernels.advance(
         context.record, _kernels.SENSE, 0, worlds, 0, 1, context.room.barrier, 1, False,
-        context.rows, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out, *context.has,
+        context.rows, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out, None, *context.has,
     )  # fmt: skip
 
 
@@ -229,7 +231,7 @@ def obey(context: Context, worlds: int, commands: NDArray[np.float64]) -> None:
     """One tick with commands [B*N, 4]."""
     _kernels.advance(
         context.record, _kernels.OBEY, 0, worlds, 0, 1, context.room.barrier, 1, False,
-        context.rows, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2], *context.has,
+        context.rows, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2], None, *context.has,
     )  # fmt: skip
 
 
