@@ -72,7 +72,7 @@ def goals(findings: Findings) -> Table:
 def as_markdown(table: Table) -> Iterator[str]:
     """A table in Markdown."""
     names = [name.lstrip("#~") for name in table.columns]
-    yield f"{table.title}:\n" if table.title else ""
+    yield from wrapped(f"{table.title}:" if table.title else "")
     yield f"| {' | '.join(names)} |"
     yield f"|{'|'.join('---:' if name.startswith('#') else '---' for name in table.columns)}|"
     yield from (f"| {' | '.join(row)} |" for row in table.rows)

@@ -6,7 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.runtime.automata import automaton
 
+from understudy.experiments.lessons import lessons_of
+from understudy.experiments.patrol.flattened import flattened, states_of
 from understudy.experiments.patrol.judging import (
     captures,
     cycles,
@@ -15,9 +18,11 @@ from understudy.experiments.patrol.judging import (
     joined_at_once,
     residual_s,
 )
+from understudy.experiments.patrol.measuring import DEFER
 from understudy.experiments.patrol.practice import coordinated, practices, squad_practices, squads_library
 from understudy.experiments.patrol.teaching import teach
 from understudy.experiments.patrol.watching import ATTACK, DISPERSE, HOME, RUN_AWAY, Thing, Tracks, watch
+from understudy.experiments.published import published
 from understudy.model.library import Library
 from understudy.worlds.kits import kit_of
 from understudy.worlds.world import World
@@ -114,13 +119,29 @@ def test_the_coordinator_knows_what_its_robots_know() -> None:
     assert "forwards" in library.kit.behaviors
 
 
-def test_a_taught_team_patrols_and_defers() -> None:
-    taught = teach(210)
+def test_a_teaching_goes_as_published_and_its_team_patrols() -> None:
+    known = published("patrol")
+    assert known is not None
+    taught = teach(known.rows[0]["task"]["seed"])
+    lessons = [*lessons_of(taught.robots), *lessons_of(taught.coordinators)]
+    assert lessons == known.rows[0]["lessons"]
     robots, coordinators = taught.robots.library, taught.coordinators.library
-    assert taught.robots.examples + taught.coordinators.examples <= 250
+    assert list(flattened(robots, coordinators, DEFER)) == [
+        known.rows[0][f"states_of_{who}"] for who in ("one", "all")
+    ]
     seen = watch(coordinated(robots, coordinators, range(4), "collective_patrol"), 3000)
     found = list(cycles(seen))
     assert len(found) > 10
     assert sum(cycle.complete for cycle in found) >= 0.8 * len(found)
     sighted, joined = joined_at_once(seen)
     assert joined == sighted > 0
+
+
+def test_how_large_a_patrol_would_be_in_one_piece() -> None:
+    """Two states that each run one of two are four; four robots who act side by side are in any of four times four."""
+    nothing = Library(kit_of(practices()["alone"]))
+    robots = Library.of(nothing.kit, automaton("wander", ["forwards", "left"], library=nothing))
+    squads = squads_library(robots)
+    coordinators = Library.of(squads.kit, automaton("both", ["wander", "stop"], library=squads))
+    assert states_of(robots, "wander") == 2
+    assert flattened(robots, coordinators, "both") == (2 + 1, 2**4 + 1)
