@@ -13,25 +13,29 @@ from understudy.experiments.lessons import lessons_of
 from understudy.experiments.patrol import paper
 from understudy.experiments.patrol.measuring import WORLDS, measured, worlds_of
 from understudy.experiments.patrol.teaching import teach
+from understudy.experiments.patrol.undivided import SECONDS, lone, teach_undivided
 from understudy.experiments.statistics import told
+from understudy.training.demonstrators import patrol
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TEACHINGS = range(58_000, 58_010)
 """The teaching seeds of the published result: nobody had looked at any of them before."""
-OWN, PAPERS = "own features", "the paper's features"
+OWN, PAPERS, UNDIVIDED = "own features", "the paper's features", "one piece"
 GOOD = 0.95
 
 
 def tasks(plan: Plan) -> list[Task]:
-    """Each teaching, with our features and with those of the paper; the quick version leaves these out."""
-    ways = (OWN,) if plan.quick else (OWN, PAPERS)
+    """Each teaching, with our features, with those of the paper, and in one piece; the quick version is the first."""
+    ways = (OWN,) if plan.quick else (OWN, PAPERS, UNDIVIDED)
     return [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
     """One teaching, judged on its own unseen worlds."""
+    if task["features"] == UNDIVIDED:
+        return _in_one_piece(task["seed"])
     topics = (paper.ROBOTS, paper.SQUADS) if task["features"] == PAPERS else ()
     taught = teach(task["seed"], *topics)
     return {
@@ -40,8 +44,24 @@ def work(task: Task) -> Row:
     }
 
 
+def _in_one_piece(seed: int) -> dict[str, Any]:
+    """One robot's Patrol in one piece and in layers, in the same worlds."""
+    whole, robots = teach_undivided(seed), teach(seed, ALONE, ()).robots
+    return {
+        "whole": lone(whole.library, worlds_of(seed)),
+        "layers": lone(robots.library, worlds_of(seed)),
+        "lessons": lessons_of(whole),
+        "lessons_in_layers": lessons_of(robots),
+    }
+
+
+ALONE = tuple(topic for topic in patrol.TOPICS if topic not in (patrol.SCATTER, patrol.RUN_AWAY))
+
+
 def conclude(rows: Sequence[Row]) -> Findings:
     """What holds over all teachings."""
+    whole = [row for row in rows if row["task"]["features"] == UNDIVIDED]
+    rows = [row for row in rows if row["task"]["features"] != UNDIVIDED]
     ways = {
         way: [row for row in rows if row["task"]["features"] == way]
         for way in dict.fromkeys(row["task"]["features"] for row in rows)
@@ -77,6 +97,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 ("automaton", "#examples", "#seconds", "#states", "#features"),
                 _lessons(own),
             ),
+            *([_undivided(whole)] if whole else []),
         ),
         goals=_goals(own),
         notes=_notes(own),
@@ -144,6 +165,34 @@ def _lessons(rows: Sequence[Row]) -> list[tuple[str, ...]]:
         for key in ("examples", "seconds")
     ]
     return [*made, ("all", *whole, "", "")]
+
+
+def _undivided(rows: Sequence[Row]) -> Table:
+    hours = WORLDS / 6.0
+    cells: list[tuple[str, list[list[float]]]] = [
+        (
+            "captures followed by coming home, an hour",
+            [
+                [row[way]["cycles"] * (row[way]["complete"] or 0.0) / hours for row in rows]
+                for way in ("whole", "layers")
+            ],
+        ),
+        (
+            "captures an hour",
+            [[row[way]["captures_per_hour"] for row in rows] for way in ("whole", "layers")],
+        ),
+        ("examples", [[sum(each["examples"] for each in row[of]) for row in rows] for of in LESSONS]),
+        ("teaching time, s", [[sum(each["seconds"] for each in row[of]) for row in rows] for of in LESSONS]),
+    ]
+    return Table(
+        f"One robot by itself and no boss, Patrol taught in one automaton of eleven states for {SECONDS:.0f} s, and in "
+        f"layers, in the same {WORLDS} worlds",
+        ("", "#one piece", "#layers"),
+        [(said, *(told(values, 0) for values in both)) for said, both in cells],
+    )
+
+
+LESSONS = ("lessons", "lessons_in_layers")
 
 
 def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:

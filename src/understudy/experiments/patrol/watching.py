@@ -132,9 +132,9 @@ class _Told:
 
     def __init__(self, team: Team) -> None:
         self._team = team
-        names = {"disperse": DISPERSE, "attack": ATTACK, "home": HOME}
-        places = _engine(team).compiled.places
-        self._of_states = np.array([names.get(place.state, OTHER) for place in places], np.int8)
+        names = {"disperse": DISPERSE, "wander": DISPERSE, "attack": ATTACK, "hunt": ATTACK, "home": HOME}
+        tasks = [place.state.partition("_")[0] for place in _engine(team).compiled.places]
+        self._of_states = np.array([names.get(task, OTHER) for task in tasks], np.int8)
 
     def now(self) -> NDArray[np.int8]:
         """Of all robots [W, N]."""
