@@ -1,6 +1,6 @@
 """How fast the patrol world of the paper runs (section 6): four robots with cameras and sonar, and an intruder.
 
-Robots disperse, attack an intruder that they see, and go home once they have it; each by itself, without a
+Robots disperse, attack an intruder that they see, and go home once they have it: each by itself, or ordered about by a
 coordinator. The automata are written by hand, in the shape of figure 5: patrol > wander | servo.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from understudy.bench.asking import Question, automaton, below, raised, seen
+from understudy.bench.asking import Ask, Question, automaton, below, raised, seen
 from understudy.bench.measuring import Case, Goal, Row, measure, result, speed
 from understudy.bench.ours import Ours
 from understudy.model.automaton import Automaton
@@ -19,11 +19,12 @@ from understudy.model.library import Library
 from understudy.worlds.kits import kit_of
 from understudy.worlds.scenario import Scenario
 from understudy.worlds.scenario_files import load_scenario
+from understudy.worlds.teams import Libraries, libraries_of, team_of
 
 BASICS = ("forwards", "left", "right")
 SECTORS = ("front_left", "front_right", "rear")
 ROBOTS, WORLDS, TICKS, ROUNDS = 4, 1_000, 500, 7
-ONE, MANY = "patrol, one world", "patrol, 1000 worlds"
+ONE, MANY, LED = "patrol, one world", "patrol, 1000 worlds", "patrol, one world with a coordinator"
 
 
 def scenario() -> Scenario:
@@ -81,17 +82,63 @@ def _patrol(readings: Mapping[str, BoundFeature]) -> Automaton:
     )
 
 
+def lead() -> Automaton:
+    """Out; where somebody sees an intruder, all at it; where somebody is there, all home; where all are, out again."""
+    features = libraries_of(scenario(), library())["patrol"].kit.features
+    readings = {
+        "sees": BoundFeature(features["someone_sees"], Binding(A="intruder")),
+        "someone_there": BoundFeature(features["someone_done"]),
+        "all_there": BoundFeature(features["all_done"]),
+    }
+    return automaton(
+        "lead",
+        {
+            "start": "out",
+            "out": Ask("sees", "attack", "out"),
+            "attack": raised("someone_there", "home", "attack"),
+            "home": raised("all_there", "out", "home"),
+        },
+        readings=readings,
+        runs={"out": "wander", "attack": "servo", "home": "servo"},
+        bindings={"attack": Binding(A="intruder"), "home": Binding(A="home")},
+    )
+
+
+def known() -> Libraries:
+    """What robots and coordinator know."""
+    return libraries_of(scenario(), library(), lambda name, kit: Library.of(kit, lead()))
+
+
+class Led:
+    """One world whose robots a coordinator orders about."""
+
+    robots = ROBOTS
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start."""
+        self.team = team_of(scenario(), [0], known(), {"patrol": ("lead", {})})
+
+    def run(self, ticks: int) -> None:
+        """Run for so many ticks."""
+        self.team.run(ticks)
+
+
 def cases() -> list[Case]:
     """One world on one thread, and many on two."""
     made = scenario(), library(), "patrol"
     return [
         Case(ONE, partial(Ours, *made), 1, 10 * TICKS),
+        Case(LED, Led, 1, 10 * TICKS),
         Case(MANY, partial(Ours, *made, worlds=WORLDS, threads=2), 2, TICKS),
     ]
 
 
 GOALS = (
     Goal("one world: ticks/s", lambda rows: speed(rows, ONE, ROBOTS) / ROBOTS, least=20_000),
+    Goal("with a coordinator: ticks/s", lambda rows: speed(rows, LED, ROBOTS) / ROBOTS, least=15_000),
     Goal("side by side: robot-ticks/s", lambda rows: speed(rows, MANY, ROBOTS * WORLDS), least=2e6),
 )
 
