@@ -222,7 +222,7 @@ def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
 def _check_goal(checker: Checker, goal: Goal) -> None:
     scenario = checker.scenario
     if [goal.delivered, goal.gathered > 0, goal.target is not None].count(True) != 1:
-        remedy = "give one of delivered = true, how many boxes are to be gathered, or a target"
+        remedy = "give either delivered = true, or how many boxes are to be gathered, or a target"
         checker.wrong("goal", "is to deliver, to gather and to reach, or none of it", remedy)
     if goal.target is not None:
         checker.known("goal.target", goal.target, names_of(scenario).classes, what="class of objects")
