@@ -203,7 +203,10 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "robot": ("", "the nearest other robot that is a `teammate`, an `opponent` or `any`"),
             "color": ("", "whatever has this color, for cameras"),
             "signal": ("", "the nearest other robot that raises this signal"),
-            "unclaimed": ("", "beside `nearest`: passes over what another robot claims by raising this signal"),
+            "unclaimed": (
+                "",
+                "beside `nearest`: passes over what another robot claims by raising this signal",
+            ),
             "within": ("m", "so near to a thing, or nearer, a robot claims it"),
             "doc": ("", "what it is, in a sentence"),
         },

@@ -146,6 +146,7 @@ def with_boxes(random: Random, scenario: Scenario) -> Scenario:
     return replace(
         scenario, size=(width, height), walls=walls, objects=(*scenario.objects, *boxes, goal),
         types=types, robots=(*robots, near), targets={**scenario.targets, **targets}, goal=gathering,
+        spare_objects=random.choice((0, 2, 100)),
     )  # fmt: skip
 
 

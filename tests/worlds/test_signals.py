@@ -153,21 +153,38 @@ def test_claimed_things_are_passed_over() -> None:
     assert read(world, "range", "free box") == [3.0, 0.5]
 
 
+@pytest.mark.parametrize("spare", [0, 16, 100])
+def test_of_things_equally_near_the_first_counts(spare: int) -> None:
+    """Four boxes around a robot, in any order of their places: few are compared, and many are sorted."""
+    around = ((6.0, 4.0), (5.0, 5.0), (5.0, 3.0), (4.0, 4.0))
+    for first in range(4):
+        boxes = Objects(name="box", at=(*around[first:], *around[:first]))
+        robots = (Robots(type="red", at=((5.0, 4.0, 0.0),)),)
+        scenario = Scenario(
+            size=(10.0, 8.0), types={"red": RED}, robots=robots, objects=(boxes,), spare_objects=spare,
+            targets={"box": TargetOf(nearest="box"), "free": TARGETS["free box"]},
+        )  # fmt: skip
+        world = made(scenario, (0,))
+        ahead = np.arctan2(around[first][1] - 4.0, around[first][0] - 5.0) % (2 * np.pi)
+        assert read(world, "bearing", "box") == read(world, "bearing", "free") == [ahead]
+
+
+@pytest.mark.parametrize("boxes", [30, 150])
 @pytest.mark.parametrize(("callers", "few"), [(1, 1), (9, 1), (150, 1), (150, 10_000), (9, 10_000)])
 def test_many_robots_find_what_comparing_all_finds(
-    callers: int, few: int, monkeypatch: pytest.MonkeyPatch
+    callers: int, few: int, boxes: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Few callers are listed and many looked for in the grid; both are as plain NumPy has it."""
+    """Few callers are listed and many looked for in the grid, many boxes are sorted: all as plain NumPy has it."""
     monkeypatch.setattr(grids, "FEW", few)
     robots = (Robots(type="red", count=100), Robots(type="blue", count=100))
-    boxes = Objects(name="box", count=30)
+    objects = (Objects(name="box", count=boxes),)
     world = made(
         Scenario(
             size=(30.0, 20.0),
             types={"red": RED, "blue": BLUE},
             robots=robots,
             targets=TARGETS,
-            objects=(boxes,),
+            objects=objects,
         ),
         (7,),
     )
@@ -195,6 +212,7 @@ def test_many_robots_find_what_comparing_all_finds(
     found = world.sense([("range", "free box")])["range", "free box"]
     assert np.where(np.isnan(found), np.inf, found) == pytest.approx(expected)
     nearest = off.argmin(axis=1)
+    assert world.sense([("range", "box")])["range", "box"] == pytest.approx(off.min(axis=1))
     claimed = world.sense([("claimed", "box")])["claimed", "box"]
     assert (claimed == others[np.arange(200), nearest]).all()
     if callers == 150:

@@ -10,8 +10,8 @@ from typing import Any
 from numba import njit
 
 from understudy.worlds._grid_kernels import SIGNALED, big_cells, nearest_robot, spots_of_line, wanted
-from understudy.worlds._pointer_kernels import at, class_at, robot_at, work_at
-from understudy.worlds.records import NUMBER, SPOT, WHOLE
+from understudy.worlds._pointer_kernels import at, robot_at, work_at
+from understudy.worlds.records import SPOT, WHOLE
 
 SPOT_SIZE = SPOT.itemsize
 FEW = 32  # callers up to which it is quicker to go through all than to look around a thing
@@ -87,31 +87,3 @@ def is_claimed(c: Any, row: int, world: int, x: float, y: float, signal: int, wi
             if near and robot_at(c, spot.row).signal == signal:
                 return True
     return False
-
-
-@njit(error_model="numpy")
-def nearest_unclaimed(c: Any, row: int, world: int, step: Any) -> Any:
-    """Slot and squared distance of the nearest object that nobody else claims, of the places that were lined up."""
-    robot, kind = robot_at(c, row), class_at(c, step.index)
-    best, best_squared = -1, math.inf
-    for slot in range(kind.first, kind.end):
-        x, y = at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v
-        dx, dy = x - robot.x, y - robot.y
-        squared = dx * dx + dy * dy
-        if squared < best_squared and not is_claimed(c, row, world, x, y, step.signal, step.within):
-            best, best_squared = slot, squared
-    return best, best_squared
-
-
-@njit(error_model="numpy")
-def seek(c: Any, row: int, world: int, step: Any, unclaimed: Any) -> Any:
-    """Where a robot that calls is, or an object that nobody else claims: x, y, squared distance; NaN where none is."""
-    if unclaimed:
-        slot, squared = nearest_unclaimed(c, row, world, step)
-        if slot >= 0:
-            return at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v, squared
-    else:
-        other, squared = nearest_caller(c, row, world, step.index, step.signal, step.range)
-        if other >= 0:
-            return robot_at(c, other).x, robot_at(c, other).y, squared
-    return math.nan, math.nan, math.inf

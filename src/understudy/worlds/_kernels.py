@@ -10,9 +10,10 @@ from understudy.worlds._barrier_kernels import BLOCK, claim, each, wait
 from understudy.worlds._call_kernels import call, line_up_callers, mean_to_call
 from understudy.worlds._grid_kernels import count, find_cell, put_spot
 from understudy.worlds._motion_kernels import arrive, propose, slide
+from understudy.worlds._nearest_kernels import line_up
 from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at, work_at
 from understudy.worlds._pull_kernels import bring, grip, haul, keep_together, pull
-from understudy.worlds._sense_kernels import line_up, sense
+from understudy.worlds._sense_kernels import sense
 from understudy.worlds._step_kernels import (
     judge,
     limit,

@@ -10,8 +10,8 @@ from typing import Any
 from numba import njit
 
 from understudy.worlds._motion_kernels import STUCK, limited_by_fixed
+from understudy.worlds._nearest_kernels import nearest_object
 from understudy.worlds._pointer_kernels import at, class_at, move_at, object_at, pull_at, robot_at, type_at
-from understudy.worlds._sense_kernels import nearest_object
 from understudy.worlds.records import WHOLE
 
 FINE = 2.0**40  # as of boxes that are pushed

@@ -6,10 +6,11 @@ from typing import Any
 from numba import njit
 
 from understudy.worlds._angle_kernels import angle_of, wrapped
-from understudy.worlds._call_kernels import is_claimed, seek
+from understudy.worlds._call_kernels import is_claimed, nearest_caller
 from understudy.worlds._draw_kernels import normal, uniform
 from understudy.worlds._grid_kernels import ANYONE, nearest_robot
 from understudy.worlds._look_kernels import look, scan
+from understudy.worlds._nearest_kernels import nearest_lined_up, nearest_object, nearest_unclaimed
 from understudy.worlds._pointer_kernels import at, class_at, index_at, move_at, object_at, robot_at, type_at
 from understudy.worlds.records import NUMBER, OFFSET, PART, STEP, TOUCH, WHOLE
 
@@ -21,20 +22,6 @@ from understudy.worlds.records import NUMBER, OFFSET, PART, STEP, TOUCH, WHOLE
 
 NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams within a part's eight
 GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high
-
-
-@njit(error_model="numpy", forceinline=True)
-def nearest_object(c: Any, world: int, x: float, y: float, index: int) -> Any:
-    """Slot and squared distance of the nearest object of a class (food: with food left); -1 where none is."""
-    kind = class_at(c, index)
-    best, best_squared = -1, math.inf
-    for slot in range(kind.first, kind.end):
-        thing = object_at(c, world, slot)
-        dx, dy = thing.x - x, thing.y - y
-        squared = dx * dx + dy * dy
-        if squared < best_squared and thing.present and (thing.amount > 0 or not kind.food):
-            best, best_squared = slot, squared
-    return best, best_squared
 
 
 @njit(error_model="numpy")
@@ -101,28 +88,17 @@ def own(c: Any, robot: Any, world: int, step: Any) -> Any:
 
 
 @njit(error_model="numpy")
-def line_up(c: Any, world: int) -> None:
-    """Put the places of a world's objects side by side, for `nearest_lined_up`: infinitely far what is not there."""
-    for index in range(c.class_count):
-        kind = class_at(c, index)
-        for slot in range(kind.first, kind.end):
-            thing = object_at(c, world, slot)
-            there = thing.present and (thing.amount > 0 or not kind.food)
-            at(c.object_x, slot, NUMBER).v = thing.x if there else math.inf
-            at(c.object_y, slot, NUMBER).v = thing.y
-
-
-@njit(error_model="numpy", forceinline=True)
-def nearest_lined_up(c: Any, x: float, y: float, index: int) -> Any:
-    """What `nearest_object` finds, of the places that were lined up in this tick."""
-    kind = class_at(c, index)
-    best, best_squared = -1, math.inf
-    for slot in range(kind.first, kind.end):
-        dx, dy = at(c.object_x, slot, NUMBER).v - x, at(c.object_y, slot, NUMBER).v - y
-        squared = dx * dx + dy * dy
-        if squared < best_squared:
-            best, best_squared = slot, squared
-    return best, best_squared
+def _seek(c: Any, row: int, world: int, step: Any) -> Any:
+    """Where an object is that nobody else claims, or a robot that calls: x, y, squared distance; NaN where none is."""
+    if step.place == TO_UNCLAIMED:
+        slot, squared = nearest_unclaimed(c, row, world, step)
+        if slot >= 0:
+            return at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v, squared
+    else:
+        other, squared = nearest_caller(c, row, world, step.index, step.signal, step.range)
+        if other >= 0:
+            return robot_at(c, other).x, robot_at(c, other).y, squared
+    return math.nan, math.nan, math.inf
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -140,7 +116,7 @@ def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -
         if step.index == ANYONE:
             move_at(c, world, row).alone = min(squared, step.range * step.range)
     elif step.place == TO_CLASS:
-        slot, squared = nearest_lined_up(c, robot.x, robot.y, step.index)
+        slot, squared = nearest_lined_up(c, row, world, step)
         if slot >= 0:
             x, y = at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v
     elif step.place == TO_OBJECT:
@@ -150,7 +126,7 @@ def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -
             squared = (x - robot.x) * (x - robot.x) + (y - robot.y) * (y - robot.y)
     if calling is not None:  # noqa: SIM102 - apart, so that Numba leaves out what follows from None
         if step.place > TO_ROBOT:
-            x, y, squared = seek(c, row, world, step, step.place == TO_UNCLAIMED)
+            x, y, squared = _seek(c, row, world, step)
     offset.x = x - robot.x if squared <= step.range * step.range else math.nan
     offset.y = y - robot.y
 

@@ -82,6 +82,7 @@ class Context:
             "offsets": np.zeros(BLOCK, OFFSET),
             "object_x": np.zeros(objects),
             "object_y": np.zeros(objects),
+            "object_order": np.arange(objects),
             "callers": np.zeros(rules.signals * rules.robots, SPOT),
             "caller_counts": np.zeros(rules.signals, np.int64),
             "a": _apart(plan.most_parts),

@@ -272,6 +272,7 @@ CONTEXT = np.dtype(
         ("offsets", "i8"),
         ("object_x", "i8"),
         ("object_y", "i8"),
+        ("object_order", "i8"),
         ("callers", "i8"),
         ("caller_counts", "i8"),
         ("a", "i8"),
