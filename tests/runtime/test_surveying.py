@@ -18,7 +18,7 @@ from understudy.runtime.surveying import Memory, surveyed
 
 FIVE = Roster.of([[Member(0, 0, 0), Member(0, 1, 1), Member(0, 2, 0)], [Member(0, 3, 0), Member(0, 4, 1)]])
 """Rows 0, 1, 2 are the first squad, rows 3, 4 the second."""
-ALL = (True,) * 7
+ALL = (True,) * 5
 LINE, ANGLE, DEGREE = Continuous(), Toroidal(), tau / 360
 MEASURING = get_args(Measuring)
 Values = Sequence[float]

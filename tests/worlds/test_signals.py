@@ -9,6 +9,7 @@ import pytest
 from tests.worlds.random_scenarios import made
 
 from understudy.worlds import grids
+from understudy.worlds.finding import place_of
 from understudy.worlds.scenario import Claimed, Locator, Objects, Robots, RobotType, Scenario, TargetOf
 from understudy.worlds.world import World
 
@@ -101,6 +102,10 @@ def test_the_nearest_other_that_calls(
     world = line()
     signal(world, *raised)
     assert read(world, "range", target) == far
+    for agent, meters in enumerate(far):
+        place = place_of(world, target, agent)
+        assert (place is None) == (meters is None)
+        assert meters is None or abs(place[0] - 1.0 - agent) == pytest.approx(meters)  # type: ignore[index]
 
 
 def test_who_fails_is_silent() -> None:
@@ -149,6 +154,8 @@ def test_claimed_things_are_passed_over() -> None:
     assert read(world, "range", "box") == [3.0, 0.5]
     assert read(world, "range", "free box") == [np.hypot(6.0, 3.0), 0.5]
     assert read(world, "range", "free box far") == [None, 0.5]
+    assert [place_of(world, "free box", agent) for agent in (0, 1)] == [(8.0, 5.0), (2.0, 5.0)]
+    assert place_of(world, "free box far") is None
     signal(world, 0, 0)
     assert read(world, "range", "free box") == [3.0, 0.5]
 
