@@ -104,13 +104,22 @@ def test_it_goes_as_the_mean_of_those_who_hold_it(
     assert box(world) == pytest.approx((5.0 + way[0], 4.0 + way[1]), abs=1e-12)
 
 
-def test_it_goes_no_faster_than_the_slowest() -> None:
-    slow = RobotType(radius=0.2, speed=0.1, reach=0.6)
+@pytest.mark.parametrize("speed", [0.1, 0.4])
+def test_it_goes_no_faster_than_the_slowest(speed: float) -> None:
+    slow = RobotType(radius=0.2, speed=speed, reach=0.6)
     robots = (Robots(type="rover", at=((4.5, 4.0, 90.0),)), Robots(type="slow", at=((5.5, 4.0, 90.0),)))
     world = arena(pull=Pull(robots=2), types={"rover": ROVER, "slow": slow}, robots=robots)
     act(world, load=1.0)
     act(world, 10, drive=1.0)
-    assert box(world) == pytest.approx((5.0, 4.1))
+    assert box(world) == pytest.approx((5.0, 4.0 + speed))
+
+
+def test_who_touches_another_that_holds_the_same_box_is_not_in_its_way() -> None:
+    world = arena((5.0, 3.8, 90.0), (5.0, 4.2, 90.0), pull=Pull(robots=2))
+    act(world, load=1.0)
+    act(world, 10, drive=1.0)
+    assert box(world) == pytest.approx((5.0, 4.0 + 10 * STEP))
+    assert world.state.robots["y"].tolist() == pytest.approx([3.8 + 10 * STEP, 4.2 + 10 * STEP])
 
 
 def test_who_holds_a_box_turns_freely() -> None:
