@@ -49,6 +49,11 @@ def _timed(seconds: float, yes: Question, no: Question) -> Ask:
     return below("time", seconds, no, yes)
 
 
+def _vain(seconds: float, unheard: str, other: str, here: str) -> Ask:
+    """Go on until nobody has called for a while, or in vain for so long."""
+    return _timed(seconds, other, _timed(4.0, raised(unheard, other, here), here))
+
+
 def _readings(kit: Kit, targets: tuple[str, ...] = ()) -> Mapping[str, BoundFeature]:
     found = {name: BoundFeature(each) for name, each in kit.features.items() if not each.parameters}
     for name, each in kit.features.items():
@@ -121,12 +126,13 @@ def _search(kit: Kit) -> Automaton:
     look = seen(
         "distance_to free_container", "container", seen("distance_to free_crate", "crate", "wander")
     )
-    begin = raised("holding", "drop", look)
+    begin = raised("enough", "haul", raised("holding", "drop", look))
     return _automaton(
         kit,
         "search",
         {
             "start": begin,
+            "haul": raised("done", "wander", "haul"),
             "drop": begin,
             "wander": look,
             "crate": raised("done", "done", raised("failed", "wander", "crate")),
@@ -134,7 +140,7 @@ def _search(kit: Kit) -> Automaton:
         },
         "free_crate",
         "free_container",
-        runs={"drop": "let_go", "wander": "wander", "crate": "approach", "container": "approach"},
+        runs={"haul": "haul", "drop": "let_go", "wander": "wander", "crate": "approach", "container": "approach"},
         bindings={"crate": Binding(A="free_crate"), "container": Binding(A="free_container")},
         flags=("done",),
     )
@@ -142,7 +148,8 @@ def _search(kit: Kit) -> Automaton:
 
 def _join(kit: Kit, m: Manners, name: str, thing: str, caller: str, calls: str) -> Automaton:
     of_caller, free = f"distance_to {caller}", f"distance_to free_{thing}"
-    begin = raised("holding", "drop", below(free, m.at, "call", seen(of_caller, "come", "wait")))
+    begin = below(free, m.at, "call", seen(of_caller, "come", "wait"))
+    begin = raised("enough", "haul", raised("holding", "drop", begin))
     return _automaton(
         kit,
         name,
@@ -218,9 +225,10 @@ def squad(kit: Kit, m: Manners = Manners()) -> Library:
         {
             "start": "search",
             "search": raised("someone_at free_crate", "help", "search"),
-            "help": raised("all_free", "search", _timed(m.gives_up, "search", "help")),
+            "help": _vain(m.gives_up, "unheard caller", "search", "help"),
         },
         "free_crate",
+        "caller",
         runs={"search": "search", "help": "help"},
     )
     return Library.of(kit, made)
@@ -234,9 +242,10 @@ def platoon(kit: Kit, m: Manners = Manners()) -> Library:
         {
             "start": "work",
             "work": raised("found free_container", "muster", "work"),
-            "muster": raised("none_holds", "work", _timed(m.musters, "work", "muster")),
+            "muster": _vain(m.musters, "unheard musterer", "work", "muster"),
         },
         "free_container",
+        "musterer",
         runs={"work": "squad_work", "muster": "muster"},
     )
     return Library.of(kit, made)

@@ -1,0 +1,202 @@
+"""The swarm, the same with many more robots, and the worlds that robots and coordinators practice in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from math import ceil, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+
+from understudy.model.library import Library
+from understudy.runtime.body import Commands
+from understudy.runtime.team import Team
+from understudy.runtime.troop import Troop
+from understudy.worlds.scenario import Objects, Pull, Region, Robots, Scenario
+from understudy.worlds.scenario_files import load_scenario
+from understudy.worlds.teams import Libraries, libraries_of, team_of, troop_of
+from understudy.worlds.world import World
+
+ROBOT, SQUAD, PLATOON, SWARM = "puller", "squad", "platoon", "swarm"
+EACH = 25
+"""Robots of a platoon."""
+CELL_M = 20.0
+"""How large a place a platoon begins in, with its depot in the middle."""
+ROOM_M = 12.0
+CRATES, CONTAINERS = 12, 0.5
+"""How many of them there are for each platoon."""
+ORDERS = {SQUAD: "squad_work", PLATOON: "platoon_work", SWARM: "swarm_work"}
+
+
+@cache
+def scenario() -> Scenario:
+    """The swarm as it ships: eight platoons."""
+    return load_scenario("swarm")
+
+
+def of_platoons(platoons: int) -> Scenario:
+    """The same with so many platoons, as square as can be, each in its place with its depot."""
+    across = ceil(sqrt(platoons))
+    down = ceil(platoons / across)
+    corners = [(CELL_M * (number % across), CELL_M * (number // across)) for number in range(platoons)]
+    depots = tuple((x + CELL_M / 2, y + CELL_M / 2) for x, y in corners)
+    home, crate, container = scenario().objects
+    return replace(
+        scenario(),
+        size=(CELL_M * across, CELL_M * down),
+        regions={
+            f"cell_{number}": Region(box=(x + 1, y + 1, x + CELL_M - 1, y + CELL_M - 1))
+            for number, (x, y) in enumerate(corners)
+        },
+        objects=(
+            replace(home, at=depots),
+            replace(crate, count=CRATES * platoons),
+            replace(container, count=max(1, round(CONTAINERS * platoons))),
+        ),
+        robots=tuple(Robots(type=ROBOT, count=EACH, within=f"cell_{number}") for number in range(platoons)),
+    )
+
+
+class Spec(NamedTuple):
+    """What there is: so many things (that take so many robots), and another robot at the first that calls or claims."""
+
+    things: Mapping[str, int] = {}
+    needs: int = 1
+    at: bool = False  # whether the robot begins at it
+    held: bool = False  # and holds it
+    signal: str | None = None
+    between_s: tuple[float, float] = (0.0, 1e9)
+
+
+def _specs(thing: str, signal: str) -> Mapping[str, Spec]:
+    one = {thing: 1}
+    return {
+        f"a {thing}": Spec(one),
+        f"at a {thing}": Spec(one, at=True),
+        f"someone calls at a {thing}": Spec(one, needs=2, signal=signal),
+        f"someone calls in vain at a {thing}": Spec(one, needs=4, signal=signal),
+        f"nothing at a {thing}'s caller": Spec(signal=signal),
+    }
+
+
+SPECS: Mapping[str, Spec] = {
+    "alone": Spec(),
+    "a field": Spec({"crate": 3, "container": 1}),
+    **_specs("crate", "help"),
+    **_specs("container", "muster"),
+    "crates in vain": Spec({"crate": 4}, needs=4),
+    "holding a crate": Spec({"crate": 1}, at=True, held=True),
+    "holding in vain": Spec({"crate": 1}, needs=4, at=True, held=True),
+    "losing hands": Spec({"crate": 1}, needs=2, at=True, held=True, signal="claim", between_s=(0.0, 5.0)),
+    "a crate that others take": Spec({"crate": 1}, signal="claim", between_s=(2.0, 1e9)),
+    "a help that stops": Spec(signal="help", between_s=(0.0, 3.0)),
+    "a muster that stops": Spec(signal="muster", between_s=(0.0, 3.0)),
+}
+"""Where robots practice, by name."""
+
+
+class Practice(World):
+    """A room for one robot to be taught in: the first. The other holds on and calls, or lets go."""
+
+    def __init__(self, spec: Spec, seed: int) -> None:
+        super().__init__(_room(spec), [seed])
+        self._spec = spec
+        self._signal = 0 if spec.signal is None else 1 + self.names.signals.index(spec.signal)
+        for _ in range(2 if spec.held else 0):
+            self.act({"load": (np.arange(self.agents) == 0) + 0.0})
+
+    def act(self, commands: Commands) -> None:
+        """As World does, and the other does its part."""
+        if self._spec.signal is not None:
+            first, last = self._spec.between_s
+            calls = first <= self.time_s < last
+            commands = {name: column.copy() for name, column in commands.items()}
+            own = {"load": calls, "unload": not calls, "signal": self._signal * calls, "drive": 0.0, "turn": 0.0}
+            for channel, value in own.items():
+                commands.setdefault(channel, np.zeros(self.agents))[1] = value
+        super().act(commands)
+
+
+def _room(spec: Spec) -> Scenario:
+    home, crate, container = scenario().objects
+    things = [
+        _needing(thing, spec.things[thing.name], spec.needs)
+        for thing in (crate, container)
+        if thing.name in spec.things
+    ]
+    beside = {"near": things[0].name, "near_m": 0.8} if things else {}
+    robots = [Robots(type=ROBOT, count=1, **(beside if spec.at else {}))]
+    if spec.signal is not None:
+        robots.append(Robots(type=ROBOT, count=1, **beside))
+    if spec.needs > len(robots):  # who stand in a corner, for there must be as many as it takes
+        robots.append(Robots(type=ROBOT, at=((0.3, 0.3),) * (spec.needs - len(robots))))
+    none = [_needing(thing, 0, 1) for thing in (crate, container) if thing.name not in spec.things]
+    return replace(
+        scenario(),
+        size=(ROOM_M, ROOM_M),
+        regions={},
+        objects=(replace(home, at=((ROOM_M / 2, ROOM_M / 2),)), *things, *none),
+        robots=tuple(robots),
+        squads={},
+    )
+
+
+def robots_world(practice: str, seed: int) -> World:
+    """A world for one robot to be taught in."""
+    return Practice(SPECS[practice], seed)
+
+
+def squads_library(sort: str, libraries: Libraries) -> Library:
+    """What coordinators of a sort can be taught with, at first."""
+    return libraries[sort]
+
+
+@cache
+def _squads_practices() -> Mapping[str, Scenario]:
+    made = of_platoons(1)
+    home, crate, container = made.objects
+    five = (Robots(type=ROBOT, count=5, within="cell_0"),)
+    ten = (Robots(type=ROBOT, count=10, within="cell_0"),)
+    squads = {SQUAD: made.squads[SQUAD]}
+    fields = (home, replace(crate, count=10), _needing(container, 0, 1))
+    return {
+        "squad at work": replace(made, objects=fields, robots=five, squads=squads),
+        "squad in vain": replace(
+            made, objects=(home, _needing(crate, 6, 10), _needing(container, 0, 1)), robots=ten, squads=squads
+        ),
+        "platoon at work": replace(made, objects=(home, replace(crate, count=4), replace(container, count=1))),
+        "platoon in vain": replace(
+            of_platoons(2), objects=(home, replace(crate, count=4), _needing(container, 2, 50))
+        ),
+        "all": made,
+    }
+
+
+def _needing(thing: Objects, count: int, robots: int) -> Objects:
+    return replace(thing, count=count, pull=Pull(robots=robots))
+
+
+def known(robots: Library, squads: Mapping[str, Library]) -> Libraries:
+    """What everybody knows, coordinators as far as they were taught."""
+    return libraries_of(scenario(), robots, lambda name, kit: squads.get(name, Library(kit)))
+
+
+def troops(sort: str, libraries: Libraries) -> Callable[[str, int], Troop]:
+    """Makes troops for the coordinator of a sort to be taught on."""
+
+    def make(practice: str, seed: int) -> Troop:
+        return troop_of(_squads_practices()[practice], sort, libraries, seed=seed)
+
+    return make
+
+
+def coordinated(libraries: Libraries, seeds: Sequence[int], world: Scenario | None = None) -> Team:
+    """The swarm with all its coordinators, in a world per seed."""
+    return team_of(world or scenario(), seeds, libraries, {SWARM: (ORDERS[SWARM], {})})
+
+
+def alone(libraries: Libraries, seeds: Sequence[int], behavior: str = "alone") -> Team:
+    """The robots each by itself, in a world per seed."""
+    return team_of(scenario(), seeds, libraries, {ROBOT: (behavior, {})})
