@@ -77,7 +77,7 @@ def _specs(thing: str, signal: str) -> Mapping[str, Spec]:
         f"at a {thing}": Spec(one, at=True),
         f"someone calls at a {thing}": Spec(one, needs=2, signal=signal),
         f"someone calls in vain at a {thing}": Spec(one, needs=4, signal=signal),
-        f"nothing at a {thing}'s caller": Spec(signal=signal),
+        f"in vain at a {thing}": Spec(one, needs=4, at=True),
     }
 
 
@@ -92,6 +92,7 @@ SPECS: Mapping[str, Spec] = {
     "losing hands": Spec({"crate": 1}, needs=2, at=True, held=True, signal="claim", between_s=(0.0, 5.0)),
     "a crate that others take": Spec({"crate": 1}, signal="claim", between_s=(2.0, 1e9)),
     "a help that stops": Spec(signal="help", between_s=(0.0, 3.0)),
+    "a help that stops soon": Spec(signal="help", between_s=(0.0, 0.7)),
     "a muster that stops": Spec(signal="muster", between_s=(0.0, 3.0)),
 }
 """Where robots practice, by name."""
@@ -101,11 +102,18 @@ class Practice(World):
     """A room for one robot to be taught in: the first. The other holds on and calls, or lets go."""
 
     def __init__(self, spec: Spec, seed: int) -> None:
-        super().__init__(_room(spec), [seed])
         self._spec = spec
-        self._signal = 0 if spec.signal is None else 1 + self.names.signals.index(spec.signal)
-        for _ in range(2 if spec.held else 0):
-            self.act({"load": (np.arange(self.agents) == 0) + 0.0})
+        super().__init__(_room(spec), [seed])
+
+    def reset(self, seeds: Sequence[int]) -> None:
+        """Begin anew."""
+        super().reset(seeds)
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """The first ticks: who calls is heard, and what is to be held is held."""
+        for _ in range(2):
+            self.act({"load": (np.arange(self.agents) == 0) * float(self._spec.held)})
 
     def act(self, commands: Commands) -> None:
         """As World does, and the other does its part."""
@@ -113,7 +121,8 @@ class Practice(World):
             first, last = self._spec.between_s
             calls = first <= self.time_s < last
             commands = {name: column.copy() for name, column in commands.items()}
-            own = {"load": calls, "unload": not calls, "signal": self._signal * calls, "drive": 0.0, "turn": 0.0}
+            signal = 1.0 + self.names.signals.index(self._spec.signal)
+            own = {"load": calls, "unload": not calls, "signal": signal * calls, "drive": 0.0, "turn": 0.0}
             for channel, value in own.items():
                 commands.setdefault(channel, np.zeros(self.agents))[1] = value
         super().act(commands)

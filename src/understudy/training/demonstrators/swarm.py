@@ -9,7 +9,7 @@ from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
 from understudy.training.demonstrators.patrol import after, raised
-from understudy.training.demonstrators.person import KEEP, Wish
+from understudy.training.demonstrators.person import KEEP, Seen, Wish
 from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -17,7 +17,7 @@ from understudy.training.screen import Screen
 SELDOM, OFTEN = 0.06, 0.3
 """Chances drawn each second: below the first it turns from time to time, from the second on it drives on."""
 THERE_M, NOT_THERE_M, PAST_M = 0.4, 0.6, 0.25
-ASTRAY, FACING = 0.5, 0.12
+ASTRAY, FACING = 0.65, 0.4  # it turns on while the hand moves
 AT_M = 1.0
 WAITS_S, AWAY_S, GIVES_UP_S, SLACK_S = 40.0, 15.0, 60.0, 3.0
 
@@ -32,9 +32,9 @@ def there(screen: Screen, target: str) -> bool:
     return not isnan(screen.features[f"distance_to({target})"])
 
 
-def in_state(state: str, seconds: float = 0.0) -> Wish:
+def in_state(state: str, seconds: float = 0.0) -> Seen:
     """So far shown."""
-    return lambda screen: screen.state == state and screen.time_s >= seconds  # type: ignore[return-value]
+    return lambda screen: screen.state == state and screen.time_s >= seconds
 
 
 # Wander: drive on, turn from time to time and at walls.
@@ -70,7 +70,7 @@ WANDER = Topic(
     cases=(Case("alone", enough=after(50.0)),),
     tries=2,
     limit_s=90.0,
-    patience_s=90.0,
+    patience_s=70.0,
 )
 
 
@@ -111,11 +111,15 @@ def complain_approach(screen: Screen) -> str | None:
         return "failed"
     if distance < PAST_M:
         return "done"
-    return _turned(screen.state, _off(screen, "A"), astray=2 * ASTRAY, facing=-ASTRAY)
+    return _turned(screen.state, _off(screen, "A"), astray=1.5 * ASTRAY, facing=-ASTRAY)
 
 
-def _beside(side: int) -> Wish:
-    return lambda screen: 0.8 < side * _off(screen, "A") < 2.6  # type: ignore[return-value]
+def _beside(side: int) -> Seen:
+    return lambda screen: 0.8 < side * _off(screen, "A") < 2.6
+
+
+def _behind(side: int) -> Seen:
+    return lambda screen: 1.7 < side * _off(screen, "A") < 2.8
 
 
 APPROACH = Topic(
@@ -137,8 +141,11 @@ APPROACH = Topic(
         Case("a crate", {"A": "crate"}, _beside(1)),
         Case("a crate", {"A": "crate"}, _beside(-1)),
         Case("alone", {"A": "caller"}),
+        Case("a help that stops", {"A": "caller"}),
+        Case("a help that stops soon", {"A": "caller"}, _behind(1)),
+        Case("a help that stops soon", {"A": "caller"}, _behind(-1)),
     ),
-    tries=5,
+    tries=8,
     limit_s=60.0,
 )
 
@@ -201,7 +208,7 @@ HAUL = Topic(
     cases=(Case("holding a crate"), Case("holding in vain"), Case("losing hands"), Case("alone")),
     tries=4,
     limit_s=90.0,
-    patience_s=90.0,
+    patience_s=70.0,
 )
 
 
@@ -257,13 +264,13 @@ SEARCH = Topic(
         Case("a field"),
         Case("a crate"),
         Case("a container"),
-        Case("holding in vain", enough=in_state("wander")),  # type: ignore[arg-type]
-        Case("holding a crate", enough=in_state("wander", 5.0)),  # type: ignore[arg-type]
-        Case("a crate that others take", enough=in_state("wander", 3.0)),  # type: ignore[arg-type]
+        Case("holding in vain", enough=in_state("wander")),
+        Case("holding a crate", enough=in_state("wander", 5.0)),
+        Case("a crate that others take", enough=in_state("wander", 3.0)),
     ),
     tries=6,
     limit_s=120.0,
-    patience_s=120.0,
+    patience_s=70.0,
 )
 
 
@@ -271,27 +278,22 @@ SEARCH = Topic(
 
 
 def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
-    def show(screen: Screen) -> str | None:
-        lasted = screen.features["time_in_state"]
+    free = f"distance_to(free_{thing})"
+
+    def complain(screen: Screen) -> str | None:
         if screen.state in ("start", "drop"):
-            near = screen.features[f"distance_to(free_{thing})"] < AT_M
-            return _begun(screen, "call" if near else "come" if there(screen, caller) else "wait")
-        if screen.state in ("call", "hold"):
-            if yes(screen, "enough"):
-                return "haul"
-            vain = screen.state == "hold" and not yes(screen, "holding")
-            if screen.state == "hold" and yes(screen, "holding") and lasted > 2.0:
-                return KEEP
-            return "wait" if vain and lasted > 1.5 else None
+            return _begun(screen, "call" if screen.features[free] < AT_M else "come")
         if screen.state == "wait":
             return "come" if there(screen, caller) else None
+        if screen.state in ("call", "hold"):
+            return "haul" if yes(screen, "enough") else None
         if yes(screen, "failed"):
             return "wait"
         return {"come": "hold", "haul": "wait"}.get(screen.state) if yes(screen, "done") else None
 
-    def complain(screen: Screen) -> str | None:
-        wished = show(screen)
-        return None if wished == KEEP or screen.features["time_in_state"] < 0.3 else wished
+    def show(screen: Screen) -> str | None:
+        waits = screen.state in ("call", "hold") and yes(screen, "holding") and not yes(screen, "enough")
+        return KEEP if waits else complain(screen)
 
     return Topic(
         name,
@@ -299,33 +301,32 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
             library,
             name,
             states=["wait=wander", f"come=approach({caller})", f"call={calls}", "hold", "haul", "drop=let_go"],
-            features=[
-                "done",
-                "failed",
-                "holding",
-                "enough",
-                "time_in_state",
-                f"distance_to(free_{thing})",
-                f"distance_to({caller})",
-            ],
+            features=["done", "failed", "holding", "enough", free, f"distance_to({caller})"],
         ),
         show,
         complain,
         after(60.0),
         cases=(
-            Case(f"someone calls at a {thing}", enough=in_state("wait")),  # type: ignore[arg-type]
+            Case(f"someone calls at a {thing}", suits=_afar(free), enough=_waits),
             Case(f"someone calls in vain at a {thing}", enough=after(20.0)),
-            Case(f"someone calls in vain at a {thing}", enough=after(20.0)),
-            Case(f"at a {thing}", enough=in_state("wait")),  # type: ignore[arg-type]
+            Case(f"at a {thing}", enough=_waits),
+            Case(f"in vain at a {thing}", enough=after(5.0)),
             Case(f"a {name} that stops", enough=after(8.0)),
             Case("holding in vain", enough=after(4.0)),
-            Case("holding a crate", enough=in_state("wait")),  # type: ignore[arg-type]
-            Case(f"nothing at a {thing}'s caller", enough=in_state("wait", 5.0)),  # type: ignore[arg-type]
+            Case("holding a crate", enough=_waits),
         ),
-        tries=8,
+        tries=7,
         limit_s=120.0,
-        patience_s=200.0,
+        patience_s=70.0,
     )
+
+
+def _waits(screen: Screen) -> bool:
+    return screen.state == "wait"
+
+
+def _afar(free: str) -> Seen:
+    return lambda screen: 1.2 < screen.features[free] < 2.5
 
 
 HELP = _joins("help", "crate", "caller", "hold_and_call")
@@ -398,7 +399,7 @@ def _alone(*, answers: bool) -> Topic:
         ),
         tries=3,
         limit_s=200.0,
-        patience_s=200.0,
+        patience_s=70.0,
     )
 
 

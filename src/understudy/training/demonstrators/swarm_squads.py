@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from understudy.model.kinds import YES
 from understudy.training.demonstrators.patrol import after
-from understudy.training.demonstrators.person import KEEP, Seen, Wish
+from understudy.training.demonstrators.person import KEEP, Wish
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -42,8 +42,8 @@ def _joint(name: str, works: str, joins: str, found: str, call: str, most_s: flo
         wish(SLACK_S),
         after(150.0),
         cases=(
-            Case(f"{practices} at work", enough=_works_again(20.0)),
-            Case(f"{practices} in vain", enough=_works_again(most_s)),
+            Case(f"{practices} at work", enough=_works_again),
+            Case(f"{practices} in vain", enough=_works_again),
         ),
         tries=2,
         limit_s=300.0,
@@ -51,8 +51,8 @@ def _joint(name: str, works: str, joins: str, found: str, call: str, most_s: flo
     )
 
 
-def _works_again(seconds: float) -> Seen:
-    return lambda screen: screen.state == "work" and screen.time_s > seconds
+def _works_again(screen: Screen) -> bool:
+    return screen.state == "work" and screen.time_s - screen.features["time_in_state"] > 2.0
 
 
 SQUAD = _joint("squad_work", "search", "help", "someone_at(free_crate)", "unheard(caller)", 60.0, "squad")
