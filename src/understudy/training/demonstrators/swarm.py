@@ -326,7 +326,7 @@ def _waits(screen: Screen) -> bool:
 
 
 def _afar(free: str) -> Seen:
-    return lambda screen: 1.2 < screen.features[free] < 2.5
+    return lambda screen: AT_M + 0.05 < screen.features[free] < AT_M + 0.3
 
 
 HELP = _joins("help", "crate", "caller", "hold_and_call")
@@ -342,19 +342,23 @@ def _alone(*, answers: bool) -> Topic:
     def wish(slack_s: float) -> Wish:
         def wished(screen: Screen) -> str | None:
             late = screen.features["time_in_state"] - slack_s
+            keep = None if slack_s else KEEP
             if screen.state in ("start", "search"):
                 if screen.state == "search" and yes(screen, "done"):
                     return "call"
-                return "help" if answers and there(screen, "caller") else "search"
+                if answers and there(screen, "caller"):
+                    return "help"
+                return "search" if screen.state == "start" else keep if late > 3.0 else None
             if screen.state in waiting:
                 if screen.state == "call" and yes(screen, "enough"):
                     return "haul"
-                return "leave" if late > waiting[screen.state] else None
+                most = waiting[screen.state]
+                return "leave" if late > most else keep if late > 0.6 * most else None
             if screen.state == "haul":
-                return "search" if yes(screen, "done") else None
+                return "search" if yes(screen, "done") else keep if late > 5.0 else None
             if screen.state == "leave":
                 return "away" if not yes(screen, "holding") else None
-            return "search" if late > AWAY_S else None
+            return "search" if late > AWAY_S else keep if late > 0.6 * AWAY_S else None
 
         return wished
 
@@ -384,7 +388,8 @@ def _alone(*, answers: bool) -> Topic:
         wish(SLACK_S),
         after(150.0),
         cases=(
-            Case("a crate", enough=lambda screen: screen.state == "search" and screen.time_s > 20.0),
+            Case("a crate", enough=lambda screen: screen.state == "search" and screen.time_s > 25.0),
+            Case("a field", enough=lambda screen: screen.state == "search" and screen.time_s > 25.0),
             Case("crates in vain", enough=lambda screen: screen.state == "search" and screen.time_s > 50.0),
             *(
                 [

@@ -22,11 +22,12 @@ def _joint(name: str, works: str, joins: str, found: str, call: str, most_s: flo
             if screen.state == "start":
                 return "work"
             if screen.state == "work":
-                return "join" if seen[found] == YES else None
+                idle = not slack_s and seen["time_in_state"] > 0.8
+                return "join" if seen[found] == YES else KEEP if idle else None
             late = seen["time_in_state"] - slack_s
             if late > most_s or (late > QUIET_S and seen[call] == YES):
                 return "work"
-            return KEEP if not slack_s and late > 2 * QUIET_S and seen[call] != YES else None
+            return KEEP if not slack_s and late > 0.6 * most_s else None
 
         return wished
 
@@ -47,7 +48,7 @@ def _joint(name: str, works: str, joins: str, found: str, call: str, most_s: flo
         ),
         tries=2,
         limit_s=300.0,
-        patience_s=1000.0,
+        patience_s=130.0,
     )
 
 
