@@ -1,4 +1,4 @@
-"""The swarm demo: two hundred robots and three levels of coordinators learn to pull boxes together; then ten thousand."""
+"""The swarm demo: two hundred robots and three levels of coordinators learn to pull boxes together."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from understudy.bench.asking import Ask, Question, automaton, below, on_the_left, raised, seen, within
+from understudy.model.asking import Ask, Question, automaton, below, on_the_left, raised, seen, within
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.feature import BoundFeature, TimeInState
@@ -123,9 +123,7 @@ def _haul(kit: Kit, m: Manners) -> Automaton:
 
 
 def _search(kit: Kit) -> Automaton:
-    look = seen(
-        "distance_to free_container", "container", seen("distance_to free_crate", "crate", "wander")
-    )
+    look = seen("distance_to free_container", "container", seen("distance_to free_crate", "crate", "wander"))
     begin = raised("enough", "haul", raised("holding", "drop", look))
     return _automaton(
         kit,
@@ -140,7 +138,13 @@ def _search(kit: Kit) -> Automaton:
         },
         "free_crate",
         "free_container",
-        runs={"haul": "haul", "drop": "let_go", "wander": "wander", "crate": "approach", "container": "approach"},
+        runs={
+            "haul": "haul",
+            "drop": "let_go",
+            "wander": "wander",
+            "crate": "approach",
+            "container": "approach",
+        },
         bindings={"crate": Binding(A="free_crate"), "container": Binding(A="free_container")},
         flags=("done",),
     )
@@ -164,7 +168,14 @@ def _join(kit: Kit, m: Manners, name: str, thing: str, caller: str, calls: str) 
         },
         f"free_{thing}",
         caller,
-        runs={"drop": "let_go", "wait": "wander", "come": "approach", "call": calls, "hold": "hold", "haul": "haul"},
+        runs={
+            "drop": "let_go",
+            "wait": "wander",
+            "come": "approach",
+            "call": calls,
+            "hold": "hold",
+            "haul": "haul",
+        },
         bindings={"come": Binding(A=caller)},
     )
 

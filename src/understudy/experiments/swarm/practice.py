@@ -64,7 +64,7 @@ class Spec(NamedTuple):
 
     things: Mapping[str, int] = {}
     needs: int = 1
-    at: bool = False  # whether the robot begins at it
+    at_m: float | None = None  # how far from it the robot begins; anywhere if left out
     held: bool = False  # and holds it
     signal: str | None = None
     between_s: tuple[float, float] = (0.0, 1e9)
@@ -74,10 +74,11 @@ def _specs(thing: str, signal: str) -> Mapping[str, Spec]:
     one = {thing: 1}
     return {
         f"a {thing}": Spec(one),
-        f"at a {thing}": Spec(one, at=True),
+        f"at a {thing}": Spec(one, at_m=0.8),
         f"someone calls at a {thing}": Spec(one, needs=2, signal=signal),
         f"someone calls in vain at a {thing}": Spec(one, needs=4, signal=signal),
-        f"in vain at a {thing}": Spec(one, needs=4, at=True),
+        f"beside a {thing}": Spec(one, needs=2, at_m=1.25, signal=signal),
+        f"in vain at a {thing}": Spec(one, needs=4, at_m=0.8),
     }
 
 
@@ -87,9 +88,10 @@ SPECS: Mapping[str, Spec] = {
     **_specs("crate", "help"),
     **_specs("container", "muster"),
     "crates in vain": Spec({"crate": 4}, needs=4),
-    "holding a crate": Spec({"crate": 1}, at=True, held=True),
-    "holding in vain": Spec({"crate": 1}, needs=4, at=True, held=True),
-    "losing hands": Spec({"crate": 1}, needs=2, at=True, held=True, signal="claim", between_s=(0.0, 5.0)),
+    "holding a crate": Spec({"crate": 1}, at_m=0.8, held=True),
+    "holding in vain": Spec({"crate": 1}, needs=4, at_m=0.8, held=True),
+    "losing hands": Spec({"crate": 1}, needs=2, at_m=0.8, held=True, signal="claim", between_s=(0.0, 5.0)),
+    "holding in vain what others claim": Spec({"crate": 1}, needs=4, at_m=0.8, held=True, signal="claim"),
     "a crate that others take": Spec({"crate": 1}, signal="claim", between_s=(2.0, 1e9)),
     "a help that stops": Spec(signal="help", between_s=(0.0, 3.0)),
     "a help that stops soon": Spec(signal="help", between_s=(0.0, 0.7)),
@@ -135,10 +137,13 @@ def _room(spec: Spec) -> Scenario:
         for thing in (crate, container)
         if thing.name in spec.things
     ]
-    beside = {"near": things[0].name, "near_m": 0.8} if things else {}
-    robots = [Robots(type=ROBOT, count=1, **(beside if spec.at else {}))]
+    beside = Robots(type=ROBOT, count=1)
+    if things:
+        beside = replace(beside, near=things[0].name, near_m=0.8)
+    anywhere = Robots(type=ROBOT, count=1)
+    robots = [anywhere if spec.at_m is None else replace(beside, near_m=spec.at_m)]
     if spec.signal is not None:
-        robots.append(Robots(type=ROBOT, count=1, **beside))
+        robots.append(beside)
     if spec.needs > len(robots):  # who stand in a corner, for there must be as many as it takes
         robots.append(Robots(type=ROBOT, at=((0.3, 0.3),) * (spec.needs - len(robots))))
     none = [_needing(thing, 0, 1) for thing in (crate, container) if thing.name not in spec.things]
@@ -175,7 +180,9 @@ def _squads_practices() -> Mapping[str, Scenario]:
         "squad in vain": replace(
             made, objects=(home, _needing(crate, 6, 10), _needing(container, 0, 1)), robots=ten, squads=squads
         ),
-        "platoon at work": replace(made, objects=(home, replace(crate, count=4), replace(container, count=1))),
+        "platoon at work": replace(
+            made, objects=(home, replace(crate, count=4), replace(container, count=1))
+        ),
         "platoon in vain": replace(
             of_platoons(2), objects=(home, replace(crate, count=4), _needing(container, 2, 50))
         ),

@@ -39,8 +39,6 @@ def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -
     taught = Taught(robots, {})
     for sort, topic in TOPICS.items():
         libraries = taught.libraries
-        teacher = Teacher(
-            libraries[sort], troops(sort, libraries), seed, options={}, progress=progress
-        )
+        teacher = Teacher(libraries[sort], troops(sort, libraries), seed, options={}, progress=progress)
         taught = Taught(robots, {**taught.squads, sort: teacher.teach(topic)})
     return taught

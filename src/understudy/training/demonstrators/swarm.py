@@ -225,7 +225,9 @@ def show_search(screen: Screen) -> str | None:
     """Bring home what moves, let go of the rest; wander, and go to what nobody pulls."""
     if screen.flag:
         return None
-    found = "container" if there(screen, "free_container") else "crate" if there(screen, "free_crate") else None
+    found = (
+        "container" if there(screen, "free_container") else "crate" if there(screen, "free_crate") else None
+    )
     if screen.state in ("start", "drop"):
         return _begun(screen, found or "wander")
     if screen.state == "wander":
@@ -300,22 +302,31 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
         lambda library: new_lesson(
             library,
             name,
-            states=["wait=wander", f"come=approach({caller})", f"call={calls}", "hold", "haul", "drop=let_go"],
+            states=[
+                "wait=wander",
+                f"come=approach({caller})",
+                f"call={calls}",
+                "hold",
+                "haul",
+                "drop=let_go",
+            ],
             features=["done", "failed", "holding", "enough", free, f"distance_to({caller})"],
         ),
         show,
         complain,
         after(60.0),
         cases=(
-            Case(f"someone calls at a {thing}", suits=_afar(free), enough=_waits),
+            Case(f"beside a {thing}", enough=_waits),
             Case(f"someone calls in vain at a {thing}", enough=after(20.0)),
             Case(f"at a {thing}", enough=_waits),
             Case(f"in vain at a {thing}", enough=after(5.0)),
             Case(f"a {name} that stops", enough=after(8.0)),
             Case("holding in vain", enough=after(4.0)),
+            Case("holding in vain what others claim", enough=after(4.0)),
             Case("holding a crate", enough=_waits),
+            Case("losing hands", enough=after(4.0)),
         ),
-        tries=7,
+        tries=9,
         limit_s=120.0,
         patience_s=70.0,
     )
@@ -323,10 +334,6 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
 
 def _waits(screen: Screen) -> bool:
     return screen.state == "wait"
-
-
-def _afar(free: str) -> Seen:
-    return lambda screen: AT_M + 0.05 < screen.features[free] < AT_M + 0.3
 
 
 HELP = _joins("help", "crate", "caller", "hold_and_call")

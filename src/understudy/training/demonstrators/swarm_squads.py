@@ -9,7 +9,7 @@ from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
 
-QUIET_S, SLACK_S = 4.0, 3.0
+QUIET_S, SLACK_S = 3.0, 3.0
 """How long a call may take until the first hears it; how much longer than it shows it watches before it complains."""
 
 
