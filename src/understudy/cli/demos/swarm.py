@@ -88,12 +88,12 @@ def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
         f"{robots:,} robots": f"{result['ticks_per_s'] / 10:.1f} times real time, at ten ticks a second",
     }
     tell_numbers("How well they pull together", numbers, talk)
-    made = table("", "#crates", "#containers", "#hands an hour", "#to by hand")
+    made = table("an hour", "#crates", "#containers", "#hands", "#share")
     for what, key in (
         ("three levels, by hand", "by_hand"),
         ("three levels, taught", "taught"),
-        ("each by itself, answering calls", "answering"),
-        ("each by itself", "alone"),
+        ("alone, answering calls", "answering"),
+        ("alone", "alone"),
     ):
         each, share = result[key], result[key]["hands"] / max(1.0, result["by_hand"]["hands"])
         made.add_row(
