@@ -5,7 +5,14 @@ from __future__ import annotations
 import pytest
 
 from understudy.experiments.swarm.measuring import gathered, hand_coded
-from understudy.experiments.swarm.practice import SPECS, alone, coordinated, of_platoons, robots_world, scenario
+from understudy.experiments.swarm.practice import (
+    SPECS,
+    alone,
+    coordinated,
+    of_platoons,
+    robots_world,
+    scenario,
+)
 
 
 def test_coordinators_bring_more_home_than_robots_by_themselves() -> None:
