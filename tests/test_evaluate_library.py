@@ -140,7 +140,7 @@ def test_a_world_by_name_or_path(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(dump_scenario(replace(FORAGE, limit_s=1.0, goal=Goal(target="station"))))
     assert evaluate(LIBRARY, "forage", path, [1]).taught.limit_s.tolist() == [1.0]
-    with pytest.raises(UnknownName, match="no world 'moon'; it has arena, forage"):
+    with pytest.raises(UnknownName, match="no world 'moon'; it has arena, boxes, forage"):
         evaluate(LIBRARY, "forage", "moon", [1])
 
 

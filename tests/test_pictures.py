@@ -147,7 +147,7 @@ def test_what_a_picture_says_of_things() -> None:
     assert [thing.label for thing in things(view)] == ["3 of 8 units left", "4 units", "base", "box"]
     assert known["food"].served
     assert known["base"].square
-    assert known["box"].solid
+    assert known["box"].rimmed
     assert gone(things(view), things(view), view) == []
     assert total(view) == 7
 

@@ -52,6 +52,8 @@ class Outcomes:
     """How long each was given."""
     delivered: NDArray[np.int64]
     """Units brought within that time."""
+    gathered: NDArray[np.int64]
+    """Boxes gathered within that time."""
 
     @property
     def finished(self) -> NDArray[np.bool_]:
@@ -126,17 +128,18 @@ def _measured(
     if not (np.isfinite(limits) & (limits >= 0)).all():
         raise SettingError(where="measure", setting="limit_s", problem="is not a time", remedy="give seconds")
     last = np.floor(limits / world.tick_s + 1e-9).astype(np.int64)  # each world's last tick
-    seconds, delivered = np.full(world.worlds, np.nan), world.delivered
+    seconds, delivered, gathered = np.full(world.worlds, np.nan), world.delivered, world.gathered
     running = np.ones(world.worlds, np.bool_)
     tick = 0
     while True:
         finished_s = world.finished_s
         through = running & (~np.isnan(finished_s) | (tick >= last))
         seconds[through], delivered[through] = finished_s[through], world.delivered[through]
+        gathered[through] = world.gathered[through]
         running &= ~through
         progress(world.worlds - int(running.sum()), world.worlds)
         if not running.any():
-            return Outcomes(seconds, limits, delivered)
+            return Outcomes(seconds, limits, delivered, gathered)
         ticks = min(at_once, int(last[running].min()) - tick)
         advance(ticks)
         tick += ticks

@@ -19,7 +19,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 BAD = [  # arguments, what the error says
     (["show", "nope", "-l", "{lib}"], "no automaton 'nope'; it has deposit, forage, goto and harvest"),
     (["show", "x", "-l", "/nowhere"], "/nowhere: opening the library failed: No such file"),
-    (["list", "-l", "{lib}", "--world", "mars"], "no world 'mars'; it has arena, forage"),
+    (["list", "-l", "{lib}", "--world", "mars"], "no world 'mars'; it has arena, boxes, forage"),
     (["list", "-l", "{lib}", "--kit", "nokit"], "--kit: 'nokit' cannot be had"),
     (["list", "-l", "{lib}", "--kit", "json:loads"], "is a function; name a Kit as MODULE:NAME"),
     (["diff", "goto", "-l", "{lib}"], "has no former version"),

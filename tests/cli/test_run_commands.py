@@ -22,7 +22,8 @@ from understudy.model.library import Taught
 def test_worlds(tmp_path: Path) -> None:
     told = said("worlds")
     assert [(row["name"], row["robots"]) for row in told] == [
-        ("arena", 1), ("forage", 1), ("forage-team", 4), ("patrol", 4), ("rooms", 1), ("soccer", 1),
+        ("arena", 1), ("boxes", 20), ("forage", 1), ("forage-team", 4), ("patrol", 4), ("rooms", 1),
+        ("soccer", 1),
     ]  # fmt: skip
     text = run("worlds").stdout
     assert max(map(len, text.splitlines())) <= 80
@@ -50,7 +51,9 @@ def test_eval_elsewhere(library: Path, tmp_path: Path) -> None:
     mine.write_text(run("worlds", "forage-team").stdout.replace("limit_s = 1800", "limit_s = 60"))
     told = said("eval", mine, "-l", library, "--seeds", "0:2", "--each")
     assert (told["world"], told["worlds"], told["expert_median_s"]) == ("forage-team", 2, None)
-    assert [set(row) for row in told["results"]] == [{"seed", "success", "seconds", "delivered"}] * 2
+    assert [set(row) for row in told["results"]] == [
+        {"seed", "success", "seconds", "delivered", "gathered"}
+    ] * 2
     text = run("eval", mine, "-l", library, "--seeds", "0:2", "--each").stdout
     assert "yardstick" not in text
     assert f"understudy run {mine} --behavior forage --seed" in text

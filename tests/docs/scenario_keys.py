@@ -19,8 +19,10 @@ from understudy.worlds.scenario import (
     Capture,
     Cargo,
     Chance,
+    Claimed,
     FeatureOf,
     Goal,
+    Holding,
     Locator,
     Measuring,
     Objects,
@@ -28,6 +30,7 @@ from understudy.worlds.scenario import (
     Placing,
     Pose,
     Presence,
+    Pull,
     Region,
     Robots,
     RobotType,
@@ -130,9 +133,17 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "pushable": ("", "whether robots move it by driving into it; solid then"),
             "pushers": ("", "how many robots it takes to push it"),
             "aloft": ("", "whether it hangs above all else, so that nothing hides it; not solid then"),
+            "pull": ("", "see below: a box that robots take hold of, and pull"),
             "presence": ("", "see below: it comes and goes"),
             "capture": ("", "see below: robots remove it"),
             "walk": ("", "see below: it wanders"),
+        },
+    ),
+    Pull: (
+        "`pull` of objects: boxes, which are in nobody's way",
+        {
+            "robots": ("", "how many must hold it, so that it moves"),
+            "respawn": ("", "whether it appears at a free place again once it is gathered"),
         },
     ),
     Presence: (
@@ -168,14 +179,14 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "team": ("", "its team; the name of the type if left out"),
             "height": ("m", "how high a camera sees it; 2 radii if left out"),
             "capacity": ("units", "how much food it carries"),
-            "reach": ("m", "how near to food or home it must stand, from center to center"),
+            "reach": ("m", "how near to food, a box or home it must stand, from center to center"),
             "load_s": ("s", "how long it takes to load a unit, in whole ticks"),
             "unload_s": ("s", "how long it takes to unload a unit, in whole ticks"),
             "collides": ("", "whether it and other robots are in each other's way"),
             "sensors": ("", "see below"),
             "behaviors": (
                 "",
-                "basic behaviors by name: tables of channels, `drive`, `turn`, `load` and `unload`",
+                "basic behaviors by name: tables of channels, `drive`, `turn`, `load`, `unload` and `signal`",
             ),
         },
     ),
@@ -184,7 +195,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
         {"type": ("", "their type"), "stored": ("units", "food they carry at first")},
     ),
     TargetOf: (
-        "`[targets]`: exactly one of the first four and `color`",
+        "`[targets]`: exactly one of the first four, `color` and `signal`; `signal` also beside `team` or `robot`",
         {
             "nearest": ("", "the nearest object of this class; of food, one with food left"),
             "object": ("", "an object of this class"),
@@ -192,6 +203,12 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "team": ("", "the nearest other robot of this team"),
             "robot": ("", "the nearest other robot that is a `teammate`, an `opponent` or `any`"),
             "color": ("", "whatever has this color, for cameras"),
+            "signal": ("", "the nearest other robot that raises this signal"),
+            "unclaimed": (
+                "",
+                "beside `nearest`: passes over what another robot claims by raising this signal",
+            ),
+            "within": ("m", "so near to a thing, or nearer, a robot claims it"),
             "doc": ("", "what it is, in a sentence"),
         },
     ),
@@ -263,6 +280,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
         "`[goal]`",
         {
             "delivered": ("", "all food is at home"),
+            "gathered": ("", "or so many boxes were gathered"),
             "target": ("", "or a robot is near an object of this class"),
             "within": ("m", "how near, from center to center"),
             "all": ("", "whether all robots must be"),
@@ -329,6 +347,19 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
     Cargo: (
         '`kind = "cargo"` reads `food_here`, `food_stored` (units), `food_left` and `station_here` (yes or no)',
         {},
+    ),
+    Holding: (
+        '`kind = "holding"` reads `holding` (a box) and `enough` (so many hold it that it moves), yes or no',
+        {},
+    ),
+    Claimed: (
+        '`kind = "claimed"` reads whether another robot claims a target that is an object, yes or no',
+        {
+            "signal": ("", "which robots raise that claim something"),
+            "range": ("m", "so near to a thing, or nearer, a robot claims it"),
+            "name": ("", "of the reading"),
+            "targets": ("", "of which targets; of all that are objects if left out"),
+        },
     ),
     Chance: (
         '`kind = "random"` reads a number from 0 to 1',

@@ -29,10 +29,18 @@ def test_the_example_is_a_scenario() -> None:
 
 def test_the_squads_shown_are_those_of_the_patrol_and_can_be() -> None:
     """First those that ship, then others for the same robots."""
-    _, shipped, others = (block.text for block in blocks(PAGE) if block.language == "toml")
+    _, shipped, others, _ = (block.text for block in blocks(PAGE) if block.language == "toml")
     whole = scenario_text("patrol")
     assert shipped in whole
     deal(parse_scenario(whole.replace("count = 4", "count = 13").replace(shipped, others)))
+
+
+def test_the_boxes_shown_are_those_that_ship() -> None:
+    """Line by line, but for what the targets are in words; their headings too."""
+    *_, shown = (block.text for block in blocks(PAGE) if block.language == "toml")
+    whole = scenario_text("boxes").splitlines()
+    for line in filter(None, shown.splitlines()):
+        assert any(each.startswith(line.removesuffix(" }")) for each in whole), line
 
 
 def test_the_tables_are_those_of_the_code() -> None:

@@ -125,7 +125,7 @@ BAD = [
     (("--states", "fly"), "no behavior 'fly'"),
     (("--targets", "A"), "'A' is no binding; write PARAMETER=TARGET"),
     (("--states", "forward(A", "--features", "food_left"), "is not a name"),
-    (("--world", "moon"), "no world 'moon'; it has arena, forage"),
+    (("--world", "moon"), "no world 'moon'; it has arena, boxes, forage"),
     (("--parameters", "station"), "has the name of a target"),
 ]
 

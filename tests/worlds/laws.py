@@ -84,7 +84,8 @@ def check_tick(world: World, before: Kept, commands: Commands) -> None:
     most = types["speed"] * np.where(types["noise_drive"] > 0, 2.0, 1.0)
     assert (step <= most * (1 + 1e-12) + SLACK).all()
     braking = np.isfinite(types["acceleration"]) & (then["speed"] != 0)
-    stays = (commands["drive"] == 0) & ~braking
+    pulled = (now["holding"] != 0) | (then["holding"] != 0)
+    stays = (commands["drive"] == 0) & ~braking & ~pulled
     stays |= then["frozen"] != 0
     assert (now["x"][stays] == then["x"][stays]).all()
     assert (now["y"][stays] == then["y"][stays]).all()
@@ -94,11 +95,13 @@ def check_tick(world: World, before: Kept, commands: Commands) -> None:
     _check_food(world, before)
     kinds = rules.classes[rules.class_of]
     still = ~((kinds["walk"] > 0) | (kinds["pushable"] != 0) | ~np.isnan(kinds["away_least"]))
+    still &= kinds["pull"] == 0
     for name in ("x", "y"):
         assert (state.objects[name][:, still] == before.objects[name][:, still]).all()
     for index in range(world.worlds):
         rows = slice(index * world.robots, (index + 1) * world.robots)
         _check_paths(world, index, then[rows], now[rows], before.objects[index])
+        _check_boxes(world, index, then[rows], now[rows], before.objects[index])
 
 
 def pieces(world: World, index: int) -> Floats:
@@ -138,6 +141,29 @@ def _check_food(world: World, before: Kept) -> None:
     assert (state.objects["amount"] <= before.objects["amount"]).all()
     capacity = world.rules.types["capacity"][state.robots["type"]]
     assert ((state.robots["stored"] >= 0) & (state.robots["stored"] <= capacity)).all()
+
+
+def _check_boxes(world: World, index: int, then: Floats, now: Floats, objects: Floats) -> None:
+    """A box moves only with hands enough, and all who hold it go as it does, within their reach."""
+    rules, boxes = world.rules, world.state.objects[index]
+    kinds = rules.classes[rules.class_of]
+    held = np.flatnonzero(now["holding"])
+    slots = now["holding"][held] - 1
+    assert (kinds["pull"][slots] > 0).all()
+    assert (boxes["present"][slots] != 0).all()
+    hands = np.bincount(slots, minlength=len(boxes))
+    assert (boxes["hands"] == hands).all()
+    gathered = boxes["gathered"] - objects["gathered"]
+    assert (gathered >= 0).all()
+    assert (gathered <= objects["present"]).all()
+    moved = np.hypot(boxes["x"] - objects["x"], boxes["y"] - objects["y"])
+    came = (kinds["pull"] > 0) & (moved > 0) & (boxes["appeared"] == objects["appeared"]) & (gathered == 0)
+    assert (hands[came] >= kinds["pull"][came]).all()
+    for name in ("x", "y"):
+        own, of_box = now[name] - then[name], boxes[name] - objects[name]
+        assert np.allclose(own[held], of_box[slots], rtol=0.0, atol=SLACK)
+    away = np.hypot(now["x"][held] - boxes["x"][slots], now["y"][held] - boxes["y"][slots])
+    assert (away <= rules.types["reach"][now["type"][held]] + 1e-6).all()
 
 
 def _check_paths(world: World, index: int, then: Floats, now: Floats, objects: Floats) -> None:
@@ -189,7 +215,8 @@ def _cross(ways: Floats, start: tuple[float, float], end: tuple[float, float]) -
 
 
 NEVER_ABSENT = ("x", "y", "heading", "speed", "turning", "stuck", "food_stored", "food_here", "food_left",
-                "station_here", "random", "ahead", "left", "right", "around", "front", "rear")  # fmt: skip
+                "station_here", "holding", "enough", "random", "ahead", "left", "right", "around", "front",
+                "rear")  # fmt: skip
 """Readings that are absent only for robots without the sensor, frozen ones, and where an answer dropped out."""
 
 

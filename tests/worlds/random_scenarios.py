@@ -22,12 +22,15 @@ from understudy.worlds.scenario import (
     Capture,
     Cargo,
     Chance,
+    Claimed,
     Goal,
+    Holding,
     Locator,
     Objects,
     Obstacle,
     Pose,
     Presence,
+    Pull,
     Robots,
     RobotType,
     Scenario,
@@ -75,8 +78,76 @@ def random_world(number: int, *, worlds: int = 1) -> World:
 
 def made(scenario: Scenario, seeds: Sequence[int]) -> World:
     """Worlds whose kernels are those for scenarios that have everything: one compilation for all tests."""
-    with patch("understudy.worlds.world.has", lambda scenario, rules: (True,) * 5):
+    with patch("understudy.worlds.world.has", lambda scenario, rules: (True,) * 7):
         return World(scenario, seeds)
+
+
+def random_pulling_world(number: int, *, worlds: int = 1) -> World:
+    """Worlds of a random scenario with boxes to pull, and robots that call and claim; their seeds follow its number."""
+    random = Random(number)
+    while True:
+        scenario = with_boxes(random, random_scenario(random))
+        try:
+            check(scenario)
+            return made(scenario, range(number, number + worlds))
+        except SettingError as error:
+            if not any(word in str(error) for word in ("fit", "room", "overlap")):
+                raise
+
+
+def with_boxes(random: Random, scenario: Scenario) -> Scenario:
+    """The scenario with boxes that some robots begin beside, homes to pull them to, and signals."""
+    width, height = (min(side, 8.0) for side in scenario.size)
+    walls = scenario.walls if (width, height) == scenario.size else ()
+    boxes = tuple(
+        Objects(
+            name=f"crate {robots}",
+            count=random.randint(1, 3),
+            radius=random.uniform(0.05, 0.2),
+            pull=Pull(robots=robots, respawn=random.random() < 0.5),
+            color=random.choice((None, "red")),
+        )
+        for robots in random.sample((1, 1, 2, 3), 2)
+        if robots > 1 or random.random() < 0.7
+    )
+    boxes = tuple({box.name: box for box in boxes}.values()) or (Objects(name="crate 1", pull=Pull()),)
+    goal = Objects(name="goal", home=True, radius=random.uniform(0.3, 0.8), color="blue")
+    boxes = (replace(boxes[0], near="goal", near_m=goal.radius + random.uniform(0.05, 0.4)), *boxes[1:])
+    signals = random.choice(("help", "claim")), random.choice(("help", "claim"))
+    raised = {
+        "call": {"signal": "help"}, "grab": {"load": 1.0, "signal": signals[0]}, "drop": {"unload": 1.0},
+        "tow": {"drive": 1.0, "signal": "claim"}, "haul": {"drive": 0.7, "turn": 0.3},
+    }  # fmt: skip
+    chosen = random.choice(boxes).name
+    targets = {
+        "caller": TargetOf(signal="help"),
+        "mate": TargetOf(signal="claim", robot=random.choice(("teammate", "opponent", "any"))),
+        "free": TargetOf(nearest=chosen, unclaimed="claim", within=random.choice((0.3, 1.0, 3.0))),
+        "crate": TargetOf(nearest=chosen),
+    }
+    claimed = Claimed(signal="claim", range=random.choice((0.3, 1.0)), dropout=random.choice((0.0, 0.2)))
+    sensors: tuple[Sensor, ...] = (Holding(), claimed, Since(name="unclaimed for", of="claimed"))
+    types = {}
+    for name, kind in scenario.types.items():
+        behaviors = {**kind.behaviors, **raised}
+        sees = (
+            kind.sensors
+            if any(isinstance(each, Locator) for each in kind.sensors)
+            else (*kind.sensors, Locator())
+        )
+        reach = random.uniform(0.4, 1.2)
+        types[name] = replace(kind, behaviors=behaviors, sensors=(*sees, *sensors), reach=reach)
+    robots = tuple(
+        replace(each, count=min(6, each.count if isinstance(each.count, int) else 1))
+        for each in scenario.robots
+    )
+    near = Robots(type=next(iter(types)), count=random.randint(2, 4), near=boxes[0].name, near_m=0.4)
+    gathering = Goal(gathered=1) if scenario.goal is None else scenario.goal
+    return replace(
+        scenario, size=(width, height), walls=walls, objects=(*scenario.objects, *boxes, goal),
+        types=types, robots=(*robots, near), targets={**scenario.targets, **targets}, goal=gathering,
+        spare_objects=random.choice((0, 2, 100)),
+    )  # fmt: skip
 
 
 def random_scenario(random: Random) -> Scenario:
@@ -126,8 +197,16 @@ def random_commands(draw: np.random.Generator, world: World) -> Commands:
     drive = np.where(does == 1, drive, 1.0)
     commands = {"drive": np.where(does > 0, drive, 0.0), "turn": np.where(does <= 2, turn, 0.0)}
     commands["turn"][draw.random(count) < 0.3] = 0.0
-    carrying = {"load": load, "unload": unload} if len(world.channels) > 2 else {}
-    return {**commands, **carrying}
+    names = [channel.name for channel in world.channels]
+    if "load" in names:
+        commands |= {"load": load, "unload": unload}
+    if "signal" in names:  # those of worlds with boxes: some take hold, and few let go at once
+        grabs, drops = draw.random((2, count)) < 0.3
+        for name in ("drive", "turn"):
+            commands[name] = np.where(grabs, 0.0, commands[name])
+        commands |= {"load": np.where(grabs, 1.0, load), "unload": np.where(drops, unload, 0.0)}
+        commands["signal"] = draw.integers(-1, 4, count).astype(np.float64)
+    return commands
 
 
 def _robots(random: Random, name: str, kind: RobotType, objects: tuple[Objects, ...], *, most: int) -> Robots:

@@ -60,5 +60,5 @@ def test_a_file_that_is_not_there(name: str | Path) -> None:
 
 
 def test_a_name_that_is_none() -> None:
-    with pytest.raises(UnknownName, match="no world 'moon'; it has arena, forage"):
+    with pytest.raises(UnknownName, match="no world 'moon'; it has arena, boxes, forage"):
         find_world("moon")

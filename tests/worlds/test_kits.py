@@ -17,7 +17,9 @@ from understudy.worlds.scenario import (
     Camera,
     Cargo,
     Chance,
+    Claimed,
     FeatureOf,
+    Holding,
     Locator,
     Pose,
     Robots,
@@ -58,6 +60,8 @@ SENSED: list[tuple[Sensor, list[tuple[str, object, str, bool]]]] = [  # name, ki
     (Bumper(), [("bumper", BOOLEAN, "", False)]),
     (Bumper(sectors={"nose": (-30.0, 30.0)}), [("nose", BOOLEAN, "", False)]),
     (Stuck(), [("stuck", BOOLEAN, "", False)]),
+    (Holding(), [("holding", BOOLEAN, "", False), ("enough", BOOLEAN, "", False)]),
+    (Claimed(signal="claim", range=1.0, name="taken"), [("taken", BOOLEAN, "", True)]),
     (
         Cargo(),
         [

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from tests.runtime.random_libraries import random_tree
-from tests.worlds.random_scenarios import made, random_world
+from tests.worlds.random_scenarios import made, random_pulling_world, random_world
 from tests.worlds.test_world_laws import states
 
 from understudy.bench.programs import BASE, FULL, base, full
@@ -83,11 +83,12 @@ def _fitting(random: Random, tree: Tree, features: list[BoundFeature]) -> Tree:
 
 
 def drawn(number: int, *, worlds: int = 1) -> tuple[World, list[Program]]:
-    """A random world, and a program for each of its robots."""
-    random, world = Random(number), random_world(number, worlds=worlds)
+    """A random world - every third with boxes to pull, and signals - and a program for each of its robots."""
+    make = random_pulling_world if number % 3 == 0 else random_world
+    random, world = Random(number), make(number, worlds=worlds)
     kit = world.kit
     if not any(isinstance(feature, Feature) and feature.reading for feature in kit.features.values()):
-        return drawn(number + 10_000, worlds=worlds)
+        return drawn(number + 9_999, worlds=worlds)
     libraries = [random_library(random, kit) for _ in range(2)]
     programs = [link(random.choice(libraries), "a1") for _ in range(world.robots)]
     return world, programs * worlds
@@ -102,7 +103,7 @@ def again(world: World) -> World:
     return made(world.scenario, world.seeds)
 
 
-@pytest.mark.parametrize("number", range(3000, 3030))
+@pytest.mark.parametrize("number", range(3000, 3040))
 def test_the_engine_runs_as_interpreters_do(number: int) -> None:
     world, programs = drawn(number)
     run = Run(world, [Interpreter(program, now=world.time_s) for program in programs])
@@ -151,7 +152,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(advancing, "MOST_TICKS", 7)
 
 
-@pytest.mark.parametrize("number", range(3030, 3050))
+@pytest.mark.parametrize("number", range(3030, 3058))
 def test_every_way_to_run_is_the_same(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     world, programs = drawn(number)
     plain = Engine(again(world), programs)
@@ -198,10 +199,21 @@ def test_worlds_side_by_side_run_as_alone(number: int, threads: int) -> None:
         alone = Engine(made(world.scenario, (seed,)), programs[:size])
         alone.run(TICKS)
         rows = slice(index * size, (index + 1) * size)
-        for field in ("x", "y", "heading", "speed", "spin", "stored", "delivered", "blocked"):
+        for field in (
+            "x",
+            "y",
+            "heading",
+            "speed",
+            "spin",
+            "stored",
+            "delivered",
+            "blocked",
+            "holding",
+            "signal",
+        ):
             own = alone.body.state.robots[field]  # type: ignore[attr-defined]
             assert (own == world.state.robots[field][rows]).all()
-        for field in ("x", "y", "present", "amount", "due"):
+        for field in ("x", "y", "present", "amount", "due", "hands", "gathered"):
             own = alone.body.state.objects[field][0]  # type: ignore[attr-defined]
             assert (own == world.state.objects[field][index]).all()
 

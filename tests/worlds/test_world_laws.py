@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from tests.worlds.laws import Kept, check_percept, check_state, check_tick, kept
-from tests.worlds.random_scenarios import made, random_commands, random_world
+from tests.worlds.random_scenarios import made, random_commands, random_pulling_world, random_world
 
 from understudy.runtime.body import Commands, every_key
-from understudy.worlds.scenario import Objects, Obstacle, Robots, RobotType, Scenario, Wall
+from understudy.worlds.scenario import Objects, Obstacle, Pull, Robots, RobotType, Scenario, Wall
 from understudy.worlds.world import World
 
 TICKS = 40
@@ -31,7 +31,11 @@ def states(world: World) -> dict[str, bytes]:
 
 def check_scene(number: int, *, ticks: int = TICKS) -> None:
     """Every law in one random world."""
-    world = random_world(number)
+    check_world(random_world(number), number, ticks=ticks)
+
+
+def check_world(world: World, number: int, *, ticks: int = TICKS) -> None:
+    """Every law in a world."""
     draw, keys = np.random.default_rng(number), every_key(world)
     check_state(world)
     commands = random_commands(draw, world)
@@ -58,19 +62,42 @@ def test_laws(first: int) -> None:
             raise AssertionError(f"scene {number}: {error!r}") from error
 
 
+def test_laws_of_boxes_and_signals() -> None:
+    """The same where robots pull boxes, and all of it happens: they hold, go, gather, and boxes appear again."""
+    happened = np.zeros(4, np.int64)
+    for number in range(2000, 2050):
+        world = random_pulling_world(number)
+        at_first = kept(world).objects
+        try:
+            check_world(world, number)
+        except Exception as error:
+            raise AssertionError(f"scene {number}: {error!r}") from error
+        boxes, pull = world.state.objects, world.rules.classes["pull"][world.rules.class_of] > 0
+        moved = (boxes["x"] != at_first["x"]) & pull & (boxes["gathered"] == 0)
+        held, again = boxes["hands"] > 0, (boxes["appeared"] > 0) & pull
+        happened += [held.any(), moved.any(), world.gathered[0] > 0, again.any()]
+    assert (happened >= 3).all(), happened
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("first", range(0, 10_000, 250))
 def test_laws_of_ten_thousand_scenes(first: int) -> None:
     for number in range(first, first + 250):
         try:
             check_scene(number, ticks=60)
+            check_world(random_pulling_world(number), number, ticks=60)
         except Exception as error:
             raise AssertionError(f"scene {number}: {error!r}") from error
 
 
-@pytest.mark.parametrize("number", range(1000, 1040))
+def any_world(number: int, *, worlds: int) -> World:
+    """Every third is one with boxes to pull, and signals."""
+    return (random_pulling_world if number % 3 == 0 else random_world)(number, worlds=worlds)
+
+
+@pytest.mark.parametrize("number", range(1000, 1050))
 def test_a_snapshot_goes_on_bit_for_bit(number: int) -> None:
-    world = random_world(number, worlds=2)
+    world = any_world(number, worlds=2)
     keys, draw = every_key(world), np.random.default_rng(number)
     drawn = [random_commands(draw, world) for _ in range(4)]
     commands = [each for each in drawn for _ in range(5)]
@@ -91,9 +118,9 @@ def test_a_snapshot_goes_on_bit_for_bit(number: int) -> None:
         assert states(other) == after
 
 
-@pytest.mark.parametrize("number", range(1040, 1080))
+@pytest.mark.parametrize("number", range(1040, 1090))
 def test_a_world_runs_alone_as_among_others_and_again_by_its_seed(number: int) -> None:
-    among = random_world(number, worlds=3)
+    among = any_world(number, worlds=3)
     again = made(among.scenario, among.seeds)
     alone = made(among.scenario, among.seeds[1:2])
     draw, keys = np.random.default_rng(number), every_key(among)
@@ -111,14 +138,25 @@ def test_a_world_runs_alone_as_among_others_and_again_by_its_seed(number: int) -
     for field in (field for field in alone.state.robots.dtype.names or () if field not in AT_HAND):
         assert among.state.robots[field][own].tobytes() == alone.state.robots[field].tobytes()
     assert among.state.memory[own].tobytes() == alone.state.memory.tobytes()
-    for field in ("x", "y", "heading", "present", "amount", "appeared", "due", "captured"):
+    for field in (
+        "x",
+        "y",
+        "heading",
+        "present",
+        "amount",
+        "appeared",
+        "due",
+        "captured",
+        "hands",
+        "gathered",
+    ):
         assert (among.state.objects[field][1] == alone.state.objects[field][0]).all()
 
 
 @pytest.mark.parametrize("number", range(1080, 1110))
 def test_some_readings_are_as_among_all(number: int) -> None:
     """Draws are keyed by what they are for, so that it does not matter what else is sensed."""
-    world = random_world(number)
+    world = any_world(number, worlds=1)
     keys, draw = every_key(world), np.random.default_rng(number)
     for _ in range(12):
         whole = world.sense(keys)
@@ -162,6 +200,10 @@ LIARS: dict[str, Callable[[World], None]] = {
     "food was lost": change("amount", 0, 2, objects=True),
     "a robot carries too much": change("stored", 0, 9),
     "what stays has moved": change("x", 0, 9.0, objects=True),
+    "a box to pull has moved by itself": change("x", 2, 2.0, objects=True),
+    "somebody holds what nobody may": change("holding", 1, 1),
+    "a robot holds what is out of reach": change("holding", 1, 3),
+    "hands are counted wrong": change("hands", 2, 1, objects=True),
 }
 
 
@@ -181,7 +223,9 @@ def test_the_laws_catch_what_breaks_them(what: str) -> None:
         objects=(
             Objects(name="food", amount=3, at=((7.0, 1.0),)),
             Objects(name="box", pushable=True, radius=0.3, at=((6.0, 4.0),)),
+            Objects(name="crate", pull=Pull(robots=2), at=((1.0, 7.0),)),
         ),
+        spare_objects=0,
     )
     world = made(scenario, (0,))
     commands = {"drive": np.array([1.0, 0.0]), "turn": np.zeros(2)}

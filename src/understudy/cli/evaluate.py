@@ -102,6 +102,7 @@ def result(judged: Evaluation, *, seconds: float) -> dict[str, Any]:
         "success": judged.success,
         "relative_to_expert": judged.relative_to_expert,
         "median_s": float(np.median(times)) if len(times) else None,
+        "median_gathered": float(np.median(taught.gathered)),
         "expert_median_s": None if expert is None else float(np.nanmedian(expert.seconds)),
         "failed_seeds": [seed for seed, done in zip(judged.seeds, taught.finished, strict=True) if not done],
         "seconds": round(seconds, 3),
@@ -111,7 +112,7 @@ def result(judged: Evaluation, *, seconds: float) -> dict[str, Any]:
 def rows(judged: Evaluation) -> list[dict[str, Any]]:
     """One world each."""
     taught, expert = judged.taught, judged.expert
-    columns = {"seconds": taught.seconds, "delivered": taught.delivered}
+    columns = {"seconds": taught.seconds, "delivered": taught.delivered, "gathered": taught.gathered}
     if expert is not None:
         columns |= {"expert_seconds": expert.seconds, "relative": judged.relative}
     lists = [column.tolist() for column in columns.values()]
@@ -138,6 +139,8 @@ def _show(facts: dict[str, Any], each: list[dict[str, Any]], named: str) -> None
         out.print(f"  time to finish      {taken} s; the yardstick {expert:.0f} s (medians)")
     elif facts["median_s"] is not None:
         out.print(f"  time to finish      {taken} s (median)")
+    if facts["median_gathered"]:
+        out.print(f"  boxes gathered      {facts['median_gathered']:.0f} (median)")
     failed = facts["failed_seeds"]
     if failed:
         shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")
@@ -151,11 +154,15 @@ def _show_each(each: list[dict[str, Any]]) -> None:
     from understudy.cli.output import console, table
 
     columns = {"seconds": "#seconds", "expert_seconds": "#yardstick", "delivered": "#delivered"}
+    if any(row["gathered"] for row in each):
+        columns["gathered"] = "#gathered"
     columns = {key: title for key, title in {**columns, "relative": "#relative"}.items() if key in each[0]}
     made = table("#seed", "finished", *columns.values())
     for row in each:
         ended = "[green]yes[/]" if row["success"] else "[red]no[/]"
-        cells = (_number(row[key], {"delivered": 0, "relative": 2}.get(key, 1)) for key in columns)
+        cells = (
+            _number(row[key], {"delivered": 0, "gathered": 0, "relative": 2}.get(key, 1)) for key in columns
+        )
         made.add_row(str(row["seed"]), ended, *cells)
     console().print(made)
 

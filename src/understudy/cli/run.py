@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from understudy.model.library import Library as Opened
     from understudy.runtime.team import Team
     from understudy.traces import TraceWriter
+    from understudy.worlds.scenario import Goal
     from understudy.worlds.view import Frame
 
 PICTURES = (".gif", ".png")
@@ -174,14 +175,20 @@ class Running:
             "seed": seed,
             "robots": body.robots,
             "seconds": round(body.time_s, 6),
-            "goal": None if goal is None else "delivered" if goal.delivered else goal.target,
+            "goal": None if goal is None else _goal(goal),
             "success": None if goal is None else self.finished,
             "delivered": int(body.delivered[0]),
             "total": int(body.total[0]),
+            "gathered": int(body.gathered[0]),
             "path": list(paths[0]) if body.robots == 1 else None,
             "doing": dict(Counter(path[0] for path in paths).most_common()),
             "record": None if record is None else str(record),
         }
+
+
+def _goal(goal: Goal) -> str | None:
+    """What is to be reached, in a word."""
+    return "delivered" if goal.delivered else "gathered" if goal.gathered else goal.target
 
 
 def _told(facts: dict[str, Any]) -> str:
@@ -189,13 +196,16 @@ def _told(facts: dict[str, Any]) -> str:
     from rich.markup import escape
 
     if facts["success"]:
-        ended = "[green]all food is home[/]" if facts["goal"] == "delivered" else "[green]goal reached[/]"
+        homes = {"delivered": "all food is home", "gathered": "enough boxes are home"}
+        ended = f"[green]{homes.get(facts['goal'], 'goal reached')}[/]"
     elif facts["path"]:
         ended = f"[yellow]in {escape(facts['path'][-1])}[/]"
     else:
         doing = ", ".join(f"{name} {number}" for name, number in facts["doing"].items())
         ended = f"[yellow]{facts['robots']} robots: {escape(doing)}[/]"
     brought = f"; brought {facts['delivered']} of {facts['total']} units home" if facts["total"] else ""
+    if facts["gathered"]:
+        brought += f"; gathered {facts['gathered']} box{'es' * (facts['gathered'] > 1)}"
     where = "world" if facts["world"] == "forage" else f"{facts['world']} world"
     return f"{facts['behavior']} in {where} {facts['seed']}: {ended} after {facts['seconds']:.1f} s{brought}"
 

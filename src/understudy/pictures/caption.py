@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from understudy.pictures.look import grouped, total
+from understudy.pictures.look import brought, grouped, total
 from understudy.pictures.pen import FINE
 from understudy.pictures.sides import Sides
 from understudy.pictures.style import FAINT, INK
@@ -57,11 +57,9 @@ class Caption:
                     (self._left, self._top + FIRST + LINE), _carries(view), font=self._small, fill=FAINT
                 )
             return
-        brought = (
-            f"   ·   {int(view.robots.delivered.sum())} of {total(view)} units home" if self._feeds else ""
-        )
-        x = self._left + self._crew(draw, room=self._room(brought, view.time_s), robots=len(doing))
-        draw.text((x, self._top + FIRST + 2 * FINE), brought, font=self._small, fill=INK)
+        home = "".join(f"   ·   {words}" for words in brought(view))
+        x = self._left + self._crew(draw, room=self._room(home, view.time_s), robots=len(doing))
+        draw.text((x, self._top + FIRST + 2 * FINE), home, font=self._small, fill=INK)
         counts = Counter(doing)
         for name, (x, line) in self._places.items():
             y = self._top + FIRST + LINE * line + SMALL / 2 + 2 * FINE
@@ -72,9 +70,9 @@ class Caption:
                 (x + 3 * DOT, y), text, font=self._small, fill=color if counts[name] else FAINT, anchor="lm"
             )
 
-    def _room(self, brought: str, time_s: float) -> float:
-        """What is left of the first line beside the units brought and the time."""
-        taken = self._small.getlength(brought) + self._large.getlength(f"{time_s:.0f} s")
+    def _room(self, home: str, time_s: float) -> float:
+        """What is left of the first line beside what was brought home and the time."""
+        taken = self._small.getlength(home) + self._large.getlength(f"{time_s:.0f} s")
         return self._right - self._left - taken - GAP
 
     def _crew(self, draw: ImageDraw, *, room: float, robots: int) -> float:

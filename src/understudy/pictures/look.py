@@ -35,7 +35,8 @@ class Thing:
     square: bool
     color: str
     full: float
-    solid: bool
+    rimmed: bool
+    """Whether it is a body, solid or a box to pull, and has a rim."""
     units: int | None
     """The food left in a source; None for what is no source."""
     label: str
@@ -82,10 +83,10 @@ def things(view: WorldView) -> list[Thing]:
                 x=float(objects.x[at]),
                 y=float(objects.y[at]),
                 size=size,
-                square=home,
+                square=home or bool(objects.pull[at]),
                 color=plain if color is None else paint(color),
                 full=full,
-                solid=bool(objects.solid[at]),
+                rimmed=bool(objects.solid[at] or objects.pull[at]),
                 units=units,
                 label=label,
                 served=(food or home) and bool(view.robots.capacity.any()),
@@ -133,6 +134,16 @@ def total(view: WorldView) -> int:
     """All units of food there are, wherever they are now."""
     robots = view.robots
     return int(robots.delivered.sum() + robots.stored.sum() + view.objects.amount[view.objects.food].sum())
+
+
+def brought(view: WorldView) -> list[str]:
+    """What was brought home, in words: food where robots carry any, and boxes where there are some to pull."""
+    words = []
+    if view.robots.capacity.any() and total(view):
+        words.append(f"{int(view.robots.delivered.sum())} of {total(view)} units home")
+    if view.gathered or view.objects.pull.any():
+        words.append(f"{view.gathered} {'box' if view.gathered == 1 else 'boxes'} home")
+    return words
 
 
 def places(frames: Sequence[Frame]) -> tuple[Points, Points]:

@@ -35,6 +35,8 @@ CORE, LEAST_CORE = 0.5, 1.0
 """Where there are sides, a robot has its side's color, and the core of it (a share of its radius, and at least so many
 pixels; smaller is left out) that of what it does.
 """
+CALLING = 1.6
+"""The ring around a robot that raises a signal, in its radii."""
 COLORS, SAMPLES, SAME = 128, 8, 10
 """Colors of the palette, pictures that it is made of, and how close colors (of 255) are taken for one."""
 
@@ -163,6 +165,7 @@ class _Film:
             self._where[at].tolist(), self._heading[at].tolist(), self._doing[at].tolist(), strict=True
         )
         bodies = None if self._sides is None else self._sides.robots
+        calls = self.frames[at].view.robots.signal.tolist()
         for robot, ((x, y), heading, doing) in enumerate(rows):
             radius = self._radius[robot] + 0.05 * unit(self.frames[at].view)
             does = self._palette[doing]
@@ -171,6 +174,8 @@ class _Film:
             else:
                 pen.robot(x, y, heading, radius, (bodies[robot], INK, PAPER))
                 pen.circle(x, y, CORE * radius, does, PAPER)
+            if calls[robot] >= 0:
+                pen.circle(x, y, CALLING * radius, None, does)
 
     def _stamped(self, image: Image, at: int) -> Image:
         """The picture with a dot for each robot, all of one size at once."""

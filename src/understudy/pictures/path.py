@@ -17,12 +17,12 @@ from understudy.pictures.look import (
     FEW,
     Points,
     Thing,
+    brought,
     gone,
     grouped,
     obstacle_colors,
     reach,
     things,
-    total,
     unit,
 )
 from understudy.pictures.sheet import Sheet
@@ -71,11 +71,12 @@ def path_png(frames: Sequence[Frame], path: Path | str, *, title: str = "A run")
 
 
 def _summary(view: WorldView) -> str:
-    units, robots = total(view), len(view.robots)
+    robots = len(view.robots)
     facts = [] if robots == 1 else [grouped(robots) + " robots"]
-    if units and view.robots.capacity.any():
-        brought = int(view.robots.delivered.sum())
-        return ", ".join([*facts, f"{brought} of {units} units brought home in {view.time_s:.0f} s"])
+    home = brought(view)
+    if home:
+        words = " and ".join(home).replace(" home", " brought home")
+        return ", ".join([*facts, f"{words} in {view.time_s:.0f} s"])
     return ", ".join([*facts, f"{view.time_s:.0f} s"])
 
 
@@ -140,7 +141,7 @@ def _thing(axes: Axes, thing: Thing, *, before: bool = False) -> None:
         shape(thing.size, fc=blend(thing.color, GROUND, 0.28), ec=thing.color, lw=1.2)
         shape(thing.size * thing.full, fc=thing.color, ec="none")
     else:
-        shape(thing.size, fc=thing.color, ec=blend(thing.color, INK, 0.7) if thing.solid else "none", lw=1.2)
+        shape(thing.size, fc=thing.color, ec=blend(thing.color, INK, 0.7) if thing.rimmed else "none", lw=1.2)
 
 
 def _label(

@@ -83,7 +83,7 @@ class Pen:
                 self._shape(thing, thing.size * thing.full, thing.color, None)
             else:
                 self._shape(
-                    thing, thing.size, thing.color, blend(thing.color, INK, 0.7) if thing.solid else None
+                    thing, thing.size, thing.color, blend(thing.color, INK, 0.7) if thing.rimmed else None
                 )
 
     def _trim(self, bounds: tuple[float, float, float, float]) -> None:

@@ -74,7 +74,8 @@ def _classes(world: World) -> list[Plain]:
             "name": name,
             "color": view.color(int(row["color"])),
             "radius": float(row["radius"]),
-            **{each: bool(row[each]) for each in ("food", "home", "solid", "pushable")},
+            **{each: bool(row[each]) for each in ("food", "home", "solid")},
+            "pushable": bool(row["pushable"] or row["pull"]),  # robots move it
             "marker": name == MARKER,
             "offered": pointed or name != MOUSE,
         }

@@ -72,7 +72,8 @@ def facts(view: WorldView, columns: int, robot: int = 0) -> str:
     feeds = bool(robots.capacity.any())
     if len(robots) != 1:
         home = f"  home {int(robots.delivered.sum())} of {total(view)}" if feeds and total(view) else ""
-        return f"{grouped(len(robots))} robots{home}"
+        boxes = f"  boxes home {view.gathered}" if view.gathered or view.objects.pull.any() else ""
+        return f"{grouped(len(robots))} robots{home}{boxes}"
     if not feeds:
         return ""
     stored, capacity, delivered = (
@@ -123,7 +124,7 @@ def _sign(view: WorldView, thing: Thing) -> tuple[str, str]:
         return (str(thing.units), _style(thing.color)) if thing.units else ("×", GONE)
     if thing.square:
         return "⌂", _style(thing.color)
-    return "■" if thing.solid else "◆", _style(thing.color)
+    return "■" if thing.rimmed else "◆", _style(thing.color)
 
 
 def _style(color: str) -> str:

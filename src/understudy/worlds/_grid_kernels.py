@@ -13,6 +13,7 @@ MANY = 8  # robots in a cell; where there are more, its small cells are looked a
 
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
 CROWDED = -2
+SIGNALED = 1 << 32  # a relation to those who raise a signal is one to all of them + SIGNALED * the signal
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -105,7 +106,14 @@ def put_spot(c: Any, row: int, world: int) -> None:
 
 @njit(error_model="numpy", forceinline=True)
 def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
-    """Whether a robot is one that is looked for: anyone, a teammate, an opponent, or of team relation - TEAM."""
+    """Whether a robot is one that is looked for: anyone, a teammate, an opponent, or of team relation - TEAM.
+
+    From SIGNALED on, it must raise that signal too.
+    """
+    if relation >= SIGNALED:
+        if robot.signal != relation // SIGNALED:
+            return False
+        relation = relation % SIGNALED
     if relation == ANYONE:
         return True
     team = type_at(c, robot.type).team

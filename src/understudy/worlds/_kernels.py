@@ -8,10 +8,13 @@ from understudy.compiling import kernel_sources
 from understudy.runtime._kernels import pulse
 from understudy.runtime._lead_kernels import lead_world
 from understudy.worlds._barrier_kernels import BLOCK, claim, each, wait
+from understudy.worlds._call_kernels import call, line_up_callers, mean_to_call
 from understudy.worlds._grid_kernels import count, find_cell, put_spot
 from understudy.worlds._motion_kernels import arrive, propose, slide
+from understudy.worlds._nearest_kernels import line_up
 from understudy.worlds._pointer_kernels import at, move_at, robot_at, type_at, work_at
-from understudy.worlds._sense_kernels import line_up, sense
+from understudy.worlds._pull_kernels import bring, grip, haul, keep_together, pull
+from understudy.worlds._sense_kernels import sense
 from understudy.worlds._step_kernels import (
     judge,
     limit,
@@ -32,13 +35,26 @@ bare: Any = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)  # typ
 
 
 @njit(error_model="numpy", forceinline=True)
-def intend(c: Any, row: int, world: int, commands: Any, which: int, cargo: Any) -> None:
-    """What a robot means to do with its commands: drive, turn, load, unload."""
+def intend(
+    c: Any, row: int, world: int, commands: Any, which: int, cargo: Any, pulling: Any, calling: Any
+) -> None:
+    """What a robot means to do with its commands: drive, turn, load, unload, signal.
+
+    It takes hold of boxes, and lets go of them, before anybody moves: of what is within reach as it was sensed.
+    """
     robot, move = robot_at(c, row), move_at(c, world, row)
     drive, turn = commands[which, 0], commands[which, 1]
     seed, tick = at(c.seeds, world, WHOLE).v, at(c.tick, world, WHOLE).v
     propose(robot, type_at(c, robot.type), drive, turn, seed, tick, move)
-    slide(c, row, world)
+    if pulling is not None:
+        still = drive == 0.0 and turn == 0.0
+        grip(c, row, world, commands[which, 2], commands[which, 3], still)
+        if robot.holding == 0:
+            slide(c, row, world)
+    else:
+        slide(c, row, world)
+    if calling is not None:
+        mean_to_call(c, row, world, commands[which, 4])
     if cargo is not None:
         work = work_at(c, row - world * c.count)
         work.still = 1 if drive == 0.0 and turn == 0.0 else 0
@@ -59,10 +75,21 @@ def sort(crew: Any, c: Any, world: int) -> None:
 
 
 @njit(error_model="numpy", forceinline=True)
-def settle(crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any) -> None:
+def settle(
+    crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any, pulling: Any, calling: Any
+) -> None:
     """The rest of a tick, once all robots mean to do something."""
     first, leads = world * c.count, crew[1] == 0
     wait(crew)
+    if calling is not None:
+        each(crew, c, world, call)
+        wait(crew)
+    if pulling is not None:
+        if leads:
+            pull(c, world)
+        wait(crew)
+        each(crew, c, world, haul)
+        wait(crew)
     each(crew, c, world, limit)
     wait(crew)
     if boxes is not None:
@@ -73,11 +100,17 @@ def settle(crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any) -
             for row in range(first, first + c.count):
                 limited_by_boxes(c, row, world)
         wait(crew)
+    if pulling is not None:
+        if leads:
+            keep_together(c, world)
+        wait(crew)
     each(crew, c, world, arrive)
     wait(crew)
     if leads:
         if boxes is not None:
             move_boxes(c, world)
+        if pulling is not None:
+            bring(c, world)
         if cargo is not None:
             transfer(c, world)
         if living is not None:
@@ -89,7 +122,7 @@ def settle(crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any) -
 @njit(error_model="numpy")
 def follow(
     c: Any, world: int, now: float, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, led: Any,
-    camera: Any, ranging: Any, cargo: Any,
+    camera: Any, ranging: Any, cargo: Any, pulling: Any, calling: Any,
 ) -> None:  # fmt: skip
     """Robots sense, their coordinators decide, and then they do."""
     bands, leads = led
@@ -97,7 +130,7 @@ def follow(
     first, end = world * c.count, (world + 1) * c.count
     for low in range(first, end, BLOCK):
         high = min(end, low + BLOCK)
-        sense(c, low, high, world, True, camera, ranging)
+        sense(c, low, high, world, True, camera, ranging, calling)
         for row in range(low, high):
             there[row] = not robot_at(c, row).frozen
             for column in range(sensed.shape[1]):
@@ -105,7 +138,7 @@ def follow(
     lead_world(world, now, bands, leads)
     for row in range(first, end):
         running[row] = pulse(row, sensed[row], now, tables, stacks)
-        intend(c, row, world, commands, running[row], cargo)
+        intend(c, row, world, commands, running[row], cargo, pulling, calling)
 
 
 def _keyed(sources: str) -> Any:
@@ -115,16 +148,16 @@ def _keyed(sources: str) -> Any:
     def advance(
         contexts: Any, mode: int, first: int, end: int, part: int, parts: int, barrier: Any, ticks: int,
         until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any, led: Any,
-        camera: Any, ranging: Any, boxes: Any, cargo: Any, living: Any,
+        camera: Any, ranging: Any, boxes: Any, cargo: Any, living: Any, pulling: Any, calling: Any,
     ) -> None:  # fmt: skip
         """So many ticks of the worlds from `first` up to `end`.
 
-        SENSE only senses, to `out` [N, F]. OBEY does one tick with `commands` [N, 4]. RUN senses, decides with
-        `tables` and `stacks`, and does a row of `commands` [B, 4], which `running` [N] says; `values` are the
+        SENSE only senses, to `out` [N, F]. OBEY does one tick with `commands` [N, 5]. RUN senses, decides with
+        `tables` and `stacks`, and does a row of `commands` [B, 5], which `running` [N] says; `values` are the
         context's `rows`. Of each world this part of `parts` threads does its share; where coordinators lead (`led`:
         bands and leads of `_lead_kernels`), one does it all. A world ends early once finished where `until_finished`.
-        What a scenario does without is None - cameras, sonars and bumpers, boxes, cargo, objects that come, go or
-        walk - and the kernel is compiled without it.
+        What a scenario does without is None - cameras, sonars and bumpers, boxes to push, cargo, objects that come,
+        go or walk, boxes to pull, signals - and the kernel is compiled without it.
         """
         sources  # noqa: B018 - Numba keys its cache with what is closed over
         c = contexts[0]
@@ -142,28 +175,31 @@ def _keyed(sources: str) -> Any:
                 now = at(c.tick, world, WHOLE).v * c.tick_s
                 if c.lines_up:
                     line_up(c, world)
+                if calling is not None:
+                    line_up_callers(c, world)
                 if led is not None:
                     follow(
-                        c, world, now, values, tables, stacks, commands, running, led, camera, ranging, cargo
-                    )
+                        c, world, now, values, tables, stacks, commands, running, led, camera, ranging, cargo,
+                        pulling, calling,
+                    )  # fmt: skip
                 block = claim(crew, blocks, -1) if led is None else -1
                 while block >= 0:
                     low, high = start + block * BLOCK, start + min(c.count, (block + 1) * BLOCK)
-                    sense(c, low, high, world, mode != SENSE, camera, ranging)
+                    sense(c, low, high, world, mode != SENSE, camera, ranging, calling)
                     for row in range(low, high):
                         if mode == SENSE:
                             for column in range(out.shape[1]):
                                 out[row, column] = values[row - low, column]
                         elif mode == OBEY:
-                            intend(c, row, world, commands, row, cargo)
+                            intend(c, row, world, commands, row, cargo, pulling, calling)
                         else:
                             running[row] = pulse(row, values[row - low], now, tables, stacks)
                     if mode == RUN:
                         for row in range(low, high):
-                            intend(c, row, world, commands, running[row], cargo)
+                            intend(c, row, world, commands, running[row], cargo, pulling, calling)
                     block = claim(crew, blocks, block)
                 if mode != SENSE:
-                    settle(crew, c, world, boxes, cargo, living)
+                    settle(crew, c, world, boxes, cargo, living, pulling, calling)
 
     return advance
 

@@ -138,8 +138,13 @@ def limited_by_bounds(
 
 @njit(error_model="numpy", forceinline=True)
 def limited_by_robot(c: Any, scale: float, row: int, other: int, dx: float, dy: float, world: int) -> Any:
-    """The scale that another robot of a world allows, (dx, dy) off, both moving as they mean to."""
+    """The scale that another robot of a world allows, (dx, dy) off, both moving as they mean to.
+
+    Those who hold the same box move as one.
+    """
     own, them = robot_at(c, row), robot_at(c, other)
+    if own.holding != 0 and own.holding == them.holding:
+        return scale
     their_kind = type_at(c, them.type)
     if not their_kind.collides:
         return scale

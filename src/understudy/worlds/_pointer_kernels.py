@@ -11,7 +11,7 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
 from understudy.worlds._angle_kernels import cosine_and_sine
-from understudy.worlds.records import CLASS, DISC, MOVE, OBJECT, PUSH, ROBOT, SEGMENT, TYPE, WORK
+from understudy.worlds.records import CLASS, DISC, MOVE, OBJECT, PULL, PUSH, ROBOT, SEGMENT, TYPE, WORK
 
 
 def _record(typing: Any, address: Any, index: Any, dtype: Any) -> Any:
@@ -90,6 +90,12 @@ def work_at(c: Any, index: int) -> Any:
 def push_at(c: Any, slot: int) -> Any:
     """The PUSH of the object in a slot."""
     return at(c.pushes, slot, PUSH)
+
+
+@njit(error_model="numpy", forceinline=True)
+def pull_at(c: Any, slot: int) -> Any:
+    """The PULL of the object in a slot."""
+    return at(c.pulls, slot, PULL)
 
 
 def _index(typing: Any, address: Any, index: Any) -> Any:

@@ -6,34 +6,22 @@ from typing import Any
 from numba import njit
 
 from understudy.worlds._angle_kernels import angle_of, wrapped
+from understudy.worlds._call_kernels import is_claimed, nearest_caller
 from understudy.worlds._draw_kernels import normal, uniform
 from understudy.worlds._grid_kernels import ANYONE, nearest_robot
 from understudy.worlds._look_kernels import look, scan
-from understudy.worlds._pointer_kernels import at, class_at, move_at, object_at, robot_at, type_at
+from understudy.worlds._nearest_kernels import nearest_lined_up, nearest_object, nearest_unclaimed
+from understudy.worlds._pointer_kernels import at, class_at, index_at, move_at, object_at, robot_at, type_at
 from understudy.worlds.records import NUMBER, OFFSET, PART, STEP, TOUCH, WHOLE
 
 (
-    TO_CLASS, TO_OBJECT, TO_ROBOT, SONAR, CAMERA, BUMPER,
+    TO_CLASS, TO_OBJECT, TO_ROBOT, TO_UNCLAIMED, TO_CALLER, SONAR, CAMERA, BUMPER,
     OWN_X, OWN_Y, OWN_HEADING, OWN_SPEED, OWN_TURNING,
-    STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, CHANCE, SINCE,
-) = range(18)  # fmt: skip
+    STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, HOLDING, ENOUGH, CHANCE, SINCE, CLAIMED,
+) = range(23)  # fmt: skip
 
 NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams within a part's eight
 GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high
-
-
-@njit(error_model="numpy", forceinline=True)
-def nearest_object(c: Any, world: int, x: float, y: float, index: int) -> Any:
-    """Slot and squared distance of the nearest object of a class (food: with food left); -1 where none is."""
-    kind = class_at(c, index)
-    best, best_squared = -1, math.inf
-    for slot in range(kind.first, kind.end):
-        thing = object_at(c, world, slot)
-        dx, dy = thing.x - x, thing.y - y
-        squared = dx * dx + dy * dy
-        if squared < best_squared and thing.present and (thing.amount > 0 or not kind.food):
-            best, best_squared = slot, squared
-    return best, best_squared
 
 
 @njit(error_model="numpy")
@@ -60,6 +48,15 @@ def station_here(c: Any, world: int, x: float, y: float, reach: float) -> Any:
 
 
 @njit(error_model="numpy")
+def _enough(c: Any, robot: Any, world: int) -> Any:
+    """1 where the box that a robot holds has as many hands as it takes to pull it."""
+    slot = robot.holding - 1
+    if slot < 0:
+        return 0.0
+    return 1.0 if object_at(c, world, slot).hands >= class_at(c, index_at(c.class_of, slot)).pull else 0.0
+
+
+@njit(error_model="numpy")
 def own(c: Any, robot: Any, world: int, step: Any) -> Any:
     """A reading of the robot itself."""
     what = step.what
@@ -77,6 +74,10 @@ def own(c: Any, robot: Any, world: int, step: Any) -> Any:
         return 1.0 if robot.blocked >= step.ticks else 0.0
     if what == STORED:
         return float(robot.stored)
+    if what == HOLDING:
+        return 1.0 if robot.holding != 0 else 0.0
+    if what == ENOUGH:
+        return _enough(c, robot, world)
     reach = type_at(c, robot.type).reach
     if what == STATION_HERE:
         return 1.0 if station_here(c, world, robot.x, robot.y, reach) else 0.0
@@ -87,37 +88,26 @@ def own(c: Any, robot: Any, world: int, step: Any) -> Any:
 
 
 @njit(error_model="numpy")
-def line_up(c: Any, world: int) -> None:
-    """Put the places of a world's objects side by side, for `nearest_lined_up`: infinitely far what is not there."""
-    for index in range(c.class_count):
-        kind = class_at(c, index)
-        for slot in range(kind.first, kind.end):
-            thing = object_at(c, world, slot)
-            there = thing.present and (thing.amount > 0 or not kind.food)
-            at(c.object_x, slot, NUMBER).v = thing.x if there else math.inf
-            at(c.object_y, slot, NUMBER).v = thing.y
+def _seek(c: Any, row: int, world: int, step: Any) -> Any:
+    """Where an object is that nobody else claims, or a robot that calls: x, y, squared distance; NaN where none is."""
+    if step.place == TO_UNCLAIMED:
+        slot, squared = nearest_unclaimed(c, row, world, step)
+        if slot >= 0:
+            return at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v, squared
+    else:
+        other, squared = nearest_caller(c, row, world, step.index, step.signal, step.range)
+        if other >= 0:
+            return robot_at(c, other).x, robot_at(c, other).y, squared
+    return math.nan, math.nan, math.inf
 
 
 @njit(error_model="numpy", forceinline=True)
-def nearest_lined_up(c: Any, x: float, y: float, index: int) -> Any:
-    """What `nearest_object` finds, of the places that were lined up in this tick."""
-    kind = class_at(c, index)
-    best, best_squared = -1, math.inf
-    for slot in range(kind.first, kind.end):
-        dx, dy = at(c.object_x, slot, NUMBER).v - x, at(c.object_y, slot, NUMBER).v - y
-        squared = dx * dx + dy * dy
-        if squared < best_squared:
-            best, best_squared = slot, squared
-    return best, best_squared
-
-
-@njit(error_model="numpy", forceinline=True)
-def locate(c: Any, row: int, world: int, step: Any, offset: Any) -> None:
+def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -> None:
     """How far off (`offset`: x, y; world frame) is what a step is to locate; NaN where it is not there, or too far."""
     robot = robot_at(c, row)
     squared = math.inf
     x, y = math.nan, math.nan
-    if step.what == TO_ROBOT:
+    if step.place == TO_ROBOT:
         other = -1
         if step.index >= 0:
             other, squared = nearest_robot(c, row, world, step.index, step.range)
@@ -125,15 +115,18 @@ def locate(c: Any, row: int, world: int, step: Any, offset: Any) -> None:
             x, y = robot_at(c, other).x, robot_at(c, other).y
         if step.index == ANYONE:
             move_at(c, world, row).alone = min(squared, step.range * step.range)
-    elif step.what == TO_CLASS:
-        slot, squared = nearest_lined_up(c, robot.x, robot.y, step.index)
+    elif step.place == TO_CLASS:
+        slot, squared = nearest_lined_up(c, row, world, step)
         if slot >= 0:
             x, y = at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v
-    else:
+    elif step.place == TO_OBJECT:
         thing = object_at(c, world, step.index)
         if thing.present:
             x, y = thing.x, thing.y
             squared = (x - robot.x) * (x - robot.x) + (y - robot.y) * (y - robot.y)
+    if calling is not None:  # noqa: SIM102 - apart, so that Numba leaves out what follows from None
+        if step.place > TO_ROBOT:
+            x, y, squared = _seek(c, row, world, step)
     offset.x = x - robot.x if squared <= step.range * step.range else math.nan
     offset.y = y - robot.y
 
@@ -161,16 +154,18 @@ def feel(c: Any, row: int, world: int, step: Any) -> None:
 
 
 @njit(error_model="numpy", forceinline=True)
-def measure(c: Any, row: int, world: int, step: Any, offset: Any, camera: Any, ranging: Any) -> None:
+def measure(
+    c: Any, row: int, world: int, step: Any, offset: Any, camera: Any, ranging: Any, calling: Any
+) -> None:
     """Measure one step now, without noise: its parts' readings a and b go to `c.a` and `c.b`.
 
     What is to be located has been, and is so far off as `offset` says.
 
-    Where nobody has a camera, or nothing that ranges, these are None, and no code is made for them.
+    Where nobody has a camera, or nothing that ranges, or raises a signal, these are None, and no code is made for them.
     """
     robot = robot_at(c, row)
     a = at(c.a, 0, NUMBER)
-    if step.what <= TO_ROBOT:
+    if step.what <= TO_CALLER:
         a.v = math.sqrt(offset.x * offset.x + offset.y * offset.y)
         if at(c.parts, step.first, PART).b >= 0:
             at(c.b, 0, NUMBER).v = (
@@ -179,14 +174,27 @@ def measure(c: Any, row: int, world: int, step: Any, offset: Any, camera: Any, r
     elif step.what == CHANCE:
         time = at(c.tick, world, WHOLE).v // step.ticks
         a.v = uniform(at(c.seeds, world, WHOLE).v, robot.id, time, step.stream + GHOST)
-    elif step.what > BUMPER:
+    elif step.what > BUMPER and step.what < CHANCE:
         a.v = own(c, robot, world, step)
-    if ranging is not None:  # noqa: SIM102 - apart, so that Numba leaves out what follows from None
+    if calling is not None:  # noqa: SIM102
+        if step.what == CLAIMED:
+            a.v = _claimed(c, row, world, step, offset)
+    if ranging is not None:  # noqa: SIM102
         if step.what == SONAR or step.what == BUMPER:
             feel(c, row, world, step)
     if camera is not None:  # noqa: SIM102
         if step.what == CAMERA:
             look(c, row, world, step)
+
+
+@njit(error_model="numpy")
+def _claimed(c: Any, row: int, world: int, step: Any, offset: Any) -> Any:
+    """Whether somebody else claims what was located; NaN where it is not there."""
+    if offset.x != offset.x:
+        return math.nan
+    robot = robot_at(c, row)
+    x, y = robot.x + offset.x, robot.y + offset.y
+    return 1.0 if is_claimed(c, row, world, x, y, step.signal, step.within) else 0.0
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -214,7 +222,7 @@ def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: 
             a = min(step.width_px, max(0.0, a))
         elif step.what == OWN_HEADING:
             a = wrapped(a)
-        elif step.what == TO_CLASS or step.what == TO_OBJECT or step.what == TO_ROBOT:
+        elif step.what <= TO_CALLER:
             a = max(0.0, a)
     if step.noise_b > 0.0 and b == b:
         drawn = step.noise_b * normal(seed, item, tick, stream + NOISE_B)
@@ -254,8 +262,9 @@ def _since(c: Any, row: int, step: Any, values: int, tick: int, seed: int, item:
 
 @njit(error_model="numpy", forceinline=True)
 def take(
-    c: Any, row: int, world: int, step: Any, offset: Any, values: int, keep: bool, camera: Any, ranging: Any
-) -> None:
+    c: Any, row: int, world: int, step: Any, offset: Any, values: int, keep: bool, camera: Any, ranging: Any,
+    calling: Any,
+) -> None:  # fmt: skip
     """Take a step of the sense plan: readings go to where `values` points, and what is to be kept is where `keep`."""
     robot, tick, seed = robot_at(c, row), at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v
     if step.what == SINCE:
@@ -263,7 +272,7 @@ def take(
         return
     due = is_due(step, tick)
     if due:
-        measure(c, row, world, step, offset, camera, ranging)
+        measure(c, row, world, step, offset, camera, ranging, calling)
     for k in range(step.first, step.end):
         part = at(c.parts, k, PART)
         held = row * c.memory_count + part.held
@@ -284,7 +293,9 @@ def take(
 
 
 @njit(error_model="numpy", forceinline=True)
-def sense(c: Any, low: int, high: int, world: int, keep: bool, camera: Any, ranging: Any) -> None:
+def sense(
+    c: Any, low: int, high: int, world: int, keep: bool, camera: Any, ranging: Any, calling: Any
+) -> None:
     """The readings of the robots `low` to `high` in this tick, to `c.rows`; NaN where they have none.
 
     Where `keep`, what they have to remember of this tick is kept: once a tick, before they move. All take a step
@@ -298,12 +309,12 @@ def sense(c: Any, low: int, high: int, world: int, keep: bool, camera: Any, rang
     for kind in range(c.type_count):
         for index in range(at(c.of_type, 2 * kind, WHOLE).v, at(c.of_type, 2 * kind + 1, WHOLE).v):
             step = at(c.steps, index, STEP)
-            if step.what <= TO_ROBOT and is_due(step, at(c.tick, world, WHOLE).v):
+            if step.place >= 0 and is_due(step, at(c.tick, world, WHOLE).v):
                 for row in range(low, high):
                     if c.type_count == 1 or robot_at(c, row).type == kind:
-                        locate(c, row, world, step, at(c.offsets, row - low, OFFSET))
+                        locate(c, row, world, step, at(c.offsets, row - low, OFFSET), calling)
             for row in range(low, high):
                 robot = robot_at(c, row)
                 if robot.type == kind and not robot.frozen:
                     offset, values = at(c.offsets, row - low, OFFSET), c.rows + size * (row - low)
-                    take(c, row, world, step, offset, values, keep, camera, ranging)
+                    take(c, row, world, step, offset, values, keep, camera, ranging, calling)

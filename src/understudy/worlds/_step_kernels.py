@@ -34,7 +34,7 @@ FINE = 2.0**40  # pushes are summed as whole numbers, so that their order does n
 APPEARS, STAYS, WALKS, PLACE = 1, 2, 3, 4  # streams of an object's draws
 ROBOT_SIZE, OBJECT_SIZE = ROBOT.itemsize, OBJECT.itemsize
 DISC_SIZE, SEGMENT_SIZE = DISC.itemsize, SEGMENT.itemsize
-GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR = 1, 2, 3
+GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR, GOAL_GATHERED = 1, 2, 3, 4
 
 
 @njit(error_model="numpy")
@@ -172,14 +172,14 @@ def limit(c: Any, row: int, world: int) -> None:
 def transfer(c: Any, world: int) -> None:
     """Load and unload for one tick: a unit moves when its last tick is done; work broken off is lost.
 
-    Only a robot that stands still works, within reach. Of several that finish loading the last units of a source
-    in one tick, those with the lowest ids get them. A robot told to do both loads.
+    Only a robot that stands still, with no box in its hands, works within reach. Of several that finish loading
+    the last units of a source in one tick, those with the lowest ids get them. A robot told to do both loads.
     """
     first = world * c.count
     for k in range(c.count):
         robot, work = robot_at(c, first + k), work_at(c, k)
         work.slot = -1
-        still = work.still != 0 and not robot.frozen
+        still = work.still != 0 and not robot.frozen and robot.holding == 0
         kind = type_at(c, robot.type)
         loads = unloads = False
         if still and work.load > 0.0:
@@ -253,13 +253,13 @@ def _new_place(c: Any, world: int, slot: int, turn: int, kind: Any) -> Any:
 
 @njit(error_model="numpy")
 def live(c: Any, world: int) -> None:
-    """Objects that come and go, are captured or walk do so, for one tick."""
+    """Objects that come and go, are captured or walk do so, for one tick; boxes that were gathered appear again."""
     tick, seed = at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v
     for index in range(c.class_count):
         kind = class_at(c, index)
         comes = kind.away_least == kind.away_least
         captured = kind.capture_range == kind.capture_range
-        if not (comes or captured or kind.walk > 0.0):
+        if not (comes or captured or kind.walk > 0.0 or kind.respawn):
             continue
         for slot in range(kind.first, kind.end):
             thing = object_at(c, world, slot)
@@ -279,7 +279,7 @@ def live(c: Any, world: int) -> None:
                         thing.due = tick + 1 + away
                 elif kind.walk > 0.0:
                     _walk(c, thing, slot, kind, tick, seed, world)
-            elif comes and thing.due == tick + 1:
+            elif (comes or kind.respawn) and thing.due == tick + 1:
                 thing.appeared += 1
                 found, x, y = _new_place(c, world, slot, thing.appeared, kind)
                 if not found:
@@ -361,6 +361,11 @@ def judge(c: Any, world: int) -> None:
             for row in range(first, first + c.count):
                 left += robot_at(c, row).stored
         reached = left == 0
+    elif c.goal == GOAL_GATHERED:
+        gathered = 0
+        for slot in range(c.object_count):
+            gathered += object_at(c, world, slot).gathered
+        reached = gathered >= c.goal_count
     else:
         kind = class_at(c, c.goal_target)
         every = c.goal == GOAL_ALL_NEAR

@@ -21,6 +21,7 @@ from understudy.runtime.tables import Stacks, Tables
 from understudy.worlds import _kernels
 from understudy.worlds.contexts import MOST_THREADS, Context, Stage, shared
 from understudy.worlds.grids import Grid, Near, grid_for
+from understudy.worlds.kits import COLUMNS
 from understudy.worlds.plans import Plan
 from understudy.worlds.state import Rules, State
 
@@ -45,7 +46,10 @@ def advance(
     *,
     until_finished: bool = False,
 ) -> None:
-    """Advance all worlds so many ticks; a world ends early once it is finished where `until_finished`."""
+    """Advance all worlds so many ticks; a world ends early once it is finished where `until_finished`.
+
+    The commands of the plan are a table whose columns are COLUMNS.
+    """
     rows, worlds = len(stage.state.robots), len(stage.state.seeds)
     if threads is None:
         threads = 1 if rows < ALONE else os.cpu_count() or 1
@@ -91,14 +95,13 @@ def _side_by_side(
         _together(stage, sensing, fused, ticks, 1, 0, until_finished=until_finished)
         return
     contexts = [Context(stage, sensing, shared(stage, grid_for(rules))) for _ in range(threads)]
-    commands = _padded(fused.commands)
     with _pool(threads) as pool:
         for chunk in _chunks(ticks, len(state.robots)):
 
             def work(part: int, chunk: int = chunk) -> None:
                 first, end = worlds * part // threads, worlds * (part + 1) // threads
                 run(
-                    contexts[part], fused.tables, fused.stacks, commands, fused.running, first=first, end=end,
+                    contexts[part], fused.tables, fused.stacks, fused.commands, fused.running, first=first, end=end,
                     ticks=chunk, until_finished=until_finished, led=fused.lead,
                 )  # fmt: skip
 
@@ -122,7 +125,6 @@ def _together(
     """
     rules = stage.rules
     grid = grid_for(rules)
-    commands = _padded(fused.commands)
     with _pool(threads) as pool:
         for chunk in _chunks(ticks, rules.robots):
             order = np.arange(rules.robots)
@@ -136,7 +138,7 @@ def _together(
                 part: int, chunk: int = chunk, there: _Sorted = there, contexts: list[Context] = contexts
             ) -> None:
                 run(
-                    contexts[part], fused.tables, there.stacks, commands, there.running, first=0, end=1,
+                    contexts[part], fused.tables, there.stacks, fused.commands, there.running, first=0, end=1,
                     part=part, parts=threads, ticks=chunk, until_finished=until_finished,
                 )  # fmt: skip
 
@@ -198,14 +200,7 @@ def _taken(rows: NDArray[Any], order: NDArray[np.intp]) -> NDArray[Any]:
     return taken
 
 
-def _padded(commands: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Commands with a column for each of drive, turn, load and unload."""
-    padded = np.zeros((len(commands), 4))
-    padded[:, : commands.shape[1]] = commands
-    return padded
-
-
-NOTHING = (np.zeros((0, 4)), np.zeros(0, np.int32), np.zeros((0, 0)))
+NOTHING = (np.zeros((0, len(COLUMNS))), np.zeros(0, np.int32), np.zeros((0, 0)))
 
 
 def run(
@@ -228,7 +223,7 @@ def sense(context: Context, worlds: int, out: NDArray[np.float64]) -> None:
 
 
 def obey(context: Context, worlds: int, commands: NDArray[np.float64]) -> None:
-    """One tick with commands [B*N, 4]."""
+    """One tick with commands [B*N, 5]."""
     _kernels.advance(
         context.record, _kernels.OBEY, 0, worlds, 0, 1, context.room.barrier, 1, False,
         context.rows, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2], None, *context.has,

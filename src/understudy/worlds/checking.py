@@ -1,14 +1,20 @@
 """Whether a scenario can be: whatever is impossible or senseless in it is one error that names the key.
 
-`check` looks at types first, then numbers, names, places, and squads. A world that passes may still turn out too
-crowded while it is laid out, which depends on its seed.
+`check` looks at types first, then numbers, names, places, boxes and signals, squads. A world that passes may still
+turn out too crowded while it is laid out, which depends on its seed.
 """
 
 from __future__ import annotations
 
 import msgspec
 
-from understudy.worlds import checking_names, checking_numbers, checking_places, checking_squads
+from understudy.worlds import (
+    checking_boxes,
+    checking_names,
+    checking_numbers,
+    checking_places,
+    checking_squads,
+)
 from understudy.worlds.checker import Checker
 from understudy.worlds.mismatch import Mismatch, convert
 from understudy.worlds.scenario import Scenario
@@ -21,6 +27,7 @@ def check(scenario: Scenario) -> None:
     checking_numbers.check(checker)
     checking_names.check(checker)
     checking_places.check(checker)
+    checking_boxes.check(checker)
     checking_squads.check(checker)
 
 

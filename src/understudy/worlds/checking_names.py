@@ -9,6 +9,7 @@ from typing import Any
 from understudy.errors import listed
 from understudy.model.kinds import Categorical
 from understudy.worlds.checker import Checker
+from understudy.worlds.checking_boxes import check_signal, raised_by
 from understudy.worlds.kits import (
     CARRYING,
     MOVING,
@@ -18,11 +19,12 @@ from understudy.worlds.kits import (
     readings_of_type,
     targets_of,
 )
-from understudy.worlds.rules import most_of, names_of
+from understudy.worlds.rules import SIGNAL, most_of, names_of
 from understudy.worlds.scenario import (
     MOUSE,
     Bumper,
     Chance,
+    Claimed,
     Goal,
     Locator,
     Objects,
@@ -34,7 +36,8 @@ from understudy.worlds.scenario import (
 )
 
 NAME = re.compile(r"\w(?:[\w -]{0,58}\w)?")
-_REFERENCES = ("nearest", "object", "team", "robot", "color")
+_REFERENCES = ("nearest", "object", "team", "robot", "color", "signal")
+_TOGETHER = (["robot", "signal"], ["signal", "team"])
 
 
 def check(checker: Checker) -> None:
@@ -93,11 +96,12 @@ def _check_spelling(checker: Checker) -> None:
         words = {"color": robot.color, "team": robot.team}
         spelled += [(f"types.{kind}.{key}", word) for key, word in words.items() if word is not None]
         spelled += [(f"types.{kind}.behaviors", name) for name in robot.behaviors]
+        spelled += [(f"types.{kind}.behaviors.{name}.{SIGNAL}", signal) for name, signal in raised_by(robot)]
         for index, sensor in enumerate(robot.sensors):
             key = f"types.{kind}.sensors[{index}]"
             if isinstance(sensor, Sonar | Bumper):
                 spelled += [(f"{key}.sectors", name) for name in sensor.sectors]
-            elif isinstance(sensor, Chance | Since):
+            elif isinstance(sensor, Chance | Since | Claimed):
                 spelled.append((f"{key}.name", sensor.name))
     for key, name in spelled:
         check_name(checker, key, name)
@@ -170,16 +174,20 @@ def _check_sectors(checker: Checker, key: str, sectors: Mapping[str, tuple[float
 
 
 def _check_behaviors(checker: Checker, key: str, kind: RobotType) -> None:
-    carries = any(each.capacity > 0 for each in checker.scenario.types.values())
+    scenario = checker.scenario
+    carries = any(each.capacity > 0 for each in scenario.types.values())
+    carries = carries or any(thing.pull is not None for thing in scenario.objects)
     moving, carrying = [each.name for each in MOVING], [each.name for each in CARRYING]
     for name, channels in kind.behaviors.items():
+        check_signal(checker, f"{key}.{name}", channels)
         for channel, value in channels.items():
             at = f"{key}.{name}.{channel}"
             if channel in carrying and not carries:
-                checker.wrong(
-                    at, "is asked for where no robot carries food", "give some type a capacity above 0"
-                )
-            checker.known(at, channel, moving + carrying * carries, what="channel")
+                remedy = "give some type a capacity above 0, or some object a pull"
+                checker.wrong(at, "is asked for where no robot carries food or pulls a box", remedy)
+            checker.known(at, channel, [*moving, *carrying * carries, SIGNAL], what="channel")
+            if isinstance(value, str):
+                continue
             if not -1 <= value <= 1:
                 checker.wrong(
                     at, f"is {value}", "give a number from -1 to 1: a share of the robot's own speed"
@@ -190,8 +198,9 @@ def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
     scenario = checker.scenario
     names = names_of(scenario)
     given = [name for name in _REFERENCES if getattr(target, name) is not None]
-    if len(given) != 1:
-        checker.wrong(key, f"has {listed(given)}", f"give exactly one of {', '.join(_REFERENCES)}")
+    if len(given) != 1 and sorted(given) not in _TOGETHER:
+        remedy = f"give exactly one of {', '.join(_REFERENCES)}; a signal may be beside a team or a robot"
+        checker.wrong(key, f"has {listed(given)}", remedy)
     for name in ("nearest", "object"):
         if name in given:
             checker.known(f"{key}.{name}", getattr(target, name), names.classes, what="class of objects")
@@ -212,15 +221,16 @@ def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
 
 def _check_goal(checker: Checker, goal: Goal) -> None:
     scenario = checker.scenario
-    if goal.delivered == (goal.target is not None):
-        checker.wrong(
-            "goal", "is to deliver and to reach, or neither", "give either delivered = true, or a target"
-        )
+    if [goal.delivered, goal.gathered > 0, goal.target is not None].count(True) != 1:
+        remedy = "give either delivered = true, or how many boxes are to be gathered, or a target"
+        checker.wrong("goal", "is to deliver, to gather and to reach, or none of it", remedy)
     if goal.target is not None:
         checker.known("goal.target", goal.target, names_of(scenario).classes, what="class of objects")
         return
     if goal.all:
         checker.wrong("goal.all", "is given without a target", "leave it out, or give a target")
+    if goal.gathered:
+        return
     carriers = {name for name, kind in scenario.types.items() if kind.capacity > 0}
     if not any(robots.type in carriers for robots in scenario.robots):
         checker.wrong(

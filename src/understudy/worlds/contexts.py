@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.worlds.grids import Grid, Near
-from understudy.worlds.plans import CAMERA, TO_CLASS, Plan
-from understudy.worlds.records import CONTEXT, MOVE, OFFSET, PUSH, SEGMENT, THING, VIEW, WORK
+from understudy.worlds.plans import CAMERA, TO_CLASS, TO_UNCLAIMED, Plan
+from understudy.worlds.records import CONTEXT, MOVE, OFFSET, PULL, PUSH, SEGMENT, SPOT, THING, VIEW, WORK
 from understudy.worlds.scenario import Bumper, Camera, Scenario, Sonar
 from understudy.worlds.state import Records, Rules, State
 
@@ -32,7 +32,7 @@ class Stage(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """What threads at work on the same world have in common: its grid, moves, works, pushes, and their barrier."""
+    """What threads at work on the same world have in common: its grid, scratch records, and their barrier."""
 
     grid: Grid
     moves: Records
@@ -41,6 +41,8 @@ class Shared(NamedTuple):
     """WORK [N]."""
     pushes: Records
     """PUSH [K]."""
+    pulls: Records
+    """PULL [K]."""
     barrier: NDArray[np.int64]
 
 
@@ -48,8 +50,9 @@ def shared(stage: Stage, grid: Grid) -> Shared:
     """Room for the threads that work on one world at a time."""
     objects = stage.state.objects.shape[1]
     robots = stage.rules.robots
-    moves, works, pushes = np.zeros(robots, MOVE), np.zeros(robots, WORK), np.zeros(objects, PUSH)
-    return Shared(grid, moves, works, pushes, np.zeros(8 * (2 + MOST_THREADS), np.int64))
+    moves, works = np.zeros(robots, MOVE), np.zeros(robots, WORK)
+    pushes, pulls = np.zeros(objects, PUSH), np.zeros(objects, PULL)
+    return Shared(grid, moves, works, pushes, pulls, np.zeros(8 * (2 + MOST_THREADS), np.int64))
 
 
 class Context:
@@ -74,10 +77,14 @@ class Context:
             "moves": room.moves,
             "works": room.works,
             "pushes": room.pushes,
+            "pulls": room.pulls,
             "rows": self.rows,
             "offsets": np.zeros(BLOCK, OFFSET),
             "object_x": np.zeros(objects),
             "object_y": np.zeros(objects),
+            "object_order": np.arange(objects),
+            "callers": np.zeros(rules.signals * rules.robots, SPOT),
+            "caller_counts": np.zeros(rules.signals, np.int64),
             "a": _apart(plan.most_parts),
             "b": _apart(plan.most_parts),
             "things": np.zeros(seen, THING),
@@ -89,7 +96,16 @@ class Context:
         record = self.record[0]
         for name, array in arrays.items():
             record[name] = array.ctypes.data
-        for name in ("width", "height", "tick_s", "goal", "goal_target", "goal_within"):
+        for name in (
+            "width",
+            "height",
+            "tick_s",
+            "goal",
+            "goal_target",
+            "goal_within",
+            "goal_count",
+            "signals",
+        ):
             record[name] = getattr(rules, name)
         for name in ("cell", "columns", "lines", "shift", "keep", "most_radius", "most_step"):
             record[name] = getattr(room.grid, name)
@@ -104,13 +120,15 @@ class Context:
         record["object_count"], record["disc_count"], record["segment_count"] = objects, discs, segments
         record["memory_count"] = state.memory.shape[1]
         record["width_of_row"] = self.rows.shape[1]
-        record["lines_up"] = TO_CLASS in plan.steps["what"]
+        record["lines_up"] = bool(np.isin(plan.steps["place"], (TO_CLASS, TO_UNCLAIMED)).any())
         record["solids"] = bool(classes["solid"].any())
         self.has = stage.has
 
 
 def has(scenario: Scenario, rules: Rules) -> tuple[bool | None, ...]:
-    """What there is - cameras, what ranges, boxes, cargo, objects that come, go or walk: True, or None."""
+    """What there is - cameras, what ranges, boxes to push, cargo, objects that come, go or walk, boxes to pull,
+    signals: True, or None.
+    """
     sensors = [sensor for kind in scenario.types.values() for sensor in kind.sensors]
     classes = rules.classes
     comes, captured = ~np.isnan(classes["away_least"]), ~np.isnan(classes["capture_range"])
@@ -119,7 +137,9 @@ def has(scenario: Scenario, rules: Rules) -> tuple[bool | None, ...]:
         any(isinstance(sensor, Sonar | Bumper) for sensor in sensors),
         classes["pushable"].any(),
         (rules.types["capacity"] > 0).any(),
-        (comes | captured | (classes["walk"] > 0)).any(),
+        (comes | captured | (classes["walk"] > 0) | (classes["respawn"] != 0)).any(),
+        (classes["pull"] > 0).any(),
+        rules.signals > 0,
     )
     return tuple(True if there else None for there in found)
 

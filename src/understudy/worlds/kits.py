@@ -12,11 +12,14 @@ from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.kit import Kit
 from understudy.model.target import Target
 from understudy.runtime.body import Channel, Reading
+from understudy.worlds.rules import SIGNAL, signals_of
 from understudy.worlds.scenario import (
     Bumper,
     Camera,
     Cargo,
     Chance,
+    Claimed,
+    Holding,
     Locator,
     Pose,
     RobotType,
@@ -41,6 +44,15 @@ CARRYING = (
     Channel("load", doc="Above 0 loads food, standing still within reach of a source."),
     Channel("unload", doc="Above 0 unloads food, standing still within reach of a home."),
 )
+PULLING = (
+    Channel("load", doc="Above 0 takes hold of the nearest box or loads food, standing still within reach."),
+    Channel(
+        "unload", doc="Above 0 lets go of the box, or unloads food, standing still within reach of a home."
+    ),
+)
+SIGNALING = (Channel(SIGNAL, doc="Which signal it raises, counted from 1 in the order of the file; 0 none."),)
+COLUMNS = tuple(channel.name for channel in (*MOVING, *CARRYING, *SIGNALING))
+"""The columns of a table of commands, whichever of these channels there are."""
 
 
 def kit_of(scenario: Scenario) -> Kit:
@@ -70,9 +82,14 @@ def features_of(scenario: Scenario) -> tuple[Feature, ...]:
 def behaviors_of(scenario: Scenario) -> Mapping[str, Behavior]:
     """The basic behaviors of all types; SettingError where two types mean different commands by one name."""
     found: dict[str, Behavior] = {}
+    signals, pulls = signals_of(scenario), _pulls(scenario)
     for kind, robot in scenario.types.items():
         for name, channels in robot.behaviors.items():
-            behavior = Behavior(name, Command(**channels), doc=_doing(channels))
+            command = {
+                channel: 1.0 + signals.index(value) if isinstance(value, str) else value
+                for channel, value in channels.items()
+            }
+            behavior = Behavior(name, Command(**command), doc=_doing(channels, pulls=pulls))
             if found.setdefault(name, behavior) != behavior:
                 raise _wrong(
                     scenario,
@@ -100,9 +117,15 @@ def readings_of(scenario: Scenario) -> tuple[Reading, ...]:
 
 
 def channels_of(scenario: Scenario) -> tuple[Channel, ...]:
-    """What its robots obey; food is loaded where some type has a capacity."""
+    """What its robots obey: food is loaded where some type has a capacity, and boxes where some can be pulled."""
     carries = any(robot.capacity > 0 for robot in scenario.types.values())
-    return (*MOVING, *CARRYING) if carries else MOVING
+    hands = PULLING if _pulls(scenario) else CARRYING if carries else ()
+    return (*MOVING, *hands, *(SIGNALING if signals_of(scenario) else ()))
+
+
+def _pulls(scenario: Scenario) -> bool:
+    """Whether there are boxes to pull."""
+    return any(thing.pull is not None for thing in scenario.objects)
 
 
 def targets_of(scenario: Scenario) -> tuple[Target, ...]:
@@ -148,6 +171,11 @@ def readings_of_sensor(sensor: Sensor) -> tuple[Reading, ...]:
             return POSE
         case Cargo():
             return CARGO
+        case Holding():
+            return HOLDING
+        case Claimed(name=name, signal=signal):
+            doc = f"Whether another robot near it raises {signal}."
+            return (Reading(name, BOOLEAN, of_targets=True, doc=doc),)
         case Chance(name=name):
             return (Reading(name, Continuous(), doc="A random number from 0 to 1."),)
         case Since():
@@ -181,16 +209,27 @@ CARGO = (
     Reading("station_here", BOOLEAN, doc="Whether a home is within reach, so that unloading works."),
 )
 
+HOLDING = (
+    Reading("holding", BOOLEAN, doc="Whether the robot holds a box."),
+    Reading("enough", BOOLEAN, doc="Whether so many hold the box it holds that they can pull it."),
+)
+
 
 def _feature(name: str, reading: Reading, doc: str = "") -> Feature:
     of = PARAMETER if reading.of_targets else None
     return Feature(name, reading.kind, reading.name, of=of, unit=reading.unit, doc=doc or reading.doc)
 
 
-def _doing(channels: Mapping[str, float]) -> str:
+def _doing(channels: Mapping[str, float | str], *, pulls: bool) -> str:
     """A command in words."""
-    words = [_WORDS[channel][value < 0] for channel, value in channels.items() if value and channel in _WORDS]
-    return f"{', '.join(words).capitalize()}." if words else "Stand still."
+    known = _WORDS | _PULLING_WORDS if pulls else _WORDS
+    words = [
+        f"raise {value}" if isinstance(value, str) else known[channel][value < 0]
+        for channel, value in channels.items()
+        if value and (channel in known or isinstance(value, str))
+    ]
+    said = ", ".join(words)
+    return f"{said[0].upper()}{said[1:]}." if said else "Stand still."
 
 
 _WORDS = {
@@ -199,17 +238,22 @@ _WORDS = {
     "load": ("load food from the source within reach", "do not load"),
     "unload": ("unload food at the home within reach", "do not unload"),
 }
+_PULLING_WORDS = {
+    "load": ("take hold of the box within reach", "do not take hold"),
+    "unload": ("let go of the box", "do not let go"),
+}
 
 
 def _meaning(target: TargetOf) -> str:
     if target.nearest is not None:
-        return f"The nearest {target.nearest}."
+        return f"The nearest {target.nearest}{' that nobody else claims' if target.unclaimed else ''}."
     if target.object is not None:
         return f"The {target.object}{f', number {target.index + 1}' if target.index else ''}."
+    raising = f" that raises {target.signal}" if target.signal else ""
     if target.team is not None:
-        return f"The nearest robot of the team {target.team}."
-    if target.robot is not None:
-        return f"The nearest {'robot' if target.robot == 'any' else target.robot}."
+        return f"The nearest robot of the team {target.team}{raising}."
+    if target.robot is not None or target.signal is not None:
+        return f"The nearest {'robot' if target.robot in (None, 'any') else target.robot}{raising}."
     return f"Whatever is {target.color}."
 
 

@@ -23,6 +23,8 @@ from understudy.worlds.scenario import (
     Camera,
     Cargo,
     Chance,
+    Claimed,
+    Holding,
     Locator,
     Pose,
     Scenario,
@@ -36,10 +38,10 @@ from understudy.worlds.sectors import sector
 from understudy.worlds.state import Records, Rules
 
 (
-    TO_CLASS, TO_OBJECT, TO_ROBOT, SONAR, CAMERA, BUMPER,
+    TO_CLASS, TO_OBJECT, TO_ROBOT, TO_UNCLAIMED, TO_CALLER, SONAR, CAMERA, BUMPER,
     OWN_X, OWN_Y, OWN_HEADING, OWN_SPEED, OWN_TURNING,
-    STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, CHANCE, SINCE,
-) = range(18)  # fmt: skip
+    STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, HOLDING, ENOUGH, CHANCE, SINCE, CLAIMED,
+) = range(23)  # fmt: skip
 """What a step measures; `_sense_kernels` has the same."""
 
 
@@ -167,6 +169,7 @@ class Planner:
         for number, part in enumerate(measure.parts):
             found = [columns.get(key, []) for key in part.keys]
             step = {
+                "place": -1,
                 **part.step,
                 "dropout": measure.sensor.dropout,
                 "period": self._period(measure.sensor),
@@ -244,7 +247,7 @@ class Planner:
                     step = self._locating(targets[name])
                     step |= {"range": inf if sensor.range is None else sensor.range}
                     step |= {"noise_a": sensor.noise_range, "noise_b": radians(sensor.noise_deg)}
-                    yield _Part((("range", name), ("bearing", name)), step)
+                    yield _Part((("range", name), ("bearing", name)), step | {"what": step["place"]})
             case Pose():
                 noises = (
                     sensor.noise,
@@ -264,6 +267,14 @@ class Planner:
                     ("food_stored", "food_here", "food_left", "station_here"), STORED
                 ):
                     yield _Part(((name, None),), {"what": what})
+            case Holding():
+                for what, name in ((HOLDING, "holding"), (ENOUGH, "enough")):
+                    yield _Part(((name, None),), {"what": what})
+            case Claimed():
+                claimed = {"what": CLAIMED, "within": sensor.range, "range": inf}
+                for name in claimable(self.scenario) if sensor.targets is None else sensor.targets:
+                    signal = {"signal": 1 + self.names.signals.index(sensor.signal)}
+                    yield _Part(((sensor.name, name),), self._locating(targets[name]) | claimed | signal)
             case Chance():
                 ticks = 1 if sensor.every_s is None else max(1, round(sensor.every_s / self.scenario.tick_s))
                 yield _Part(((sensor.name, None),), {"what": CHANCE, "ticks": ticks})
@@ -281,26 +292,34 @@ class Planner:
     def _boolean(self, type_name: str, reading: str) -> bool:
         sensors = self.scenario.types[type_name].sensors
         bumpers = {name for each in sensors if isinstance(each, Bumper) for name in each.sectors}
-        return reading in bumpers | {"stuck", "food_left", "station_here"}
+        claims = {each.name for each in sensors if isinstance(each, Claimed)}
+        return reading in bumpers | claims | {"stuck", "food_left", "station_here", "holding", "enough"}
 
     def _locating(self, target: TargetOf) -> dict[str, Any]:
-        classes = self.names.classes
+        classes, signals = self.names.classes, self.names.signals
         if target.nearest is not None:
-            return {"what": TO_CLASS, "index": classes.index(target.nearest)}
+            index = classes.index(target.nearest)
+            if target.unclaimed is None:
+                return {"place": TO_CLASS, "index": index}
+            claim = {"signal": 1 + signals.index(target.unclaimed), "within": target.within}
+            return {"place": TO_UNCLAIMED, "index": index, **claim}
         if target.object is not None:
             first = int(self.rules.classes["first"][classes.index(target.object)])
-            return {"what": TO_OBJECT, "index": first + target.index}
+            return {"place": TO_OBJECT, "index": first + target.index}
         relation = -1  # a color alone: nowhere in particular
         if target.team is not None:
             relation = TEAM + self.names.teams.index(target.team)
         elif target.robot is not None:
             relation = {"any": ANYONE, "teammate": TEAMMATE, "opponent": OPPONENT}[target.robot]
-        return {"what": TO_ROBOT, "index": relation}
+        if target.signal is not None:
+            relation = max(relation, ANYONE)
+            return {"place": TO_CALLER, "index": relation, "signal": 1 + signals.index(target.signal)}
+        return {"place": TO_ROBOT, "index": relation}
 
     def color_of(self, target: TargetOf, type_name: str) -> str | None:
         """The color by which a camera knows a target: its own, else that of what it stands for."""
         types = self.scenario.types
-        if target.color is not None:
+        if target.color is not None or target.signal is not None:  # no robot changes its color when it calls
             return target.color
         thing = target.nearest or target.object
         if thing is not None:
@@ -310,3 +329,9 @@ class Planner:
                 (kind.color for name, kind in types.items() if (kind.team or name) == target.team), None
             )
         return types[type_name].color if target.robot == "teammate" else None
+
+
+def claimable(scenario: Scenario) -> tuple[str, ...]:
+    """The targets that may be claimed or not: those that are objects, but for those that never are."""
+    targets = {name: each for name, each in scenario.targets.items() if each.unclaimed is None}
+    return tuple(name for name, each in targets.items() if each.nearest or each.object)

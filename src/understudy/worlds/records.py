@@ -1,7 +1,8 @@
 """Records: what Python and the kernels of worlds both look at, and where it lies in memory.
 
 Lengths in m, angles in rad; speeds, in TYPE and ROBOT, per tick. A record keeps what is used together in one place.
-Whole numbers are 64 bits wide, as those in kernels are, so that no kernel is compiled once more for narrow ones.
+Whole numbers are 64 bits wide, as those in kernels are, so that no kernel is compiled once more for narrow ones; but
+for some of a robot, which so fits into 128 bytes, two lines of a processor's cache.
 """
 
 import numpy as np
@@ -22,11 +23,13 @@ ROBOT = np.dtype(
         ("id", "i8"),  # within its world
         ("type", "i8"),
         ("stored", "i8"),  # units of food
-        ("loading", "i8"),  # ticks spent on the unit at hand
-        ("unloading", "i8"),
+        ("loading", "i4"),  # ticks spent on the unit at hand
+        ("unloading", "i4"),
         ("delivered", "i8"),
         ("blocked", "i8"),  # ticks in a row that it drove and got nowhere
         ("frozen", "i8"),  # 1: neither senses nor moves (a robot that failed)
+        ("holding", "i4"),  # the slot of the box it holds + 1; 0 none
+        ("signal", "i4"),  # what it raises for others to see, counted from 1; 0 nothing
     ],
     align=True,
 )
@@ -63,6 +66,8 @@ OBJECT = np.dtype(
         ("appeared", "i8"),  # times it has appeared, which keys the next draw of a place
         ("due", "i8"),  # tick at which it appears or leaves; -1 never
         ("captured", "i8"),  # tick at which a robot first came within range; -1 not yet
+        ("hands", "i8"),  # robots that hold it
+        ("gathered", "i8"),  # times it was brought home
     ],
     align=True,
 )
@@ -88,6 +93,8 @@ CLASS = np.dtype(
         ("pushable", "i8"),
         ("pushers", "i8"),
         ("opaque", "i8"),  # as a THING's
+        ("pull", "i8"),  # robots it takes to pull it; 0: it cannot be pulled
+        ("respawn", "i8"),  # appears again once it is gathered
         ("capture_ticks", "i8"),
         ("turn_ticks", "i8"),
     ],
@@ -123,10 +130,11 @@ WORK = np.dtype(
         ("still", "i8"),  # commanded neither to drive nor to turn
         ("slot", "i8"),  # the source it is about to get a unit of, and how many get one before it
         ("order", "i8"),
+        ("signal", "i8"),  # raised from this tick on
     ],
     align=True,
 )
-"""What a robot that may carry something means to do beside, in a tick."""
+"""What a robot means to do in a tick beside moving."""
 
 PUSH = np.dtype(
     [("dx", "f8"), ("dy", "f8"), ("scale", "f8"), ("sum_x", "i8"), ("sum_y", "i8"), ("count", "i8")],
@@ -134,12 +142,27 @@ PUSH = np.dtype(
 )
 """How far an object is pushed in a tick: what its pushers sum up to, what it means to do, and may."""
 
+PULL = np.dtype(
+    [
+        ("dx", "f8"),
+        ("dy", "f8"),
+        ("scale", "f8"),
+        ("slowest", "f8"),  # of those who hold it, m per tick
+        ("sum_x", "i8"),
+        ("sum_y", "i8"),
+        ("count", "i8"),
+    ],
+    align=True,
+)
+"""How far a box is pulled in a tick: what its holders sum up to, what they mean to do together, and may."""
+
 OFFSET = np.dtype([("x", "f8"), ("y", "f8")])
 """How far off something is; NaN where it is not there."""
 
 STEP = np.dtype(
     [
         ("range", "f8"),
+        ("within", "f8"),  # m; how near to a thing a robot claims it
         ("noise_a", "f8"),
         ("noise_b", "f8"),
         ("dropout", "f8"),
@@ -151,6 +174,8 @@ STEP = np.dtype(
         ("ghosts", "f8"),
         ("noisy", "i8"),  # has noise, dropout or the like
         ("what", "i8"),
+        ("place", "i8"),  # what is to be located first, as `what` has it; -1 nothing
+        ("signal", "i8"),  # that robots raise who are looked for, or who claim
         ("index", "i8"),  # class, object slot, relation of a robot, source column of SINCE
         ("nearest", "i8"),
         ("sees", "i8"),  # walls 1, obstacles 2, robots 4
@@ -208,6 +233,7 @@ CONTEXT = np.dtype(
         ("count", "i8"),  # N, robots in a world
         ("goal", "i8"),
         ("goal_target", "i8"),
+        ("goal_count", "i8"),
         ("type_count", "i8"),
         ("class_count", "i8"),
         ("object_count", "i8"),
@@ -217,6 +243,7 @@ CONTEXT = np.dtype(
         ("width_of_row", "i8"),
         ("passable", "i8"),  # some robots let others pass, so that two may be in the same place
         ("lines_up", "i8"),  # objects of some class are looked for
+        ("signals", "i8"),
         ("solids", "i8"),
         # Where arrays lie.
         ("robots", "i8"),
@@ -242,10 +269,14 @@ CONTEXT = np.dtype(
         ("moves", "i8"),  # of the scratch, as all from here on
         ("works", "i8"),
         ("pushes", "i8"),
+        ("pulls", "i8"),
         ("rows", "i8"),
         ("offsets", "i8"),
         ("object_x", "i8"),
         ("object_y", "i8"),
+        ("object_order", "i8"),
+        ("callers", "i8"),
+        ("caller_counts", "i8"),
         ("a", "i8"),
         ("b", "i8"),
         ("things", "i8"),

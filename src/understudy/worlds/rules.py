@@ -8,11 +8,12 @@ from math import inf, nan, radians
 
 import numpy as np
 
-from understudy.worlds.scenario import MOUSE, Objects, Placing, RobotType, Scenario
+from understudy.worlds.scenario import MOUSE, Goal, Objects, Placing, RobotType, Scenario
 from understudy.worlds.state import (
     CLASS,
     GOAL_ALL_NEAR,
     GOAL_DELIVERED,
+    GOAL_GATHERED,
     GOAL_NEAR,
     GOAL_NONE,
     TYPE,
@@ -20,15 +21,19 @@ from understudy.worlds.state import (
     Rules,
 )
 
+SIGNAL = "signal"
+"""The channel that raises a signal."""
+
 
 @dataclass(frozen=True)
 class Names:
-    """What indices stand for: classes of objects in order of their slots, robot types, colors, teams."""
+    """What indices stand for: classes of objects in order of their slots, robot types, colors, teams, signals."""
 
     classes: tuple[str, ...]
     types: tuple[str, ...]
     colors: tuple[str, ...]
     teams: tuple[str, ...]
+    signals: tuple[str, ...]
 
     def color(self, name: str | None) -> int:
         """The index of a color; -1 for none, or one that nothing has."""
@@ -48,7 +53,14 @@ def names_of(scenario: Scenario) -> Names:
         types=tuple(scenario.types),
         colors=_distinct(color for color in colored if color is not None),
         teams=_distinct(kind.team or name for name, kind in scenario.types.items()),
+        signals=signals_of(scenario),
     )
+
+
+def signals_of(scenario: Scenario) -> tuple[str, ...]:
+    """The signals that behaviors raise, in the order of the file: the first is number 1 in commands and states."""
+    behaviors = (each for kind in scenario.types.values() for each in kind.behaviors.values())
+    return _distinct(word for each in behaviors if isinstance(word := each.get(SIGNAL), str))
 
 
 def rules_of(scenario: Scenario) -> Rules:
@@ -56,9 +68,6 @@ def rules_of(scenario: Scenario) -> Rules:
     names = names_of(scenario)
     classes = _classes(scenario, names)
     goal = scenario.goal
-    kind = GOAL_NONE
-    if goal is not None:
-        kind = GOAL_DELIVERED if goal.delivered else GOAL_ALL_NEAR if goal.all else GOAL_NEAR
     return Rules(
         types=_types(scenario, names),
         classes=classes,
@@ -67,10 +76,22 @@ def rules_of(scenario: Scenario) -> Rules:
         height=scenario.size[1],
         tick_s=scenario.tick_s,
         robots=sum(robot_count(robots.count, robots.at) for robots in scenario.robots),
-        goal=kind,
+        goal=_goal(goal),
         goal_target=names.classes.index(goal.target) if goal is not None and goal.target else -1,
         goal_within=goal.within if goal is not None else 0.0,
+        goal_count=goal.gathered if goal is not None else 0,
+        signals=len(names.signals),
     )
+
+
+def _goal(goal: Goal | None) -> int:
+    if goal is None:
+        return GOAL_NONE
+    if goal.delivered:
+        return GOAL_DELIVERED
+    if goal.gathered:
+        return GOAL_GATHERED
+    return GOAL_ALL_NEAR if goal.all else GOAL_NEAR
 
 
 def robot_count(count: object, at: object) -> int:
@@ -148,6 +169,8 @@ def _classes(scenario: Scenario, names: Names) -> Records:
         row["home"], row["solid"], row["pushable"] = thing.home, thing.solid or thing.pushable, thing.pushable
         row["pushers"] = thing.pushers
         row["opaque"] = -1 if thing.aloft else row["solid"]
+        if thing.pull is not None:
+            row["pull"], row["respawn"] = thing.pull.robots, thing.pull.respawn
     return rows
 
 

@@ -93,12 +93,23 @@ class Walk(Part, frozen=True, kw_only=True):
     turn_s: float = 5.0
 
 
+class Pull(Part, frozen=True, kw_only=True):
+    """A box that robots take hold of by loading: with `robots` hands at least, it moves as they drive.
+
+    Once its center is in a home it is gathered; where `respawn`, it appears again at a free place.
+    """
+
+    robots: int = 1
+    respawn: bool = False
+
+
 class Objects(Placing, frozen=True, kw_only=True):
     """Things of one class: food, a ball, boxes, markers, waypoints, the home base.
 
     `amount` makes them sources of food that robots load; `home` a place where they unload. `solid` ones stop
     robots, sonar and sight; `pushable` ones are solid and moved by robots that drive into them, `pushers` of
-    them at least. `height` is what a camera sees of it, 2 radii if left out; nothing hides what hangs `aloft`.
+    them at least. Those with a `pull` are in nobody's way, and moved by robots that hold them. `height` is what
+    a camera sees of it, 2 radii if left out; nothing hides what hangs `aloft`.
     """
 
     name: str
@@ -110,6 +121,7 @@ class Objects(Placing, frozen=True, kw_only=True):
     solid: bool = False
     pushable: bool = False
     pushers: int = 1
+    pull: Pull | None = None
     aloft: bool = False
     presence: Presence | None = None
     capture: Capture | None = None
@@ -195,6 +207,22 @@ class Cargo(Measuring, frozen=True, kw_only=True, tag="cargo", tag_field="kind")
     """
 
 
+class Holding(Measuring, frozen=True, kw_only=True, tag="holding", tag_field="kind"):
+    """Readings of boxes to pull: `holding` (whether the robot holds one), `enough` (whether enough robots hold it)."""
+
+
+class Claimed(Measuring, frozen=True, kw_only=True, tag="claimed", tag_field="kind"):
+    """The reading `name` of an object as target: whether another robot within `range` of it raises the signal.
+
+    Of all targets that are objects, or of the `targets` it names.
+    """
+
+    signal: str
+    range: float
+    name: str = "claimed"
+    targets: tuple[str, ...] | None = None
+
+
 class Chance(Measuring, frozen=True, kw_only=True, tag="random", tag_field="kind"):
     """A reading in [0, 1), drawn anew every `every_s` (every tick if left out)."""
 
@@ -212,7 +240,9 @@ class Since(Measuring, frozen=True, kw_only=True, tag="since", tag_field="kind")
     of: str
 
 
-Sensor: TypeAlias = Sonar | Camera | Locator | Pose | Bumper | Stuck | Cargo | Chance | Since
+Sensor: TypeAlias = (
+    Sonar | Camera | Locator | Pose | Bumper | Stuck | Cargo | Holding | Claimed | Chance | Since
+)
 
 
 class RobotType(Part, frozen=True, kw_only=True):
@@ -221,6 +251,7 @@ class RobotType(Part, frozen=True, kw_only=True):
     `speed` and `turning_deg` (per s) are what the commands drive = 1 and turn = 1 ask for; the accelerations, where
     given, limit how fast it gets there. Noise is a share of the motion of each tick. A robot carries up to
     `capacity` units of food, loads and unloads one in `load_s` and `unload_s` within `reach`, standing still.
+    A behavior says for each channel how much of it, and for `signal` which one it raises while it runs.
     """
 
     radius: float = 0.2
@@ -239,7 +270,7 @@ class RobotType(Part, frozen=True, kw_only=True):
     unload_s: float = 1.0
     collides: bool = True
     sensors: tuple[Sensor, ...] = ()
-    behaviors: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    behaviors: Mapping[str, Mapping[str, float | str]] = field(default_factory=dict)
 
 
 class Robots(Placing, frozen=True, kw_only=True):
@@ -257,6 +288,8 @@ class TargetOf(Part, frozen=True, kw_only=True):
 
     `nearest` of a class of objects (food: with food left), the first `object` of a class, the nearest robot of
     this `team`, or the nearest robot that is a "teammate", an "opponent" or "any". A `color` alone, for cameras.
+    A `signal` alone, or beside `team` or `robot`, means robots that raise it. `nearest` may pass over objects that
+    are `unclaimed` no more: another robot `within` that far of them raises this signal.
     """
 
     nearest: str | None = None
@@ -265,6 +298,9 @@ class TargetOf(Part, frozen=True, kw_only=True):
     team: str | None = None
     robot: Literal["teammate", "opponent", "any"] | None = None
     color: str | None = None
+    signal: str | None = None
+    unclaimed: str | None = None
+    within: float | None = None
     doc: str = ""
 
 
@@ -276,12 +312,13 @@ class FeatureOf(Part, frozen=True, kw_only=True):
 
 
 class Goal(Part, frozen=True, kw_only=True):
-    """When a world is finished: all food `delivered`, or a robot (or `all` of them) within `within` of a target.
+    """When a world is finished: all food `delivered`, so many boxes `gathered`, or a robot (or `all`) at a target.
 
-    The target is a class of objects, any one of it.
+    The target is a class of objects, any one of it, and `within` how near to it.
     """
 
     delivered: bool = False
+    gathered: int = 0
     target: str | None = None
     within: float = 0.5
     all: bool = False

@@ -17,7 +17,7 @@ __all__ = ["CLASS", "DISC", "OBJECT", "ROBOT", "SEGMENT", "TYPE", "Records", "Ru
 
 Records = NDArray[Any]
 
-GOAL_NONE, GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR = 0, 1, 2, 3
+GOAL_NONE, GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR, GOAL_GATHERED = range(5)
 
 
 class Rules(NamedTuple):
@@ -38,6 +38,10 @@ class Rules(NamedTuple):
     goal_target: int
     """Index of a class of objects."""
     goal_within: float
+    goal_count: int
+    """Boxes to gather."""
+    signals: int
+    """How many signals there are."""
 
 
 class State(NamedTuple):

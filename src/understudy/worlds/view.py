@@ -38,6 +38,10 @@ class RobotsView:
     stored: Ints
     capacity: Ints
     delivered: Ints
+    holding: Ints
+    """The slot of the box that it holds, -1 for none."""
+    signal: Ints
+    """Which of the view's names of signals it raises, -1 for none."""
     frozen: Bools
     """Robots that failed: they neither sense nor move."""
 
@@ -64,6 +68,8 @@ class ObjectsView:
     home: Bools
     solid: Bools
     pushable: Bools
+    pull: Ints
+    """How many robots it takes to pull it; 0 for what cannot be pulled."""
 
     def __len__(self) -> int:
         return len(self.x)
@@ -97,6 +103,8 @@ class WorldView:
     edges: Floats
     """Edges of polygonal obstacles [E, 4], one polygon after the other."""
     names: Names
+    gathered: int = 0
+    """Boxes that were brought home."""
 
     @property
     def polygons(self) -> tuple[Floats, ...]:
@@ -136,6 +144,7 @@ def view(state: State, rules: Rules, names: Names, world: int = 0) -> WorldView:
         walls=lines[wall],
         edges=lines[~wall],
         names=names,
+        gathered=int(state.objects["gathered"][world].sum()),
     )
 
 
@@ -145,6 +154,8 @@ def _robots(rows: Records, rules: Rules) -> RobotsView:
     return RobotsView(
         **{name: rows[name].copy() for name in own},
         **{name: rules.types[name][rows["type"]] for name in typed},
+        holding=rows["holding"] - 1,
+        signal=rows["signal"] - 1,
         frozen=rows["frozen"] != 0,
     )
 
@@ -156,7 +167,7 @@ def _objects(rows: Records, rules: Rules) -> ObjectsView:
         slot=slot,
         kind=kind,
         **{name: rows[name][slot] for name in ("x", "y", "amount", "at_first")},
-        **{name: rules.classes[name][kind] for name in ("radius", "color")},
+        **{name: rules.classes[name][kind] for name in ("radius", "color", "pull")},
         **{name: rules.classes[name][kind] != 0 for name in ("food", "home", "solid", "pushable")},
     )
 

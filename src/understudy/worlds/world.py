@@ -7,6 +7,7 @@ gaps let it, then loads, then objects come, go and walk.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from math import isfinite, nan, tau
 from typing import Any
@@ -15,7 +16,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import DefinitionError, FileError, SettingError, UnknownName, listed
+from understudy.errors import FileError, SettingError, UnknownName, listed
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.kit import Kit
@@ -23,9 +24,10 @@ from understudy.runtime.body import Channel, Commands, FusedPlan, Reading
 from understudy.worlds import snapshots
 from understudy.worlds.advancing import advance, obey, sense
 from understudy.worlds.checking import check
+from understudy.worlds.commands import table_of
 from understudy.worlds.contexts import Context, Stage, has, shared
 from understudy.worlds.grids import grid_for, near_for
-from understudy.worlds.kits import channels_of, kit_of, readings_of, targets_of
+from understudy.worlds.kits import COLUMNS, channels_of, kit_of, readings_of, targets_of
 from understudy.worlds.placing import lay_out
 from understudy.worlds.plans import Planner
 from understudy.worlds.rules import names_of, rules_of
@@ -46,6 +48,7 @@ class World:
         self.readings: Sequence[Reading] = readings_of(scenario)
         self.channels: Sequence[Channel] = channels_of(scenario)
         self.targets: Sequence[str] = tuple(target.name for target in targets_of(scenario))
+        self.columns = [COLUMNS.index(channel.name) for channel in self.channels]
         self.worlds, self.robots = len(seeds), self.rules.robots
         self.agents = self.worlds * self.robots
         self._planner = Planner(scenario, self.rules, self.names)
@@ -103,6 +106,12 @@ class World:
         total: NDArray[np.int64] = sources.sum(axis=1) + stored + self.delivered
         return total
 
+    @property
+    def gathered(self) -> NDArray[np.int64]:
+        """Boxes brought home in each world [B]."""
+        gathered: NDArray[np.int64] = self.state.objects["gathered"].sum(axis=1)
+        return gathered
+
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, one world per seed, as many worlds as before."""
         seeds = self._listed(seeds)
@@ -145,14 +154,9 @@ class World:
         obey(self._context(()), self.worlds, self.commanded(commands))
 
     def commanded(self, commands: Commands) -> NDArray[np.float64]:
-        """Commands as a table [B*N, 4], a column per channel and none left out; an unusable one raises."""
+        """Commands as a table [B*N, 5], whose columns are COLUMNS and none left out; an unusable one raises."""
         names = [channel.name for channel in self.channels]
-        table = np.zeros((self.agents, 4))
-        for channel, column in commands.items():
-            if channel not in names:
-                raise UnknownName(what="channel", name=channel, where=self._where, known=names)
-            table[:, names.index(channel)] = self._column(channel, column)
-        return table
+        return table_of(commands, agents=self.agents, channels=names, where=self._where)
 
     def advance(
         self, plan: FusedPlan, ticks: int, threads: int | None = None, *, until_finished: bool = False
@@ -163,6 +167,9 @@ class World:
         times have no one `time_s`: reset them before they go on tick by tick.
         """
         sensing = self._plan(self._known(plan.keys))
+        commands = np.zeros((len(plan.commands), len(COLUMNS)))
+        commands[:, self.columns] = plan.commands
+        plan = replace(plan, commands=commands)
         advance(self._stage, sensing, plan, ticks, threads, until_finished=until_finished)
 
     def snapshot(self) -> bytes:
@@ -181,10 +188,11 @@ class World:
         like = self.state._asdict()
         arrays = snapshots.unpack(snapshot, self.scenario.name, self._settings(), like, growing=("discs",))
         state = State(**arrays)
-        ids, types = state.robots["id"], state.robots["type"]
+        ids, types, holding = (state.robots[name] for name in ("id", "type", "holding"))
         if not (
             np.array_equal(ids, np.tile(np.arange(self.robots), self.worlds))
             and np.all((types >= 0) & (types < len(self.rules.types)))
+            and np.all((holding >= 0) & (holding <= len(self.rules.class_of)))
         ):
             raise FileError(
                 path="snapshot", place="robots", problem="are none of this world", remedy="take it again"
@@ -200,7 +208,7 @@ class World:
         return view(self.state, self.rules, self.names, world)
 
     def place(self, agent: int, x: float, y: float, heading: float) -> None:
-        """Put a robot somewhere free, as a demonstrator drives it into position; the unit at hand is broken off."""
+        """Put a robot somewhere free, as a demonstrator drives it into position; what it has at hand is left."""
         robot = self.state.robots[self._index("agent", agent, self.agents)]
         kind, world = self.rules.types[robot["type"]], agent // self.robots
         self._finite(f"place of robot {agent}", x, y, heading)
@@ -208,14 +216,17 @@ class World:
             f"place of robot {agent}", x, y, kind["radius"], world=world,
             robot=int(robot["id"]), collides=bool(kind["collides"]),
         )  # fmt: skip
+        if robot["holding"]:
+            self.state.objects["hands"][world, robot["holding"] - 1] -= 1
         robot["x"], robot["y"], robot["heading"] = x, y, heading % tau % tau
-        for name in ("speed", "spin", "loading", "unloading", "blocked"):
+        for name in ("speed", "spin", "loading", "unloading", "blocked", "holding"):
             robot[name] = 0
 
     def move_object(self, slot: int, x: float, y: float, *, world: int = 0) -> None:
-        """Put an object that is there somewhere; slots are those of `view`."""
+        """Put an object that is there somewhere, out of the hands that hold it; slots are those of `view`."""
         thing = self._object(slot, world)
         self._free_for(f"place of object {slot}", self.rules.class_of[slot], x, y, world=world, slot=slot)
+        self._let_go(slot, world)
         thing["x"], thing["y"] = x, y
 
     def add_object(self, name: str, x: float, y: float, *, amount: int = 0, world: int = 0) -> int:
@@ -234,9 +245,10 @@ class World:
                 f"objects {name!r}", f"are {len(things)} already", "remove one, or give more spare_objects"
             )
         slot = int(kind["first"]) + int(free[0])
+        gathered = self.state.objects["gathered"][world, slot]  # a box that was there once still counts
         self.state.objects[world, slot] = np.zeros((), self.state.objects.dtype)
         thing = self.state.objects[world, slot]
-        thing["x"], thing["y"], thing["present"] = x, y, 1
+        thing["x"], thing["y"], thing["present"], thing["gathered"] = x, y, 1, gathered
         thing["amount"] = thing["at_first"] = amount
         thing["due"] = thing["captured"] = -1
         return slot
@@ -244,7 +256,14 @@ class World:
     def remove_object(self, slot: int, *, world: int = 0) -> None:
         """Remove an object that is there; it does not come again."""
         thing = self._object(slot, world)
+        self._let_go(slot, world)
         thing["present"], thing["due"], thing["amount"] = 0, -1, 0
+
+    def _let_go(self, slot: int, world: int) -> None:
+        """Take an object out of all hands."""
+        robots = self.state.robots[world * self.robots : (world + 1) * self.robots]
+        robots["holding"][robots["holding"] == slot + 1] = 0
+        self.state.objects["hands"][world, slot] = 0
 
     def add_obstacle(self, x: float, y: float, radius: float, *, world: int = 0) -> None:
         """Add a round obstacle to a world, where it overlaps no robot and no solid object."""
@@ -358,30 +377,6 @@ class World:
             if target is not None and target not in self.targets:
                 raise UnknownName(what="target", name=target, where=self._where, known=self.targets)
         return keys
-
-    def _column(self, channel: str, column: Column) -> Column:
-        try:
-            values: Column = np.asarray(column, np.float64)
-        except (TypeError, ValueError) as error:
-            raise DefinitionError(
-                what=f"command {channel!r}",
-                problem=f"it is {column!r:.60}",
-                remedy="give one finite number per robot",
-            ) from error
-        if values.shape != (self.agents,):
-            raise DefinitionError(
-                what=f"command {channel!r}",
-                problem=f"it has shape {values.shape}",
-                remedy=f"give one value per robot: shape ({self.agents},)",
-            )
-        wrong = np.flatnonzero(~np.isfinite(values))
-        if len(wrong):
-            raise DefinitionError(
-                what=f"command {channel!r}",
-                problem=f"it is {values[wrong[0]]} for robot {wrong[0]}",
-                remedy="give finite numbers",
-            )
-        return values
 
 
 def _is_whole(value: object, most: int) -> bool:
