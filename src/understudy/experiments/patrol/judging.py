@@ -9,7 +9,8 @@ from math import pi, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.experiments.patrol.watching import ATTACK, DISPERSE, HOME, RUN_AWAY, Tracks
+from understudy.experiments.patrol.orders import ATTACK, DISPERSE, HOME, RUN_AWAY
+from understudy.experiments.patrol.watching import Tracks
 
 AT_HOME_M = 3.0
 CYCLE_S = 120.0

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
 from msgspec.structs import replace
 
-from understudy.experiments.patrol.judging import captures, cycles, false_homes
-from understudy.experiments.patrol.practice import NEVER, ROBOT, SQUAD
+from understudy.experiments.patrol.practice import NEVER, SQUAD
 from understudy.experiments.patrol.teaching import teach
-from understudy.experiments.patrol.watching import Tracks, watch
 from understudy.model.kit import Kit
 from understudy.model.library import Library
 from understudy.runtime.team import Team
@@ -27,7 +24,6 @@ from understudy.worlds.teams import Libraries, libraries_of, team_of, troop_of
 TOP, BEHAVIOR = "garrison", "guard"
 HOMES = ("home_north", "home_east", "home_south", "home_west")
 """Of the patrols, one after the other."""
-WORLDS = 50
 
 
 class Taught(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import dots, panels
 from understudy.experiments.lessons import lessons_of
-from understudy.experiments.patrol import paper
+from understudy.experiments.patrol import paper, together
 from understudy.experiments.patrol.measuring import WORLDS, measured, worlds_of
 from understudy.experiments.patrol.teaching import teach
 from understudy.experiments.statistics import told
@@ -20,18 +20,20 @@ if TYPE_CHECKING:
 
 TEACHINGS = range(58_000, 58_010)
 """The teaching seeds of the published result: nobody had looked at any of them before."""
-OWN, PAPERS = "own features", "the paper's features"
+OWN, PAPERS, TOGETHER = "own features", "the paper's features", "four patrols together"
 GOOD = 0.95
 
 
 def tasks(plan: Plan) -> list[Task]:
-    """Each teaching, with our features and with those of the paper; the quick version leaves these out."""
-    ways = (OWN,) if plan.quick else (OWN, PAPERS)
+    """Each teaching, with our features, with those of the paper, and of four patrols; quick: the first of these."""
+    ways = (OWN,) if plan.quick else (OWN, PAPERS, TOGETHER)
     return [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
     """One teaching, judged on its own unseen worlds."""
+    if task["features"] == TOGETHER:
+        return together.together(task["seed"])
     topics = (paper.ROBOTS, paper.SQUADS) if task["features"] == PAPERS else ()
     taught = teach(task["seed"], *topics)
     return {
@@ -46,7 +48,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
         way: [row for row in rows if row["task"]["features"] == way]
         for way in dict.fromkeys(row["task"]["features"] for row in rows)
     }
-    own = ways[OWN]
+    own, four = ways[OWN], ways.pop(TOGETHER, [])
     first, last = own[0]["task"]["seed"], own[-1]["task"]["seed"]
     well = sum(row["coordinated"]["complete"] >= GOOD for row in own)
     return Findings(
@@ -77,8 +79,9 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 ("automaton", "#examples", "#seconds", "#states", "#features"),
                 _lessons(own),
             ),
+            *([together.table(four)] if four else []),
         ),
-        goals=_goals(own),
+        goals=(*_goals(own), *([together.goal(four)] if four else [])),
         notes=_notes(own),
         numbers={"teachings": {way: len(of) for way, of in ways.items()}, "examples": _examples(own)},
     )
@@ -226,5 +229,5 @@ EXPERIMENT = Experiment(
     work=work,
     conclude=conclude,
     draw=draw,
-    worlds=("patrol",),
+    worlds=("patrol", "regions"),
 )

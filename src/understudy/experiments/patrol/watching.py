@@ -11,16 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
-from understudy.model.squad import Duty
-from understudy.runtime.engine import Engine
-from understudy.runtime.squads import Squads
+from understudy.experiments.patrol.orders import Told
 from understudy.runtime.team import Team
 from understudy.worlds.world import World
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float32]
 
-OTHER, DISPERSE, ATTACK, HOME, RUN_AWAY = range(5)
 NOBODY: Mapping[int, Sequence[int]] = MappingProxyType({})
 
 
@@ -80,7 +77,7 @@ def watch(
     `homes` are those of the squads, one after the other.
     """
     world = _world(team)
-    told = _Told(team, homes)
+    told = Told(team, world.worlds, homes)
     shape = (ticks, world.worlds, world.robots)
     doing = np.zeros(shape, np.int8)
     x, y, heading = (np.zeros(shape, np.float32) for _ in range(3))
@@ -102,7 +99,9 @@ def watch(
     discs = world.state.discs
     obstacles = np.stack([discs[name] for name in ("x", "y", "radius")], axis=-1)
     home, firsts = np.array(places)[told.squad], np.unique(told.squad, return_index=True)[1]
-    return Tracks(world.tick_s, doing, x, y, heading, sees, sees_boss, intruder, boss, home, firsts, obstacles)
+    return Tracks(
+        world.tick_s, doing, x, y, heading, sees, sees_boss, intruder, boss, home, firsts, obstacles
+    )
 
 
 def _world(team: Team) -> World:
@@ -116,13 +115,6 @@ def _slot(world: World, name: str) -> int:
     return int(world.rules.classes["first"][world.names.classes.index(name)])
 
 
-def _engine(team: Team) -> Engine:
-    runner = team.layers[0].runner
-    if not isinstance(runner, Engine):
-        raise SettingError(where="patrol", setting="team", problem="has no engine", remedy="make it with one")
-    return runner
-
-
 def _thing(things: NDArray[Any]) -> Thing:
     return Thing(things["present"] != 0, things["x"].astype(np.float32), things["y"].astype(np.float32))
 
@@ -131,48 +123,3 @@ def _seen(team: Team, target: str) -> Bools:
     percept = team.layers[0].percept
     sizes = percept.get(("blob_size", target), percept.get(("blob_x", target)))
     return np.zeros(team.ground.agents, np.bool_) if sizes is None else ~np.isnan(sizes)
-
-
-class _Told:
-    """What each robot is to do: what the squad that it is in ordered it, else the state it is in by itself.
-
-    `squad` [N] is which squad the robots of a world are in.
-    """
-
-    def __init__(self, team: Team, homes: Sequence[str]) -> None:
-        self._team, self._world, self._homes = team, _world(team), homes
-        names = {"disperse": DISPERSE, "attack": ATTACK, "home": HOME}
-        places = _engine(team).compiled.places
-        self._of_states = np.array([names.get(place.state, OTHER) for place in places], np.int8)
-        above = [layer.body for layer in team.layers[1:] if isinstance(layer.body, Squads)]
-        self._over = [(body, mine) for body in above if (mine := _robots(team, body)).any()]
-        self._squad = np.zeros(team.ground.agents, np.intp)
-        for body, mine in self._over:
-            self._squad[body.roster.row[mine]] = body.roster.squad[mine]
-        self.squad = self._squad[: self._world.robots]
-        self._squad %= len(homes)
-
-    def now(self) -> NDArray[np.int8]:
-        """Of all robots [W, N]."""
-        found = self._of_states[_engine(self._team).stacks.state[:, 0]]
-        for body, mine in self._over:
-            row, heard = body.roster.row[mine], body.ordering.heard[mine]
-            meant = [[_meaning(duty, home) for home in self._homes] for duty in body.ordering.duties]
-            found[row] = np.array(meant, np.int8)[heard, self._squad[row]]
-        return found.reshape(self._world.worlds, self._world.robots)
-
-
-def _robots(team: Team, squads: Squads) -> Bools:
-    """Which members of squads are robots [M]."""
-    robots = [band.layer is team.layers[0] for band in squads.bands]
-    return np.array(robots)[squads.roster.band]
-
-
-def _meaning(duty: Duty | None, home: str) -> int:
-    """What an order means to a robot whose home is there."""
-    if duty is None:
-        return OTHER
-    target = next(iter(duty.binding.values()), None)
-    if duty.behavior == "attack":
-        return ATTACK if target == "intruder" else HOME if target == home else OTHER
-    return {"disperse": DISPERSE, "run_away": RUN_AWAY}.get(duty.behavior, OTHER)

@@ -69,13 +69,47 @@ HUNT = Topic(
 )
 
 
-# Gather(A): all go to A, and it is done when all are there.
+# Come(A): all go to A; where that takes long, some are in the others' way, and all make room before they go on.
+
+COMES_S, APART_S = 40.0, 6.0
+
+
+def _come(slack_s: float) -> Wish:
+    def wished(screen: Screen) -> str | None:
+        if screen.state == "start":
+            return "go"
+        limit, following = (COMES_S, "apart") if screen.state == "go" else (APART_S, "go")
+        return following if screen.features["time_in_state"] >= limit + slack_s else None
+
+    return wished
+
+
+COME = Topic(
+    "come",
+    lambda library: new_lesson(
+        library,
+        "come",
+        parameters=["A"],
+        states=["go=attack(A)", "apart=disperse"],
+        features=["time_in_state"],
+    ),
+    _come(0.0),
+    _come(2.0),
+    after(2.0 * COMES_S),
+    cases=(Case("on patrol", {"A": "home"}),),
+    tries=1,
+    limit_s=240.0,
+    patience_s=1000.0,
+)
+
+
+# Gather(A): all come to A, and it is done when all are there.
 
 
 def show_gather(screen: Screen) -> str | None:
-    """All go to A; done when all are there, not when some are."""
+    """All come to A; done when all are there, not when some are."""
     if screen.state == "start":
-        return "go"
+        return "come"
     if screen.state == "done":
         return None
     if screen.features["all_done"] == YES:
@@ -89,7 +123,7 @@ GATHER = Topic(
         library,
         "gather",
         parameters=["A"],
-        states=["go=attack(A)"],
+        states=["come(A)"],
         flags=["done"],
         features=["all_done", "someone_done"],
     ),
@@ -139,5 +173,5 @@ GUARD = Topic(
     patience_s=1000.0,
 )
 
-PATROL_TOPICS = (HUNT, GATHER)
+PATROL_TOPICS = (HUNT, COME, GATHER)
 TOPICS = (GUARD,)
