@@ -50,7 +50,7 @@ def test_all_are_ordered_in_the_tick_of_a_sighting() -> None:
         states = [team.layer("patrol").runner.path(world)[0] for world in range(20)]
         assert {states[world] for world in np.flatnonzero(sees & (before == "out"))} <= {"attack"}
         for world in np.flatnonzero(np.array(states) == "attack").tolist():
-            assert {path[0] for path in team.paths[4 * world : 4 * world + 4]} == {"servo"}
+            assert {path[0] for path in team.paths[4 * world : 4 * world + 4]} == {"servo(intruder)"}
             attacked += 1
     assert attacked > 0
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from understudy.model.kinds import NO, YES
 from understudy.training.demonstrators.patrol import after, raised
-from understudy.training.demonstrators.person import KEEP, Seen, Wish
+from understudy.training.demonstrators.person import KEEP, Wish
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -152,10 +152,6 @@ def show_guard(screen: Screen) -> str | None:
     return KEEP if seen["someone_done"] == YES else None
 
 
-def _around(since: Seen) -> Seen:
-    return lambda screen: screen.state == "hunt" and since(screen)
-
-
 GUARD = Topic(
     "guard",
     lambda library: new_lesson(
@@ -166,10 +162,10 @@ GUARD = Topic(
     ),
     show_guard,
     content(show_guard),
-    after(200.0),
-    cases=(Case("on guard", enough=_around(after(60.0))),),
+    after(120.0),
+    cases=(Case("on guard", enough=lambda screen: screen.state == "hunt" and screen.time_s > 60.0),),
     tries=2,
-    limit_s=300.0,
+    limit_s=240.0,
     patience_s=1000.0,
 )
 
