@@ -17,7 +17,12 @@ GONE = 2  # the first tick without the intruder
 CYCLES = [  # what two squads are told in each tick (of 10 s), where their robots are: complete or not
     ((A, A, A, H, D), (A, A, A, H, D), (0.0, 9.0), [True]),
     ((A, A, A, H, D), (A, A, A, H, D), (9.0, 0.0), [False]),  # each at the other's home
-    ((A, A, H, D, D), (D, D, H, H, D), (0.0, 9.0), [True]),  # one joins in no attack, and the other waits for it
+    (
+        (A, A, H, D, D),
+        (D, D, H, H, D),
+        (0.0, 9.0),
+        [True],
+    ),  # one joins in no attack, and the other waits for it
     ((A, A, D, H, D), (A, A, H, H, D), (0.0, 9.0), [True]),  # one is told otherwise while the other goes home
     ((D, D, D, D, D), (D, D, D, D, D), (0.0, 9.0), []),  # nobody attacked it
     ((A, A, H, H, H) + (H,) * 12 + (D,), (A, A, H, H, H) + (H,) * 12 + (D,), (0.0, 9.0), [False]),  # too late
