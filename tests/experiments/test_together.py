@@ -23,7 +23,12 @@ CYCLES = [  # what two squads are told in each tick (of 10 s), where their robot
         (0.0, 9.0),
         [True],
     ),  # one joins in no attack, and the other waits for it
-    ((A, A, D, H, D), (A, A, H, H, D), (0.0, 9.0), [True]),  # one is told otherwise while the other goes home
+    (
+        (A, A) + (D,) * 16,
+        (A, A) + (H,) * 14 + (D, D),
+        (0.0, 9.0),
+        [False],
+    ),  # one hunts, the other is long in coming
     ((D, D, D, D, D), (D, D, D, D, D), (0.0, 9.0), []),  # nobody attacked it
     ((A, A, H, H, H) + (H,) * 12 + (D,), (A, A, H, H, H) + (H,) * 12 + (D,), (0.0, 9.0), [False]),  # too late
 ]
