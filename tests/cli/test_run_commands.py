@@ -22,7 +22,7 @@ from understudy.model.library import Taught
 def test_worlds(tmp_path: Path) -> None:
     told = said("worlds")
     assert [(row["name"], row["robots"]) for row in told] == [
-        ("arena", 1), ("boxes", 20), ("forage", 1), ("forage-team", 4), ("patrol", 4), ("rooms", 1),
+        ("arena", 1), ("boxes", 20), ("forage", 1), ("forage-team", 4), ("patrol", 4), ("regions", 16), ("rooms", 1),
         ("soccer", 1),
     ]  # fmt: skip
     text = run("worlds").stdout

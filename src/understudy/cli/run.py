@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 PICTURES = (".gif", ".png")
 FRAMES_PER_S = 12.0
+IDLE = "idle"
 
 
 def run(
@@ -137,8 +138,11 @@ class Running:
 
     @property
     def paths(self) -> list[tuple[str, ...]]:
-        """What each robot is doing, outermost first; a basic behavior is all there is of itself."""
-        return [path or (self.behavior,) for path in self.team.paths]
+        """What each robot is doing, outermost first; a basic behavior is all there is of itself, and who has no orders
+        idles.
+        """
+        itself = self.behavior if len(self.team.layers) == 1 else IDLE
+        return [path or (itself,) for path in self.team.paths]
 
     @property
     def frame(self) -> Frame:

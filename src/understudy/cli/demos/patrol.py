@@ -100,7 +100,7 @@ def _judge(taught: Taught, seed: int, *, quiet: bool) -> tuple[dict[str, Any], i
 def _eventful(tracks: Tracks) -> int:
     """The first world with a whole cycle and the boss while the film lasts; the first of all if there is none."""
     from understudy.experiments.patrol.judging import cycles
-    from understudy.experiments.patrol.watching import RUN_AWAY
+    from understudy.experiments.patrol.orders import RUN_AWAY
 
     end = round(FILM_S / tracks.tick_s)
     met = (tracks.doing[:end] == RUN_AWAY).any(axis=(0, 2))

@@ -10,7 +10,7 @@ import numpy as np
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import dots, panels
 from understudy.experiments.lessons import lessons_of
-from understudy.experiments.patrol import paper
+from understudy.experiments.patrol import paper, together
 from understudy.experiments.patrol.measuring import WORLDS, measured, worlds_of
 from understudy.experiments.patrol.teaching import teach
 from understudy.experiments.patrol.undivided import SECONDS, lone, teach_undivided
@@ -22,13 +22,18 @@ if TYPE_CHECKING:
 
 TEACHINGS = range(58_000, 58_010)
 """The teaching seeds of the published result: nobody had looked at any of them before."""
-OWN, PAPERS, UNDIVIDED = "own features", "the paper's features", "one piece"
+OWN, PAPERS, UNDIVIDED, TOGETHER = (
+    "own features",
+    "the paper's features",
+    "one piece",
+    "four patrols together",
+)
 GOOD = 0.95
 
 
 def tasks(plan: Plan) -> list[Task]:
-    """Each teaching, with our features, with those of the paper, and in one piece; the quick version is the first."""
-    ways = (OWN,) if plan.quick else (OWN, PAPERS, UNDIVIDED)
+    """Each teaching in all ways: of the quick version the first only."""
+    ways = (OWN,) if plan.quick else (OWN, PAPERS, UNDIVIDED, TOGETHER)
     return [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
 
 
@@ -36,6 +41,8 @@ def work(task: Task) -> Row:
     """One teaching, judged on its own unseen worlds."""
     if task["features"] == UNDIVIDED:
         return _in_one_piece(task["seed"])
+    if task["features"] == TOGETHER:
+        return together.together(task["seed"])
     topics = (paper.ROBOTS, paper.SQUADS) if task["features"] == PAPERS else ()
     taught = teach(task["seed"], *topics)
     return {
@@ -66,7 +73,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
         way: [row for row in rows if row["task"]["features"] == way]
         for way in dict.fromkeys(row["task"]["features"] for row in rows)
     }
-    own = ways[OWN]
+    own, four = ways[OWN], ways.pop(TOGETHER, [])
     first, last = own[0]["task"]["seed"], own[-1]["task"]["seed"]
     well = sum(row["coordinated"]["complete"] >= GOOD for row in own)
     return Findings(
@@ -98,8 +105,9 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 _lessons(own),
             ),
             *([_undivided(whole)] if whole else []),
+            *([together.table(four)] if four else []),
         ),
-        goals=_goals(own),
+        goals=(*_goals(own), *([together.goal(four)] if four else [])),
         notes=_notes(own),
         numbers={"teachings": {way: len(of) for way, of in ways.items()}, "examples": _examples(own)},
     )
@@ -275,5 +283,5 @@ EXPERIMENT = Experiment(
     work=work,
     conclude=conclude,
     draw=draw,
-    worlds=("patrol",),
+    worlds=("patrol", "regions"),
 )
