@@ -52,7 +52,7 @@ def run(
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Run a behavior in a scenario's world, on all its robots: watch it in the terminal, or draw a GIF or PNG of it.
+    """Run a behavior in a scenario's world, on all robots that know it: watch it in the terminal, or draw a GIF or PNG.
 
     Behaviors are those of the library, and the basic ones of the scenario's robots.
 
@@ -62,7 +62,8 @@ def run(
 
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
 
-    What a squad was taught (in a folder of the squad's name) is run by its coordinators.
+    What a squad was taught (in a folder of the squad's name) is run by its coordinators. Where types of robots differ,
+    each has a folder of its name, too; SORT/BEHAVIOR says whose behavior is meant.
     """
     from understudy.cli.output import console, print_json
     from understudy.cli.parts import (
@@ -71,14 +72,13 @@ def run(
         chosen_world,
         find_kit,
         find_world,
-        library_for,
         team_for,
     )
     from understudy.cli.progress import compile_once
     from understudy.errors import SettingError
     from understudy.runtime.program import link
     from understudy.traces import write_trace
-    from understudy.worlds.teams import sort_of, team_of
+    from understudy.worlds.teams import runners, sort_of, team_of
 
     if record is not None and record.suffix.lower() not in PICTURES:
         remedy = "name a file that ends in .gif (in motion) or .png (its path)"
@@ -88,14 +88,13 @@ def run(
     named = chosen_world(scenario, world)
     where, parts = find_world(named), find_kit(kit, named)
     bound, limit_s = bindings(bind), seconds or where.limit_s
-    known = team_for(where, library_for(behavior, library, parts), library)
+    known = team_for(where, behavior, library, parts)
     sort = sort_of(known, behavior)
     behavior = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), library)
     link(known[sort], behavior, bound)  # mistakes are told at once, not when all is compiled
     compile_once(world=where, quiet=as_json)
-    running = Running(
-        team_of(where, [seed], known, {sort: (behavior, bound)}), known[sort], sort, behavior, limit_s
-    )
+    roots = dict.fromkeys(runners(known, sort, behavior), (behavior, bound))
+    running = Running(team_of(where, [seed], known, roots), known[sort], sort, behavior, limit_s)
     shown = record is None and not as_json and console().is_terminal
     watch = _watch if shown else _record
     if trace is None:

@@ -1,0 +1,36 @@
+"""How a person teaches the coordinator of scouts and carriers: Lead, by joint orders to both."""
+
+from __future__ import annotations
+
+from understudy.model.kinds import YES
+from understudy.training.demonstrators.salvage import after
+from understudy.training.demonstrators.teacher import Case, Topic
+from understudy.training.design import new_lesson
+from understudy.training.screen import Screen
+
+
+def show_lead(screen: Screen) -> str | None:
+    """All seek until a scout is at a wreck; then most carriers fetch; when all scouts are, all of them, and scouts stay."""
+    if screen.features["all_found(wreck)"] == YES:
+        return "work"
+    return "share" if screen.features["some_found(wreck)"] == YES else "seek"
+
+
+LEAD = Topic(
+    "lead",
+    lambda library: new_lesson(
+        library,
+        "lead",
+        states=["seek", "share", "work"],
+        features=["some_found(wreck)", "all_found(wreck)"],
+    ),
+    show_lead,
+    show_lead,
+    after(240.0),
+    cases=(Case("wrecks with little in them", enough=after(180.0)),),
+    tries=2,
+    limit_s=300.0,
+    patience_s=1000.0,
+)
+
+TOPICS = (LEAD,)
