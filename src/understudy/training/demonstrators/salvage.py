@@ -21,28 +21,32 @@ ASTRAY = 0.5  # rad: driving past it, plainly
 FACED_AWAY = 0.6  # rad: not facing it
 FACING = 0.12  # rad: as good as facing it, while turning
 BEHIND = 0.2  # rad: as good as having it behind
-NEAR_M = 1.0  # plainly near a wreck
+VERY_LOW, LOW, HIGH = 0.25, 0.4, 0.6  # chances, drawn every second
+NEAR_M = 1.3  # near enough for a scout to stay
 LOOKED_S = 20.0  # so long a carrier looks around for itself where its scout has found nothing
 
 
-# Roam: drive, and turn away from walls.
+# Roam: drive; at a wall, turn away from it, and on for as long as chance will have it, so as to get everywhere.
 
 
 def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: float) -> Topic:
-    """Turn away from a wall that is `near_m` until all is clear; wrong is to come as close as `bump_m`, or to go on
-    turning with `wide_m` of room.
+    """Turn away from a wall that is `near_m` until all is clear and chance is low; wrong is to come as close as `bump_m`,
+    or to go on turning with `wide_m` of room and by a chance that is very low.
     """
 
     def turn(screen: Screen) -> str:
         left = screen.features["sonar_front_left"] < screen.features["sonar_front_right"]
         return "rotate_right" if left else "rotate_left"
 
-    def wish(near: float, clear: float) -> Wish:
+    def wish(near: float, clear: float, low: float) -> Wish:
         def wished(screen: Screen) -> str | None:
             room = min(screen.features["sonar_front_left"], screen.features["sonar_front_right"])
-            if screen.state in ("rotate_left", "rotate_right"):
-                return "forward" if room > clear else None
-            return turn(screen) if room < near else "forward"
+            if screen.state not in ("rotate_left", "rotate_right"):
+                return turn(screen) if room < near else "forward"
+            chance = screen.features["chance"]
+            if room > clear and chance < low:
+                return "forward"
+            return KEEP if room > clear and chance > HIGH else None
 
         return wished
 
@@ -52,20 +56,30 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
             library,
             "roam",
             states=["forward", "rotate_left", "rotate_right"],
-            features=["sonar_front_left", "sonar_front_right"],
+            features=["chance", "sonar_front_left", "sonar_front_right"],
         ),
-        wish(near_m, clear_m),
-        wish(bump_m, wide_m),
+        wish(near_m, clear_m, LOW),
+        content(wish(bump_m, wide_m, VERY_LOW)),
         after(40.0),
         cases=(
-            Case(f"a {who}, a wall on the left", enough=after(8.0)),
-            Case(f"a {who}, a wall on the right", enough=after(8.0)),
-            Case(f"a {who} alone", enough=after(15.0)),
+            Case(f"a {who}, a wall on the left", enough=after(12.0)),
+            Case(f"a {who}, a wall on the right", enough=after(12.0)),
+            Case(f"a {who} alone", enough=after(40.0)),
         ),
         tries=4,
         limit_s=60.0,
         patience_s=60.0,
     )
+
+
+def content(wish: Wish) -> Wish:
+    """What is wrong to somebody who has seen enough of what is right."""
+
+    def wished(screen: Screen) -> str | None:
+        found = wish(screen)
+        return None if found == KEEP else found
+
+    return wished
 
 
 # Goto(A): turn to A, drive to it, say done.
@@ -166,22 +180,6 @@ def _done(screen: Screen) -> bool:
     return screen.features.get("done") == YES
 
 
-def _there(name: str, back: str) -> Wish:
-    """At a wreck until what is done there is done; back to something where it is gone before.
-
-    That it is near is no reason to be done: keep on.
-    """
-
-    def wished(screen: Screen) -> str | None:
-        if _done(screen):
-            return "done"
-        if not _sees(screen):
-            return back
-        return KEEP if screen.features["distance_to(wreck)"] < NEAR_M else name
-
-    return wished
-
-
 def raised_or_after(seconds: float) -> Seen:
     """The automaton says that it is finished, or there is nothing to be found."""
     return lambda screen: raised(screen) or screen.time_s >= seconds
@@ -191,9 +189,9 @@ def show_explore(screen: Screen) -> str | None:
     """Roam until a wreck is in sight, go to it, say done; roam again where it is emptied before."""
     if screen.state == "done":
         return None
-    if screen.state == "near":
-        return _there("near", "roam")(screen)
-    return "near" if screen.state == "roam" and _sees(screen) else "roam"
+    if not _sees(screen):
+        return "roam"
+    return "done" if screen.state == "near" and screen.features["distance_to(wreck)"] < NEAR_M else "near"
 
 
 def show_lookout(screen: Screen) -> str | None:
@@ -203,16 +201,6 @@ def show_lookout(screen: Screen) -> str | None:
     return "rest" if screen.state == "explore" and _done(screen) else "explore"
 
 
-def content(wish: Wish) -> Wish:
-    """What is wrong to somebody who has seen enough of what is right."""
-
-    def wished(screen: Screen) -> str | None:
-        found = wish(screen)
-        return None if found == KEEP else found
-
-    return wished
-
-
 EXPLORE = Topic(
     "explore",
     lambda library: new_lesson(
@@ -220,10 +208,10 @@ EXPLORE = Topic(
         "explore",
         states=["roam", "near=goto(wreck)"],
         flags=["done"],
-        features=["done", "distance_to(wreck)"],
+        features=["distance_to(wreck)"],
     ),
     show_explore,
-    content(show_explore),
+    show_explore,
     raised_or_after(60.0),
     cases=(Case("a scout, a wreck somewhere"), Case("a scout, wrecks that others empty")),
     tries=4,
@@ -260,6 +248,17 @@ SCOUTS = (
 # Haul, which is both in turn.
 
 
+def _taking(back: str) -> Wish:
+    """Take what is there until done; back to something where it is gone before. That it loads is no reason: keep on."""
+
+    def wished(screen: Screen) -> str | None:
+        if _done(screen):
+            return "done"
+        return back if not _sees(screen) else KEEP if "load" in screen.path else None
+
+    return wished
+
+
 def show_take(screen: Screen) -> str | None:
     """Go to a wreck and load until full; go on to another where it is empty before."""
     if screen.state in ("start", "done"):
@@ -274,8 +273,8 @@ def show_search(screen: Screen) -> str | None:
     if screen.state == "done":
         return None
     if screen.state == "take":
-        return _there("take", "roam")(screen)
-    return "take" if screen.state == "roam" and _sees(screen) else "roam"
+        return _taking("roam")(screen)
+    return "take" if _sees(screen) else "roam"
 
 
 def show_fetch(screen: Screen) -> str | None:
@@ -283,12 +282,10 @@ def show_fetch(screen: Screen) -> str | None:
     if screen.state == "done":
         return None
     if screen.state == "take":
-        return _there("take", "follow")(screen)
-    if screen.state == "start":
-        return "follow"
+        return _taking("follow")(screen)
     if _sees(screen):
         return "take"
-    if not _done(screen):
+    if screen.state != "start" and not _done(screen):
         return None
     return "look" if screen.state == "follow" else "follow"
 
