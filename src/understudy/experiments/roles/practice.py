@@ -72,7 +72,7 @@ def _one(kind: str, *at: tuple[float, float, float], **more: Any) -> Robots:
 @cache
 def practices() -> Mapping[str, Scenario]:
     """Where robots practice, by name; the robot that is taught is the first."""
-    gone, soon = Capture(range=5.0, after_s=1.5), Capture(range=1.0, after_s=12.0)
+    gone, soon = Capture(range=5.0, after_s=1.5), Capture(range=1.6, after_s=12.0)
     there, beside = ((9.0, 7.0),), (9.4, 7.3, 0.0)
     carrier, taken = _one(CARRIER), Capture(range=1.6, after_s=1.5)
     found = {
@@ -89,7 +89,7 @@ def practices() -> Mapping[str, Scenario]:
         "a carrier, wrecks that others empty": _made(carrier, count=8, capture=taken),
         "a carrier, a scout at a wreck": _made(carrier, _one(SCOUT, beside), at=there),
         "a carrier, a scout at a wreck that others empty": _made(
-            carrier, _one(SCOUT, beside), at=(*there, (4.0, 4.0)), capture=taken
+            carrier, _one(SCOUT, (10.7, 7.0, 0.0)), at=there, capture=taken
         ),
         "a carrier, a scout somewhere else": _made(carrier, _one(SCOUT, beside), at=ELSEWHERE),
         "a carrier, wrecks about, with a load": _made(_one(CARRIER, stored=CAPACITY), count=5),
@@ -102,8 +102,7 @@ def practices() -> Mapping[str, Scenario]:
     for kind in (SCOUT, CARRIER):
         found |= {
             f"a {kind} alone": _made(_one(kind), at=ELSEWHERE),
-            f"a {kind}, a wall on the left": _made(_one(kind, (9.0, 11.5, 30.0)), at=ELSEWHERE),
-            f"a {kind}, a wall on the right": _made(_one(kind, (9.0, 2.5, -30.0)), at=ELSEWHERE),
+            f"a {kind} between walls": _made(_one(kind), size=(6.0, 6.0), harbor=((3.0, 3.0),), at=((5.0, 5.0),)),
         }
     return found
 

@@ -34,40 +34,29 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
     or to go on turning with `wide_m` of room and by a chance that is very low.
     """
 
-    def turn(screen: Screen) -> str:
-        left = screen.features["sonar_front_left"] < screen.features["sonar_front_right"]
-        return "rotate_right" if left else "rotate_left"
-
     def wish(near: float, clear: float, low: float) -> Wish:
         def wished(screen: Screen) -> str | None:
-            room = min(screen.features["sonar_front_left"], screen.features["sonar_front_right"])
-            if screen.state not in ("rotate_left", "rotate_right"):
-                return turn(screen) if room < near else "forward"
-            chance = screen.features["chance"]
+            room, chance = screen.features["sonar_front"], screen.features["chance"]
+            if screen.state != "turn":
+                return "turn" if room < near else "forward"
             if room > clear and chance < low:
                 return "forward"
-            return KEEP if room > clear and chance > HIGH else None
+            plainly_not = (room > clear and chance > HIGH) or (room < near and chance < low)
+            return KEEP if plainly_not else None
 
         return wished
 
     return Topic(
         "roam",
         lambda library: new_lesson(
-            library,
-            "roam",
-            states=["forward", "rotate_left", "rotate_right"],
-            features=["chance", "sonar_front_left", "sonar_front_right"],
+            library, "roam", states=["forward", "turn=rotate_left"], features=["chance", "sonar_front"]
         ),
         wish(near_m, clear_m, LOW),
         content(wish(bump_m, wide_m, VERY_LOW)),
-        after(40.0),
-        cases=(
-            Case(f"a {who}, a wall on the left", enough=after(12.0)),
-            Case(f"a {who}, a wall on the right", enough=after(12.0)),
-            Case(f"a {who} alone", enough=after(40.0)),
-        ),
+        after(60.0),
+        cases=(Case(f"a {who} between walls"), Case(f"a {who} between walls")),
         tries=4,
-        limit_s=60.0,
+        limit_s=90.0,
         patience_s=60.0,
     )
 
