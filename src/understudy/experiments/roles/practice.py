@@ -24,6 +24,7 @@ SCOUT, CARRIER, SQUAD = "scout", "carrier", "crew"
 SIZE = (14.0, 14.0)
 ELSEWHERE = ((13.0, 13.0),)
 QUARTERS = ((1.3, 1.3), (2.7, 1.3), (1.3, 2.7), (2.7, 2.7))
+AROUND = ((13.4, 7.3), (5.4, 7.3), (9.4, 11.3), (9.4, 3.3))
 PLENTY = 60
 
 
@@ -79,7 +80,8 @@ def practices() -> Mapping[str, Scenario]:
         "a scout in a yard": _made(_one(SCOUT), size=(5.6, 5.6), harbor=((5.0, 5.0),), at=((2.8, 2.8),)),
         "a scout, a wreck somewhere": _made(_one(SCOUT), count=1),
         "a scout, wrecks that others empty": _made(_one(SCOUT), count=4, capture=gone),
-        "a scout, wrecks that are emptied": _made(_one(SCOUT), count=8, capture=soon),
+        "a scout, many wrecks that are emptied": _made(_one(SCOUT), count=10, capture=soon),
+        "a scout, wrecks that are emptied": _made(_one(SCOUT), count=3, capture=soon),
         "a carrier in a yard": _made(carrier, _one(SCOUT), size=(10.0, 10.0), count=1),
         "a carrier at a wreck": _made(carrier, size=(2.8, 2.8), harbor=((2.0, 2.0),), at=((1.4, 1.4),)),
         "a carrier at wrecks with little in them": _made(
@@ -91,7 +93,7 @@ def practices() -> Mapping[str, Scenario]:
         "a carrier, a scout at a wreck that others empty": _made(
             carrier, _one(SCOUT, (10.7, 7.0, 0.0)), at=there, capture=taken
         ),
-        "a carrier, a scout somewhere else": _made(carrier, _one(SCOUT, beside), at=ELSEWHERE),
+        "a carrier, a scout somewhere else": _made(carrier, _one(SCOUT, beside), at=AROUND),
         "a carrier, wrecks about, with a load": _made(_one(CARRIER, stored=CAPACITY), count=5),
         "a carrier, a scout at a wreck, with a load": _made(
             _one(CARRIER, stored=CAPACITY), _one(SCOUT, beside), at=there
@@ -102,7 +104,7 @@ def practices() -> Mapping[str, Scenario]:
     for kind in (SCOUT, CARRIER):
         found |= {
             f"a {kind} alone": _made(_one(kind), at=ELSEWHERE),
-            f"a {kind} between walls": _made(_one(kind), size=(6.0, 6.0), harbor=((3.0, 3.0),), at=((5.0, 5.0),)),
+            f"a {kind} between walls": _made(_one(kind), size=(8.0, 8.0), harbor=((3.0, 3.0),), at=((5.0, 5.0),)),
         }
     return found
 

@@ -23,6 +23,7 @@ FACING = 0.12  # rad: as good as facing it, while turning
 BEHIND = 0.2  # rad: as good as having it behind
 VERY_LOW, LOW, HIGH = 0.25, 0.4, 0.6  # chances, drawn every second
 NEAR_M = 1.3  # near enough for a scout to stay
+LEFT_M = 2.0  # what is so far away is another wreck
 LOOKED_S = 20.0  # so long a carrier looks around for itself where its scout has found nothing
 
 
@@ -41,8 +42,7 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
                 return "turn" if room < near else "forward"
             if room > clear and chance < low:
                 return "forward"
-            plainly_not = (room > clear and chance > HIGH) or (room < near and chance < low)
-            return KEEP if plainly_not else None
+            return KEEP if room > clear and chance > HIGH else None
 
         return wished
 
@@ -53,7 +53,7 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
         ),
         wish(near_m, clear_m, LOW),
         content(wish(bump_m, wide_m, VERY_LOW)),
-        after(60.0),
+        after(80.0),
         cases=(Case(f"a {who} between walls"), Case(f"a {who} between walls")),
         tries=4,
         limit_s=90.0,
@@ -186,7 +186,7 @@ def show_explore(screen: Screen) -> str | None:
 def show_lookout(screen: Screen) -> str | None:
     """Explore, and rest at a wreck for as long as something is in it."""
     if screen.state == "rest":
-        return None if _sees(screen) else "explore"
+        return None if screen.features["distance_to(wreck)"] < LEFT_M else "explore"
     return "rest" if screen.state == "explore" and _done(screen) else "explore"
 
 
@@ -219,14 +219,17 @@ LOOKOUT = Topic(
     show_lookout,
     show_lookout,
     after(90.0),
-    cases=(Case("a scout, wrecks that are emptied", enough=after(60.0)),),
-    tries=2,
+    cases=(
+        Case("a scout, many wrecks that are emptied", enough=after(60.0)),
+        Case("a scout, wrecks that are emptied", enough=after(60.0)),
+    ),
+    tries=4,
     limit_s=120.0,
     patience_s=90.0,
 )
 
 SCOUTS = (
-    roam("scout", near_m=1.3, clear_m=2.2, bump_m=0.7, wide_m=2.8),
+    roam("scout", near_m=1.3, clear_m=2.2, bump_m=0.7, wide_m=2.5),
     goto("scout", ["wreck"], far_m=4.0, there_m=0.8, beyond_m=1.1, past_m=0.35),
     EXPLORE,
     LOOKOUT,
@@ -430,7 +433,7 @@ RETURN = Topic(
 )
 
 CARRIERS = (
-    roam("carrier", near_m=0.9, clear_m=1.7, bump_m=0.5, wide_m=2.4),
+    roam("carrier", near_m=0.9, clear_m=1.7, bump_m=0.5, wide_m=2.1),
     goto("carrier", ["harbor", "scout"], far_m=8.0, there_m=0.7, beyond_m=0.95, past_m=0.35),
     TAKE,
     SEARCH,
