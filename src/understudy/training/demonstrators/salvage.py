@@ -24,7 +24,7 @@ BEHIND = 0.2  # rad: as good as having it behind
 VERY_LOW, LOW, HIGH = 0.25, 0.4, 0.6  # chances, drawn every second
 NEAR_M = 1.3  # near enough for a scout to stay
 LEFT_M = 2.0  # what is so far away is another wreck
-LOOKED_S = 20.0  # so long a carrier looks around for itself where its scout has found nothing
+LOOKED_S = 45.0  # so long a carrier looks around for itself where its scout has found nothing
 
 
 # Roam: drive; at a wall, turn away from it, and on for as long as chance will have it, so as to get everywhere.
@@ -358,14 +358,14 @@ FETCH = Topic(
     ),
     show_fetch,
     content(show_fetch),
-    raised_or_after(90.0),
+    raised_or_after(120.0),
     cases=(
         Case("a carrier, a scout at a wreck"),
-        Case("a carrier, a scout somewhere else", enough=after(70.0)),
+        Case("a carrier, a scout somewhere else", enough=after(90.0)),
         Case("a carrier, a scout at a wreck that others empty"),
     ),
     tries=4,
-    limit_s=120.0,
+    limit_s=150.0,
     patience_s=60.0,
 )
 

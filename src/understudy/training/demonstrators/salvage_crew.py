@@ -10,7 +10,9 @@ from understudy.training.screen import Screen
 
 
 def show_lead(screen: Screen) -> str | None:
-    """All seek until a scout is at a wreck; then most carriers fetch; when all scouts are, all of them, and scouts stay."""
+    """All seek until a scout is at a wreck; then half of the carriers fetch; when all scouts are, all of them, and scouts
+    stay where they are.
+    """
     if screen.features["all_found(wreck)"] == YES:
         return "work"
     return "share" if screen.features["some_found(wreck)"] == YES else "seek"
