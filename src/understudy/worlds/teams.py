@@ -108,8 +108,7 @@ def runners(libraries: Libraries, sort: str, behavior: str) -> list[str]:
     return [
         name
         for name, library in libraries.items()
-        if library is libraries[sort]
-        or (basic and not _leads(library) and behavior in library.kit.behaviors)
+        if library is libraries[sort] or (basic and not _leads(library) and behavior in library.kit.behaviors)
     ]
 
 

@@ -104,7 +104,9 @@ def practices() -> Mapping[str, Scenario]:
     for kind in (SCOUT, CARRIER):
         found |= {
             f"a {kind} alone": _made(_one(kind), at=ELSEWHERE),
-            f"a {kind} between walls": _made(_one(kind), size=(8.0, 8.0), harbor=((3.0, 3.0),), at=((5.0, 5.0),)),
+            f"a {kind} between walls": _made(
+                _one(kind), size=(8.0, 8.0), harbor=((3.0, 3.0),), at=((5.0, 5.0),)
+            ),
         }
     return found
 
@@ -112,11 +114,13 @@ def practices() -> Mapping[str, Scenario]:
 @cache
 def squad_practices() -> Mapping[str, Scenario]:
     """Where the coordinator practices, by name."""
-    little = tuple(
-        _thing(each, count=5, amount=(8, 16), apart=3.0) if each.name == "wreck" else each
-        for each in scenario().objects
-    )
-    return {"wrecks with little in them": replace(scenario(), objects=little)}
+    little: dict[str, dict[str, Any]] = {
+        "wreck": {"count": 5, "amount": (8, 16), "apart": 3.0},
+        "harbor": {"at": ((12.0, 12.0),), "within": None},
+    }
+    objects = tuple(_thing(each, **little[each.name]) for each in scenario().objects)
+    small = replace(scenario(), size=(24.0, 24.0), objects=objects, regions={})
+    return {"wrecks with little in them": small}
 
 
 def robots_world(practice: str, seed: int) -> World:

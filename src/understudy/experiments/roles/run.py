@@ -43,14 +43,14 @@ def conclude(rows: Sequence[Row]) -> Findings:
     first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
     better, alone = _against_single(rows), _against_alone(rows)
     return Findings(
-        headline=f"A mixed team of four scouts and eight carriers, each type with what it was taught itself, brings home "
-        f"{np.median(better):.1f} times as much under its coordinator as the best team of twelve robots of one type, in "
-        f"worlds that they have never seen ({told(_rates(rows, LED))} units an hour in the median), after "
+        headline="A mixed team of four scouts and eight carriers, each type with what it was taught itself, brings "
+        f"home {np.median(better):.1f} times as much under its coordinator as the best team of twelve robots of one "
+        f"type, in worlds that they have never seen ({told(_rates(rows, LED))} units an hour in the median), after "
         f"{np.median(_examples(rows)):.0f} examples for all automata together. Without the coordinator the same robots "
         f"bring {1 / np.median(alone):.2f} times what they bring with it.",
         tables=(
             Table(
-                f"Salvage, teachings {first} to {last}, {WORLDS} unseen worlds of twenty minutes each: median (worst–best)",
+                f"Salvage, teachings {first} to {last}, {WORLDS} unseen worlds of 20 minutes each: median (worst–best)",
                 ("team of twelve", "#units an hour"),
                 [(said, told(_rates(rows, name))) for name, said in NAMES.items()],
             ),
@@ -58,7 +58,11 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 "A third of the members killed at random moments; after that",
                 ("team of twelve", "#units an hour", "#of what it brings unharmed"),
                 [
-                    (NAMES[name], told(_of(rows, "after_failures", name)), told(_of(rows, "kept", name), percent=True))
+                    (
+                        NAMES[name],
+                        told(_of(rows, "after_failures", name)),
+                        told(_of(rows, "kept", name), percent=True),
+                    )
                     for name in (LED, MIXED)
                 ],
             ),
@@ -132,11 +136,11 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
     alone, after = float(np.median(_against_alone(rows))), _of(rows, "after_failures", LED)
     failing = float(np.median(np.divide(after, np.maximum(1.0, _of(rows, "after_failures", MIXED)))))
     return (
-        f"What makes the difference is the mix. While nobody fails, the coordinator makes ×{alone:.2f} of what the same "
-        "robots bring each by itself: whoever follows a scout that is still exploring is near when it finds something.",
-        "It has half of the carriers search for themselves while a scout is without a wreck. That is worth most when "
-        "scouts fail: a carrier goes to the nearest scout, and cannot tell a dead one at an empty wreck from one on guard. "
-        f"When a third has been killed, the coordinated team brings ×{failing:.2f} of what the others do.",
+        f"What makes the difference is the mix: under the coordinator the team brings ×{alone:.2f} of what the same "
+        f"robots bring each by itself, and ×{failing:.2f} after a third was killed. Whoever follows a scout that is "
+        "still exploring is near when it finds something, so that there is little to be told.",
+        "A carrier cannot tell a dead scout at an empty wreck from one on guard: that is what killing costs beside the "
+        "members themselves.",
         f"Its scouts can carry nothing: a team of scouts brings {max(_rates(rows, 'all scouts')):.0f} units.",
     )
 
@@ -147,7 +151,9 @@ def draw(rows: Sequence[Row]) -> Figure:
     short = ("mixed,\nled", "mixed,\nalone", "carriers,\nsearching", "carriers,\ngoing back", "scouts")
     dots(left, {said: _rates(rows, name) for said, name in zip(short, NAMES, strict=True)}, "units an hour")
     left.set_title("all twelve")
-    killed = {said: _of(rows, "after_failures", name) for said, name in zip(short[:2], (LED, MIXED), strict=True)}
+    killed = {
+        said: _of(rows, "after_failures", name) for said, name in zip(short[:2], (LED, MIXED), strict=True)
+    }
     dots(right, killed, "units an hour")
     right.set_title("after a third was killed")
     return figure

@@ -31,7 +31,9 @@ class Taught(NamedTuple):
 def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> Taught:
     """Teach everything from nothing; the same seed, the same lessons."""
     robots = {
-        kind: Teacher(Library(kits()[kind]), robots_world, seed, options=OPTIONS, progress=progress).teach(*topics)
+        kind: Teacher(Library(kits()[kind]), robots_world, seed, options=OPTIONS, progress=progress).teach(
+            *topics
+        )
         for kind, topics in TOPICS.items()
     }
     known = {kind: teaching.library for kind, teaching in robots.items()}

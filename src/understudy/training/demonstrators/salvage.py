@@ -31,8 +31,8 @@ LOOKED_S = 45.0  # so long a carrier looks around for itself where its scout has
 
 
 def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: float) -> Topic:
-    """Turn away from a wall that is `near_m` until all is clear and chance is low; wrong is to come as close as `bump_m`,
-    or to go on turning with `wide_m` of room and by a chance that is very low.
+    """Turn away from a wall that is `near_m` until all is clear and chance is low; wrong is to come as close as
+    `bump_m`, or to go on turning with `wide_m` of room and by a chance that is very low.
     """
 
     def wish(near: float, clear: float, low: float) -> Wish:
@@ -257,7 +257,13 @@ def show_take(screen: Screen) -> str | None:
         return None if screen.state == "done" else "goto"
     if screen.state == "goto":
         return "load" if _done(screen) else None
-    return "done" if screen.features["stored"] >= CAPACITY else None if screen.features["salvage_here"] > 0 else "goto"
+    return (
+        "done"
+        if screen.features["stored"] >= CAPACITY
+        else None
+        if screen.features["salvage_here"] > 0
+        else "goto"
+    )
 
 
 def show_search(screen: Screen) -> str | None:

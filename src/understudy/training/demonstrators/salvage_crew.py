@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from understudy.model.kinds import YES
-from understudy.training.demonstrators.salvage import after
+from understudy.training.demonstrators.patrol import after
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
 
 
 def show_lead(screen: Screen) -> str | None:
-    """All seek until a scout is at a wreck; then half of the carriers fetch; when all scouts are, all of them, and scouts
-    stay where they are.
+    """All seek until a scout is at a wreck; then two thirds of the carriers haul; when all scouts are, all do, and
+    scouts stay where they are.
     """
     if screen.features["all_found(wreck)"] == YES:
         return "work"
@@ -28,10 +28,10 @@ LEAD = Topic(
     ),
     show_lead,
     show_lead,
-    after(240.0),
-    cases=(Case("wrecks with little in them", enough=after(180.0)),),
-    tries=2,
-    limit_s=300.0,
+    after(200.0),
+    cases=(Case("wrecks with little in them", enough=after(200.0)),),
+    tries=3,
+    limit_s=240.0,
     patience_s=1000.0,
 )
 
