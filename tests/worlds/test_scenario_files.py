@@ -37,7 +37,7 @@ SMALL = HEAD + 'size = [5, 5]\n[types.a]\n[[robots]]\ntype = "a"\n'
 
 
 def test_what_ships() -> None:
-    assert builtin_scenarios() == ("arena", "forage", "forage-team", "patrol", "rooms", "soccer")
+    assert builtin_scenarios() == ("arena", "forage", "forage-team", "patrol", "rooms", "salvage", "soccer")
     for name in builtin_scenarios():
         scenario = load_scenario(name)
         assert scenario.name == name

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 PICTURES = (".gif", ".png")
 FRAMES_PER_S = 12.0
+IDLES = "idles"
 
 
 def run(
@@ -94,7 +95,7 @@ def run(
     link(known[sort], behavior, bound)  # mistakes are told at once, not when all is compiled
     compile_once(world=where, quiet=as_json)
     roots = dict.fromkeys(runners(known, sort, behavior), (behavior, bound))
-    running = Running(team_of(where, [seed], known, roots), known[sort], sort, behavior, limit_s)
+    running = Running(team_of(where, [seed], known, roots), known[sort], list(roots), behavior, limit_s)
     shown = record is None and not as_json and console().is_terminal
     watch = _watch if shown else _record
     if trace is None:
@@ -119,24 +120,27 @@ def run(
 
 
 class Running:
-    """One world in which all agents of a sort run a behavior: the robots, or coordinators who order them about."""
+    """One world in which all agents of some sorts run a behavior: the robots, or coordinators who order them about."""
 
-    def __init__(self, team: Team, library: Opened, sort: str, behavior: str, limit_s: float) -> None:
+    def __init__(self, team: Team, library: Opened, sorts: list[str], behavior: str, limit_s: float) -> None:
         from understudy.model.automaton import Automaton
         from understudy.worlds.world import World
 
         if not isinstance(team.ground, World):
             raise TypeError("a team of robots that are no simulation")
         self.team, self.body, self.behavior, self._limit_s = team, team.ground, behavior, limit_s
-        self._sort = sort
+        self._sort = sorts[0]
+        alone = [name for name in sorts if name in team.tree.types]
+        kinds = [team.tree.types[kind] for kind in team.tree.type_of]
+        self._rests = [IDLES if alone and kind not in alone else behavior for kind in kinds]
         root = library.behavior(behavior)
         states = root.states if isinstance(root, Automaton) else ()
         self._flags = {state.name for state in states if state.flag is not None}
 
     @property
     def paths(self) -> list[tuple[str, ...]]:
-        """What each robot is doing, outermost first; a basic behavior is all there is of itself."""
-        return [path or (self.behavior,) for path in self.team.paths]
+        """What each robot is doing, outermost first; a basic behavior is all there is of itself, and others idle."""
+        return [path or (rests,) for path, rests in zip(self.team.paths, self._rests, strict=True)]
 
     @property
     def frame(self) -> Frame:
