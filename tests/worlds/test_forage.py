@@ -233,7 +233,7 @@ def test_settings_are_found_again(name: str) -> None:
 
 
 def test_other_scenarios_are_no_settings() -> None:
-    others = ("arena", "forage-team", "patrol", "regions", "rooms", "soccer")
+    others = ("arena", "forage-team", "patrol", "regions", "rooms", "salvage", "soccer")
     assert [settings_of(load_scenario(name)) for name in others] == [None] * len(others)
 
 

@@ -76,7 +76,7 @@ DISPERSE = Topic(
 # What lasts for a while: turning around, withdrawing.
 
 
-def _lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str) -> Topic:
+def lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str, practice: str = "alone") -> Topic:
     """One after the other for so long each: state, behavior, s. Then it raises the flag."""
     names = [state for state, _, _ in steps]
     following = dict(zip(["start", *names], [*names, flag], strict=True))
@@ -101,7 +101,7 @@ def _lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str) -> T
         wish(0.0),
         wish(2.0),
         raised,
-        cases=(Case("alone"),),
+        cases=(Case(practice),),
         tries=1,
         limit_s=60.0,
     )
@@ -112,8 +112,8 @@ def raised(screen: Screen) -> bool:
     return screen.flag is not None
 
 
-LOOK_LEFT = _lasting("look_left", [("turn", "left", AROUND_S)], "failed")
-LOOK_RIGHT = _lasting("look_right", [("turn", "right", AROUND_S)], "failed")
-WITHDRAW = _lasting(
+LOOK_LEFT = lasting("look_left", [("turn", "left", AROUND_S)], "failed")
+LOOK_RIGHT = lasting("look_right", [("turn", "right", AROUND_S)], "failed")
+WITHDRAW = lasting(
     "withdraw", [("back", "backwards", 2.0), ("turn", "left", 1.5), ("walk", "disperse", AWAY_S)], "done"
 )
