@@ -14,9 +14,10 @@ MEMBER_BYTES = ORDER_BYTES + REPORT_BYTES + READING_BYTES + FLAG_BYTES
 RENEW = "what is sent changed; bring the page up to date with: python -m tests.docs.traffic"
 
 
-def test_the_squads_of_squads_are_those_that_ship() -> None:
-    (shown,) = (block.text for block in blocks(PAGE) if block.language == "toml")
-    assert shown in scenario_text("regions")
+def test_the_squads_shown_are_those_that_ship() -> None:
+    garrison, crew = (block.text for block in blocks(PAGE) if block.language == "toml")
+    assert garrison in scenario_text("regions")
+    assert all(line in scenario_text("salvage") for line in crew.splitlines())
 
 
 def test_the_table_of_what_is_sent() -> None:

@@ -133,7 +133,7 @@ class Running:
         self._sort = sorts[0]
         alone = [name for name in sorts if name in team.tree.types]
         kinds = [team.tree.types[kind] for kind in team.tree.type_of]
-        self._rests = [IDLES if alone and kind not in alone else behavior for kind in kinds]
+        self._rests = [behavior if kind in alone else IDLES for kind in kinds]
         root = library.behavior(behavior)
         states = root.states if isinstance(root, Automaton) else ()
         self._flags = {state.name for state in states if state.flag is not None}

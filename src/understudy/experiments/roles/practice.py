@@ -12,7 +12,7 @@ from understudy.model.kit import Kit
 from understudy.model.library import Library
 from understudy.runtime.team import Team
 from understudy.runtime.troop import Troop
-from understudy.training.demonstrators.salvage import CAPACITY
+from understudy.training.demonstrators.salvage_carriers import CAPACITY
 from understudy.worlds.kits import kit_of
 from understudy.worlds.scenario import Capture, Objects, Robots, Scenario
 from understudy.worlds.scenario_files import load_scenario

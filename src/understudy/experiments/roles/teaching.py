@@ -7,11 +7,11 @@ from typing import NamedTuple
 from understudy.experiments.roles.practice import CARRIER, SCOUT, kits, robots_world, squads_library, troops
 from understudy.model.lesson import Options
 from understudy.model.library import Library
-from understudy.training.demonstrators import salvage, salvage_crew
+from understudy.training.demonstrators import salvage, salvage_carriers, salvage_crew
 from understudy.training.demonstrators.teacher import Progress, Teacher, Teaching
 from understudy.worlds.teams import Libraries
 
-TOPICS = {SCOUT: salvage.SCOUTS, CARRIER: salvage.CARRIERS}
+TOPICS = {SCOUT: salvage.SCOUTS, CARRIER: salvage_carriers.CARRIERS}
 OPTIONS = {"goto": Options(watched=True, reaction_s=0.2)}
 """Of lessons about motion: silence is consent, and presses come late."""
 
