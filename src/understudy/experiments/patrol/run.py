@@ -176,15 +176,8 @@ def _lessons(rows: Sequence[Row]) -> list[tuple[str, ...]]:
 
 
 def _undivided(rows: Sequence[Row]) -> Table:
-    hours = WORLDS / 6.0
     cells: list[tuple[str, list[list[float]]]] = [
-        (
-            "captures followed by coming home, an hour",
-            [
-                [row[way]["cycles"] * (row[way]["complete"] or 0.0) / hours for row in rows]
-                for way in ("whole", "layers")
-            ],
-        ),
+        ("captures followed by coming home, an hour", [_rounds(rows, way) for way in ("whole", "layers")]),
         (
             "captures an hour",
             [[row[way]["captures_per_hour"] for row in rows] for way in ("whole", "layers")],
@@ -198,6 +191,12 @@ def _undivided(rows: Sequence[Row]) -> Table:
         ("", "#one piece", "#layers"),
         [(said, *(told(values, 0) for values in both)) for said, both in cells],
     )
+
+
+def _rounds(rows: Sequence[Row], way: str) -> list[float]:
+    """Captures of one robot that are followed by its coming home, an hour."""
+    hours = WORLDS / 6.0
+    return [row[way]["cycles"] * (row[way]["complete"] or 0.0) / hours for row in rows]
 
 
 LESSONS = ("lessons", "lessons_in_layers")
@@ -252,14 +251,16 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Cycles, attacks on nobody and examples of every teaching."""
-    own = [row for row in rows if row["task"]["features"] == OWN]
-    theirs = [row for row in rows if row["task"]["features"] == PAPERS]
+    """Cycles, attacks on nobody, and what one robot does in one piece and in layers, of every teaching."""
+    own, theirs, whole, four = (
+        [row for row in rows if row["task"]["features"] == way] for way in (OWN, PAPERS, UNDIVIDED, TOGETHER)
+    )
     figure, (left, middle, right) = panels(3)
     cycles: dict[str, Sequence[float]] = {
         "B": [100 * each for each in _values(own, "coordinated", "complete")],
         "B, bad\nradio": [100 * each for each in _values(own, "bad_radio", "complete")],
         "B, paper's\nfeatures": [100 * each for each in _values(theirs, "coordinated", "complete")],
+        "C": [100 * each for each in _values(four, "together", "complete")],
     }
     dots(left, cycles, "cycles completed, %")
     left.set_title("capture, home, disperse")
@@ -270,8 +271,9 @@ def draw(rows: Sequence[Row]) -> Figure:
     }
     dots(middle, residual, "robot-seconds a minute")
     middle.set_title("attacking who is gone")
-    dots(right, {"all automata": _examples(own)}, "press-made examples")
-    right.set_title("taught with")
+    pieces = {"one piece": _rounds(whole, "whole"), "layers": _rounds(whole, "layers")}
+    dots(right, pieces, "rounds an hour")
+    right.set_title("one robot by itself")
     return figure
 
 
