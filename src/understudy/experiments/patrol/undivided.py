@@ -17,7 +17,7 @@ from understudy.experiments.patrol.practice import ROBOT, practices, robots_worl
 from understudy.experiments.patrol.watching import watch
 from understudy.model.library import Library
 from understudy.training.demonstrators import patrol, patrol_wandering
-from understudy.training.demonstrators.person import KEEP, Wish
+from understudy.training.demonstrators.person import KEEP, Wish, after
 from understudy.training.demonstrators.teacher import Case, Patience, Teacher, Teaching, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -82,8 +82,8 @@ UNDIVIDED = Topic(
     ),
     show,
     complain,
-    patrol_wandering.after(150.0),
-    cases=(Case(PRACTICE, enough=patrol_wandering.after(120.0)),) * 3,
+    after(150.0),
+    cases=(Case(PRACTICE, enough=after(120.0)),) * 3,
     tries=8,
     limit_s=200.0,
     patience_s=100.0,

@@ -17,10 +17,8 @@ from understudy.training.demonstrators.patrol_wandering import (
     LOOK_LEFT,
     LOOK_RIGHT,
     WITHDRAW,
-    after,
-    raised,
 )
-from understudy.training.demonstrators.person import KEEP, Seen
+from understudy.training.demonstrators.person import KEEP, Seen, after, raised
 from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from understudy.training.demonstrators.person import KEEP, Seen, Wish
+from understudy.training.demonstrators.person import KEEP, Wish, after, raised
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -18,11 +18,6 @@ BUMP_M = 0.3  # this close to something, it should long have turned
 WIDE_M = 1.25  # so much room, and it still turns
 AROUND_S = 6.8  # a bit more than once around
 AWAY_S = 6.0
-
-
-def after(seconds: float) -> Seen:
-    """So long after the world began."""
-    return lambda screen: screen.time_s >= seconds
 
 
 # Disperse: wander, and turn away from what is near.
@@ -105,11 +100,6 @@ def lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str, pract
         tries=1,
         limit_s=60.0,
     )
-
-
-def raised(screen: Screen) -> bool:
-    """The automaton says that it is finished."""
-    return screen.flag is not None
 
 
 LOOK_LEFT = lasting("look_left", [("turn", "left", AROUND_S)], "failed")

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
-from understudy.training.demonstrators.patrol_wandering import after, raised
-from understudy.training.demonstrators.person import KEEP, Seen, Wish
+from understudy.training.demonstrators.person import KEEP, Seen, Wish, after, raised
 from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen

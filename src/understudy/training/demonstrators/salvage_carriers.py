@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import pi
 
 from understudy.model.kinds import YES
-from understudy.training.demonstrators.patrol_wandering import after, lasting, raised
-from understudy.training.demonstrators.person import KEEP, Wish
+from understudy.training.demonstrators.patrol_wandering import lasting
+from understudy.training.demonstrators.person import KEEP, Wish, after, raised
 from understudy.training.demonstrators.salvage import (
     bearing,
     content,

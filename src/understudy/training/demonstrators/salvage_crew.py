@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from understudy.model.kinds import YES
-from understudy.training.demonstrators.patrol_wandering import after
+from understudy.training.demonstrators.person import after
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
