@@ -38,12 +38,17 @@ if TYPE_CHECKING:
     from understudy.runtime.interpreter import Interpreter
     from understudy.runtime.program import link
     from understudy.runtime.run import Run
+    from understudy.runtime.team import Team
     from understudy.runtime.trace import Trace
+    from understudy.runtime.troop import Troop
     from understudy.training.design import new_lesson
     from understudy.training.screen import Screen
     from understudy.training.session import Session
     from understudy.training.trainee import Mode
     from understudy.worlds.forage import Forage, ForageSettings
+    from understudy.worlds.scenario_files import load_scenario
+    from understudy.worlds.teams import libraries_of, team_of, troop_of
+    from understudy.worlds.world import World
 
 _HOMES = {
     "errors": ("UnderstudyError",),
@@ -76,12 +81,17 @@ _HOMES = {
     "runtime.interpreter": ("Interpreter",),
     "runtime.program": ("link",),
     "runtime.run": ("Run",),
+    "runtime.team": ("Team",),
     "runtime.trace": ("Trace",),
+    "runtime.troop": ("Troop",),
     "training.design": ("new_lesson",),
     "training.screen": ("Screen",),
     "training.session": ("Session",),
     "training.trainee": ("Mode",),
     "worlds.forage": ("Forage", "ForageSettings"),
+    "worlds.scenario_files": ("load_scenario",),
+    "worlds.teams": ("libraries_of", "team_of", "troop_of"),
+    "worlds.world": ("World",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -122,13 +132,16 @@ __all__ = [
     "State",
     "Target",
     "Taught",
+    "Team",
     "TimeInState",
     "Timer",
     "Toroidal",
     "Trace",
     "Tree",
     "Trees",
+    "Troop",
     "UnderstudyError",
+    "World",
     "behavior",
     "evaluate",
     "explain",
@@ -136,7 +149,9 @@ __all__ = [
     "increment",
     "learn",
     "learned",
+    "libraries_of",
     "link",
+    "load_scenario",
     "new_lesson",
     "open_library",
     "reset_counter",
@@ -144,6 +159,8 @@ __all__ = [
     "save_taught",
     "set_counter",
     "set_timer",
+    "team_of",
+    "troop_of",
 ]
 
 

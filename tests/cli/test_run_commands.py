@@ -15,15 +15,17 @@ from tests.worlds.patrollers import ROBOTS, lead
 
 from understudy.cli.parts import behavior_of, find_kit, library_for
 from understudy.errors import SettingError
+from understudy.model.automaton import START, Automaton, State
 from understudy.model.folder import save
 from understudy.model.library import Taught
+from understudy.model.tree import Tree, leaf
 
 
 def test_worlds(tmp_path: Path) -> None:
     told = said("worlds")
     assert [(row["name"], row["robots"]) for row in told] == [
-        ("arena", 1), ("boxes", 20), ("forage", 1), ("forage-team", 4), ("patrol", 4), ("rooms", 1),
-        ("soccer", 1), ("swarm", 200),
+        ("arena", 1), ("boxes", 20), ("forage", 1), ("forage-team", 4), ("patrol", 4), ("regions", 16), ("rooms", 1),
+        ("salvage", 12), ("soccer", 1), ("swarm", 200),
     ]  # fmt: skip
     text = run("worlds").stdout
     assert max(map(len, text.splitlines())) <= 80
@@ -98,6 +100,21 @@ def test_a_squad_runs_what_it_was_taught(tmp_path: Path) -> None:
     assert said("run", "patrol", "-l", tmp_path, "--seconds", "1")["behavior"] == "lead"
     alone = said("run", "patrol", "-l", tmp_path, "--behavior", "patrol", "--seconds", "1")
     assert alone["behavior"] == "patrol"
+
+
+def test_types_that_differ_run_what_is_in_their_folders(tmp_path: Path) -> None:
+    """Others idle; and a name that two types know has to say whose."""
+    for kind, behavior in (("scout", "forward"), ("carrier", "rotate_left")):
+        states = (START, State(behavior, behavior))
+        roam = Automaton("roam", states, (), (), False, {"start": Tree((leaf(1),))})
+        save(tmp_path / kind, Taught(roam))
+    told = said("run", "salvage", "-l", tmp_path, "--behavior", "carrier/roam", "--seconds", "2")
+    assert told["doing"] == {"rotate_left": 8, "idles": 4}
+    told = said("run", "salvage", "-l", tmp_path, "--behavior", "load", "--seconds", "1")
+    assert told["doing"] == {"load": 8, "idles": 4}
+    refused = run("run", "salvage", "-l", tmp_path, "--behavior", "roam")
+    assert refused.exit_code == 2
+    assert "scout/roam and carrier/roam" in " ".join(refused.output.split())
 
 
 def test_a_run_leaves_a_trace(library: Path, tmp_path: Path) -> None:

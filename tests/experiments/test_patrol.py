@@ -19,9 +19,10 @@ from understudy.experiments.patrol.judging import (
     residual_s,
 )
 from understudy.experiments.patrol.measuring import DEFER
+from understudy.experiments.patrol.orders import ATTACK, DISPERSE, HOME, RUN_AWAY
 from understudy.experiments.patrol.practice import coordinated, practices, squad_practices, squads_library
 from understudy.experiments.patrol.teaching import teach
-from understudy.experiments.patrol.watching import ATTACK, DISPERSE, HOME, RUN_AWAY, Thing, Tracks, watch
+from understudy.experiments.patrol.watching import Thing, Tracks, watch
 from understudy.experiments.published import published
 from understudy.model.library import Library
 from understudy.worlds.kits import kit_of
@@ -48,7 +49,8 @@ def tracks(*spans: tuple[int, int], until: int | None = None, away: float = 1.0,
         "sees_boss": nothing,
         "intruder": Thing(there, place + 50.0, place),
         "boss": Thing(np.ones(shape[:2], np.bool_), place - 4.0, place),
-        "home": (0.0, 0.0),
+        "home": np.zeros((shape[2], 2)),
+        "firsts": np.arange(shape[2]),
         "obstacles": np.zeros((1, 0, 3)),
     }
     return Tracks(**(made | given))

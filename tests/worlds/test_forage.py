@@ -233,8 +233,8 @@ def test_settings_are_found_again(name: str) -> None:
 
 
 def test_other_scenarios_are_no_settings() -> None:
-    others = ("arena", "forage-team", "patrol", "rooms", "soccer")
-    assert [settings_of(load_scenario(name)) for name in others] == [None] * 5
+    others = ("arena", "forage-team", "patrol", "regions", "rooms", "salvage", "soccer")
+    assert [settings_of(load_scenario(name)) for name in others] == [None] * len(others)
 
 
 def test_draws_are_spread_evenly_and_keyed_by_everything() -> None:

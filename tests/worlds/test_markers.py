@@ -13,7 +13,7 @@ from understudy.worlds.catalog import find_world
 from understudy.worlds.finding import place_of
 from understudy.worlds.kits import kit_of
 from understudy.worlds.markers import MARKER, TARGET, with_markers, without_markers
-from understudy.worlds.scenario import Objects, Scenario, TargetOf
+from understudy.worlds.scenario import Locator, Objects, Scenario, TargetOf
 from understudy.worlds.scenario_files import builtin_scenarios, load_scenario
 from understudy.worlds.world import World
 
@@ -39,7 +39,11 @@ def test_a_marker_is_absent_until_it_is_placed_and_once_it_is_removed(name: str)
     slot = world.add_object(MARKER, *ahead)
     assert place_of(world, TARGET) == pytest.approx(ahead)
     sensed = world.sense(keys)
-    if ("range", TARGET) in keys:
+    sensors = scenario.types[world.names.types[int(robot["type"])]].sensors
+    locators = [sensor for sensor in sensors if isinstance(sensor, Locator)]
+    if any(
+        each.targets is None or TARGET in each.targets for each in locators
+    ):  # else they are for other things
         assert sensed["range", TARGET][0] == pytest.approx(0.5)
         assert np.cos(sensed["bearing", TARGET][0]) == pytest.approx(1.0)
     if ("blob_x", TARGET) in keys:

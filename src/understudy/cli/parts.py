@@ -154,15 +154,18 @@ def library_for(behavior: str | None, folder: Path, kit: Kit) -> Taught:
     return Library(kit)
 
 
-def team_for(scenario: Scenario, robots: Taught, folder: Path) -> Mapping[str, Taught]:
-    """What everybody of a scenario's team knows: squads have folders of their names in that of the robots."""
+def team_for(scenario: Scenario, behavior: str | None, folder: Path, kit: Kit) -> Mapping[str, Taught]:
+    """What everybody knows: squads, and types of robots that differ, have folders of their names in that of all."""
     from understudy.model.library import Library
-    from understudy.worlds.teams import libraries_of
+    from understudy.worlds.teams import libraries_of, robots_of
 
-    def squads(name: str, kit: Kit) -> Taught:
-        return opened(folder / name, kit).library if (folder / name).is_dir() else Library(kit)
+    def look(where: Path, kit: Kit) -> Taught:
+        return opened(where, kit).library if where.is_dir() else Library(kit)
 
-    return libraries_of(scenario, robots, squads)
+    if not folder.exists():
+        library_for(behavior, folder, kit)
+    robots = robots_of(scenario, folder, kit, look)
+    return libraries_of(scenario, robots, lambda name, kit: look(folder / name, kit))
 
 
 def behavior_of(library: Taught, named: str | None, folder: Path) -> str:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 PICTURES = (".gif", ".png")
 FRAMES_PER_S = 12.0
+IDLES = "idles"
 
 
 def run(
@@ -53,7 +54,7 @@ def run(
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Run a behavior in a scenario's world, on all its robots: watch it in the terminal, or draw a GIF or PNG of it.
+    """Run a behavior in a scenario's world, on all robots that know it: watch it in the terminal, or draw a GIF or PNG.
 
     Behaviors are those of the library, and the basic ones of the scenario's robots.
 
@@ -63,7 +64,8 @@ def run(
 
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
 
-    What a squad was taught (in a folder of the squad's name) is run by its coordinators.
+    What a squad was taught (in a folder of the squad's name) is run by its coordinators. Where types of robots differ,
+    each has a folder of its name, too; SORT/BEHAVIOR says whose behavior is meant.
     """
     from understudy.cli.output import console, print_json
     from understudy.cli.parts import (
@@ -72,14 +74,13 @@ def run(
         chosen_world,
         find_kit,
         find_world,
-        library_for,
         team_for,
     )
     from understudy.cli.progress import compile_once
     from understudy.errors import SettingError
     from understudy.runtime.program import link
     from understudy.traces import write_trace
-    from understudy.worlds.teams import sort_of, team_of
+    from understudy.worlds.teams import runners, sort_of, team_of
 
     if record is not None and record.suffix.lower() not in PICTURES:
         remedy = "name a file that ends in .gif (in motion) or .png (its path)"
@@ -89,14 +90,13 @@ def run(
     named = chosen_world(scenario, world)
     where, parts = find_world(named), find_kit(kit, named)
     bound, limit_s = bindings(bind), seconds or where.limit_s
-    known = team_for(where, library_for(behavior, library, parts), library)
+    known = team_for(where, behavior, library, parts)
     sort = sort_of(known, behavior)
     behavior = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), library)
     link(known[sort], behavior, bound)  # mistakes are told at once, not when all is compiled
     compile_once(world=where, quiet=as_json)
-    running = Running(
-        team_of(where, [seed], known, {sort: (behavior, bound)}), known[sort], sort, behavior, limit_s
-    )
+    roots = dict.fromkeys(runners(known, sort, behavior), (behavior, bound))
+    running = Running(team_of(where, [seed], known, roots), known[sort], list(roots), behavior, limit_s)
     shown = record is None and not as_json and console().is_terminal
     watch = _watch if shown else _record
     if trace is None:
@@ -121,24 +121,27 @@ def run(
 
 
 class Running:
-    """One world in which all agents of a sort run a behavior: the robots, or coordinators who order them about."""
+    """One world in which all agents of some sorts run a behavior: the robots, or coordinators who order them about."""
 
-    def __init__(self, team: Team, library: Opened, sort: str, behavior: str, limit_s: float) -> None:
+    def __init__(self, team: Team, library: Opened, sorts: list[str], behavior: str, limit_s: float) -> None:
         from understudy.model.automaton import Automaton
         from understudy.worlds.world import World
 
         if not isinstance(team.ground, World):
             raise TypeError("a team of robots that are no simulation")
         self.team, self.body, self.behavior, self._limit_s = team, team.ground, behavior, limit_s
-        self._sort = sort
+        self._sort = sorts[0]
+        alone = [name for name in sorts if name in team.tree.types]
+        kinds = [team.tree.types[kind] for kind in team.tree.type_of]
+        self._rests = [behavior if kind in alone else IDLES for kind in kinds]
         root = library.behavior(behavior)
         states = root.states if isinstance(root, Automaton) else ()
         self._flags = {state.name for state in states if state.flag is not None}
 
     @property
     def paths(self) -> list[tuple[str, ...]]:
-        """What each robot is doing, outermost first; a basic behavior is all there is of itself."""
-        return [path or (self.behavior,) for path in self.team.paths]
+        """What each robot is doing, outermost first; a basic behavior is all there is of itself, and others idle."""
+        return [path or (rests,) for path, rests in zip(self.team.paths, self._rests, strict=True)]
 
     @property
     def frame(self) -> Frame:

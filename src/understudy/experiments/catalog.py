@@ -20,6 +20,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "learners": "What do other learners make of the same few decisions?",
         "ablation": "Which parts of the method matter, and how much?",
         "patrol": "Can a team be taught the patrol of the paper, and what does its coordinator bring?",
+        "roles": "What is a team worth whose members differ, and what does its coordinator bring?",
         "small": "How small are the lessons that robots learn from?",
     }
 )

@@ -92,7 +92,7 @@ def _edit(stage: Stage, message: m.Edit) -> None:
 
 
 def _agent(stage: Stage, message: m.Agent) -> None:
-    if message.sort != stage.sort:
+    if message.sort != stage.sort or openings.knows_other(stage, message.agent):
         openings.choose_sort(stage, message.sort, message.agent, discard=message.discard)
     openings.choose_agent(stage, message.agent)
     stage.moved += 1

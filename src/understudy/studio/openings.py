@@ -75,6 +75,12 @@ def choose_sort(stage: Stage, sort: str | None, agent: int, *, discard: bool) ->
     stage.turn_to(sort, agent)
 
 
+def knows_other(stage: Stage, agent: int) -> bool:
+    """Whether this robot has another library than the one that is trained: it is of a type that differs."""
+    there = stage.sort is None and agent < stage.ranks.agents(None)
+    return there and not stage.ranks.together(stage.agent, agent)
+
+
 def _refuse_beyond(stage: Stage, sort: str | None, agent: int) -> None:
     most = stage.ranks.agents(sort)
     if agent >= most:

@@ -13,12 +13,14 @@ from understudy.studio import shelf
 from understudy.studio.scene import Plain
 from understudy.worlds.dealing import deal
 from understudy.worlds.scenario import Scenario
-from understudy.worlds.teams import Libraries, libraries_of
+from understudy.worlds.teams import Libraries, folders_of, libraries_of, robots_of
 from understudy.worlds.world import World
 
 
 class Ranks:
-    """The team of a scenario: the robots' automata are in `folder`, those of squads in one of their name inside."""
+    """The team of a scenario: the robots' automata are in `folder`, those of squads in one of their name inside; so are
+    those of each type of robots where types differ.
+    """
 
     def __init__(self, scenario: Scenario, folder: Path, kit: Kit) -> None:
         self._scenario, self._folder, self._kit = scenario, folder, kit
@@ -40,10 +42,20 @@ class Ranks:
         if sort not in self.squads:
             raise UnknownName(what="sort of squads", name=sort, where="this scenario", known=self.squads)
 
-    def shelf_of(self, sort: str | None) -> shelf.Shelf:
-        """The library of the robots (None), or of a sort of squads; UnknownName where there is no such sort."""
+    def type_of(self, agent: int) -> str:
+        """The type of a robot."""
+        return self.tree.types[self.tree.type_of[agent]]
+
+    def together(self, one: int, other: int) -> bool:
+        """Whether two robots know the same."""
+        places = folders_of(self._scenario, self._folder, self._kit)
+        return places[self.type_of(one)][0] == places[self.type_of(other)][0]
+
+    def shelf_of(self, sort: str | None, agent: int = 0) -> shelf.Shelf:
+        """The library of a robot (None), or of a sort of squads; UnknownName where there is no such sort."""
         if sort is None:
-            return shelf.look(self._folder, self._kit)
+            where, kit = folders_of(self._scenario, self._folder, self._kit)[self.type_of(agent)]
+            return shelf.look(where, kit)
         self._check(sort)
         return shelf.look(self._folder / sort, self._known()[sort].kit)
 
@@ -59,10 +71,11 @@ class Ranks:
         return Troop(team, sort)
 
     def _known(self) -> Libraries:
-        def squads(name: str, kit: Kit) -> Library:
-            return shelf.look(self._folder / name, kit).library
+        def look(where: Path, kit: Kit) -> Library:
+            return shelf.look(where, kit).library
 
-        return libraries_of(self._scenario, shelf.look(self._folder, self._kit).library, squads)
+        robots = robots_of(self._scenario, self._folder, self._kit, look)
+        return libraries_of(self._scenario, robots, lambda name, kit: look(self._folder / name, kit))
 
     def plain(self) -> list[Plain]:
         """The squads, the topmost first, with the robots that are in each, those of squads below among them."""

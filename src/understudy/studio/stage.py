@@ -56,9 +56,10 @@ class Stage:
     def __init__(
         self, scenario: Scenario, folder: Path, kit: Kit, *, seed: int = 0, wall: Wall = monotonic
     ) -> None:
-        self.world, self.kit, self.wall = World(scenario, [seed]), kit, wall
+        self.world, self.wall = World(scenario, [seed]), wall
         self.ranks = Ranks(self.world.scenario, folder, kit)
         self.shelf = self.ranks.shelf_of(None)
+        self.kit = self.shelf.library.kit
         self.sort: str | None = None  # the sort of squads that is trained; None: the robots
         self.doing = Doing()
         self.opened: Opened | None = None
@@ -325,7 +326,7 @@ class Stage:
 
     def look(self) -> None:
         """See what the library's folder holds now; what is new there can be used in the lesson at once."""
-        self.shelf = self.ranks.shelf_of(self.sort)
+        self.shelf = self.ranks.shelf_of(self.sort, self.agent)
         self.kit = self.shelf.library.kit
         if self.desk is not None:
             session = self.desk.session

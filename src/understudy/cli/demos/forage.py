@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
-    from understudy.cli.demos.talking import keep, live, tell_lessons
+    from understudy.cli.demos.talking import keep, live, taught_with, tell_lessons
     from understudy.cli.parts import find_world
     from understudy.cli.progress import compile_once
     from understudy.experiments.forage.teaching import teach
@@ -28,10 +28,7 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     pictures = [*keep(library, out / "library", out / "pictures"), _path(library, out / "pictures", seed)]
     evaluation, corners = _judge(library, seed, quiet=talk.quiet)
     result = {
-        "examples": {name: account.examples for name, account in teaching.accounts.items()}
-        | {"total": teaching.examples},
-        "presses": sum(account.presses for account in teaching.accounts.values()),
-        "teaching_seconds": round(teaching.seconds, 1),
+        **taught_with(teaching.accounts),
         "worlds": len(evaluation.seeds),
         "success": evaluation.success,
         "relative_to_expert": round(evaluation.relative_to_expert, 4),

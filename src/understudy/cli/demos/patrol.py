@@ -19,7 +19,7 @@ FILM_S, SPEED = 150.0, 8.0
 
 def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
-    from understudy.cli.demos.talking import keep, live, tell_lessons
+    from understudy.cli.demos.talking import keep, live, taught_with, tell_lessons
     from understudy.cli.progress import compile_once
     from understudy.experiments.patrol.practice import SQUAD, scenario
     from understudy.experiments.patrol.teaching import teach
@@ -37,12 +37,8 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     ]
     judged, world = _judge(taught, seed, quiet=talk.quiet)
     pictures.append(_film(taught, out / "pictures", world))
-    accounts = {**taught.robots.accounts, **taught.coordinators.accounts}
-    examples = {name: account.examples for name, account in accounts.items()}
     result = {
-        "examples": examples | {"total": sum(examples.values())},
-        "presses": sum(account.presses for account in accounts.values()),
-        "teaching_seconds": round(sum(account.seconds for account in accounts.values()), 1),
+        **taught_with({**taught.robots.accounts, **taught.coordinators.accounts}),
         "worlds": WORLDS,
         **judged,
         "seed": seed,
@@ -100,7 +96,7 @@ def _judge(taught: Taught, seed: int, *, quiet: bool) -> tuple[dict[str, Any], i
 def _eventful(tracks: Tracks) -> int:
     """The first world with a whole cycle and the boss while the film lasts; the first of all if there is none."""
     from understudy.experiments.patrol.judging import cycles
-    from understudy.experiments.patrol.watching import RUN_AWAY
+    from understudy.experiments.patrol.orders import RUN_AWAY
 
     end = round(FILM_S / tracks.tick_s)
     met = (tracks.doing[:end] == RUN_AWAY).any(axis=(0, 2))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -94,6 +94,16 @@ def keep(library: Library, folder: Path, pictures: Path) -> list[Path]:
         for picture, taught in graphs.items():
             write(picture, automaton_svg(taught.automaton, graph_conditions(taught)).encode())
     return list(graphs)
+
+
+def taught_with(accounts: Mapping[str, Account]) -> dict[str, Any]:
+    """What the teaching took, as plain data."""
+    examples = {name: account.examples for name, account in accounts.items()}
+    return {
+        "examples": examples | {"total": sum(examples.values())},
+        "presses": sum(account.presses for account in accounts.values()),
+        "teaching_seconds": round(sum(account.seconds for account in accounts.values()), 1),
+    }
 
 
 def lasted(seconds: float) -> str:

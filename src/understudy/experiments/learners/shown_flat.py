@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from math import isnan, pi, tau
 
-from understudy.experiments.repertoire.rovers import after
 from understudy.experiments.repertoire.walls import AHEAD, LEFT, wanted
 from understudy.model.kinds import YES
 from understudy.training.demonstrators.forager import ASTRAY, CAPACITY, FACING, all_home
+from understudy.training.demonstrators.person import after
 from understudy.training.demonstrators.servo import (
     BASIC_STATES,
     EMERGED_PX,

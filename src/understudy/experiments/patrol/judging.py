@@ -9,7 +9,8 @@ from math import pi, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.experiments.patrol.watching import ATTACK, DISPERSE, HOME, RUN_AWAY, Tracks
+from understudy.experiments.patrol.orders import ATTACK, DISPERSE, HOME, RUN_AWAY
+from understudy.experiments.patrol.watching import Tracks
 
 AT_HOME_M = 3.0
 CYCLE_S = 120.0
@@ -24,10 +25,10 @@ LEEWAY_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """From a capture until the team is told to disperse: in which world, from which tick, for how long, s.
+    """From a capture until all are told to disperse: in which world, from which tick, for how long, s.
 
-    `seconds` is absent (NaN) where it was still open at the end; `farthest_m` is how far from home the farthest robot
-    was when told to disperse.
+    `seconds` is absent (NaN) where it was still open at the end; `farthest_m` is how far from its home the farthest
+    robot was when told to disperse.
     """
 
     world: int
@@ -37,7 +38,7 @@ class Cycle:
 
     @property
     def complete(self) -> bool:
-        """All four really at home, and in time."""
+        """All really at home, and in time."""
         return self.seconds <= CYCLE_S and self.farthest_m <= AT_HOME_M
 
 
@@ -49,20 +50,21 @@ def captures(tracks: Tracks) -> list[tuple[int, int]]:
 
 
 def cycles(tracks: Tracks) -> Iterator[Cycle]:
-    """The cycles of a team: each from the capture of an intruder that it was attacking.
+    """The cycles of a team: each from the capture of an intruder that one of its squads was attacking.
 
     What is captured on the way home belongs to the cycle at hand. One that the boss interrupts is none.
     """
-    until = dict.fromkeys(range(tracks.doing.shape[1]), -1)
+    told = tracks.told
+    until = dict.fromkeys(range(told.shape[1]), -1)
     for world, tick in sorted(captures(tracks)):
-        doing = tracks.doing[:, world, 0]
+        doing = told[:, world]
         since = max(0, tick - 1 - round(CAPTURE_S / tracks.tick_s))
         if tick < until[world] or not (doing[since : tick + 1] == ATTACK).any():
             continue
-        after = np.flatnonzero(np.isin(doing[tick:], (DISPERSE, RUN_AWAY)))
+        after = np.flatnonzero(np.isin(doing[tick:], (DISPERSE, RUN_AWAY)).all(axis=1))
         if len(after):
             end = until[world] = tick + int(after[0])
-            if doing[end] == RUN_AWAY:
+            if (doing[end] == RUN_AWAY).any():
                 continue
             yield Cycle(world, tick, (end - tick) * tracks.tick_s, _farthest(tracks, world, end))
         else:
@@ -72,15 +74,15 @@ def cycles(tracks: Tracks) -> Iterator[Cycle]:
 
 
 def _farthest(tracks: Tracks, world: int, tick: int) -> float:
-    x, y = tracks.home
+    x, y = tracks.home.T
     return float(np.hypot(tracks.x[tick, world] - x, tracks.y[tick, world] - y).max())
 
 
 def false_homes(tracks: Tracks) -> int:
-    """How often a team goes home from an attack though nothing was captured."""
-    doing, count = tracks.doing[:, :, 0], 0
+    """How often all go home though nothing was captured."""
+    home, count = (tracks.told == HOME).all(axis=2), 0
     margin = round((CAPTURE_S + 0.5) / tracks.tick_s)
-    for tick, world in np.argwhere((doing[:-1] == ATTACK) & (doing[1:] == HOME)):
+    for tick, world in np.argwhere(home[1:] & ~home[:-1]):
         there = tracks.intruder.there[max(0, tick - margin) : tick + 1 + margin, world]
         count += bool(there.all()) and len(there) > margin
     return count

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from understudy.training.demonstrators import patrol, patrol_squad
+from understudy.training.demonstrators import patrol, patrol_squad, patrol_wandering
 from understudy.training.demonstrators.teacher import Case
 from understudy.training.design import new_lesson
 
@@ -46,5 +46,5 @@ COLLECTIVE_PATROL = replace(
     cases=(Case("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),),
 )
 
-ROBOTS = (patrol.DISPERSE, SERVO, ATTACK, patrol.SCATTER, patrol.RUN_AWAY, patrol.PATROL)
+ROBOTS = (patrol_wandering.DISPERSE, SERVO, ATTACK, patrol.SCATTER, patrol.RUN_AWAY, patrol.PATROL)
 SQUADS = (COLLECTIVE_PATROL, patrol_squad.DEFER)

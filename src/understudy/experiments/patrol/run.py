@@ -10,7 +10,7 @@ import numpy as np
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import dots, panels
 from understudy.experiments.lessons import lessons_of
-from understudy.experiments.patrol import paper
+from understudy.experiments.patrol import paper, together
 from understudy.experiments.patrol.measuring import WORLDS, measured, worlds_of
 from understudy.experiments.patrol.teaching import teach
 from understudy.experiments.patrol.undivided import SECONDS, lone, teach_undivided
@@ -22,13 +22,18 @@ if TYPE_CHECKING:
 
 TEACHINGS = range(58_000, 58_010)
 """The teaching seeds of the published result: nobody had looked at any of them before."""
-OWN, PAPERS, UNDIVIDED = "own features", "the paper's features", "one piece"
+OWN, PAPERS, UNDIVIDED, TOGETHER = (
+    "own features",
+    "the paper's features",
+    "one piece",
+    "four patrols together",
+)
 GOOD = 0.95
 
 
 def tasks(plan: Plan) -> list[Task]:
-    """Each teaching, with our features, with those of the paper, and in one piece; the quick version is the first."""
-    ways = (OWN,) if plan.quick else (OWN, PAPERS, UNDIVIDED)
+    """Each teaching in all ways: of the quick version the first only."""
+    ways = (OWN,) if plan.quick else (OWN, PAPERS, UNDIVIDED, TOGETHER)
     return [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
 
 
@@ -36,6 +41,8 @@ def work(task: Task) -> Row:
     """One teaching, judged on its own unseen worlds."""
     if task["features"] == UNDIVIDED:
         return _in_one_piece(task["seed"])
+    if task["features"] == TOGETHER:
+        return together.together(task["seed"])
     topics = (paper.ROBOTS, paper.SQUADS) if task["features"] == PAPERS else ()
     taught = teach(task["seed"], *topics)
     return {
@@ -66,7 +73,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
         way: [row for row in rows if row["task"]["features"] == way]
         for way in dict.fromkeys(row["task"]["features"] for row in rows)
     }
-    own = ways[OWN]
+    own, four = ways[OWN], ways.pop(TOGETHER, [])
     first, last = own[0]["task"]["seed"], own[-1]["task"]["seed"]
     well = sum(row["coordinated"]["complete"] >= GOOD for row in own)
     return Findings(
@@ -98,8 +105,9 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 _lessons(own),
             ),
             *([_undivided(whole)] if whole else []),
+            *([together.table(four)] if four else []),
         ),
-        goals=_goals(own),
+        goals=(*_goals(own), *([together.goal(four)] if four else [])),
         notes=_notes(own),
         numbers={"teachings": {way: len(of) for way, of in ways.items()}, "examples": _examples(own)},
     )
@@ -168,15 +176,8 @@ def _lessons(rows: Sequence[Row]) -> list[tuple[str, ...]]:
 
 
 def _undivided(rows: Sequence[Row]) -> Table:
-    hours = WORLDS / 6.0
     cells: list[tuple[str, list[list[float]]]] = [
-        (
-            "captures followed by coming home, an hour",
-            [
-                [row[way]["cycles"] * (row[way]["complete"] or 0.0) / hours for row in rows]
-                for way in ("whole", "layers")
-            ],
-        ),
+        ("captures followed by coming home, an hour", [_rounds(rows, way) for way in ("whole", "layers")]),
         (
             "captures an hour",
             [[row[way]["captures_per_hour"] for row in rows] for way in ("whole", "layers")],
@@ -190,6 +191,12 @@ def _undivided(rows: Sequence[Row]) -> Table:
         ("", "#one piece", "#layers"),
         [(said, *(told(values, 0) for values in both)) for said, both in cells],
     )
+
+
+def _rounds(rows: Sequence[Row], way: str) -> list[float]:
+    """Captures of one robot that are followed by its coming home, an hour."""
+    hours = WORLDS / 6.0
+    return [row[way]["cycles"] * (row[way]["complete"] or 0.0) / hours for row in rows]
 
 
 LESSONS = ("lessons", "lessons_in_layers")
@@ -244,14 +251,16 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Cycles, attacks on nobody and examples of every teaching."""
-    own = [row for row in rows if row["task"]["features"] == OWN]
-    theirs = [row for row in rows if row["task"]["features"] == PAPERS]
+    """Cycles, attacks on nobody, and what one robot does in one piece and in layers, of every teaching."""
+    own, theirs, whole, four = (
+        [row for row in rows if row["task"]["features"] == way] for way in (OWN, PAPERS, UNDIVIDED, TOGETHER)
+    )
     figure, (left, middle, right) = panels(3)
     cycles: dict[str, Sequence[float]] = {
         "B": [100 * each for each in _values(own, "coordinated", "complete")],
         "B, bad\nradio": [100 * each for each in _values(own, "bad_radio", "complete")],
         "B, paper's\nfeatures": [100 * each for each in _values(theirs, "coordinated", "complete")],
+        "C": [100 * each for each in _values(four, "together", "complete")],
     }
     dots(left, cycles, "cycles completed, %")
     left.set_title("capture, home, disperse")
@@ -262,8 +271,9 @@ def draw(rows: Sequence[Row]) -> Figure:
     }
     dots(middle, residual, "robot-seconds a minute")
     middle.set_title("attacking who is gone")
-    dots(right, {"all automata": _examples(own)}, "press-made examples")
-    right.set_title("taught with")
+    pieces = {"one piece": _rounds(whole, "whole"), "layers": _rounds(whole, "layers")}
+    dots(right, pieces, "rounds an hour")
+    right.set_title("one robot by itself")
     return figure
 
 
@@ -275,5 +285,5 @@ EXPERIMENT = Experiment(
     work=work,
     conclude=conclude,
     draw=draw,
-    worlds=("patrol",),
+    worlds=("patrol", "regions"),
 )

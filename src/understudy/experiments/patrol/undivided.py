@@ -16,8 +16,8 @@ from understudy.experiments.patrol.measuring import TICKS, rounds
 from understudy.experiments.patrol.practice import ROBOT, practices, robots_world, scenario
 from understudy.experiments.patrol.watching import watch
 from understudy.model.library import Library
-from understudy.training.demonstrators import patrol
-from understudy.training.demonstrators.person import KEEP, Wish
+from understudy.training.demonstrators import patrol, patrol_wandering
+from understudy.training.demonstrators.person import KEEP, Wish, after
 from understudy.training.demonstrators.teacher import Case, Patience, Teacher, Teaching, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -35,12 +35,12 @@ TARGET = {"hunt": "intruder", "home": "home"}
 
 def show(screen: Screen) -> str | None:
     """Wander; drive to an intruder that is seen; with it, drive home; wander again."""
-    return _wished(screen, patrol.show_disperse, patrol.show_servo, patrol.CLOSE_PX)
+    return _wished(screen, patrol_wandering.show_disperse, patrol.show_servo, patrol.CLOSE_PX)
 
 
 def complain(screen: Screen) -> str | None:
     """The same, with a little patience."""
-    return _wished(screen, patrol.complain_disperse, patrol.complain_servo, patrol.TOO_CLOSE_PX)
+    return _wished(screen, patrol_wandering.complain_disperse, patrol.complain_servo, patrol.TOO_CLOSE_PX)
 
 
 def _wished(screen: Screen, wander: Wish, servo: Wish, close_px: float) -> str | None:
@@ -82,8 +82,8 @@ UNDIVIDED = Topic(
     ),
     show,
     complain,
-    patrol.after(150.0),
-    cases=(Case(PRACTICE, enough=patrol.after(120.0)),) * 3,
+    after(150.0),
+    cases=(Case(PRACTICE, enough=after(120.0)),) * 3,
     tries=8,
     limit_s=200.0,
     patience_s=100.0,

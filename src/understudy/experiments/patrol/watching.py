@@ -11,25 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
-from understudy.model.squad import Duty
-from understudy.runtime.engine import Engine
-from understudy.runtime.squads import Squads
+from understudy.experiments.patrol.orders import Told
 from understudy.runtime.team import Team
 from understudy.worlds.world import World
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float32]
 
-OTHER, DISPERSE, ATTACK, HOME, RUN_AWAY = range(5)
-DOING: Mapping[tuple[str, str | None], int] = MappingProxyType(
-    {
-        ("disperse", None): DISPERSE,
-        ("attack", "intruder"): ATTACK,
-        ("attack", "home"): HOME,
-        ("run_away", None): RUN_AWAY,
-    }
-)
-"""What an order means, by the behavior and its target."""
 NOBODY: Mapping[int, Sequence[int]] = MappingProxyType({})
 
 
@@ -47,7 +35,8 @@ class Tracks:
     """T ticks of W worlds with N robots: what was sensed in each tick, and what was decided on it.
 
     `doing` [T, W, N] is what each robot is to do; `x`, `y`, `heading` [T, W, N] where it is; `sees` and `sees_boss`
-    [T, W, N] whether it sees an intruder or the boss. Obstacles are discs (x, y, radius) [W, O, 3].
+    [T, W, N] whether it sees an intruder or the boss. `home` [N, 2] is each robot's own. `firsts` are the first robots
+    of the squads: what they are told, their squad is. Obstacles are discs (x, y, radius) [W, O, 3].
     """
 
     tick_s: float
@@ -59,7 +48,8 @@ class Tracks:
     sees_boss: Bools
     intruder: Thing
     boss: Thing
-    home: tuple[float, float]
+    home: NDArray[np.float64]
+    firsts: NDArray[np.intp]
     obstacles: NDArray[np.float64]
 
     @property
@@ -68,23 +58,31 @@ class Tracks:
         return len(self.doing)
 
     @property
+    def told(self) -> NDArray[np.int8]:
+        """What each squad is told [T, W, S]."""
+        return self.doing[:, :, self.firsts]
+
+    @property
     def hours(self) -> float:
         """Of all worlds together."""
         ticks, worlds, _ = self.doing.shape
         return float(ticks * worlds * self.tick_s / 3600.0)
 
 
-def watch(team: Team, ticks: int, failing: Mapping[int, Sequence[int]] = NOBODY) -> Tracks:
-    """Let a team run for so many ticks, and write down what happens. Some robots fail, in these ticks."""
+def watch(
+    team: Team, ticks: int, failing: Mapping[int, Sequence[int]] = NOBODY, homes: Sequence[str] = ("home",)
+) -> Tracks:
+    """Let a team run for so many ticks, and write down what happens. Some robots fail, in these ticks.
+
+    `homes` are those of the squads, one after the other.
+    """
     world = _world(team)
-    told = _Told(team)
+    told = Told(team, world.worlds, homes)
     shape = (ticks, world.worlds, world.robots)
     doing = np.zeros(shape, np.int8)
     x, y, heading = (np.zeros(shape, np.float32) for _ in range(3))
     sees, sees_boss = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
-    slots = [
-        int(world.rules.classes["first"][world.names.classes.index(name)]) for name in ("intruder", "boss")
-    ]
+    slots = [_slot(world, name) for name in ("intruder", "boss")]
     things = np.zeros((ticks, world.worlds, 2), world.state.objects.dtype)
     for tick in range(ticks):
         robots = world.state.robots.reshape(shape[1:])
@@ -97,11 +95,13 @@ def watch(team: Team, ticks: int, failing: Mapping[int, Sequence[int]] = NOBODY)
         sees[tick] = _seen(team, "intruder").reshape(shape[1:])
         sees_boss[tick] = _seen(team, "boss").reshape(shape[1:])
     intruder, boss = (_thing(things[:, :, index]) for index in range(2))
-    home = world.state.objects[0, int(world.rules.classes["first"][world.names.classes.index("home")])]
+    places = [[float(world.state.objects[0, _slot(world, name)][axis]) for axis in "xy"] for name in homes]
     discs = world.state.discs
     obstacles = np.stack([discs[name] for name in ("x", "y", "radius")], axis=-1)
-    place = float(home["x"]), float(home["y"])
-    return Tracks(world.tick_s, doing, x, y, heading, sees, sees_boss, intruder, boss, place, obstacles)
+    home, firsts = np.array(places)[told.squad], np.unique(told.squad, return_index=True)[1]
+    return Tracks(
+        world.tick_s, doing, x, y, heading, sees, sees_boss, intruder, boss, home, firsts, obstacles
+    )
 
 
 def _world(team: Team) -> World:
@@ -110,11 +110,9 @@ def _world(team: Team) -> World:
     return team.ground
 
 
-def _engine(team: Team) -> Engine:
-    runner = team.layers[0].runner
-    if not isinstance(runner, Engine):
-        raise SettingError(where="patrol", setting="team", problem="has no engine", remedy="make it with one")
-    return runner
+def _slot(world: World, name: str) -> int:
+    """Where the first object of a class is among those of a world."""
+    return int(world.rules.classes["first"][world.names.classes.index(name)])
 
 
 def _thing(things: NDArray[Any]) -> Thing:
@@ -125,30 +123,3 @@ def _seen(team: Team, target: str) -> Bools:
     percept = team.layers[0].percept
     sizes = percept.get(("blob_size", target), percept.get(("blob_x", target)))
     return np.zeros(team.ground.agents, np.bool_) if sizes is None else ~np.isnan(sizes)
-
-
-class _Told:
-    """What each robot is to do: what it was ordered where it has a coordinator, else the state it is in by itself."""
-
-    def __init__(self, team: Team) -> None:
-        self._team = team
-        names = {"disperse": DISPERSE, "wander": DISPERSE, "attack": ATTACK, "hunt": ATTACK, "home": HOME}
-        tasks = [place.state.partition("_")[0] for place in _engine(team).compiled.places]
-        self._of_states = np.array([names.get(task, OTHER) for task in tasks], np.int8)
-
-    def now(self) -> NDArray[np.int8]:
-        """Of all robots [W, N]."""
-        team = self._team
-        world = _world(team)
-        body = team.layers[-1].body
-        if isinstance(body, Squads):
-            of_duties = np.array([_meaning(duty) for duty in body.ordering.duties], np.int8)
-            return of_duties[body.ordering.heard].reshape(world.worlds, world.robots)
-        return self._of_states[_engine(team).stacks.state[:, 0]].reshape(world.worlds, world.robots)
-
-
-def _meaning(duty: Duty | None) -> int:
-    if duty is None:
-        return OTHER
-    target = next(iter(duty.binding.values()), None)
-    return DOING.get((duty.behavior, target), OTHER)

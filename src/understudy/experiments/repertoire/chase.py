@@ -8,12 +8,13 @@ from math import isnan
 import numpy as np
 
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
-from understudy.experiments.repertoire.rovers import SPEED, Turning, after, bearing, rover
+from understudy.experiments.repertoire.rovers import SPEED, Turning, bearing, rover
 from understudy.experiments.repertoire.tracks import Table, Tracks, signed
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.lesson import Options
 from understudy.runtime.body import Commands
+from understudy.training.demonstrators.person import after
 from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen

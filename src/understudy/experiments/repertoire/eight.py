@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
-from understudy.experiments.repertoire.rovers import SPEED, after, bearing, by_turns, rover
+from understudy.experiments.repertoire.rovers import SPEED, bearing, by_turns, rover
 from understudy.experiments.repertoire.tracks import Table, Tracks, Yes, in_turn, signed
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.lesson import Options
 from understudy.runtime.body import Commands
-from understudy.training.demonstrators.forager import raised
-from understudy.training.demonstrators.person import Seen
+from understudy.training.demonstrators.person import Seen, after, raised
 from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen

@@ -8,7 +8,7 @@ import numpy as np
 
 from understudy.experiments.repertoire.tracks import Yes
 from understudy.model.kinds import YES, Column
-from understudy.training.demonstrators.person import Seen, Wish
+from understudy.training.demonstrators.person import Wish
 from understudy.training.screen import Screen
 from understudy.worlds.scenario import Camera, Locator, RobotType, Sonar
 
@@ -48,11 +48,6 @@ def rover(*moves: str, sensor: Sonar | Locator | Camera = LOCATOR, team: str | N
 def bearing(screen: Screen, of: str = "A") -> float:
     """Signed bearing of a target on the screen, left positive, rad."""
     return (screen.features[f"angle_to({of})"] + pi) % tau - pi
-
-
-def after(seconds: float) -> Seen:
-    """So long after the world began."""
-    return lambda screen: screen.time_s >= seconds
 
 
 def by_turns(first: str, second: str) -> Wish:

@@ -9,13 +9,13 @@ import numpy as np
 from msgspec.structs import replace
 
 from understudy.experiments.repertoire.feat import Feat, Judged, Trial
-from understudy.experiments.repertoire.rovers import CAMERA, SPEED, TICK_S, after, rover
+from understudy.experiments.repertoire.rovers import CAMERA, SPEED, TICK_S, rover
 from understudy.experiments.repertoire.tracks import Tracks
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.lesson import Options
 from understudy.runtime.body import Commands
-from understudy.training.demonstrators.person import Seen
+from understudy.training.demonstrators.person import Seen, after
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen

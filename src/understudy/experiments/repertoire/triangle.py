@@ -15,7 +15,7 @@ from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import YES, Column
 from understudy.model.lesson import Options
 from understudy.runtime.body import Commands
-from understudy.training.demonstrators.forager import raised
+from understudy.training.demonstrators.person import raised
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from understudy.experiments.repertoire.feat import Hand
-from understudy.experiments.repertoire.rovers import after
 from understudy.model.feature import Percept, ReadingKey
 from understudy.runtime.body import Commands
+from understudy.training.demonstrators.person import after
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from understudy.model.kinds import NO, YES
 from understudy.model.lesson import Options
-from understudy.training.demonstrators.person import Seen
+from understudy.training.demonstrators.person import Seen, raised
 from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
@@ -96,11 +96,6 @@ def _back_on_its_way(screen: Screen) -> bool:
 
 def _push(behavior: str) -> Push:
     return Push("forward", behavior, 0.8)
-
-
-def raised(screen: Screen) -> bool:
-    """The automaton says that it is finished."""
-    return screen.flag is not None
 
 
 # Each side once near and once far, so that only the side can tell which way to turn; and once pushed off its way to

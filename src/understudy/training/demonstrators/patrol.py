@@ -2,25 +2,28 @@
 
 Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, turns, and goes
 elsewhere for a while - before it looks again; so it does where it drives and gets nowhere, as behind teammates that
-are home. What lasts for a while is a small automaton of its own, which sees the time and nothing else: so no lesson
-with other features can take the time for a reason.
+are home.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import isnan
 
 from understudy.model.kinds import YES
-from understudy.training.demonstrators.person import KEEP, Seen, Wish
+from understudy.training.demonstrators.patrol_wandering import (
+    AROUND_S,
+    AWAY_S,
+    DISPERSE,
+    LOOK_LEFT,
+    LOOK_RIGHT,
+    WITHDRAW,
+)
+from understudy.training.demonstrators.person import KEEP, Seen, after, raised
 from understudy.training.demonstrators.teacher import Case, Push, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen
 
 MIDDLE_PX, WIDTH_PX = 80.0, 160.0
-NEAR_M, CLEAR_M = 0.6, 0.9
-BUMP_M = 0.3  # this close to something, it should long have turned
-WIDE_M = 1.25  # so much room, and it still turns
 EMERGED_PX = 25.0  # so far into the frame, A is well in view
 ASIDE_PX = 50.0  # so far from the middle, whoever is slow still has time to turn to it
 OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of the frame
@@ -28,109 +31,8 @@ CLOSE_PX = 6000.0  # as large as an intruder 0.7 m away
 ALMOST_PX = 5000.0  # nearly so, and no reason yet
 FAR_PX = 5200.0  # an intruder out of reach: too early to say done
 TOO_CLOSE_PX = 7200.0
-AROUND_S = 6.8  # a bit more than once around
-AWAY_S = 6.0
 SEARCH_S = 60.0  # whoever has searched for so long has been seen enough of
 BEHIND_M, ROOM_M = 0.45, 0.9
-
-
-def after(seconds: float) -> Seen:
-    """So long after the world began."""
-    return lambda screen: screen.time_s >= seconds
-
-
-# Disperse: wander, and turn away from what is near.
-
-
-def show_disperse(screen: Screen) -> str | None:
-    """Drive; where something is near, turn away from it until the way is clear, and keep on till then."""
-    left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
-    if screen.state in ("left", "right"):
-        near, far = (left, right) if screen.state == "right" else (right, left)
-        return "forwards" if min(left, right) > CLEAR_M else KEEP if near < NEAR_M < WIDE_M < far else None
-    if left < NEAR_M:
-        return "right"
-    if right < NEAR_M:
-        return "left"
-    return "forwards"
-
-
-def complain_disperse(screen: Screen) -> str | None:
-    """Where it is about to bump, or goes on turning with all the room it needs."""
-    left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
-    if screen.state == "start":
-        return show_disperse(screen)
-    if screen.state in ("left", "right"):
-        return "forwards" if min(left, right) > WIDE_M else None
-    return show_disperse(screen) if min(left, right) < BUMP_M else None
-
-
-DISPERSE = Topic(
-    "disperse",
-    lambda library: new_lesson(
-        library,
-        "disperse",
-        states=["forwards", "left", "right"],
-        features=["sonar_front_left", "sonar_front_right"],
-    ),
-    show_disperse,
-    complain_disperse,
-    after(40.0),
-    cases=(
-        Case("a wall on the left", enough=after(8.0)),
-        Case("a wall on the right", enough=after(8.0)),
-        Case("among others", enough=after(20.0)),
-    ),
-    tries=6,
-    limit_s=60.0,
-    patience_s=60.0,
-)
-
-
-# What lasts for a while: turning around, withdrawing.
-
-
-def _lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str) -> Topic:
-    """One after the other for so long each: state, behavior, s. Then it raises the flag."""
-    names = [state for state, _, _ in steps]
-    following = dict(zip(["start", *names], [*names, flag], strict=True))
-    limits = {state: seconds for state, _, seconds in steps}
-
-    def wish(slack_s: float) -> Wish:
-        def wished(screen: Screen) -> str | None:
-            late = screen.features["time_in_state"] >= limits.get(screen.state, 0.0) + slack_s
-            return following.get(screen.state) if late else None
-
-        return wished
-
-    return Topic(
-        name,
-        lambda library: new_lesson(
-            library,
-            name,
-            states=[f"{state}={behavior}" for state, behavior, _ in steps],
-            flags=[flag],
-            features=["time_in_state"],
-        ),
-        wish(0.0),
-        wish(2.0),
-        raised,
-        cases=(Case("alone"),),
-        tries=1,
-        limit_s=60.0,
-    )
-
-
-def raised(screen: Screen) -> bool:
-    """The automaton says that it is finished."""
-    return screen.flag is not None
-
-
-LOOK_LEFT = _lasting("look_left", [("turn", "left", AROUND_S)], "failed")
-LOOK_RIGHT = _lasting("look_right", [("turn", "right", AROUND_S)], "failed")
-WITHDRAW = _lasting(
-    "withdraw", [("back", "backwards", 2.0), ("turn", "left", 1.5), ("walk", "disperse", AWAY_S)], "done"
-)
 
 
 # Servo(A): turn until A is seen, drive to it, remember on which side it was; failed where there is none.

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from understudy.model.kinds import NO, YES
-from understudy.training.demonstrators.patrol import after
-from understudy.training.demonstrators.person import KEEP
+from understudy.training.demonstrators.person import KEEP, after
 from understudy.training.demonstrators.teacher import Case, Topic
 from understudy.training.design import new_lesson
 from understudy.training.screen import Screen

@@ -26,6 +26,16 @@ KEEP = "(keep)"
 Seen: TypeAlias = Callable[[Screen], bool]
 
 
+def raised(screen: Screen) -> bool:
+    """The automaton says that it is finished."""
+    return screen.flag is not None
+
+
+def after(seconds: float) -> Seen:
+    """So long after the world began."""
+    return lambda screen: screen.time_s >= seconds
+
+
 class Verdict(Enum):
     """How watching ended."""
 

@@ -1,0 +1,1 @@
+"""Mixed teams: scouts and carriers under one coordinator, which orders both and splits them."""

@@ -1,0 +1,74 @@
+"""What teams of any size send in a tick, as the page on teams shows it: python -m tests.docs.traffic brings it there.
+
+Squads of four, squads of four of these, and so on: as many levels as it takes until one coordinator is above all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+from msgspec.structs import replace
+from tests.docs.pages import ROOT
+from tests.docs.renew import put_between
+
+from understudy.model.library import Library
+from understudy.runtime.radio import Traffic
+from understudy.runtime.squads import Squads
+from understudy.worlds.kits import kit_of
+from understudy.worlds.scenario import Robots, Scenario
+from understudy.worlds.scenario_files import load_scenario
+from understudy.worlds.scenario_squads import MemberOf, SquadOf, StatisticOf
+from understudy.worlds.teams import libraries_of, team_of
+
+PAGE = ROOT / "docs" / "teams.md"
+TRAFFIC = "<!-- traffic: python -m tests.docs.traffic puts here what is sent -->\n", "<!-- end of traffic -->"
+SIZE, LEVELS = 4, 4
+STATISTICS: Mapping[str, StatisticOf] = {
+    "someone_sees": StatisticOf(how="any", reading="blob_size"),
+    "all_done": StatisticOf(how="all", flag="done"),
+}
+ABOVE = {**STATISTICS, "someone_sees": StatisticOf(how="any", reading="someone_sees")}
+
+
+def tree(levels: int, size: int = SIZE) -> Scenario:
+    """So many levels of squads of the patrol's robots, each asking one reading and one flag of its members."""
+    patrol = load_scenario("patrol")
+    sorts = ["pioneer", *(f"level_{level}" for level in range(1, levels + 1))]
+    squads = {
+        name: SquadOf(
+            members={"all": MemberOf(of=below, preferred=size)},
+            statistics=STATISTICS if below == "pioneer" else ABOVE,
+        )
+        for below, name in pairwise(sorts)
+    }
+    robots = Robots(type="pioneer", count=size**levels)
+    return replace(patrol, size=(40, 40), squads=squads, robots=(robots,))
+
+
+def sent(levels: int, size: int = SIZE) -> list[Traffic]:
+    """What each level sends in a tick, from the robots up."""
+    scenario = tree(levels, size)
+    known = libraries_of(scenario, Library(kit_of(scenario)))
+    team = team_of(scenario, [0], known, {f"level_{levels}": ("forwards", {})})
+    return [layer.body.traffic for layer in team.layers if isinstance(layer.body, Squads)]
+
+
+def table() -> str:
+    """Rows of 4, 16, 64 and 256 robots."""
+    names = (*(f"level {level}" for level in range(1, LEVELS + 1)), "all", "each coordinator", "one for all")
+    lines = [f"| robots | {' | '.join(names)} |", f"|---:|{'---:|' * len(names)}"]
+    for levels in range(1, LEVELS + 1):
+        found = sent(levels)
+        whole = Traffic(sum(each.messages for each in found), sum(each.bytes for each in found))
+        cells = [*map(_told, found), *[""] * (LEVELS - levels), *map(_told, (whole, found[-1], found[0]))]
+        lines.append(f"| {SIZE**levels} | {' | '.join(cells)} |")
+    return "\n" + "\n".join(lines) + "\n\n"
+
+
+def _told(traffic: Traffic) -> str:
+    return f"{traffic.messages:,} / {traffic.bytes:,}"
+
+
+if __name__ == "__main__":
+    put_between(PAGE, TRAFFIC, table())

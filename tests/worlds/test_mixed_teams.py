@@ -1,0 +1,149 @@
+"""Teams of types that differ: each has a kit, a library and a folder of its own, under one coordinator of both."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from understudy.errors import DefinitionError, FileError, SettingError
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.folder import open_library, save
+from understudy.model.library import Library, Taught
+from understudy.model.tree import Tree, leaf
+from understudy.training.design import chosen_feature
+from understudy.worlds.kits import kit_of
+from understudy.worlds.scenario_files import load_scenario, parse_scenario
+from understudy.worlds.teams import (
+    Libraries,
+    folders_of,
+    libraries_of,
+    robots_of,
+    runners,
+    sort_of,
+    team_of,
+)
+from understudy.worlds.type_kits import kits_of, mixed
+
+SALVAGE = load_scenario("salvage")
+KIT = kit_of(SALVAGE)
+KITS = kits_of(SALVAGE, KIT)
+ALIKE = parse_scenario(
+    """
+understudy = "scenario"
+version = 1
+size = [9, 9]
+types.red = { color = "red", behaviors = { go = { drive = 1 } } }
+types.blue = { color = "blue", behaviors = { go = { drive = 1 } } }
+robots = [{ type = "red" }, { type = "blue" }]
+"""
+)
+
+
+def doing(name: str, behavior: str) -> Automaton:
+    """An automaton that does one thing for good."""
+    states = (START, State("on", behavior))
+    return Automaton(name, states, (), (), False, {"start": Tree((leaf(1),))})
+
+
+def known() -> Libraries:
+    """Scouts and carriers who both roam, and carriers who haul; a crew that is led."""
+    scouts = Library.of(KITS["scout"], doing("roam", "forward"), doing("explore", "forward"))
+    carriers = Library.of(
+        KITS["carrier"], doing("roam", "rotate_left"), doing("haul", "load"), doing("gather", "unload")
+    )
+    return libraries_of(
+        SALVAGE,
+        {"scout": scouts, "carrier": carriers},
+        lambda name, kit: Library.of(kit, doing("lead", "share")),
+    )
+
+
+def test_the_kit_of_a_type_has_what_it_senses_and_does_itself() -> None:
+    scout, carrier = KITS["scout"], KITS["carrier"]
+    own = {"stored", "salvage_here", "at_harbor", "food_left"}
+    assert set(carrier.features) == set(KIT.features)
+    assert set(KIT.features) - set(scout.features) == own
+    assert set(KIT.behaviors) - set(scout.behaviors) == {"load", "unload"}
+    assert list(scout.targets) == list(KIT.targets)
+
+
+def test_types_that_do_not_differ_share_the_kit_and_the_folder(tmp_path: Path) -> None:
+    kit = kit_of(ALIKE)
+    assert all(each is kit for each in kits_of(ALIKE, kit).values())
+    assert not mixed(kits_of(ALIKE, kit))
+    assert folders_of(ALIKE, tmp_path, kit) == {"red": (tmp_path, kit), "blue": (tmp_path, kit)}
+    found = robots_of(ALIKE, tmp_path, kit, lambda where, kit: Library(kit))
+    assert found["red"] is found["blue"]
+
+
+FOLDERS = [  # what is there: whose automata are where
+    ((), {"scout": "scout", "carrier": "carrier"}),
+    (("scout/roam",), {"scout": "scout", "carrier": "carrier"}),
+    (("roam",), {"scout": "", "carrier": ""}),  # an old folder, from before types had their own
+    (("roam", "carrier/haul"), {"scout": "", "carrier": "carrier"}),
+]
+
+
+@pytest.mark.parametrize(("there", "expected"), FOLDERS)
+def test_where_automata_of_a_type_are(
+    tmp_path: Path, there: tuple[str, ...], expected: dict[str, str]
+) -> None:
+    for path in there:
+        *folders, name = path.split("/")
+        save(tmp_path.joinpath(*folders), Taught(doing(name, "forward")))
+    found = folders_of(SALVAGE, tmp_path, KIT)
+    assert {name: where for name, (where, _) in found.items()} == {
+        name: tmp_path / folder if folder else tmp_path for name, folder in expected.items()
+    }
+    assert all((kit is KIT) == (where == tmp_path) or kit == KIT for where, kit in found.values())
+
+
+def test_whose_behavior_is_meant() -> None:
+    libraries = known()
+    assert [sort_of(libraries, name) for name in ("explore", "haul", "lead", "load", "carrier/roam", None)] == [
+        "scout", "carrier", "crew", "carrier", "carrier", "crew",
+    ]  # fmt: skip
+    with pytest.raises(SettingError, match="several sorts of robots; name it as scout/roam and carrier/roam"):
+        sort_of(libraries, "roam")
+
+
+def test_a_basic_behavior_is_run_by_all_who_have_it() -> None:
+    libraries = known()
+    assert runners(libraries, "scout", "forward") == ["scout", "carrier"]
+    assert runners(libraries, "carrier", "load") == ["carrier"]
+    assert runners(libraries, "carrier", "roam") == ["carrier"]
+    alike = libraries_of(ALIKE, Library.of(kit_of(ALIKE), doing("on", "go")))
+    assert runners(alike, "red", "on") == ["red", "blue"]
+
+
+def test_each_type_runs_its_own_automaton_of_a_name() -> None:
+    team = team_of(SALVAGE, [3], known(), {"scout": ("roam", {}), "carrier": ("roam", {})})
+    headings = team.ground.sense([("bearing", "harbor")])
+    team.run(10)
+    turned = team.ground.sense([("bearing", "harbor")])["bearing", "harbor"] - headings["bearing", "harbor"]
+    assert team.paths == [("on",)] * 12
+    assert (abs(turned[4:]) > 0.5).all()  # scouts cannot tell where the harbor is
+
+
+def test_an_order_to_both_roles_splits_one_of_them() -> None:
+    """Four scouts explore; of eight carriers a third, that is three, gather, and the others haul."""
+    team = team_of(SALVAGE, [3], known(), {"crew": ("lead", {})})
+    team.run(2)
+    assert [path[0] for path in team.paths] == ["explore"] * 4 + ["gather"] * 3 + ["haul"] * 5
+
+
+def test_an_order_asks_of_nobody_what_their_own_library_has_not() -> None:
+    libraries = dict(known())
+    libraries["scout"] = Library.of(KITS["scout"], doing("roam", "forward"))
+    with pytest.raises(DefinitionError, match=r"its scouts \(scout\) know no behavior 'explore'"):
+        team_of(SALVAGE, [3], libraries, {"crew": ("lead", {})})
+
+
+def test_an_automaton_of_another_type_is_refused_by_its_folder(tmp_path: Path) -> None:
+    carriers, kit = Library(KITS["carrier"]), KITS["scout"]
+    stored = chosen_feature(carriers, "stored")
+    wrong = Automaton("full", (START,), (stored,), (), False, {})
+    save(tmp_path / "scout", Taught(wrong))
+    with pytest.raises(FileError, match="stored"):
+        open_library(tmp_path / "scout", kit)
