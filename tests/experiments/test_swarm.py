@@ -1,30 +1,27 @@
-"""The swarm: what is written by hand pulls boxes together, and many platoons are like a few."""
+"""The swarm: what is written by hand pulls boxes together, and robots can practice where they are taught."""
 
 from __future__ import annotations
 
 import pytest
 
-from understudy.experiments.swarm.measuring import gathered, hand_coded
-from understudy.experiments.swarm.practice import (
-    SPECS,
-    alone,
-    coordinated,
-    of_platoons,
-    robots_world,
-    scenario,
-)
+from understudy.experiments.swarm.measuring import ALONE, FAILING, FAILS_TICK, WAYS, failing, gathered
+from understudy.experiments.swarm.practice import SPECS, led, robots_world
+from understudy.worlds.swarm_expert import hand_coded
 
 
 def test_coordinators_bring_more_home_than_robots_by_themselves() -> None:
     known = hand_coded()
-    together, apart = (gathered(made(known, [3]), 1500) for made in (coordinated, alone))
+    together, apart = (gathered(team, 1500) for team in (led(known, [3]), led(known, [3], way=WAYS[ALONE])))
     assert together["hands"] > 1.3 * apart["hands"] > 0
+    assert together["hands"] == pytest.approx(4 * together["crates"] + 16 * together["containers"], abs=2.0)
 
 
-def test_eight_platoons_are_the_swarm_that_ships() -> None:
-    made, ships = of_platoons(8), scenario()
-    assert [each.count for each in made.robots] == [each.count for each in ships.robots] == [25] * 8
-    assert [each.count for each in made.objects[1:]] == [each.count for each in ships.objects[1:]]
+def test_a_third_of_each_world_fails_at_some_time() -> None:
+    found = failing([5, 6])
+    assert all(FAILS_TICK[0] <= tick < FAILS_TICK[1] for tick in found)
+    rows = [robot for robots in found.values() for robot in robots]
+    assert len(rows) == len(set(rows)) == 2 * (200 // FAILING)
+    assert sum(row < 200 for row in rows) == 200 // FAILING
 
 
 @pytest.mark.parametrize("practice", sorted(SPECS))

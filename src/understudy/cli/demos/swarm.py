@@ -8,22 +8,24 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from understudy.runtime.team import Team
     from understudy.worlds.teams import Libraries
+    from understudy.worlds.view import Frame
 
-WORLDS = 4
+WORLDS, TICKS = 2, 6_000
+"""How many worlds they are put to, and for how many ticks of 0.1 s."""
 FILM_S, SPEED, EVERY = 60.0, 8.0, 4
 """How long the film's run is, s, how many times as fast it is shown, and each how many ticks it has a picture."""
-PLATOONS, TICKS = 400, 300
-"""Platoons of the ten thousand, and how long they run."""
+PLATOONS, LARGE_S, LARGE_EVERY = 400, 40.0, 20
+"""Platoons of the ten thousand, how long they run, s, and each how many ticks their picture has a point."""
 
 
 def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
-    from understudy.cli.demos.talking import keep, live, tell_lessons
-    from understudy.cli.progress import compile_once, progress
-    from understudy.experiments.swarm.measuring import judged, speed, worlds_of
-    from understudy.experiments.swarm.practice import scenario
+    from understudy.cli.demos.talking import keep, live, taught_with, tell_lessons
+    from understudy.cli.progress import compile_once
     from understudy.experiments.swarm.teaching import teach
+    from understudy.worlds.swarm import scenario
 
     talk.print("\n[bold]Two hundred robots and three levels of coordinators learn by being shown.[/]")
     compile_once(learner=True, world=scenario(), quiet=talk.quiet)
@@ -35,78 +37,123 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     pictures = keep(taught.robots.library, out / "library", out / "pictures")
     for name, library in coordinators.items():
         pictures += keep(library, out / "library" / name, out / "pictures")
-    with progress("Pulling boxes in unseen worlds", quiet=talk.quiet) as said:
-        said(0, 3)
-        found = judged(taught.libraries, worlds_of(seed)[:WORLDS])
-        said(1, 3)
-        fast = speed(taught.libraries, PLATOONS, TICKS)
-        said(2, 3)
-        pictures.append(_film(taught.libraries, out / "pictures", worlds_of(seed)[0]))
-    accounts = {name: each for teaching in taught.teachings for name, each in teaching.accounts.items()}
-    examples = {name: account.examples for name, account in accounts.items()}
+    found, films = _judge(taught.libraries, seed, out / "pictures", quiet=talk.quiet)
     result = {
-        "examples": examples | {"total": sum(examples.values())},
-        "presses": sum(account.presses for account in accounts.values()),
-        "teaching_seconds": round(sum(account.seconds for account in accounts.values()), 1),
+        **taught_with({name: each for of in taught.teachings for name, each in of.accounts.items()}),
         "worlds": WORLDS,
         **found,
-        "ticks_per_s": fast,
         "seed": seed,
         "library": str(out / "library"),
-        "pictures": [str(picture) for picture in pictures],
+        "pictures": [str(picture) for picture in (*pictures, *films)],
     }
     _tell(result, talk, out)
     return result
 
 
-def _film(libraries: Libraries, folder: Path, world: int) -> Path:
+def _judge(
+    libraries: Libraries, seed: int, folder: Path, *, quiet: bool
+) -> tuple[dict[str, Any], list[Path]]:
+    """What they gather, taught, by hand and without coordinators, and how fast ten thousand run; film and picture."""
+    from understudy.cli.progress import progress
+    from understudy.experiments.swarm.measuring import ALONE, ANSWERING, THREE, WAYS, gathered, worlds_of
+    from understudy.experiments.swarm.practice import led
+    from understudy.worlds.swarm_expert import hand_coded
+
+    worlds = worlds_of(seed)[:WORLDS]
+    teams = {
+        "by hand": led(hand_coded(), worlds),
+        "taught": led(libraries, worlds),
+        ANSWERING: led(libraries, worlds, way=WAYS[ANSWERING]),
+        ALONE: led(libraries, worlds, way=WAYS[ALONE]),
+    }
+    made: dict[str, Any] = {}
+    with progress("Pulling boxes in unseen worlds", quiet=quiet) as said:
+        for done, (name, team) in enumerate(teams.items()):
+            said(done, len(teams) + 2)
+            made[name] = gathered(team, TICKS)
+        said(len(teams), len(teams) + 2)
+        film = _film(led(libraries, worlds[:1], way=WAYS[THREE]), folder)
+        said(len(teams) + 1, len(teams) + 2)
+        speed, picture = _large(libraries, worlds[0], folder)
+        said(len(teams) + 2, len(teams) + 2)
+    return {"gathered": made, "times_real_time": speed}, [film, picture]
+
+
+def _film(team: Team, folder: Path) -> Path:
     """A film of the two hundred."""
-    from understudy.experiments.swarm.practice import coordinated
     from understudy.model.atomic import failing
     from understudy.pictures import run_gif
-    from understudy.worlds.view import Frame
 
-    team, frames = coordinated(libraries, [world]), []
+    film = folder / "swarm.gif"
+    frames = [_frame(team)]
     while team.ground.time_s < FILM_S:
         team.run(EVERY)
-        frames.append(Frame(team.ground.view(), [(*path, "")[0] for path in team.paths]))  # type: ignore[attr-defined]
-    film = folder / "swarm.gif"
+        frames.append(_frame(team))
     with failing(folder, "writing the pictures", remedy="see that the disk has room"):
         run_gif(frames, film, speed=SPEED)
     return film
 
 
+def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]:
+    """How many times as fast as real time ten thousand run, at ten ticks a second; a picture of their ways."""
+    from time import perf_counter
+
+    from understudy.experiments.swarm.practice import led
+    from understudy.model.atomic import failing
+    from understudy.pictures import path_png
+    from understudy.worlds.swarm import EACH, of_platoons
+
+    team = led(libraries, [world], of_platoons(PLATOONS))
+    team.run(LARGE_EVERY)
+    frames, taken, begun = [_frame(team)], 0.0, team.ground.time_s
+    while team.ground.time_s < LARGE_S:
+        began = perf_counter()
+        team.run(LARGE_EVERY)
+        taken += perf_counter() - began
+        frames.append(_frame(team))
+    picture = folder / "swarm-large.png"
+    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+        path_png(frames, picture, title=f"{EACH * PLATOONS:,} robots".replace(",", " "))
+    return round((team.ground.time_s - begun) / taken, 1), picture
+
+
+def _frame(team: Team) -> Frame:
+    from understudy.experiments.swarm.measuring import world_of
+    from understudy.worlds.view import Frame
+
+    return Frame(world_of(team).view(), [(*path, "")[0] for path in team.paths])
+
+
 def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
     from understudy.cli.demos.talking import lasted, tell_next, tell_numbers
     from understudy.cli.output import table
+    from understudy.pictures.look import grouped
+    from understudy.worlds.swarm import EACH
 
-    robots = 25 * PLATOONS
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
         "in": f"{lasted(result['teaching_seconds'])} of watching the robots",
         "judged in": f"{result['worlds']} unseen worlds, ten minutes each",
-        f"{robots:,} robots": f"{result['ticks_per_s'] / 10:.1f} times real time, at ten ticks a second",
+        f"{grouped(EACH * PLATOONS)} robots": f"{result['times_real_time']:.1f} times real time, at 10 ticks a second",
     }
     tell_numbers("How well they pull together", numbers, talk)
-    made = table("an hour", "#crates", "#containers", "#hands", "#share")
-    for what, key in (
-        ("three levels, by hand", "by_hand"),
-        ("three levels, taught", "taught"),
-        ("alone, answering calls", "answering"),
-        ("alone", "alone"),
-    ):
-        each, share = result[key], result[key]["hands"] / max(1.0, result["by_hand"]["hands"])
+    made = table("an hour", "#crates", "#containers", "#hands", "#of by hand")
+    by_hand = result["gathered"]["by hand"]["hands"]
+    said = {"by hand": "coordinated, by hand", "taught": "coordinated, taught"}
+    for name, each in result["gathered"].items():
         made.add_row(
-            what,
+            said.get(name, name),
             f"{each['crates']:.0f}",
-            f"{each['containers']:.1f}",
+            f"{each['containers']:.0f}",
             f"[bold]{each['hands']:.0f}[/]",
-            f"[bold]{share:.2f}[/]",
+            f"[bold]{each['hands'] / max(1.0, by_hand):.2f}[/]",
         )
     talk.print(made)
+    talk.print("  [dim]hands: what is gathered, each counted for as many robots as it takes[/]")
     library = out / "library"
     commands = {
         f"understudy run swarm --library {library} --seed 3": "watch them, here in the terminal",
         f"understudy studio swarm --library {library}": "teach them something else, robots or coordinators",
+        "understudy experiment swarm": "ten teachings, ten worlds each",
     }
     tell_next(out, commands, talk)

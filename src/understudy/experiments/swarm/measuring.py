@@ -1,21 +1,43 @@
-"""What one teaching of the swarm comes to in unseen worlds, beside the same by hand and without coordinators."""
+"""What one teaching of the swarm comes to in unseen worlds, beside the same by hand and with fewer coordinators."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from time import perf_counter
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from understudy.experiments.swarm import by_hand
-from understudy.experiments.swarm.practice import alone, coordinated, of_platoons, scenario
-from understudy.model.library import Library
+import numpy as np
+
+from understudy.errors import SettingError
+from understudy.experiments.swarm.practice import led
 from understudy.runtime.team import Team
-from understudy.worlds.kits import kit_of
-from understudy.worlds.teams import Libraries, libraries_of
+from understudy.worlds.swarm import EACH, PLATOON, ROBOT, SQUAD, SWARM, of_platoons
+from understudy.worlds.swarm_expert import hand_coded
+from understudy.worlds.teams import Libraries
 from understudy.worlds.world import World
 
-WORLDS, TICKS = 10, 6000
+WORLDS, TICKS = 10, 6_000
 """Worlds that each teaching is judged on, and ticks of 0.1 s: ten minutes."""
-WARM_UP = 20
+PLATOONS, LARGE_TICKS = 400, 3_000
+"""Platoons of the ten thousand, and how long they run: five minutes."""
+FAILS_TICK = (1_000, 3_000)
+"""When robots fail, each at a random moment; what is gathered after that counts."""
+FAILING = 3
+"""One of so many fails."""
+THREE, TWO, ONE, ANSWERING, ALONE = (
+    "three levels",
+    "platoons",
+    "squads",
+    "alone, answering calls",
+    "alone",
+)
+WAYS: Mapping[str, tuple[str, str]] = {
+    THREE: (SWARM, "swarm_work"),
+    TWO: (PLATOON, "platoon_work"),
+    ONE: (SQUAD, "squad_work"),
+    ANSWERING: (ROBOT, "alone_answering"),
+    ALONE: (ROBOT, "alone"),
+}
+"""Who is told what: all, each platoon, each squad, or each robot."""
 
 
 def worlds_of(seed: int) -> range:
@@ -23,46 +45,81 @@ def worlds_of(seed: int) -> range:
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
-def hand_coded() -> Libraries:
-    """What robots and coordinators know that were written by hand."""
-
-    def squads(name: str, kit: object) -> Library:
-        return by_hand.SQUADS[name](kit)  # type: ignore[arg-type]
-
-    return libraries_of(scenario(), by_hand.robots(kit_of(scenario())), squads)
-
-
-def judged(libraries: Libraries, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, dict[str, float]]:
-    """What is gathered in an hour, by way: taught and by hand, with all coordinators and with none."""
+def measured(libraries: Libraries, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
+    """What is gathered in an hour: by way as taught, by hand, with a third killed, and by ten thousand."""
+    by_way = {way: gathered(led(libraries, worlds, way=told), ticks) for way, told in WAYS.items()}
+    whole, killed = (late(led(libraries, worlds), ticks, fails) for fails in ({}, failing(worlds)))
+    large = led(libraries, worlds[:1], of_platoons(PLATOONS))
+    same = led(libraries, worlds)
     return {
-        "taught": gathered(coordinated(libraries, worlds), ticks),
-        "by_hand": gathered(coordinated(hand_coded(), worlds), ticks),
-        "alone": gathered(alone(libraries, worlds), ticks),
-        "answering": gathered(alone(libraries, worlds, "alone_answering"), ticks),
+        "taught": by_way,
+        "by_hand": gathered(led(hand_coded(), worlds), ticks),
+        "kept": round(killed / whole, 4) if whole else 0.0,
+        "large": _each(large, min(ticks, LARGE_TICKS)),
+        "small": _each(same, min(ticks, LARGE_TICKS)),
     }
 
 
 def gathered(team: Team, ticks: int) -> dict[str, float]:
     """Crates and containers an hour, and `hands`: each counts for as many robots as it takes."""
     team.run(ticks)
-    world = team.ground
-    if not isinstance(world, World):
-        raise TypeError("a team that is in no world")
-    hours = world.worlds * world.time_s / 3600.0
-    rules, counted = world.rules.classes, world.state.objects["gathered"].sum(axis=0)
-    found, hands = {}, 0.0
+    return _rates(world_of(team))
+
+
+def late(team: Team, ticks: int, fails: Mapping[int, Sequence[int]]) -> float:
+    """Hands an hour after the last moment in which robots fail; these fail in these ticks."""
+    world, at = world_of(team), 0
+    for tick in sorted({*fails, FAILS_TICK[1]}):
+        team.run(tick - at)
+        at = tick
+        for robot in fails.get(tick, ()):
+            world.freeze(robot)
+    early = _hands(world)
+    team.run(ticks - at)
+    return (_hands(world) - early) / ((ticks - at) * world.tick_s / 3600 * world.worlds)
+
+
+def failing(worlds: Sequence[int], robots: int = 8 * EACH) -> dict[int, list[int]]:
+    """A third of the robots of each world, whoever they are, each some time: rows by tick."""
+    draws = np.random.default_rng(list(worlds))
+    found: dict[int, list[int]] = {}
+    for world in range(len(worlds)):
+        for robot in draws.choice(robots, robots // FAILING, replace=False).tolist():
+            found.setdefault(int(draws.integers(*FAILS_TICK)), []).append(world * robots + robot)
+    return found
+
+
+def world_of(team: Team) -> World:
+    """The world it is in."""
+    if not isinstance(team.ground, World):
+        raise SettingError(where="swarm", setting="team", problem="is in no world", remedy="give it one")
+    return team.ground
+
+
+def _each(team: Team, ticks: int) -> float:
+    """Hands that each robot gathers in an hour."""
+    world = world_of(team)
+    team.run(ticks)
+    return round(_rates(world)["hands"] * world.worlds / world.agents, 2)
+
+
+def _rates(world: World) -> dict[str, float]:
+    hours = world.worlds * world.time_s / 3600
+    things = {f"{name}s": count / hours for name, (count, _) in _counted(world).items()}
+    rates = {**things, "hands": _hands(world) / hours}
+    return {name: round(rate, 1) for name, rate in rates.items()}
+
+
+def _hands(world: World) -> float:
+    return sum(count * robots for count, robots in _counted(world).values())
+
+
+def _counted(world: World) -> dict[str, tuple[float, float]]:
+    """How many of each were gathered, in all worlds, and how many robots one takes."""
+    rules, objects = world.rules.classes, world.state.objects["gathered"].sum(axis=0)
+    found = {}
     for name in ("crate", "container"):
         number = world.names.classes.index(name)
         of_class = slice(int(rules["first"][number]), int(rules["end"][number]))
-        found[f"{name}s"] = float(counted[of_class].sum()) / hours
-        hands += found[f"{name}s"] * float(rules["pull"][number])
-    return {**found, "hands": hands}
-
-
-def speed(libraries: Libraries, platoons: int, ticks: int) -> float:
-    """Ticks in a second with so many platoons."""
-    team = coordinated(libraries, [0], of_platoons(platoons))
-    team.run(WARM_UP)
-    began = perf_counter()
-    team.run(ticks)
-    return ticks / (perf_counter() - began)
+        found[name] = float(objects[of_class].sum()), float(rules["pull"][number])
+    return found

@@ -1,10 +1,9 @@
-"""The swarm, the same with many more robots, and the worlds that robots and coordinators practice in."""
+"""The worlds that robots and coordinators of the swarm practice in, and the swarm that was taught."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from math import ceil, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -14,49 +13,12 @@ from understudy.model.library import Library
 from understudy.runtime.body import Commands
 from understudy.runtime.team import Team
 from understudy.runtime.troop import Troop
-from understudy.worlds.scenario import Objects, Pull, Region, Robots, Scenario
-from understudy.worlds.scenario_files import load_scenario
+from understudy.worlds.scenario import Objects, Pull, Robots, Scenario
+from understudy.worlds.swarm import ROBOT, SQUAD, SWARM, of_platoons, scenario
 from understudy.worlds.teams import Libraries, libraries_of, team_of, troop_of
 from understudy.worlds.world import World
 
-ROBOT, SQUAD, PLATOON, SWARM = "puller", "squad", "platoon", "swarm"
-EACH = 25
-"""Robots of a platoon."""
-CELL_M = 20.0
-"""How large a place a platoon begins in, with its depot in the middle."""
 ROOM_M = 12.0
-CRATES, CONTAINERS = 12, 0.5
-"""How many of them there are for each platoon."""
-ORDERS = {SQUAD: "squad_work", PLATOON: "platoon_work", SWARM: "swarm_work"}
-
-
-@cache
-def scenario() -> Scenario:
-    """The swarm as it ships: eight platoons."""
-    return load_scenario("swarm")
-
-
-def of_platoons(platoons: int) -> Scenario:
-    """The same with so many platoons, as square as can be, each in its place with its depot."""
-    across = ceil(sqrt(platoons))
-    down = ceil(platoons / across)
-    corners = [(CELL_M * (number % across), CELL_M * (number // across)) for number in range(platoons)]
-    depots = tuple((x + CELL_M / 2, y + CELL_M / 2) for x, y in corners)
-    home, crate, container = scenario().objects
-    return replace(
-        scenario(),
-        size=(CELL_M * across, CELL_M * down),
-        regions={
-            f"cell_{number}": Region(box=(x + 1, y + 1, x + CELL_M - 1, y + CELL_M - 1))
-            for number, (x, y) in enumerate(corners)
-        },
-        objects=(
-            replace(home, at=depots),
-            replace(crate, count=CRATES * platoons),
-            replace(container, count=max(1, round(CONTAINERS * platoons))),
-        ),
-        robots=tuple(Robots(type=ROBOT, count=EACH, within=f"cell_{number}") for number in range(platoons)),
-    )
 
 
 class Spec(NamedTuple):
@@ -208,11 +170,13 @@ def troops(sort: str, libraries: Libraries) -> Callable[[str, int], Troop]:
     return make
 
 
-def coordinated(libraries: Libraries, seeds: Sequence[int], world: Scenario | None = None) -> Team:
-    """The swarm with all its coordinators, in a world per seed."""
-    return team_of(world or scenario(), seeds, libraries, {SWARM: (ORDERS[SWARM], {})})
-
-
-def alone(libraries: Libraries, seeds: Sequence[int], behavior: str = "alone") -> Team:
-    """The robots each by itself, in a world per seed."""
-    return team_of(scenario(), seeds, libraries, {ROBOT: (behavior, {})})
+def led(
+    libraries: Libraries,
+    seeds: Sequence[int],
+    world: Scenario | None = None,
+    *,
+    way: tuple[str, str] = (SWARM, "swarm_work"),
+) -> Team:
+    """The swarm, in a world per seed: all agents of a sort do something by themselves; at first its coordinator."""
+    sort, behavior = way
+    return team_of(world or scenario(), seeds, libraries, {sort: (behavior, {})})

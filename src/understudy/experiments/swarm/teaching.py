@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from understudy.experiments.swarm.practice import PLATOON, SQUAD, SWARM, known, robots_world, scenario, troops
+from understudy.experiments.swarm.practice import known, robots_world, troops
 from understudy.model.library import Library
 from understudy.training.demonstrators import swarm, swarm_squads
 from understudy.training.demonstrators.teacher import Progress, Teacher, Teaching
 from understudy.worlds.kits import kit_of
+from understudy.worlds.swarm import PLATOON, SQUAD, SWARM, scenario
 from understudy.worlds.teams import Libraries
 
 TOPICS = {SQUAD: swarm_squads.SQUAD, PLATOON: swarm_squads.PLATOON, SWARM: swarm_squads.SWARM}

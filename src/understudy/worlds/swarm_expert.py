@@ -12,6 +12,9 @@ from understudy.model.binding import Binding
 from understudy.model.feature import BoundFeature, TimeInState
 from understudy.model.kit import Kit
 from understudy.model.library import Library
+from understudy.worlds.kits import kit_of
+from understudy.worlds.swarm import PLATOON, SQUAD, SWARM, scenario
+from understudy.worlds.teams import Libraries, libraries_of
 
 
 @dataclass(frozen=True)
@@ -273,4 +276,9 @@ def swarm(kit: Kit, m: Manners = Manners()) -> Library:
     return Library.of(kit, made)
 
 
-SQUADS = {"squad": squad, "platoon": platoon, "swarm": swarm}
+_OF = {SQUAD: squad, PLATOON: platoon, SWARM: swarm}
+
+
+def hand_coded() -> Libraries:
+    """What all of them know that were written by hand."""
+    return libraries_of(scenario(), robots(kit_of(scenario())), lambda name, kit: _OF[name](kit))
