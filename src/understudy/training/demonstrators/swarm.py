@@ -29,20 +29,61 @@ def _begun(screen: Screen, then: str) -> str:
     return "drop" if yes(screen, "holding") else then
 
 
-def show_search(screen: Screen) -> str | None:
-    """Bring home what moves, let go of the rest; wander, and go to what nobody pulls."""
+def show_find(screen: Screen) -> str | None:
+    """Wander until it sees something that nobody pulls."""
     if screen.flag:
         return None
-    found = (
-        "container" if there(screen, "free_container") else "crate" if there(screen, "free_crate") else None
-    )
+    if there(screen, "free_container"):
+        return "container_seen"
+    if there(screen, "free_crate"):
+        return "crate_seen"
+    return "wander" if screen.state == "start" else None
+
+
+def _sees(*things: str) -> Seen:
+    return lambda screen: all(there(screen, f"free_{thing}") for thing in things)
+
+
+def _nothing(screen: Screen) -> bool:
+    return not there(screen, "free_crate") and not there(screen, "free_container")
+
+
+FIND = Topic(
+    "find",
+    lambda library: new_lesson(
+        library,
+        "find",
+        states=["wander"],
+        flags=["crate_seen", "container_seen"],
+        features=["distance_to(free_crate)", "distance_to(free_container)"],
+    ),
+    show_find,
+    show_find,
+    lambda screen: raised(screen) or screen.time_s > 60.0,
+    cases=(
+        Case("crates nobody is at", suits=_nothing),
+        Case("containers nobody is at", suits=_nothing),
+        Case("crates nobody is at", suits=_sees("crate")),
+        Case("containers nobody is at", suits=_sees("container")),
+        Case("a field", suits=_sees("crate", "container")),
+    ),
+    tries=5,
+    limit_s=120.0,
+    patience_s=90.0,
+)
+
+
+def show_search(screen: Screen) -> str | None:
+    """Bring home what moves, let go of the rest; find what nobody pulls, and go there."""
+    if screen.flag:
+        return None
     if screen.state in ("start", "drop"):
-        return _begun(screen, found or "wander")
-    if screen.state == "wander":
-        return found
+        return _begun(screen, "find")
+    if screen.state == "find":
+        return next((thing for thing in ("container", "crate") if yes(screen, f"{thing}_seen")), None)
     if yes(screen, "done"):
-        return "wander" if screen.state == "haul" else "done"
-    return "wander" if yes(screen, "failed") else None
+        return "find" if screen.state == "haul" else "done"
+    return "find" if yes(screen, "failed") else None
 
 
 SEARCH = Topic(
@@ -51,36 +92,29 @@ SEARCH = Topic(
         library,
         "search",
         states=[
-            "wander",
+            "find",
             "crate=approach(free_crate)",
             "container=approach(free_container)",
             "haul",
             "drop=let_go",
         ],
         flags=["done"],
-        features=[
-            "done",
-            "failed",
-            "holding",
-            "enough",
-            "distance_to(free_crate)",
-            "distance_to(free_container)",
-        ],
+        features=["done", "failed", "crate_seen", "container_seen", "holding", "enough"],
     ),
     show_search,
     show_search,
     lambda screen: raised(screen) or screen.time_s > 90.0,
     cases=(
-        Case("a field"),
-        Case("a crate"),
-        Case("a container"),
-        Case("holding in vain", enough=in_state("wander")),
-        Case("holding a crate", enough=in_state("wander", 5.0)),
-        Case("a crate that others take", enough=in_state("wander", 3.0)),
+        Case("crates nobody is at"),
+        Case("containers nobody is at"),
+        Case("holding in vain", enough=in_state("find")),
+        Case("holding a crate", enough=in_state("find", 5.0)),
+        Case("a crate that others take", enough=in_state("find", 1.5)),
+        Case("a container that others take", enough=in_state("find", 1.5)),
     ),
     tries=6,
     limit_s=120.0,
-    patience_s=70.0,
+    patience_s=90.0,
 )
 
 
@@ -102,8 +136,9 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
         return {"come": "hold", "haul": "wait"}.get(screen.state) if yes(screen, "done") else None
 
     def show(screen: Screen) -> str | None:
-        waits = screen.state in ("call", "hold") and yes(screen, "holding") and not yes(screen, "enough")
-        return KEEP if waits else complain(screen)
+        holds = screen.state in ("call", "hold") and yes(screen, "holding") and not yes(screen, "enough")
+        waits = screen.state == "wait" and there(screen, f"free_{thing}") and not there(screen, caller)
+        return KEEP if holds or waits else complain(screen)
 
     return Topic(
         name,
@@ -125,7 +160,7 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
         after(60.0),
         cases=(
             Case(f"beside a {thing}", enough=_waits),
-            Case(f"someone calls in vain at a {thing}", enough=after(20.0)),
+            Case(f"someone calls in vain at a {thing}", enough=_holds),
             Case(f"at a {thing}", enough=_waits),
             Case(f"in vain at a {thing}", enough=after(5.0)),
             Case(f"a {name} that stops", enough=after(8.0)),
@@ -133,8 +168,9 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
             Case("holding in vain what others claim", enough=after(4.0)),
             Case("holding a crate", enough=_waits),
             Case("losing hands", enough=after(4.0)),
+            Case(f"{thing}s nobody is at", enough=lambda screen: _waits(screen) and screen.time_s > 8.0),
         ),
-        tries=9,
+        tries=10,
         limit_s=120.0,
         patience_s=70.0,
     )
@@ -142,6 +178,10 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
 
 def _waits(screen: Screen) -> bool:
     return screen.state == "wait"
+
+
+def _holds(screen: Screen) -> bool:
+    return screen.state == "hold" and yes(screen, "holding")
 
 
 HELP = _joins("help", "crate", "caller", "hold_and_call")
@@ -225,4 +265,4 @@ def _alone(*, answers: bool) -> Topic:
 
 ALONE, ANSWERING = _alone(answers=False), _alone(answers=True)
 
-TOPICS = (WANDER, APPROACH, STEER, HAUL, SEARCH, HELP, MUSTER, ALONE, ANSWERING)
+TOPICS = (WANDER, APPROACH, STEER, HAUL, FIND, SEARCH, HELP, MUSTER, ALONE, ANSWERING)

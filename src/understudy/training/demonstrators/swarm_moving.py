@@ -129,12 +129,13 @@ APPROACH = Topic(
         Case("alone", {"A": "home"}, _beside(-1), push=Push("forward", "rotate_left", 0.8)),
         Case("a crate", {"A": "crate"}, _beside(1)),
         Case("a crate", {"A": "crate"}, _beside(-1)),
+        Case("upon a crate", {"A": "crate"}),
         Case("alone", {"A": "caller"}),
         Case("a help that stops", {"A": "caller"}),
         Case("a help that stops soon", {"A": "caller"}, _behind(1)),
         Case("a help that stops soon", {"A": "caller"}, _behind(-1)),
     ),
-    tries=8,
+    tries=9,
     limit_s=60.0,
 )
 
