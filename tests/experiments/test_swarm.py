@@ -12,8 +12,8 @@ from understudy.worlds.swarm_expert import hand_coded
 def test_coordinators_bring_more_home_than_robots_by_themselves() -> None:
     known = hand_coded()
     together, apart = (gathered(team, 1500) for team in (led(known, [3]), led(known, [3], way=WAYS[ALONE])))
-    assert together["hands"] > 1.3 * apart["hands"] > 0
-    assert together["hands"] == pytest.approx(4 * together["crates"] + 16 * together["containers"], abs=2.0)
+    assert together["loads"] > 1.3 * apart["loads"] > 0
+    assert together["loads"] == pytest.approx(together["crates"] + 10 * together["containers"], abs=2.0)
 
 
 def test_a_third_of_each_world_fails_at_some_time() -> None:

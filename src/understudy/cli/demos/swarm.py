@@ -127,6 +127,7 @@ def _frame(team: Team) -> Frame:
 def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
     from understudy.cli.demos.talking import lasted, tell_next, tell_numbers
     from understudy.cli.output import table
+    from understudy.experiments.swarm.measuring import LOADS
     from understudy.pictures.look import grouped
     from understudy.worlds.swarm import EACH
 
@@ -137,19 +138,19 @@ def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
         f"{grouped(EACH * PLATOONS)} robots": f"{result['times_real_time']:.1f} times real time, at 10 ticks a second",
     }
     tell_numbers("How well they pull together", numbers, talk)
-    made = table("an hour", "#crates", "#containers", "#hands", "#of by hand")
-    by_hand = result["gathered"]["by hand"]["hands"]
+    made = table("an hour", "#crates", "#containers", "#loads", "#of by hand")
+    by_hand = result["gathered"]["by hand"]["loads"]
     said = {"by hand": "coordinated, by hand", "taught": "coordinated, taught"}
     for name, each in result["gathered"].items():
         made.add_row(
             said.get(name, name),
             f"{each['crates']:.0f}",
             f"{each['containers']:.0f}",
-            f"[bold]{each['hands']:.0f}[/]",
-            f"[bold]{each['hands'] / max(1.0, by_hand):.2f}[/]",
+            f"[bold]{each['loads']:.0f}[/]",
+            f"[bold]{each['loads'] / max(1.0, by_hand):.2f}[/]",
         )
     talk.print(made)
-    talk.print("  [dim]hands: what is gathered, each counted for as many robots as it takes[/]")
+    talk.print(f"  [dim]a crate is a load, a container {LOADS['container']}[/]")
     library = out / "library"
     commands = {
         f"understudy run swarm --library {library} --seed 3": "watch them, here in the terminal",

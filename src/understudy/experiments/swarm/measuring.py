@@ -17,6 +17,8 @@ from understudy.worlds.world import World
 
 WORLDS, TICKS = 10, 6_000
 """Worlds that each teaching is judged on, and ticks of 0.1 s: ten minutes."""
+LOADS: Mapping[str, int] = {"crate": 1, "container": 10}
+"""A container, which takes sixteen robots, holds as much as ten crates, which take four each."""
 PLATOONS, LARGE_TICKS = 400, 3_000
 """Platoons of the ten thousand, and how long they run: five minutes."""
 FAILS_TICK = (1_000, 3_000)
@@ -61,22 +63,22 @@ def measured(libraries: Libraries, worlds: Sequence[int], ticks: int = TICKS) ->
 
 
 def gathered(team: Team, ticks: int) -> dict[str, float]:
-    """Crates and containers an hour, and `hands`: each counts for as many robots as it takes."""
+    """Crates and containers an hour, and `loads`: what both hold, counted as LOADS says."""
     team.run(ticks)
     return _rates(world_of(team))
 
 
 def late(team: Team, ticks: int, fails: Mapping[int, Sequence[int]]) -> float:
-    """Hands an hour after the last moment in which robots fail; these fail in these ticks."""
+    """Loads an hour after the last moment in which robots fail; these fail in these ticks."""
     world, at = world_of(team), 0
     for tick in sorted({*fails, FAILS_TICK[1]}):
         team.run(tick - at)
         at = tick
         for robot in fails.get(tick, ()):
             world.freeze(robot)
-    early = _hands(world)
+    early = _loads(world)
     team.run(ticks - at)
-    return (_hands(world) - early) / ((ticks - at) * world.tick_s / 3600 * world.worlds)
+    return (_loads(world) - early) / ((ticks - at) * world.tick_s / 3600 * world.worlds)
 
 
 def failing(worlds: Sequence[int], robots: int = 8 * EACH) -> dict[int, list[int]]:
@@ -97,29 +99,29 @@ def world_of(team: Team) -> World:
 
 
 def _each(team: Team, ticks: int) -> float:
-    """Hands that each robot gathers in an hour."""
+    """Loads that each robot gathers in an hour."""
     world = world_of(team)
     team.run(ticks)
-    return round(_rates(world)["hands"] * world.worlds / world.agents, 2)
+    return round(_rates(world)["loads"] * world.worlds / world.agents, 2)
 
 
 def _rates(world: World) -> dict[str, float]:
     hours = world.worlds * world.time_s / 3600
-    things = {f"{name}s": count / hours for name, (count, _) in _counted(world).items()}
-    rates = {**things, "hands": _hands(world) / hours}
+    things = {f"{name}s": count / hours for name, count in _counted(world).items()}
+    rates = {**things, "loads": _loads(world) / hours}
     return {name: round(rate, 1) for name, rate in rates.items()}
 
 
-def _hands(world: World) -> float:
-    return sum(count * robots for count, robots in _counted(world).values())
+def _loads(world: World) -> float:
+    return sum(count * LOADS[name] for name, count in _counted(world).items())
 
 
-def _counted(world: World) -> dict[str, tuple[float, float]]:
-    """How many of each were gathered, in all worlds, and how many robots one takes."""
+def _counted(world: World) -> dict[str, float]:
+    """How many of each were gathered, in all worlds."""
     rules, objects = world.rules.classes, world.state.objects["gathered"].sum(axis=0)
     found = {}
-    for name in ("crate", "container"):
+    for name in LOADS:
         number = world.names.classes.index(name)
         of_class = slice(int(rules["first"][number]), int(rules["end"][number]))
-        found[name] = float(objects[of_class].sum()), float(rules["pull"][number])
+        found[name] = float(objects[of_class].sum())
     return found

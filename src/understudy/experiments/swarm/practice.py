@@ -19,6 +19,7 @@ from understudy.worlds.teams import Libraries, libraries_of, team_of, troop_of
 from understudy.worlds.world import World
 
 ROOM_M = 12.0
+ENOUGH = ("enough", None)
 
 
 class Spec(NamedTuple):
@@ -39,6 +40,7 @@ def _specs(thing: str, signal: str) -> Mapping[str, Spec]:
         f"at a {thing}": Spec(one, at_m=0.8),
         f"someone calls at a {thing}": Spec(one, needs=2, signal=signal),
         f"someone calls in vain at a {thing}": Spec(one, needs=4, signal=signal),
+        f"someone calls late at a {thing}": Spec(one, needs=4, signal=signal, between_s=(4.0, 1e9)),
         f"beside a {thing}": Spec(one, needs=2, at_m=1.25, signal=signal),
         f"in vain at a {thing}": Spec(one, needs=4, at_m=0.8),
     }
@@ -49,7 +51,7 @@ SPECS: Mapping[str, Spec] = {
     "a field": Spec({"crate": 3, "container": 1}),
     **_specs("crate", "help"),
     **_specs("container", "muster"),
-    "crates in vain": Spec({"crate": 4}, needs=4),
+    "crates in vain": Spec({"crate": 4}, needs=4, at_m=2.0),
     "upon a crate": Spec({"crate": 1}, at_m=0.2),
     "crates nobody is at": Spec({"crate": 4}),
     "containers nobody is at": Spec({"container": 4}),
@@ -67,7 +69,7 @@ SPECS: Mapping[str, Spec] = {
 
 
 class Practice(World):
-    """A room for one robot to be taught in: the first. The other holds on and calls, or lets go."""
+    """A room for one robot to be taught in: the first. The other holds on and calls until it was helped, or lets go."""
 
     def __init__(self, spec: Spec, seed: int) -> None:
         self._spec = spec
@@ -80,6 +82,7 @@ class Practice(World):
 
     def _prepare(self) -> None:
         """The first ticks: who calls is heard, and what is to be held is held."""
+        self._helped = False
         for _ in range(2):
             self.act({"load": (np.arange(self.agents) == 0) * float(self._spec.held)})
 
@@ -89,8 +92,9 @@ class Practice(World):
             first, last = self._spec.between_s
             calls = first <= self.time_s < last
             commands = {name: column.copy() for name, column in commands.items()}
-            signal = 1.0 + self.names.signals.index(self._spec.signal)
-            own = {"load": calls, "unload": not calls, "signal": signal * calls, "drive": 0.0, "turn": 0.0}
+            self._helped |= bool(self.sense([ENOUGH])[ENOUGH][1])
+            signal = (1.0 + self.names.signals.index(self._spec.signal)) * (calls and not self._helped)
+            own = {"load": calls, "unload": not calls, "signal": signal, "drive": 0.0, "turn": 0.0}
             for channel, value in own.items():
                 commands.setdefault(channel, np.zeros(self.agents))[1] = value
         super().act(commands)

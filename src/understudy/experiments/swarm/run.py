@@ -15,6 +15,7 @@ from understudy.experiments.swarm.measuring import (
     ALONE,
     ANSWERING,
     FAILING,
+    LOADS,
     ONE,
     PLATOONS,
     THREE,
@@ -72,9 +73,9 @@ def conclude(rows: Sequence[Row]) -> Findings:
         f"{np.median(_examples(rows)):.0f} examples.",
         tables=(
             Table(
-                f"Ten minutes, teachings {first} to {last}, {WORLDS} unseen worlds each: median (worst–best). Hands: "
-                "each thing counts for as many robots as it takes",
-                ("coordinators", "#crates an hour", "#containers an hour", "#hands an hour", "#of by hand"),
+                f"Ten minutes, teachings {first} to {last}, {WORLDS} unseen worlds each: median (worst–best). A "
+                f"container holds {LOADS['container']} loads, a crate one",
+                ("coordinators", "#crates an hour", "#containers an hour", "#loads an hour", "#of by hand"),
                 [
                     *((SAID[way], *_told(rows, way), told(shares[way], 2)) for way in WAYS),
                     ("all, written by hand", *_told(rows, None), "1"),
@@ -92,13 +93,13 @@ def conclude(rows: Sequence[Row]) -> Findings:
     )
 
 
-def _rates(rows: Sequence[Row], way: str | None, what: str = "hands") -> list[float]:
+def _rates(rows: Sequence[Row], way: str | None, what: str = "loads") -> list[float]:
     """What is gathered in an hour, one way; None is by hand."""
     return [(row["by_hand"] if way is None else row["taught"][way])[what] for row in rows]
 
 
 def _told(rows: Sequence[Row], way: str | None) -> list[str]:
-    return [told(_rates(rows, way, what)) for what in ("crates", "containers", "hands")]
+    return [told(_rates(rows, way, what)) for what in ("crates", "containers", "loads")]
 
 
 def _of_by_hand(rows: Sequence[Row], way: str) -> list[float]:
@@ -176,7 +177,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     figure, (left, right) = panels(2, wide=4.2)
     short = ("three\nlevels", "platoons,\nsquads", "squads", "alone,\nanswering", "alone")
     shares = {said: _of_by_hand(rows, way) for said, way in zip(short, WAYS, strict=True)}
-    dots(left, shares, "hands / hand-coded")
+    dots(left, shares, "loads / hand-coded")
     left.axhline(1.0, color="#6b7280", linewidth=0.8, linestyle=":")
     left.set_title("with fewer and fewer coordinators")
     left.set_ylim(bottom=0)

@@ -160,7 +160,16 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
         after(60.0),
         cases=(
             Case(f"beside a {thing}", enough=_waits),
-            Case(f"someone calls in vain at a {thing}", enough=_holds),
+            Case(
+                f"someone calls in vain at a {thing}",
+                suits=lambda screen: there(screen, caller) and not there(screen, f"free_{thing}"),
+                enough=_holds,
+            ),
+            Case(
+                f"someone calls late at a {thing}",
+                suits=lambda screen: not there(screen, f"free_{thing}"),
+                enough=_holds,
+            ),
             Case(f"at a {thing}", enough=_waits),
             Case(f"in vain at a {thing}", enough=after(5.0)),
             Case(f"a {name} that stops", enough=after(8.0)),
@@ -170,7 +179,7 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
             Case("losing hands", enough=after(4.0)),
             Case(f"{thing}s nobody is at", enough=lambda screen: _waits(screen) and screen.time_s > 8.0),
         ),
-        tries=10,
+        tries=11,
         limit_s=120.0,
         patience_s=70.0,
     )
