@@ -48,7 +48,10 @@ export function offeredFeatures(scene: Scene, told: DeskNews | null, names: read
   });
   const known = new Set(offers.map(({ name }) => name));
   const raised = new Set(told?.library.trained.flatMap(({ flags }) => flags) ?? []);
-  return [...offers, ...[...raised].filter((flag) => !known.has(flag)).map((name) => ({ name, ways: [name] }))];
+  return [
+    ...offers,
+    ...[...raised].filter((flag) => !known.has(flag)).map((name) => ({ name, ways: [name] })),
+  ];
 }
 
 /** A state as it is chosen: what it runs, its name where it was given one, and the one it had before. */
