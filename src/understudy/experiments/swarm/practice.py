@@ -52,7 +52,6 @@ SPECS: Mapping[str, Spec] = {
     **_specs("crate", "help"),
     **_specs("container", "muster"),
     "crates in vain": Spec({"crate": 4}, needs=4, at_m=2.0),
-    "upon a crate": Spec({"crate": 1}, at_m=0.2),
     "crates nobody is at": Spec({"crate": 4}),
     "containers nobody is at": Spec({"container": 4}),
     "holding a crate": Spec({"crate": 1}, at_m=0.8, held=True),

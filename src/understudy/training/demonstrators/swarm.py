@@ -200,6 +200,18 @@ MUSTER = _joins("muster", "container", "musterer", "hold_and_muster")
 # By themselves, with nobody to coordinate them.
 
 
+ANSWERED = (
+    Case(
+        "someone calls in vain at a crate",
+        enough=lambda screen: screen.state == "search" and screen.time_s > 60.0,
+    ),
+    Case(
+        "someone calls late at a crate",
+        enough=lambda screen: screen.state == "help" and screen.time_s > 8.0,
+    ),
+)
+
+
 def _alone(*, answers: bool) -> Topic:
     waiting = {"call": WAITS_S, "help": GIVES_UP_S}
 
@@ -207,22 +219,29 @@ def _alone(*, answers: bool) -> Topic:
         def wished(screen: Screen) -> str | None:
             late = screen.features["time_in_state"] - slack_s
             keep = None if slack_s else KEEP
-            if screen.state in ("start", "search"):
-                if screen.state == "search" and yes(screen, "done"):
-                    return "call"
-                if answers and there(screen, "caller"):
-                    return "help"
-                return "search" if screen.state == "start" else keep if late > 3.0 else None
+            then = "help" if answers and there(screen, "caller") else "search"
+            if screen.state == "start":
+                return then
+            if screen.state == "search":
+                return (
+                    "call"
+                    if yes(screen, "done")
+                    else then
+                    if then == "help"
+                    else keep
+                    if late > 10.0
+                    else None
+                )
             if screen.state in waiting:
                 if screen.state == "call" and yes(screen, "enough"):
                     return "haul"
                 most = waiting[screen.state]
                 return "leave" if late > most else keep if late > 0.6 * most else None
             if screen.state == "haul":
-                return "search" if yes(screen, "done") else keep if late > 5.0 else None
+                return then if yes(screen, "done") else keep if late > 5.0 else None
             if screen.state == "leave":
                 return "away" if not yes(screen, "holding") else None
-            return "search" if late > AWAY_S else keep if late > 0.6 * AWAY_S else None
+            return then if late > AWAY_S else keep if late > 0.6 * AWAY_S else None
 
         return wished
 
@@ -254,17 +273,9 @@ def _alone(*, answers: bool) -> Topic:
         cases=(
             Case("a crate", enough=lambda screen: screen.state == "search" and screen.time_s > 25.0),
             Case("a field", enough=lambda screen: screen.state == "search" and screen.time_s > 25.0),
+            Case("alone", enough=lambda screen: screen.state == "search" and screen.time_s > 11.0),
             Case("crates in vain", enough=lambda screen: screen.state == "search" and screen.time_s > 50.0),
-            *(
-                [
-                    Case(
-                        "someone calls in vain at a crate",
-                        enough=lambda screen: screen.state == "search" and screen.time_s > 60.0,
-                    )
-                ]
-                if answers
-                else []
-            ),
+            *(ANSWERED if answers else ()),
         ),
         tries=3,
         limit_s=200.0,

@@ -111,6 +111,10 @@ def _behind(side: int) -> Seen:
     return lambda screen: 1.7 < side * _off(screen, "A") < 2.8
 
 
+def _ahead(screen: Screen) -> bool:
+    return 0.8 < screen.features["distance_to(A)"] < 2.0 and abs(_off(screen, "A")) < 0.4
+
+
 APPROACH = Topic(
     "approach",
     lambda library: new_lesson(
@@ -129,13 +133,13 @@ APPROACH = Topic(
         Case("alone", {"A": "home"}, _beside(-1), push=Push("forward", "rotate_left", 0.8)),
         Case("a crate", {"A": "crate"}, _beside(1)),
         Case("a crate", {"A": "crate"}, _beside(-1)),
-        Case("upon a crate", {"A": "crate"}),
+        Case("a crate", {"A": "crate"}, _ahead),
         Case("alone", {"A": "caller"}),
         Case("a help that stops", {"A": "caller"}),
         Case("a help that stops soon", {"A": "caller"}, _behind(1)),
         Case("a help that stops soon", {"A": "caller"}, _behind(-1)),
     ),
-    tries=9,
+    tries=10,
     limit_s=60.0,
 )
 
