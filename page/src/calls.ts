@@ -40,11 +40,18 @@ export function offeredStates(
   return [...trained, ...scene.behaviors].map((part) => ({ name: part.name, ways: ways(part, names) }));
 }
 
-export function offeredFeatures(scene: Scene, names: readonly string[]): Offer[] {
-  return scene.features.map(({ label, parameters }) => {
+/** The kit's features, and flags beyond them that trained automata raise. */
+export function offeredFeatures(scene: Scene, told: DeskNews | null, names: readonly string[]): Offer[] {
+  const offers = scene.features.map(({ label, parameters }) => {
     const name = label.replace(/\(.*/, "");
     return { name, ways: ways({ name, parameters }, names) };
   });
+  const known = new Set(offers.map(({ name }) => name));
+  const raised = new Set(told?.library.trained.flatMap(({ flags }) => flags) ?? []);
+  return [
+    ...offers,
+    ...[...raised].filter((flag) => !known.has(flag)).map((name) => ({ name, ways: [name] })),
+  ];
 }
 
 /** A state as it is chosen: what it runs, its name where it was given one, and the one it had before. */

@@ -68,7 +68,7 @@ export function names(draft: Draft, scene: Scene): string[] {
 export function offers(draft: Draft, studio: Studio, scene: Scene): { states: Offer[]; features: Offer[] } {
   const known = names(draft, scene);
   const states = studio.told === null ? [] : offeredStates(scene, studio.told, known, draft.name);
-  return { states, features: offeredFeatures(scene, known) };
+  return { states, features: offeredFeatures(scene, studio.told, known) };
 }
 
 /** What is chosen and still offered: parameters may have been renamed since. */

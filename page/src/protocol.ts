@@ -270,6 +270,8 @@ export interface Trained {
   name: string;
   parameters: readonly string[];
   runs: readonly string[];
+  /** What it can say: done, failed, or any name. */
+  flags: readonly string[];
   examples: number;
   /** Former ones. */
   versions: number;

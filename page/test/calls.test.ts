@@ -1,6 +1,15 @@
 import { expect, test } from "vitest";
-import { askedStates, chosen, chosenStates, onceMore, renamedStates, stateNames, twice } from "../src/calls";
-import type { Desk, State } from "../src/protocol";
+import {
+  askedStates,
+  chosen,
+  chosenStates,
+  offeredFeatures,
+  onceMore,
+  renamedStates,
+  stateNames,
+  twice,
+} from "../src/calls";
+import type { Desk, DeskNews, Scene, State } from "../src/protocol";
 
 function state(name: string, runs: string | null, flag = false): State {
   return { name, key: "1", arrow: null, flag, runs, automaton: null };
@@ -52,4 +61,15 @@ test("states that are there keep their names, and with them their examples, unle
   expect(renamedStates(there)).toEqual({});
   const other = there.map((each) => (each.name === "left" ? { ...each, name: "port" } : each));
   expect(renamedStates(other)).toEqual({ left: "port" });
+});
+
+test("flags that trained automata raise are offered beside the kit's features, each once", () => {
+  const features = [
+    { label: "distance_to(A)", parameters: ["A"], unit: "m" },
+    { label: "done", parameters: [], unit: "" },
+  ];
+  const trained = [{ flags: ["done", "crate_seen"] }, { flags: ["crate_seen"] }];
+  const told = { library: { trained } } as unknown as DeskNews;
+  const offered = offeredFeatures({ features } as unknown as Scene, told, ["home"]);
+  expect(offered.flatMap(({ ways }) => ways)).toEqual(["distance_to(home)", "done", "crate_seen"]);
 });

@@ -25,7 +25,7 @@ def test_worlds(tmp_path: Path) -> None:
     told = said("worlds")
     assert [(row["name"], row["robots"]) for row in told] == [
         ("arena", 1), ("boxes", 20), ("forage", 1), ("forage-team", 4), ("patrol", 4), ("regions", 16), ("rooms", 1),
-        ("salvage", 12), ("soccer", 1),
+        ("salvage", 12), ("soccer", 1), ("swarm", 200),
     ]  # fmt: skip
     text = run("worlds").stdout
     assert max(map(len, text.splitlines())) <= 80

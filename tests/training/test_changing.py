@@ -220,6 +220,17 @@ def test_a_child_flag_can_be_asked_for_later() -> None:
     assert [example.values for example in taught.examples] == [(0.0,), (0.0,), (1.0,), (0.0,)]
 
 
+def test_a_flag_of_any_name_is_a_feature_of_what_is_taught_later() -> None:
+    spots = automaton(
+        "spot", ["forward"], {"start": lambda d: "near"}, flags=["near"], features=["range_of(ball)"]
+    )
+    taught = session(["spot", "left"], ["near"], library=Library.of(kit, spots))
+    play(taught, "spot", 2, "left", 1)
+    assert [example.values for example in taught.examples] == [(0.0,), (0.0,), (1.0,), (0.0,)]
+    with pytest.raises(UnknownName, match="no feature 'near'"):
+        session(["forward"], ["near"])
+
+
 def test_features_of_a_reopened_lesson_can_change() -> None:
     saved = begun().taught()
     again = Session(Scripted(), ROBOT.with_taught(saved), saved.lesson or begun().lesson)

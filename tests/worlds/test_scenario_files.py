@@ -38,7 +38,7 @@ SMALL = HEAD + 'size = [5, 5]\n[types.a]\n[[robots]]\ntype = "a"\n'
 
 def test_what_ships() -> None:
     assert builtin_scenarios() == (
-        "arena", "boxes", "forage", "forage-team", "patrol", "regions", "rooms", "salvage", "soccer",
+        "arena", "boxes", "forage", "forage-team", "patrol", "regions", "rooms", "salvage", "soccer", "swarm",
     )  # fmt: skip
     for name in builtin_scenarios():
         scenario = load_scenario(name)

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from understudy.bench.asking import Ask, Question, automaton, below, raised, seen
 from understudy.bench.measuring import Case, Goal, Row, measure, result, speed
 from understudy.bench.ours import Ours
+from understudy.model.asking import Ask, Question, automaton, below, raised, seen
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.feature import BoundFeature, TimeInState

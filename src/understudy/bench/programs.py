@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import Any
 
-from understudy.bench.asking import Question, automaton, below, on_the_left, raised, within
 from understudy.bench.standard import COMMANDS
+from understudy.model.asking import Question, automaton, below, on_the_left, raised, within
 from understudy.model.automaton import Automaton
 from understudy.model.behavior import Behavior, Command
 from understudy.model.binding import Binding

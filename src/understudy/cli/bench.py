@@ -48,6 +48,12 @@ def patrol(as_json: Json = False) -> None:
 
 
 @app.command()
+def squads(as_json: Json = False) -> None:
+    """Two hundred and ten thousand robots in three levels of squads, beside real time."""
+    _measure("squads", as_json=as_json)
+
+
+@app.command()
 def crowding(as_json: Json = False) -> None:
     """Robots that all head for one point, beside the same task spread out (minutes)."""
     _measure("crowding", as_json=as_json)
@@ -158,7 +164,7 @@ MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(
     {
         "learning": _learning,
         "interpreter": _interpreter,
-        **dict.fromkeys(("swarm", "patrol", "crowding", "million"), _speeds),
+        **dict.fromkeys(("swarm", "patrol", "squads", "crowding", "million"), _speeds),
     }
 )
 """What can be measured, in order, with what shows it to people."""

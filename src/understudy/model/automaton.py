@@ -97,6 +97,11 @@ class Automaton:
         """The states' names in declared order; their positions are what transition functions answer."""
         return tuple(state.name for state in self.states)
 
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """The flags that its states raise, in declared order."""
+        return tuple(dict.fromkeys(state.flag for state in self.states if state.flag is not None))
+
     def state(self, name: str) -> State:
         """The state of this name; UnknownName where there is none."""
         return self.states[self.index(name)]

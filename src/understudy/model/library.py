@@ -10,6 +10,7 @@ from typing import Self
 from understudy.errors import DefinitionError, RecursionRefused, UnknownName
 from understudy.model.automaton import Automaton
 from understudy.model.behavior import Behavior
+from understudy.model.feature import AnyFeature, Flag
 from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson
 
@@ -49,6 +50,12 @@ class Library:
         library = type(self)(self.kit, MappingProxyType({**self.taught, name: taught}))
         library.refuse_recursion(name)
         return library
+
+    @property
+    def features(self) -> Mapping[str, AnyFeature]:
+        """What an automaton may look at, by name: the kit's features, and each flag that an automaton here raises."""
+        flags = (flag for taught in self.taught.values() for flag in taught.automaton.flags)
+        return {**{flag: Flag(flag) for flag in flags}, **self.kit.features}
 
     def behavior(self, name: str) -> Behavior | Automaton:
         """The basic behavior or automaton of this name; UnknownName where there is none."""

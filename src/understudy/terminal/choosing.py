@@ -136,7 +136,7 @@ class Choose(Screen[Choices | None]):
         calls = (call for name in behaviors for call in _calls(name, library.parameters(name), names))
         found = (
             call
-            for name, feature in library.kit.features.items()
+            for name, feature in library.features.items()
             for call in _calls(name, feature.parameters, names)
         )
         self._offer("#states", calls, states)

@@ -57,13 +57,16 @@ def chosen_state(library: Library, text: str | State) -> State:
 
 
 def chosen_feature(library: Library, text: str | BoundFeature) -> BoundFeature:
-    """A feature of the kit with its parameters bound: "distance_to(A)", "done"."""
+    """A feature of the kit with its parameters bound, or a flag that an automaton of the library raises:
+    "distance_to(A)", "done".
+    """
     if isinstance(text, BoundFeature):
         return text
     name, arguments = _parse(text, what="feature")
-    if name not in library.kit.features:
-        raise UnknownName(what="feature", name=name, where="the kit", known=list(library.kit.features))
-    feature = library.kit.features[name]
+    known = library.features
+    if name not in known:
+        raise UnknownName(what="feature", name=name, where="the kit", known=list(known))
+    feature = known[name]
     return BoundFeature(feature, _bound(name, feature.parameters, arguments))
 
 

@@ -121,24 +121,32 @@ def settle(
 
 @njit(error_model="numpy")
 def follow(
-    c: Any, world: int, now: float, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, led: Any,
-    camera: Any, ranging: Any, cargo: Any, pulling: Any, calling: Any,
+    crew: Any, c: Any, world: int, now: float, values: Any, tables: Any, stacks: Any, commands: Any, running: Any,
+    led: Any, camera: Any, ranging: Any, cargo: Any, pulling: Any, calling: Any,
 ) -> None:  # fmt: skip
-    """Robots sense, their coordinators decide, and then they do."""
+    """Robots sense, their coordinators decide, and then they do. Of threads, the first decides for all coordinators."""
     bands, leads = led
     sensed, there = bands[0][2], bands[0][3]
-    first, end = world * c.count, (world + 1) * c.count
-    for low in range(first, end, BLOCK):
-        high = min(end, low + BLOCK)
+    start, blocks = world * c.count, (c.count + BLOCK - 1) // BLOCK
+    block = claim(crew, blocks, -1)
+    while block >= 0:
+        low, high = start + block * BLOCK, start + min(c.count, (block + 1) * BLOCK)
         sense(c, low, high, world, True, camera, ranging, calling)
         for row in range(low, high):
             there[row] = not robot_at(c, row).frozen
             for column in range(sensed.shape[1]):
                 sensed[row, column] = values[row - low, column]
-    lead_world(world, now, bands, leads)
-    for row in range(first, end):
-        running[row] = pulse(row, sensed[row], now, tables, stacks)
-        intend(c, row, world, commands, running[row], cargo, pulling, calling)
+        block = claim(crew, blocks, block)
+    wait(crew)
+    if crew[1] == 0:
+        lead_world(world, now, bands, leads)
+    wait(crew)
+    block = claim(crew, blocks, -1)
+    while block >= 0:
+        for row in range(start + block * BLOCK, start + min(c.count, (block + 1) * BLOCK)):
+            running[row] = pulse(row, sensed[row], now, tables, stacks)
+            intend(c, row, world, commands, running[row], cargo, pulling, calling)
+        block = claim(crew, blocks, block)
 
 
 def _keyed(sources: str) -> Any:
@@ -154,8 +162,8 @@ def _keyed(sources: str) -> Any:
 
         SENSE only senses, to `out` [N, F]. OBEY does one tick with `commands` [N, 5]. RUN senses, decides with
         `tables` and `stacks`, and does a row of `commands` [B, 5], which `running` [N] says; `values` are the
-        context's `rows`. Of each world this part of `parts` threads does its share; where coordinators lead (`led`:
-        bands and leads of `_lead_kernels`), one does it all. A world ends early once finished where `until_finished`.
+        context's `rows`. Of each world this part of `parts` threads does its share; coordinators lead as `led` says
+        (bands and leads of `_lead_kernels`). A world ends early once finished where `until_finished`.
         What a scenario does without is None - cameras, sonars and bumpers, boxes to push, cargo, objects that come,
         go or walk, boxes to pull, signals - and the kernel is compiled without it.
         """
@@ -179,7 +187,7 @@ def _keyed(sources: str) -> Any:
                     line_up_callers(c, world)
                 if led is not None:
                     follow(
-                        c, world, now, values, tables, stacks, commands, running, led, camera, ranging, cargo,
+                        crew, c, world, now, values, tables, stacks, commands, running, led, camera, ranging, cargo,
                         pulling, calling,
                     )  # fmt: skip
                 block = claim(crew, blocks, -1) if led is None else -1

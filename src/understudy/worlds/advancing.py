@@ -54,8 +54,6 @@ def advance(
     if threads is None:
         threads = 1 if rows < ALONE else os.cpu_count() or 1
     threads = min(threads, max(worlds, rows // 64), MOST_THREADS)
-    if fused.lead is not None:
-        threads = min(threads, worlds)  # each world's coordinators look at all of its robots
     if worlds >= threads:
         _side_by_side(stage, sensing, fused, ticks, threads, until_finished=until_finished)
     else:
@@ -121,8 +119,11 @@ def _together(
     """All threads work on one world, each on a share of its robots, and wait for each other in every tick.
 
     The robots of a large world are put in the order of their places meanwhile, so that those who look at each
-    other are side by side in memory too.
+    other are side by side in memory too; but not those whom coordinators know by their rows.
     """
+    if fused.lead is not None:
+        _led_together(stage, sensing, fused, ticks, threads, world, until_finished=until_finished)
+        return
     rules = stage.rules
     grid = grid_for(rules)
     with _pool(threads) as pool:
@@ -146,6 +147,32 @@ def _together(
                 _run(pool, threads, work)
             finally:  # if interrupted, too: objects and clock have gone on
                 there.put_back()
+
+
+def _led_together(
+    stage: Stage,
+    sensing: Plan,
+    fused: FusedPlan,
+    ticks: int,
+    threads: int,
+    world: int,
+    *,
+    until_finished: bool,
+) -> None:
+    """The same where coordinators lead the robots."""
+    room = shared(stage, grid_for(stage.rules))
+    contexts = [Context(stage, sensing, room) for _ in range(threads)]
+    with _pool(threads) as pool:
+        for chunk in _chunks(ticks, stage.rules.robots):
+
+            def work(part: int, chunk: int = chunk) -> None:
+                run(
+                    contexts[part], fused.tables, fused.stacks, fused.commands, fused.running, first=world,
+                    end=world + 1, part=part, parts=threads, ticks=chunk, until_finished=until_finished,
+                    led=fused.lead,
+                )  # fmt: skip
+
+            _run(pool, threads, work)
 
 
 def order_of_places(state: State, rules: Rules, grid: Grid, world: int) -> NDArray[np.intp]:

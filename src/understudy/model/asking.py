@@ -1,4 +1,4 @@
-"""Automata written down by hand, for measuring: trees as nested questions with the names of states for leaves."""
+"""Automata written down by hand: trees as nested questions with the names of states for leaves."""
 
 from __future__ import annotations
 

@@ -1,0 +1,23 @@
+/** What robots are at, in words. */
+
+import { called } from "../calls";
+import type { Studio } from "../studio";
+
+/** How many robots do what: "3 attack, 1 home". */
+export function atWork(studio: Studio, robots: readonly number[]): string {
+  const counts = new Map<string, number>();
+  for (const robot of robots) {
+    const what = doing(studio, robot);
+    counts.set(what, (counts.get(what) ?? 0) + 1);
+  }
+  return [...counts].map(([what, count]) => `${count} ${what}`).join(", ");
+}
+
+export function doing(studio: Studio, robot: number): string {
+  const number = studio.motion.last?.robots.doing[robot] ?? -1;
+  const { desk } = studio;
+  if (studio.sort !== null && desk !== null) return desk.doing[number] ?? "idles";
+  const state = desk?.states[number];
+  if (state !== undefined) return state.name;
+  return studio.desk?.others ? called(studio.desk.others) : "idles";
+}

@@ -1,0 +1,103 @@
+/** The coordinators as a tree, the topmost first, and what their robots are at. */
+
+import { useMemo, useState } from "preact/hooks";
+import type { SquadSort } from "../protocol";
+import type { Studio } from "../studio";
+import { squadTree, type Squad } from "../squads";
+import { className, counted } from "../words";
+import { atWork } from "./doing";
+
+/** Of so many squads or fewer each is shown at once. */
+const FEW = 8;
+
+interface Props {
+  studio: Studio;
+  squads: readonly SquadSort[];
+}
+
+export function Squads({ studio, squads }: Props) {
+  const tops = useMemo(() => squadTree(squads), [squads]);
+  const [turned, turn] = useState<ReadonlySet<Squad>>(new Set());
+  const toggle = (squad: Squad) => {
+    const now = new Set(turned);
+    if (!now.delete(squad)) now.add(squad);
+    turn(now);
+  };
+  return (
+    <section>
+      <h2>Team</h2>
+      <Level studio={studio} squads={tops} shown={tops.length <= FEW} turned={turned} toggle={toggle} />
+    </section>
+  );
+}
+
+interface LevelProps {
+  studio: Studio;
+  squads: readonly Squad[];
+  /** Whether those below are shown where nobody has asked for the contrary. */
+  shown: boolean;
+  turned: ReadonlySet<Squad>;
+  toggle: (squad: Squad) => void;
+}
+
+function Level({ studio, squads, shown, turned, toggle }: LevelProps) {
+  return (
+    <ul class="rows">
+      {squads.map((squad) => {
+        const first = shown || squad.below.some((each) => holds(each, studio));
+        const open = squad.below.length > 0 && first !== turned.has(squad);
+        return (
+          <li key={squad.name}>
+            <div class="rank">
+              {squad.below.length > 0 && (
+                <button
+                  type="button"
+                  class="fold"
+                  aria-expanded={open}
+                  aria-label={`What ${squad.name} is made of`}
+                  onClick={() => toggle(squad)}
+                />
+              )}
+              <Coordinator studio={studio} squad={squad} />
+            </div>
+            {open && (
+              <div class="below">
+                <Level studio={studio} squads={squad.below} shown={false} turned={turned} toggle={toggle} />
+              </div>
+            )}
+          </li>
+        );
+      })}
+    </ul>
+  );
+}
+
+function isTrained(squad: Squad, { desk, sort, motion }: Studio): boolean {
+  return sort === squad.sort && (desk?.agent ?? motion.last?.agent ?? 0) === squad.number;
+}
+
+/** Whether it or one of those below it is trained. */
+function holds(squad: Squad, studio: Studio): boolean {
+  return isTrained(squad, studio) || squad.below.some((each) => holds(each, studio));
+}
+
+function Coordinator({ studio, squad }: { studio: Studio; squad: Squad }) {
+  const { desk, directs } = studio;
+  const trained = isTrained(squad, studio);
+  return (
+    <button
+      type="button"
+      class={className("row", trained && "on")}
+      aria-pressed={trained}
+      disabled={!directs || trained}
+      title={trained ? squad.doc : `${squad.doc} Train its coordinator`}
+      onClick={() => void studio.ask({ do: "agent", agent: squad.number, sort: squad.sort })}
+    >
+      <span class={className("dot", trained && desk?.mode)} />
+      <b>{squad.name}</b>
+      <span class="soft cut">
+        · {trained && desk !== null ? atWork(studio, squad.robots) : counted(squad.robots.length, "robot")}
+      </span>
+    </button>
+  );
+}

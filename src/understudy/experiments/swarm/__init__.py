@@ -1,0 +1,1 @@
+"""The experiment with a swarm: three levels of coordinators over robots that pull boxes together."""

@@ -1,0 +1,32 @@
+"""The swarm: what is written by hand pulls boxes together, and robots can practice where they are taught."""
+
+from __future__ import annotations
+
+import pytest
+
+from understudy.experiments.swarm.measuring import ALONE, FAILING, FAILS_TICK, WAYS, failing, gathered
+from understudy.experiments.swarm.practice import SPECS, led, robots_world
+from understudy.worlds.swarm_expert import hand_coded
+
+
+def test_coordinators_bring_more_home_than_robots_by_themselves() -> None:
+    known = hand_coded()
+    together, apart = (gathered(team, 1500) for team in (led(known, [3]), led(known, [3], way=WAYS[ALONE])))
+    assert together["loads"] > 1.3 * apart["loads"] > 0
+    assert together["loads"] == pytest.approx(together["crates"] + 10 * together["containers"], abs=2.0)
+
+
+def test_a_third_of_each_world_fails_at_some_time() -> None:
+    found = failing([5, 6])
+    assert all(FAILS_TICK[0] <= tick < FAILS_TICK[1] for tick in found)
+    rows = [robot for robots in found.values() for robot in robots]
+    assert len(rows) == len(set(rows)) == 2 * (200 // FAILING)
+    assert sum(row < 200 for row in rows) == 200 // FAILING
+
+
+@pytest.mark.parametrize("practice", sorted(SPECS))
+def test_robots_can_practice(practice: str) -> None:
+    world = robots_world(practice, 5)
+    world.act({})
+    holds = float(world.sense([("holding", None)])["holding", None][0])
+    assert bool(holds) == SPECS[practice].held

@@ -1,0 +1,41 @@
+"""The swarm: many platoons are like a few, and one world's coordinators lead whatever threads there are."""
+
+from __future__ import annotations
+
+import pytest
+
+from understudy.runtime.team import Team
+from understudy.worlds import advancing
+from understudy.worlds.swarm import SWARM, of_platoons, scenario
+from understudy.worlds.swarm_expert import hand_coded
+from understudy.worlds.teams import team_of
+from understudy.worlds.world import World
+
+
+def test_eight_platoons_are_the_swarm_that_ships() -> None:
+    assert of_platoons(8) == scenario()
+
+
+def made() -> Team:
+    return team_of(scenario(), [4], hand_coded(), {SWARM: ("swarm_work", {})})
+
+
+def outcome(team: Team) -> tuple[bytes, list[tuple[str, ...]]]:
+    assert isinstance(team.ground, World)
+    return team.ground.snapshot(), team.paths
+
+
+def test_threads_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three levels of coordinators over the robots of one world, on which several threads work."""
+    ticked, alone, together = made(), made(), made()
+    alone.run(300)
+    monkeypatch.setattr(advancing, "ALONE", 1)
+    monkeypatch.setattr(advancing, "MOST_TICKS", 70)
+    monkeypatch.setattr("os.cpu_count", lambda: 3)
+    together.run(300)
+    assert outcome(together) == outcome(alone)
+    for _ in range(120):
+        ticked.tick()
+    short = made()
+    short.run(120)
+    assert outcome(short) == outcome(ticked)
