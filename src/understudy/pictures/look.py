@@ -21,6 +21,8 @@ FEW = 8
 """So many robots are told apart one by one; more are a crowd."""
 MOST_LABELS = 8
 MOVED = 0.05
+ROOMY = 64
+"""So many objects have room to be drawn larger than they are; of more, each is given less of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +54,9 @@ def unit(view: WorldView) -> float:
 
 def things(view: WorldView) -> list[Thing]:
     """The objects of a world, in order of their slots."""
-    objects, one = view.objects, unit(view)
+    objects = view.objects
     kinds = objects.kind.tolist()
+    one = unit(view) * min(1.0, (ROOMY / max(1, len(kinds))) ** 0.5)
     count = Counter(kinds)
     labeled = int((objects.at_first[objects.food] > 0).sum()) <= MOST_LABELS
     made = []

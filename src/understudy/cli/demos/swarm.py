@@ -113,7 +113,7 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
         frames.append(_frame(team))
     picture = folder / "swarm-large.png"
     with failing(folder, "writing the pictures", remedy="see that the disk has room"):
-        path_png(frames, picture, title=f"{EACH * PLATOONS:,} robots".replace(",", " "))
+        path_png(frames, picture, title=f"{PLATOONS} platoons")
     return round((team.ground.time_s - begun) / taken, 1), picture
 
 

@@ -37,10 +37,10 @@ AS_GOOD, WITHOUT = 0.8, 0.7
 SURVIVORS = 1 - 1 / FAILING
 KEPT = 0.8 * SURVIVORS
 SAID = {
-    THREE: "a coordinator of all, of platoons, of squads",
-    TWO: "coordinators of platoons and of squads",
-    ONE: "coordinators of squads",
-    ANSWERING: "none; robots answer calls",
+    THREE: "all, platoons, squads",
+    TWO: "platoons, squads",
+    ONE: "squads",
+    ANSWERING: "none; calls answered",
     ALONE: "none",
 }
 LARGE = f"{EACH * PLATOONS:,}".replace(",", " ")
@@ -75,10 +75,10 @@ def conclude(rows: Sequence[Row]) -> Findings:
             Table(
                 f"Ten minutes, teachings {first} to {last}, {WORLDS} unseen worlds each: median (worst–best). A "
                 f"container holds {LOADS['container']} loads, a crate one",
-                ("coordinators", "#crates an hour", "#containers an hour", "#loads an hour", "#of by hand"),
+                ("coordinators of", "#crates/h", "#containers/h", "#loads/h", "#of by hand"),
                 [
                     *((SAID[way], *_told(rows, way), told(shares[way], 2)) for way in WAYS),
-                    ("all, written by hand", *_told(rows, None), "1"),
+                    ("all three, by hand", *_told(rows, None), "1"),
                 ],
             ),
             Table(
