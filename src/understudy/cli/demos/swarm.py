@@ -101,7 +101,7 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
     from understudy.experiments.swarm.practice import led
     from understudy.model.atomic import failing
     from understudy.pictures import path_png
-    from understudy.worlds.swarm import EACH, of_platoons
+    from understudy.worlds.swarm import of_platoons
 
     team = led(libraries, [world], of_platoons(PLATOONS))
     team.run(LARGE_EVERY)
