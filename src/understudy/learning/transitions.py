@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from understudy.learning.arrays import arrays, teaching
+from understudy.learning.arrays import arrays, heeded, teaching
 from understudy.learning.grow import grow
 from understudy.learning.scikit import fit
 from understudy.model.automaton import Automaton, Transition
@@ -50,4 +50,4 @@ def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Tr
 
 
 def _watches(lesson: Lesson) -> bool:
-    return lesson.options.watched or any(not example.pressed for example in lesson.examples)
+    return lesson.options.watched or any(not example.pressed for example in heeded(lesson))

@@ -18,7 +18,8 @@ def shown(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:
     if lesson is None:
         return []
     pooled = lesson.automaton.stateless
-    return [example.values for example in lesson.examples if pooled or example.state == state]
+    teaching = (example for example in lesson.examples if not example.quarantined)
+    return [example.values for example in teaching if pooled or example.state == state]
 
 
 def conditions(automaton: Automaton, lesson: Lesson | None) -> dict[str, list[str]]:

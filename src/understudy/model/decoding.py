@@ -182,6 +182,7 @@ class _Examples:
             doc.window,
             {name: _float(value) for name, value in doc.own.items()},
             Binding(doc.binding),
+            doc.quarantined,
         )
 
     def watched(self, doc: WatchedDoc, here: Steps) -> list[Example]:
@@ -219,6 +220,7 @@ class _Examples:
         for moment, window in zip(moments, windows, strict=True):
             self.check_moment(moment, window, here)
         corrections, edits = doc.correction or [False] * length, doc.edited or [False] * length
+        quarantined = doc.quarantined or [""] * length
         return [
             Example(
                 doc.number[row],
@@ -232,6 +234,7 @@ class _Examples:
                 windows[row],
                 {name: _float(column[row]) for name, column in doc.own.items()},
                 Binding(doc.binding),
+                quarantined[row],
             )
             for row in range(length)
         ]
@@ -272,7 +275,7 @@ class _Examples:
             return bound.kind.check(value, where=f"feature {bound}")
 
 
-OPTIONAL = ("correction", "edited", "moment", "window")
+OPTIONAL = ("correction", "edited", "moment", "window", "quarantined")
 
 
 def _float(value: float | None) -> float:

@@ -126,6 +126,7 @@ def _example_doc(example: Example, features: Sequence[BoundFeature]) -> ExampleD
         window=example.window,
         own={name: number(value) for name, value in example.own.items()},
         binding=dict(example.binding),
+        quarantined=example.quarantined,
     )
 
 
@@ -169,6 +170,7 @@ def _watched_doc(group: Sequence[Example], features: Sequence[BoundFeature]) -> 
         window=_unless_all([example.window for example in group], 0),
         own={name: [number(example.own[name]) for example in group] for name in group[0].own},
         binding=dict(group[0].binding),
+        quarantined=_unless_all([example.quarantined for example in group], ""),
     )
 
 

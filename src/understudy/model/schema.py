@@ -92,6 +92,7 @@ class ExampleDoc(Part, kw_only=True):
     window: Count = 0
     own: dict[str, float | None] = {}
     binding: dict[str, str] = {}
+    quarantined: str = ""
 
 
 class WatchedDoc(Part, kw_only=True):
@@ -107,6 +108,7 @@ class WatchedDoc(Part, kw_only=True):
     window: list[Count] = []
     own: dict[str, list[float | None]] = {}
     binding: dict[str, str] = {}
+    quarantined: list[str] = []
 
 
 class ReadingDoc(Part, kw_only=True):

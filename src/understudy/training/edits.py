@@ -36,12 +36,30 @@ class Edit(TypedDict, total=False):
     values: Mapping[str, float] | None
 
 
+def counted(what: str, examples: int) -> str:
+    """What was done to so many examples, as undo names it."""
+    return f"{what} {examples} example{'s' * (examples != 1)}"
+
+
 def deleted(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
     """The lesson without these examples; SessionError where one does not exist."""
     for number in numbers:
         numbered(lesson, number)
     return replace(
         lesson, examples=tuple(example for example in lesson.examples if example.number not in numbers)
+    )
+
+
+def quarantined(lesson: Lesson, reasons: Mapping[int, str]) -> Lesson:
+    """The lesson with these examples in quarantine, by number, each with the reason; "" takes one out again."""
+    for number in reasons:
+        numbered(lesson, number)
+    return replace(
+        lesson,
+        examples=tuple(
+            replace(example, quarantined=reasons[example.number]) if example.number in reasons else example
+            for example in lesson.examples
+        ),
     )
 
 
