@@ -19,6 +19,7 @@ from understudy.cli import (
     studio,
     teach,
     validate,
+    why,
     worlds,
 )
 from understudy.cli.failing import Group
@@ -64,6 +65,7 @@ app.command("studio", rich_help_panel=TEACHING)(studio.studio)
 app.command("teach", rich_help_panel=TEACHING)(teach.teach)
 app.command("learn", rich_help_panel=TEACHING)(learn.learn)
 app.command("run", rich_help_panel=RUNNING)(run.run)
+app.command("why", rich_help_panel=RUNNING)(why.why)
 app.command("eval", rich_help_panel=RUNNING)(evaluate.evaluate)
 app.command("worlds", rich_help_panel=RUNNING)(worlds.worlds)
 app.command("list", rich_help_panel=LIBRARY)(libraries.list_)
