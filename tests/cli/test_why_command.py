@@ -102,7 +102,7 @@ def test_a_robot_in_a_team_is_asked_from_its_coordinator_down(tmp_path: Path) ->
         save(folder, Taught(automaton))
     save(folder / "patrol", Taught(lead()))
     path = tmp_path / "run.jsonl"
-    arguments = ("-l", folder, "--behavior", "lead", "--seconds", "20", "--trace", path)
+    arguments = ("-l", folder, "--behavior", "lead", "--seconds", "22", "--trace", path)
     assert run("run", "patrol", *arguments).exit_code == 0
     told = said("why", path, "--time", "15", "--agent", "2")
     assert [(each["sort"], each["ordered"]) for each in told["agents"]] == [
@@ -113,6 +113,14 @@ def test_a_robot_in_a_team_is_asked_from_its_coordinator_down(tmp_path: Path) ->
     assert [level["automaton"] for level in coordinator + robot] == ["lead", "wander"]
     assert told["doing"] == f"wander > {robot[0]['state']}"
     assert coordinator[0]["decision"]["conditions"] == ["someone_sees(intruder) is no"]
+    rows = [json.loads(line) for line in path.read_text().splitlines()[1:]]
+    changed = next(row for row in rows if row["robot"] == 2 and row["doing"].startswith("servo"))
+    told = said("why", path, "--time", changed["time_s"] + 0.1, "--agent", "2")
+    assert told["agents"][1]["ordered"] == "servo(intruder)"
+    assert [level["automaton"] for level in told["agents"][1]["levels"]] == ["servo(intruder)"]
+    assert told["agents"][1]["levels"][0]["decision"]
+    last = told["last_switch"]
+    assert (last["automaton"], last["after"]) == ("lead", "attack"), "and not what followed from it"
     assert "pioneer 2, ordered to wander" in run("why", path, "--time", "15", "--agent", "2").stdout
 
 
@@ -126,10 +134,12 @@ def test_a_library_that_changed_is_never_lied_about(library: Path, tmp_path: Pat
         other, transitions={name: it for name, it in other.transitions.items() if name != "right"}
     )
     save(library, Taught(other))
+    save(library, Taught(replace(other, transitions={"start": other.transitions["start"]})))
     told = said("why", path, "--time", "3")
     assert told["former"] == {"goto": 1}
     assert {**told, "former": {}} == before
     assert "goto is another by now: this is its version 1" in run("why", path, "--time", "3").stdout
+    assert len(list((library / "versions" / "goto").iterdir())) == 2
     for version in (library / "versions" / "goto").iterdir():
         version.unlink()
     refused = run("why", path, "--time", "3")

@@ -8,6 +8,7 @@ import typer
 
 from understudy.cli import (
     bench,
+    check,
     demo,
     diff,
     evaluate,
@@ -72,6 +73,7 @@ app.command("list", rich_help_panel=LIBRARY)(libraries.list_)
 app.command("show", rich_help_panel=LIBRARY)(show.show)
 app.command("diff", rich_help_panel=LIBRARY)(diff.diff)
 app.command("validate", rich_help_panel=LIBRARY)(validate.validate)
+app.command("test", rich_help_panel=LIBRARY)(check.check)
 app.command("rebuild", rich_help_panel=LIBRARY)(libraries.rebuild)
 app.command("experiment", rich_help_panel=LAB)(experiment.experiment)
 app.add_typer(bench.app, name="bench", rich_help_panel=LAB)

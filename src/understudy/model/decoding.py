@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from math import nan
 
 import numpy as np
+from msgspec import UnsetType
 
 from understudy.errors import listed
 from understudy.model.automaton import Automaton, State
@@ -24,7 +25,8 @@ from understudy.model.feature import (
 from understudy.model.kinds import Categorical, Kind, parse_kind
 from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson, Options, Record, Scikit, Trees
-from understudy.model.packing import unpack
+from understudy.model.outcome import Outcome
+from understudy.model.packing import unpack, unpack_bytes
 from understudy.model.schema import (
     AutomatonDoc,
     ExampleDoc,
@@ -122,7 +124,33 @@ def lesson_of(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesson:
             tuple(sorted(examples, key=lambda example: example.number)),
             _options(doc.options),
             record,
+            _outcomes(doc, source, (*here, "outcomes")),
         )
+
+
+MOST_BYTES = 1 << 27
+"""What an outcome may unpack to: no world of ours takes more, and a damaged file must not fill the memory."""
+
+
+def _outcomes(doc: LessonDoc, source: Source, here: Steps) -> tuple[Outcome, ...]:
+    found = []
+    for index, each in enumerate([] if isinstance(doc.outcomes, UnsetType) else doc.outcomes):
+        parts = []
+        for key in ("scenario", "snapshot"):
+            try:
+                parts.append(unpack_bytes(getattr(each, key), most=MOST_BYTES))
+            except ValueError as error:
+                remedy = "restore an earlier version, or the line as it was"
+                raise source.wrong((*here, index, key), f"it cannot be unpacked: {error}", remedy) from error
+        with source.at((*here, index)):
+            scenario, snapshot = parts[0].decode("utf-8", errors="replace"), parts[1]
+            targets = Binding(each.targets)
+            found.append(
+                Outcome(
+                    each.flag, each.within_s, each.world, scenario, snapshot, each.agent, each.sort, targets
+                )
+            )
+    return tuple(found)
 
 
 def _options(doc: OptionsDoc) -> Options:

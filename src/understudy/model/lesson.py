@@ -18,6 +18,7 @@ from understudy.model.automaton import Automaton
 from understudy.model.example import Example
 from understudy.model.feature import ReadingKey
 from understudy.model.kinds import Column
+from understudy.model.outcome import Outcome
 
 LEARNER_VERSION = 1
 """Raised whenever the same lesson would give another automaton, so that stored trees are built again."""
@@ -112,12 +113,15 @@ class Record:
 
 @dataclass(frozen=True, slots=True)
 class Lesson:
-    """What a demonstrator chose and showed for one automaton, which holds no transition functions here."""
+    """What a demonstrator chose and showed for one automaton, which holds no transition functions here; `outcomes` are
+    what it promises.
+    """
 
     automaton: Automaton
     examples: tuple[Example, ...] = ()
     options: Options = Options()
     record: Record = Record()
+    outcomes: tuple[Outcome, ...] = ()
 
     def __post_init__(self) -> None:
         if self.automaton.transitions:

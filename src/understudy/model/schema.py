@@ -127,13 +127,27 @@ class RecordDoc(Part, omit_defaults=False, kw_only=True):
     readings: list[ReadingDoc]
 
 
+class OutcomeDoc(Part, kw_only=True):
+    """What the lesson promises; `scenario` and `snapshot` are base64 of zlib."""
+
+    flag: Name
+    within_s: float
+    world: str
+    agent: Count = 0
+    sort: str = ""
+    targets: dict[str, str] = {}
+    scenario: str
+    snapshot: str
+
+
 class LessonDoc(Part, omit_defaults=False, kw_only=True):
-    """What was shown, and how it is learned."""
+    """What was shown, and how it is learned. `outcomes` is left out where nothing is promised."""
 
     options: OptionsDoc
     examples: list[ExampleDoc]
     watched: list[WatchedDoc]
     record: RecordDoc
+    outcomes: list[OutcomeDoc] | UnsetType = UNSET
 
 
 class GoDoc(Part, tag_field="node", tag="go", kw_only=True):

@@ -13,6 +13,7 @@ from understudy.model.example import Example, ExampleKind
 from understudy.model.feature import BoundFeature
 from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library
+from understudy.model.outcome import Outcome
 from understudy.training.design import check_names, chosen_feature, chosen_state
 
 
@@ -25,6 +26,7 @@ class Choice(TypedDict, total=False):
     parameters: Sequence[str]
     stateless: bool
     options: Options
+    outcomes: Sequence[Outcome]
     names: Mapping[str, str]
 
 
@@ -122,7 +124,13 @@ def rechosen(lesson: Lesson, library: Library, choice: Choice, targets: Mapping[
         for example in _renamed(lesson.examples, choice.get("names", {}))
         if example.state in names and example.next in names and names[example.state].flag is None
     )
-    return replace(lesson, automaton=automaton, examples=kept, options=choice.get("options", lesson.options))
+    return replace(
+        lesson,
+        automaton=automaton,
+        examples=kept,
+        options=choice.get("options", lesson.options),
+        outcomes=tuple(choice.get("outcomes", lesson.outcomes)),
+    )
 
 
 def numbered(lesson: Lesson, number: int) -> Example:
