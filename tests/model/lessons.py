@@ -174,7 +174,9 @@ def options() -> st.SearchStrategy[Options]:
         Options,
         st.floats(0, LONGEST_REACTION_S),
         st.booleans(),
-        st.builds(Trees, st.sampled_from(["default keeps the gap", "midpoint"]), st.booleans()),
+        st.builds(
+            Trees, st.sampled_from(["default keeps the gap", "midpoint"]), st.booleans(), st.floats(0, 100)
+        ),
     )
 
 

@@ -17,6 +17,7 @@ from understudy.cli import (
     libraries,
     run,
     show,
+    simplify,
     studio,
     teach,
     validate,
@@ -74,6 +75,7 @@ app.command("show", rich_help_panel=LIBRARY)(show.show)
 app.command("diff", rich_help_panel=LIBRARY)(diff.diff)
 app.command("validate", rich_help_panel=LIBRARY)(validate.validate)
 app.command("test", rich_help_panel=LIBRARY)(check.check)
+app.command("simplify", rich_help_panel=LIBRARY)(simplify.simplify)
 app.command("rebuild", rich_help_panel=LIBRARY)(libraries.rebuild)
 app.command("experiment", rich_help_panel=LAB)(experiment.experiment)
 app.add_typer(bench.app, name="bench", rich_help_panel=LAB)

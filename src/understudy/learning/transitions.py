@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from understudy.learning.arrays import arrays, heeded, teaching
 from understudy.learning.grow import grow
+from understudy.learning.pruning import pruned
 from understudy.learning.scikit import fit
 from understudy.model.automaton import Automaton, Transition
 from understudy.model.example import Example
@@ -38,7 +39,7 @@ def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Tr
     kinds = [bound.kind for bound in automaton.features]
     if isinstance(learner, Scikit):
         return fit(learner, shown, kinds)
-    return grow(
+    tree = grow(
         shown.values,
         shown.outcomes,
         shown.groups,
@@ -47,6 +48,7 @@ def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Tr
         current=shown.current,
         midpoints=automaton.stateless or learner.boundary == "midpoint" or _watches(lesson),
     )
+    return pruned(tree, shown, learner.pruning) if learner.pruning else tree
 
 
 def _watches(lesson: Lesson) -> bool:

@@ -38,7 +38,9 @@ def options(lesson: Lesson) -> dict[str, Any]:
     """How a lesson is learned."""
     chosen = lesson.options
     learner = getattr(chosen.learner, "classifier", "trees")
-    return {"learner": learner, "reaction_s": chosen.reaction_s, "watched": chosen.watched}
+    pruning = getattr(chosen.learner, "pruning", 0.0)
+    pruned = {"pruning": pruning} if pruning else {}
+    return {"learner": learner, "reaction_s": chosen.reaction_s, "watched": chosen.watched, **pruned}
 
 
 def plain(value: float, bound: BoundFeature) -> float | str | None:

@@ -155,7 +155,8 @@ def _outcomes(doc: LessonDoc, source: Source, here: Steps) -> tuple[Outcome, ...
 
 def _options(doc: OptionsDoc) -> Options:
     if isinstance(doc.learner, TreesDoc):
-        trees = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False)
+        pruning = 0.0 if isinstance(doc.learner.pruning, UnsetType) else doc.learner.pruning
+        trees = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False, pruning=pruning)
         return Options(doc.reaction_s, doc.watched, trees)
     return Options(doc.reaction_s, doc.watched, Scikit(doc.learner.classifier, doc.learner.parameters))
 

@@ -121,7 +121,11 @@ def _options_doc(options: Options) -> OptionsDoc:
     learner: TreesDoc | ScikitDoc
     if isinstance(options.learner, Trees):
         trees = options.learner
-        learner = TreesDoc(boundary=trees.boundary, defaults=UNSET if trees.defaults else False)
+        learner = TreesDoc(
+            boundary=trees.boundary,
+            defaults=UNSET if trees.defaults else False,
+            pruning=trees.pruning or UNSET,
+        )
     else:
         learner = ScikitDoc(
             classifier=options.learner.classifier, parameters=dict(sorted(options.learner.parameters.items()))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
@@ -34,13 +35,21 @@ BOUNDARIES = ("default keeps the gap", "midpoint")
 class Trees:
     """Learn decision trees. `boundary` says where cuts go; lessons with watched examples take midpoints.
 
-    Without `defaults`, what was recorded automatically after a switch teaches nothing.
+    Without `defaults`, what was recorded automatically after a switch teaches nothing. `pruning` is how many examples
+    each leaf of a question must set right for the question to stay; 0, as ever unless chosen, prunes nothing.
     """
 
     boundary: Literal["default keeps the gap", "midpoint"] = "default keeps the gap"
     defaults: bool = True
+    pruning: float = 0.0
 
     def __post_init__(self) -> None:
+        if not (isfinite(self.pruning) and self.pruning >= 0.0):
+            raise DefinitionError(
+                what="decision trees",
+                problem=f"their pruning is {self.pruning}",
+                remedy="give how many examples a leaf must set right: 0 prunes nothing",
+            )
         if self.boundary not in BOUNDARIES:
             raise DefinitionError(
                 what="decision trees",

@@ -57,10 +57,11 @@ class AutomatonDoc(Part, omit_defaults=False, kw_only=True):
 
 
 class TreesDoc(Part, tag_field="learns", tag="trees", omit_defaults=False, kw_only=True):
-    """Decision trees. `defaults` is left out where they teach."""
+    """Decision trees. `defaults` is left out where they teach, `pruning` where there is none."""
 
     boundary: Literal["default keeps the gap", "midpoint"]
     defaults: bool | UnsetType = UNSET
+    pruning: float | UnsetType = UNSET
 
 
 class ScikitDoc(Part, tag_field="learns", tag="scikit-learn", omit_defaults=False, kw_only=True):
