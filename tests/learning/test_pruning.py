@@ -16,6 +16,8 @@ from understudy.learning.arrays import Shown
 from understudy.learning.pruning import links, pruned
 from understudy.learning.simplify import ENOUGH, suggestion, with_pruning
 from understudy.learning.transitions import learn
+from understudy.model.automaton import State
+from understudy.model.example import Example, ExampleKind
 from understudy.model.kinds import Kind
 from understudy.model.lesson import Lesson, Options, Scikit, Trees
 from understudy.model.tree import Test, Tree
@@ -66,6 +68,13 @@ def test_watched_examples_count_a_tenth() -> None:
     made = lesson([*rows, *watched])
     assert decided(made, 1.2, [1.0]) == ["stop"]
     assert decided(made, 1.3, [1.0]) == ["go"]
+
+
+def test_what_counts_is_how_much_for_each_leaf() -> None:
+    """To turn between two places where it goes on takes two questions: half an example for each."""
+    made = go((1.0, "go"), (2.0, "go"), (5.0, "turn"), (8.0, "go"), (9.0, "go"))
+    assert decided(made, 0.4, [5.0]) == ["turn"]
+    assert decided(made, 0.5, [5.0]) == ["go"]
 
 
 def test_a_tie_stays() -> None:
@@ -136,6 +145,21 @@ def test_a_suggestion_takes_what_costs_nothing() -> None:
     assert found.examples == 40
     assert (found.wrong, found.wrong_pruned) == (5, 3), "the two themselves, and one at the boundary"
     assert decided(noisy(), found.pruning, [1.5, 8.25, 1.0, 9.0]) == ["stop", "go", "stop", "go"]
+
+
+def test_a_suggestion_gives_nothing_up_for_simplicity() -> None:
+    """Without turning it would be as right as without any pruning, but not as right as it can be."""
+    made = noisy()
+    names = [State("turn", "turn"), *made.automaton.states]
+    automaton = replace(made.automaton, states=(names[1], *names[2:], names[0]))
+    turning = tuple(
+        Example(number, "go", (value,), "turn", ExampleKind.DIRECTIVE)
+        for number, value in ((90, 20.0), (91, 20.25))
+    )
+    found = suggestion(Lesson(automaton, (*made.examples, *turning)))
+    assert found is not None
+    assert (found.wrong, found.wrong_pruned) == (5, 3)
+    assert found.pruning < 2.0
 
 
 def test_nothing_is_suggested_where_all_is_needed() -> None:
