@@ -148,6 +148,16 @@ def test_a_library_that_changed_is_never_lied_about(library: Path, tmp_path: Pat
     assert "no former version is what was run" in " ".join(refused.output.split())
 
 
+def test_a_library_that_is_elsewhere_by_now(library: Path, tmp_path: Path) -> None:
+    path = record(library, "--seconds", "3")
+    before = said("why", path, "--time", "2")
+    elsewhere = library.rename(tmp_path / "elsewhere")
+    refused = run("why", path, "--time", "2")
+    assert refused.exit_code == 2
+    assert "there is no folder" in " ".join(refused.output.split())
+    assert said("why", path, "--time", "2", "-l", elsewhere) == before
+
+
 def test_a_scenario_that_changed_is_never_lied_about(library: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine.toml"
     mine.write_text(run("worlds", "forage").stdout)

@@ -145,8 +145,8 @@ def test_a_suggestion_takes_what_costs_nothing() -> None:
 
 
 def test_a_suggestion_gives_nothing_up_for_simplicity() -> None:
-    """Three in a row that go on where it stops are no mistake: without them it would still be less wrong (6) than without
-    any pruning (7), but not as right as it can be (5)."""
+    """Three in a row that go on where it stops are no mistake: without them it would still be less wrong (6) than
+    without any pruning (7), but not as right as it can be (5)."""
     found = suggestion(noisy(row=(10, 11, 12)))
     assert found is not None
     assert (found.pruning, found.wrong, found.wrong_pruned) == (0.5, 7, 5)

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from understudy.model.library import Taught
 
 
-MOST_EXAMPLES = 6
-
-
 def diff(
     name: Annotated[str, typer.Argument(help="The automaton.")],
     before: Annotated[
@@ -92,7 +89,7 @@ def _show(told: dict[str, Any]) -> None:
     if told["moved"]:
         out.print("\n[bold]because of[/]")
     for each in told["moved"]:
-        out.print(Padding(escape(_because(each)), (0, 0, 0, 4), expand=False))
+        out.print(Padding(escape(each["said"]), (0, 0, 0, 4), expand=False))
 
 
 def _moved(each: Moved) -> dict[str, Any]:
@@ -102,22 +99,12 @@ def _moved(each: Moved) -> dict[str, Any]:
         "what": each.what,
         "gone": list(each.gone),
         "new": list(each.new),
+        "said": str(each),
         "examples": [
             {"number": example.number, "happened": example.happened, "how": example.how}
             for example in each.examples
         ],
     }
-
-
-def _because(each: dict[str, Any]) -> str:
-    """Who is behind a change: "goto → done moved: example 7 (new, shows it)"."""
-    from understudy.errors import listed
-
-    rows = each["examples"]
-    named = [f"{row['number']} ({row['happened']}, {row['how']})" for row in rows[:MOST_EXAMPLES]]
-    more = [f"{len(rows) - len(named)} more"] if len(rows) > len(named) else []
-    who = f"example{'s' * (len(rows) > 1)} {listed([*named, *more])}" if rows else "it is learned otherwise"
-    return f"{each['state']} → {each['next']} {each['what']}: {who}"
 
 
 def _called(which: str) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from understudy.errors import listed
 from understudy.learning.arrays import teaching
 from understudy.learning.transitions import learn_state
 from understudy.model.account import shown
@@ -27,6 +28,7 @@ from understudy.model.tree import STAY, Node, Test, Tree
 Lines: TypeAlias = Mapping[str, Mapping[str, Box]]
 """By next state, the conditions under which a state is left for it, and the vectors that fulfill each."""
 Numbered: TypeAlias = Mapping[int, Example]
+MOST_NAMED = 6
 SIGNIFICANT = 1e-9
 """Values this near are one: those of a cut may be the next float above."""
 
@@ -52,6 +54,13 @@ class Moved:
     new: tuple[str, ...]
     what: str
     examples: tuple[Responsible, ...]
+
+    def __str__(self) -> str:
+        """A sentence: "goto → done moved: examples 3 (gone, showed it) and 7 (new, shows it)"."""
+        named = [f"{who.number} ({who.happened}, {who.how})" for who in self.examples[:MOST_NAMED]]
+        more = [f"{len(self.examples) - len(named)} more"] if len(self.examples) > len(named) else []
+        which = f"example{'s' * (len(self.examples) > 1)} {listed([*named, *more])}"
+        return f"{self.state} → {self.next} {self.what}: {which if named else 'it is learned otherwise'}"
 
 
 def moved(before: Taught, after: Taught) -> tuple[Moved, ...]:
