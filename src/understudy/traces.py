@@ -7,7 +7,7 @@ DuckDB, a person), and the columns are the same in Parquet, which takes a tenth 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -72,9 +72,17 @@ class TraceWriter:
 
 @contextmanager
 def write_trace(
-    path: Path | str, *, scenario: str, seed: int, tick_s: float, robots: int
+    path: Path | str,
+    *,
+    scenario: str,
+    seed: int,
+    tick_s: float,
+    robots: int,
+    run: Mapping[str, Any] | None = None,
 ) -> Iterator[TraceWriter]:
     """Write a trace to a file that ends in .jsonl or .parquet; what is there stays until the run has ended.
+
+    `run` says what it takes to run it again, where that is known.
 
     However the run ends, the trace holds every tick until then; where there is none, nothing is written.
     """
@@ -87,6 +95,7 @@ def write_trace(
         "seed": seed,
         "tick_s": tick_s,
         "robots": robots,
+        **({} if run is None else {"run": run}),
     }
     lines = path.with_name(f".{path.name}.{os.getpid()}{LINES}{UNFINISHED}")
     with failing(path, "writing the trace"):

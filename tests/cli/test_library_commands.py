@@ -142,6 +142,11 @@ def test_diff(tmp_path: Path) -> None:
     assert told["from"] == "1"
     assert len(told["changes"]["examples"]) == 3
     assert told["changes"]["conditions"][0] == "  start"
+    (done,) = (each for each in told["moved"] if each["state"] == "start" and each["next"] == "done")
+    assert done["what"] == "appeared"
+    assert [(who["happened"], who["how"]) for who in done["examples"]] == [("new", "shows it")]
+    text = " ".join(run("diff", "walk", "-l", folder).stdout.split())
+    assert f"start → done appeared: example {done['examples'][0]['number']} (new, shows it)" in text
     assert said("diff", "walk", "--to", "1", "-l", folder)["changes"] == {}
     assert "nothing changed" in run("diff", "walk", "--from", folder / "walk.json", "-l", folder).stdout
 

@@ -17,6 +17,7 @@ from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroi
 from understudy.model.kit import Kit
 from understudy.model.lesson import LONGEST_REACTION_S, Lesson, Options, Record, Trees
 from understudy.model.library import Taught
+from understudy.model.outcome import Outcome
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 
 names = st.one_of(
@@ -128,7 +129,8 @@ def taught(draw: Any) -> Taught:
     parameters = tuple(draw(st.lists(names, max_size=2, unique=True)))
     bare = Automaton(draw(names), tuple(states), features, parameters, draw(st.booleans()))
     record = draw(records())
-    lesson = Lesson(bare, draw(examples(bare, len(record))), draw(options()), record)
+    promised = tuple(draw(st.lists(outcomes(), max_size=2)))
+    lesson = Lesson(bare, draw(examples(bare, len(record))), draw(options()), record, promised)
     movable = [state.name for state in states if state.flag is None]
     return Taught(
         replace(bare, transitions={name: draw(trees(features, len(states))) for name in movable}), lesson
@@ -159,12 +161,22 @@ def examples(draw: Any, automaton: Automaton, moments: int) -> tuple[Example, ..
     return tuple(made)
 
 
+def outcomes() -> st.SearchStrategy[Outcome]:
+    text = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
+    seconds, bindings = st.floats(1e-3, 1e4), st.dictionaries(names, names, max_size=2).map(Binding)
+    return st.builds(
+        Outcome, names, seconds, text, text, st.binary(max_size=40), st.integers(0, 9), text, bindings
+    )
+
+
 def options() -> st.SearchStrategy[Options]:
     return st.builds(
         Options,
         st.floats(0, LONGEST_REACTION_S),
         st.booleans(),
-        st.builds(Trees, st.sampled_from(["default keeps the gap", "midpoint"]), st.booleans()),
+        st.builds(
+            Trees, st.sampled_from(["default keeps the gap", "midpoint"]), st.booleans(), st.floats(0, 100)
+        ),
     )
 
 

@@ -110,6 +110,8 @@ def test_versions_and_what_changed(made: Studio, person: Page) -> None:
     assert "go to rotate_left (directive)" in lines[0]
     since = person.done("changes", name="goto", version=1)["changes"]
     assert len(next(each for each in since if each["topic"] == "examples")["lines"]) == 4
+    because = next(each for each in since if each["topic"] == "because of")["lines"]
+    assert any(line.startswith("  forward → rotate_left appeared: example ") for line in because), because
     assert "no version '7'" in person.say("changes", name="goto", version=7)["error"]
 
 

@@ -170,6 +170,24 @@ def test_delete() -> None:
     assert [example.number for example in taught.examples] == [1, 4, 5, 6]
 
 
+def test_quarantine_and_back() -> None:
+    """What is in quarantine is still there, says why, teaches nothing, and comes back."""
+    taught = begun()
+    before = taught.taught()
+    number = next(example.number for example in taught.examples if example.kind == ExampleKind.DIRECTIVE)
+    taught.quarantine({number: "pressed by mistake"})
+    assert [example.quarantined for example in taught.examples if example.number == number] == [
+        "pressed by mistake"
+    ]
+    assert len(taught.examples) == len(before.lesson.examples)  # type: ignore[union-attr]
+    state = taught.examples[number - 1].state
+    assert taught.taught().automaton.transitions.get(state) != before.automaton.transitions[state]
+    taught.quarantine({number: ""})
+    assert taught.taught() == before
+    assert (taught.undo(), taught.undo()) == ("release 1 example", "quarantine 1 example")
+    assert taught.taught() == before
+
+
 EDITS = [  # what is given for example 2, (left, 97 m, left, default); what it is then
     ({"next": "forward"}, ("left", 97, 0, "forward", "directive")),
     ({"state": "forward", "next": "forward"}, ("forward", 97, 0, "forward", "confirmation")),
@@ -456,6 +474,7 @@ REFUSED: dict[str, tuple[Callable[[Session], Any], type[UnderstudyError], str]] 
     "unknown state": (lambda s: s.direct("fly"), UnknownName, "'fly'.*start, forward, left and done"),
     "unknown example": (lambda s: s.delete(1, 99), SessionError, "no example 99"),
     "editing an unknown one": (lambda s: s.edit(99, next="left"), SessionError, "no example 99"),
+    "an unknown one in quarantine": (lambda s: s.quarantine({99: "why"}), SessionError, "no example 99"),
     "editing into nowhere": (lambda s: s.edit(1, next="fly"), UnknownName, "state 'fly'"),
     "editing from a flag": (lambda s: s.edit(1, state="done"), SessionError, "'done'"),
     "editing an unknown feature": (lambda s: s.edit(1, values={"x": 1.0}), UnknownName, "feature 'x'"),

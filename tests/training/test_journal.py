@@ -101,6 +101,12 @@ def deleted(taught: Session) -> None:
     play(taught, "right", 2)
 
 
+def doubted(taught: Session) -> None:
+    play(taught, "forward", 5, "left", 5)
+    taught.quarantine({1: "too early", 3: "too late"})
+    taught.quarantine({3: ""})
+
+
 Before = Callable[[Session], object]
 BEFORE: dict[str, Before] = {
     "nothing": lambda taught: taught,
@@ -120,6 +126,7 @@ BEFORE: dict[str, Before] = {
     "choosing while a press waits": chosen_while_a_press_waits,
     "edit": edited,
     "delete": deleted,
+    "quarantine": doubted,
     "watched": lambda taught: play(taught, "forward", 30, "left", 30, "restart", 5),
     "not watched": unwatched,
     "testing": in_a_test,

@@ -8,6 +8,7 @@ import typer
 
 from understudy.cli import (
     bench,
+    check,
     demo,
     diff,
     evaluate,
@@ -16,9 +17,11 @@ from understudy.cli import (
     libraries,
     run,
     show,
+    simplify,
     studio,
     teach,
     validate,
+    why,
     worlds,
 )
 from understudy.cli.failing import Group
@@ -64,12 +67,15 @@ app.command("studio", rich_help_panel=TEACHING)(studio.studio)
 app.command("teach", rich_help_panel=TEACHING)(teach.teach)
 app.command("learn", rich_help_panel=TEACHING)(learn.learn)
 app.command("run", rich_help_panel=RUNNING)(run.run)
+app.command("why", rich_help_panel=RUNNING)(why.why)
 app.command("eval", rich_help_panel=RUNNING)(evaluate.evaluate)
 app.command("worlds", rich_help_panel=RUNNING)(worlds.worlds)
 app.command("list", rich_help_panel=LIBRARY)(libraries.list_)
 app.command("show", rich_help_panel=LIBRARY)(show.show)
 app.command("diff", rich_help_panel=LIBRARY)(diff.diff)
 app.command("validate", rich_help_panel=LIBRARY)(validate.validate)
+app.command("test", rich_help_panel=LIBRARY)(check.check)
+app.command("simplify", rich_help_panel=LIBRARY)(simplify.simplify)
 app.command("rebuild", rich_help_panel=LIBRARY)(libraries.rebuild)
 app.command("experiment", rich_help_panel=LAB)(experiment.experiment)
 app.add_typer(bench.app, name="bench", rich_help_panel=LAB)

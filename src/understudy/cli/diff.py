@@ -10,6 +10,7 @@ import typer
 from understudy.cli.parts import LIBRARY, Json, KitName, Library, SomeWorld
 
 if TYPE_CHECKING:
+    from understudy.learning.responsible import Moved
     from understudy.model.kit import Kit
     from understudy.model.library import Taught
 
@@ -27,13 +28,14 @@ def diff(
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Say what changed between two versions of an automaton.
+    """Say what changed between two versions of an automaton, and which examples are behind it.
 
     [dim]understudy diff goto --from 1 --to 3 --library demo/library[/]
     """
     from understudy.cli.output import print_json
     from understudy.cli.parts import some_kit
     from understudy.errors import SettingError
+    from understudy.learning.responsible import moved
     from understudy.model.changes import changes
     from understudy.model.folder import versions
 
@@ -48,7 +50,9 @@ def diff(
             )
         before = str(kept[-1].number)
     told: dict[str, Any] = {"name": name, "from": before, "to": after or "current"}
-    told["changes"] = changes(_taught(library, name, before, parts), _taught(library, name, after, parts))
+    former, later = _taught(library, name, before, parts), _taught(library, name, after, parts)
+    told["changes"] = changes(former, later)
+    told["moved"] = [_moved(each) for each in moved(former, later)]
     if as_json:
         print_json(told)
     else:
@@ -82,6 +86,25 @@ def _show(told: dict[str, Any]) -> None:
         for line in lines:
             color = {"+": "green", "-": "red"}.get(line[0], "default")
             out.print(Padding(f"[{color}]{escape(line)}[/]", (0, 0, 0, 2), expand=False))
+    if told["moved"]:
+        out.print("\n[bold]because of[/]")
+    for each in told["moved"]:
+        out.print(Padding(escape(each["said"]), (0, 0, 0, 4), expand=False))
+
+
+def _moved(each: Moved) -> dict[str, Any]:
+    return {
+        "state": each.state,
+        "next": each.next,
+        "what": each.what,
+        "gone": list(each.gone),
+        "new": list(each.new),
+        "said": str(each),
+        "examples": [
+            {"number": example.number, "happened": example.happened, "how": example.how}
+            for example in each.examples
+        ],
+    }
 
 
 def _called(which: str) -> str:

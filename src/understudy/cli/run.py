@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from understudy.runtime.team import Team
     from understudy.traces import TraceWriter
     from understudy.worlds.scenario import Goal
+    from understudy.worlds.teams import Libraries
     from understudy.worlds.view import Frame
 
 PICTURES = (".gif", ".png")
@@ -103,8 +104,9 @@ def run(
         frames = watch(running, speed, None)
     else:
         body = running.body
+        how = _how(named, kit, library, running.team, known, roots)
         with write_trace(
-            trace, scenario=where.name, seed=seed, tick_s=body.tick_s, robots=body.robots
+            trace, scenario=where.name, seed=seed, tick_s=body.tick_s, robots=body.robots, run=how
         ) as writer:
             frames = watch(running, speed, writer)
     if record is not None:
@@ -118,6 +120,35 @@ def run(
             console().print(f"Drawn in {record}", markup=False, soft_wrap=True)
         if trace is not None:
             console().print(f"Traced in {trace}", markup=False, soft_wrap=True)
+
+
+def _how(
+    named: str,
+    kit: str | None,
+    library: Path,
+    team: Team,
+    known: Libraries,
+    roots: dict[str, tuple[str, dict[str, str]]],
+) -> dict[str, Any]:
+    """What it takes to run it again, for the header of its trace."""
+    import msgspec
+
+    from understudy.review.recorded import How, marks, world_mark
+    from understudy.worlds.catalog import find_world
+    from understudy.worlds.scenario_files import builtin_scenarios
+
+    behavior, bound = next(iter(roots.values()))
+    how = How(
+        scenario=named if named in builtin_scenarios() else str(Path(named).resolve()),
+        world=world_mark(find_world(named)),
+        kit=kit,
+        library=str(library.resolve()),
+        sorts=list(roots),
+        behavior=behavior,
+        binding=dict(bound),
+        automata=marks(team, known),
+    )
+    return dict(msgspec.to_builtins(how))
 
 
 class Running:

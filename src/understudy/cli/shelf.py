@@ -126,5 +126,6 @@ def example_row(example: Example, automaton: Automaton) -> dict[str, Any]:
         "kind": example.kind.value,
         "correction": example.correction,
         "edited": example.edited,
+        "quarantined": example.quarantined,
         "values": {str(bound): plain(value, bound) for bound, value in values},
     }

@@ -117,7 +117,7 @@ def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
     made = table("#", "state", "next", "kind", *(f"#{feature['name']}" for feature in facts["features"]))
     made.columns[0].justify = "right"
     for row in rows if everything else rows[:SHOWN]:
-        kind = row["kind"] + "*" * row["correction"] + "†" * row["edited"]
+        kind = row["kind"] + "*" * row["correction"] + "†" * row["edited"] + "‡" * bool(row["quarantined"])
         following = "[dim]stay[/]" if row["next"] == row["state"] else escape(row["next"])
         values = zip(row["values"].values(), facts["features"], strict=True)
         told = (_value(value, feature["unit"]) for value, feature in values)
@@ -125,7 +125,11 @@ def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
     for column in made.columns[4:]:
         column.no_wrap, column.overflow = False, "fold"
     out.print(made)
-    for mark, key, what in (("*", "correction", "a correction"), ("†", "edited", "edited by hand")):
+    for mark, key, what in (
+        ("*", "correction", "a correction"),
+        ("†", "edited", "edited by hand"),
+        ("‡", "quarantined", "in quarantine: it teaches nothing"),
+    ):
         if any(row[key] for row in rows):
             out.print(f"[dim]{mark} {what}[/]")
     if not everything and len(rows) > SHOWN:

@@ -17,11 +17,12 @@ from understudy.desk.keys import Keys, drive_keys, state_keys
 from understudy.desk.memory import Memory
 from understudy.desk.pace import Pace, known_speed
 from understudy.desk.plan import Choices
+from understudy.desk.saving import saved, told
 from understudy.desk.why import Switch, Why
 from understudy.errors import SessionError
 from understudy.model.feature import BoundFeature
-from understudy.model.folder import save
 from understudy.model.lesson import Lesson
+from understudy.review.outcomes import promise
 from understudy.training.edits import Edit
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -375,11 +376,17 @@ class Desk:
         self._changed()
 
     def save(self) -> None:
-        """Save the automaton into the library, keeping the former version."""
+        """Save the automaton into the library, keeping the former version; says what worked and no longer does."""
         taught = self.session.taught()
-        path = save(self.folder, taught)
+        path, worse = saved(self.folder, self.session.library, taught)
         self._saved = taught.lesson
-        self.said = Said(f"Saved in {path}", "recorded")
+        self.said = Said(told(path, worse), "error" if worse else "recorded")
+
+    def promise(self, flag: str, within_s: float) -> None:
+        """Let the lesson promise that from here on, started afresh, the automaton raises a flag in time."""
+        outcome = promise(self.session, flag=flag, within_s=within_s)
+        self.said = Said(f"Promised from here: {outcome}; understudy test tries it, and undo takes it back")
+        self._changed()
 
     def _changed(self) -> None:
         self._look()

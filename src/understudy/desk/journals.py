@@ -105,7 +105,8 @@ def reopen(ended: Path) -> None:
 
 def alike(first: Lesson, second: Lesson) -> bool:
     """Whether two lessons hold the same examples, choices and options, wherever their records lie."""
-    return (first.automaton, first.options) == (second.automaton, second.options) and (
+    chosen = [(each.automaton, each.options, each.outcomes) for each in (first, second)]
+    return chosen[0] == chosen[1] and (
         [_kept(first, index) for index in range(len(first.examples))]
         == [_kept(second, index) for index in range(len(second.examples))]
     )
@@ -114,7 +115,15 @@ def alike(first: Lesson, second: Lesson) -> bool:
 def _kept(lesson: Lesson, index: int) -> tuple[object, ...]:
     example = lesson.examples[index]
     numbers = tuple(None if isnan(number) else number for number in example.values)
-    return example.number, example.state, example.next, example.kind, example.correction, numbers
+    return (
+        example.number,
+        example.state,
+        example.next,
+        example.kind,
+        example.correction,
+        numbers,
+        example.quarantined,
+    )
 
 
 def _of(library: Path, name: str, ending: str) -> list[Path]:

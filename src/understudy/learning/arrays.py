@@ -38,11 +38,14 @@ class Shown:
 
 
 def heeded(lesson: Lesson) -> tuple[Example, ...]:
-    """The examples that teach: all, but for automatic defaults where the lesson leaves them out."""
+    """The examples that teach: all but those in quarantine, and automatic defaults where the lesson leaves them out."""
     learner = lesson.options.learner
-    if isinstance(learner, Scikit) or learner.defaults:
-        return lesson.examples
-    return tuple(example for example in lesson.examples if example.kind is not ExampleKind.DEFAULT)
+    defaults = isinstance(learner, Scikit) or learner.defaults
+    return tuple(
+        example
+        for example in lesson.examples
+        if not example.quarantined and (defaults or example.kind is not ExampleKind.DEFAULT)
+    )
 
 
 def teaching(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
@@ -53,7 +56,7 @@ def teaching(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
     """
     lasting = [state.name for state in lesson.automaton.states if state.flag is None]
     if lesson.automaton.stateless:
-        pool = tuple(example for example in lesson.examples if example.shown and example.state in lasting)
+        pool = tuple(example for example in heeded(lesson) if example.shown and example.state in lasting)
         return dict.fromkeys(lasting, pool) if pool else {}
     by_state: dict[str, list[Example]] = {name: [] for name in lesson.automaton.state_names}
     for example in heeded(lesson):

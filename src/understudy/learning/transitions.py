@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from understudy.learning.arrays import arrays, teaching
+from understudy.learning.arrays import arrays, heeded, teaching
 from understudy.learning.grow import grow
+from understudy.learning.pruning import pruned
 from understudy.learning.scikit import fit
 from understudy.model.automaton import Automaton, Transition
 from understudy.model.example import Example
@@ -38,7 +39,7 @@ def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Tr
     kinds = [bound.kind for bound in automaton.features]
     if isinstance(learner, Scikit):
         return fit(learner, shown, kinds)
-    return grow(
+    tree = grow(
         shown.values,
         shown.outcomes,
         shown.groups,
@@ -47,7 +48,8 @@ def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Tr
         current=shown.current,
         midpoints=automaton.stateless or learner.boundary == "midpoint" or _watches(lesson),
     )
+    return pruned(tree, shown, learner.pruning) if learner.pruning else tree
 
 
 def _watches(lesson: Lesson) -> bool:
-    return lesson.options.watched or any(not example.pressed for example in lesson.examples)
+    return lesson.options.watched or any(not example.pressed for example in heeded(lesson))

@@ -18,7 +18,8 @@ def shown(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:
     if lesson is None:
         return []
     pooled = lesson.automaton.stateless
-    return [example.values for example in lesson.examples if pooled or example.state == state]
+    teaching = (example for example in lesson.examples if not example.quarantined)
+    return [example.values for example in teaching if pooled or example.state == state]
 
 
 def conditions(automaton: Automaton, lesson: Lesson | None) -> dict[str, list[str]]:
@@ -37,7 +38,9 @@ def options(lesson: Lesson) -> dict[str, Any]:
     """How a lesson is learned."""
     chosen = lesson.options
     learner = getattr(chosen.learner, "classifier", "trees")
-    return {"learner": learner, "reaction_s": chosen.reaction_s, "watched": chosen.watched}
+    pruning = getattr(chosen.learner, "pruning", 0.0)
+    pruned = {"pruning": pruning} if pruning else {}
+    return {"learner": learner, "reaction_s": chosen.reaction_s, "watched": chosen.watched, **pruned}
 
 
 def plain(value: float, bound: BoundFeature) -> float | str | None:

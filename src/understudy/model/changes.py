@@ -66,7 +66,8 @@ def _example(example: Example, automaton: Automaton) -> str:
         shown = plain(value, bound)
         written = "absent" if shown is None else f"{shown:.4g}" if isinstance(shown, float) else shown
         values.append(f"{bound} {written}")
-    return f"  in {example.state} {said} ({example.kind}): {', '.join(values)}"
+    kept = f" - in quarantine: {example.quarantined}" if example.quarantined else ""
+    return f"  in {example.state} {said} ({example.kind}): {', '.join(values)}{kept}"
 
 
 def _conditions(old: Taught, new: Taught) -> list[str]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from math import nan
 
 import numpy as np
+from msgspec import UnsetType
 
 from understudy.errors import listed
 from understudy.model.automaton import Automaton, State
@@ -24,7 +25,8 @@ from understudy.model.feature import (
 from understudy.model.kinds import Categorical, Kind, parse_kind
 from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson, Options, Record, Scikit, Trees
-from understudy.model.packing import unpack
+from understudy.model.outcome import Outcome
+from understudy.model.packing import unpack, unpack_bytes
 from understudy.model.schema import (
     AutomatonDoc,
     ExampleDoc,
@@ -122,12 +124,39 @@ def lesson_of(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesson:
             tuple(sorted(examples, key=lambda example: example.number)),
             _options(doc.options),
             record,
+            _outcomes(doc, source, (*here, "outcomes")),
         )
+
+
+MOST_BYTES = 1 << 27
+"""What an outcome may unpack to: no world of ours takes more, and a damaged file must not fill the memory."""
+
+
+def _outcomes(doc: LessonDoc, source: Source, here: Steps) -> tuple[Outcome, ...]:
+    found = []
+    for index, each in enumerate([] if isinstance(doc.outcomes, UnsetType) else doc.outcomes):
+        parts = []
+        for key in ("scenario", "snapshot"):
+            try:
+                parts.append(unpack_bytes(getattr(each, key), most=MOST_BYTES))
+            except ValueError as error:
+                remedy = "restore an earlier version, or the line as it was"
+                raise source.wrong((*here, index, key), f"it cannot be unpacked: {error}", remedy) from error
+        with source.at((*here, index)):
+            scenario, snapshot = parts[0].decode("utf-8", errors="replace"), parts[1]
+            targets = Binding(each.targets)
+            found.append(
+                Outcome(
+                    each.flag, each.within_s, each.world, scenario, snapshot, each.agent, each.sort, targets
+                )
+            )
+    return tuple(found)
 
 
 def _options(doc: OptionsDoc) -> Options:
     if isinstance(doc.learner, TreesDoc):
-        trees = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False)
+        pruning = 0.0 if isinstance(doc.learner.pruning, UnsetType) else doc.learner.pruning
+        trees = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False, pruning=pruning)
         return Options(doc.reaction_s, doc.watched, trees)
     return Options(doc.reaction_s, doc.watched, Scikit(doc.learner.classifier, doc.learner.parameters))
 
@@ -182,6 +211,7 @@ class _Examples:
             doc.window,
             {name: _float(value) for name, value in doc.own.items()},
             Binding(doc.binding),
+            doc.quarantined,
         )
 
     def watched(self, doc: WatchedDoc, here: Steps) -> list[Example]:
@@ -219,6 +249,7 @@ class _Examples:
         for moment, window in zip(moments, windows, strict=True):
             self.check_moment(moment, window, here)
         corrections, edits = doc.correction or [False] * length, doc.edited or [False] * length
+        quarantined = doc.quarantined or [""] * length
         return [
             Example(
                 doc.number[row],
@@ -232,6 +263,7 @@ class _Examples:
                 windows[row],
                 {name: _float(column[row]) for name, column in doc.own.items()},
                 Binding(doc.binding),
+                quarantined[row],
             )
             for row in range(length)
         ]
@@ -272,7 +304,7 @@ class _Examples:
             return bound.kind.check(value, where=f"feature {bound}")
 
 
-OPTIONAL = ("correction", "edited", "moment", "window")
+OPTIONAL = ("correction", "edited", "moment", "window", "quarantined")
 
 
 def _float(value: float | None) -> float:

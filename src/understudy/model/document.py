@@ -84,7 +84,8 @@ def _prove(data: bytes, taught: Taught) -> None:
 def _document(taught: Taught) -> Document:
     """What a document holds of an automaton; no trees where they were not learned yet."""
     lesson = taught.lesson
-    unlearned = lesson is not None and lesson.examples and not taught.automaton.transitions
+    teaches = lesson is not None and any(not example.quarantined for example in lesson.examples)
+    unlearned = teaches and not taught.automaton.transitions
     return Document(
         format=FORMAT,
         automaton=automaton_doc(taught.automaton),

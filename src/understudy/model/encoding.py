@@ -16,7 +16,8 @@ from understudy.model.feature import BoundFeature, Counter, Feature, Flag, Timer
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson, Options, Record, Trees
 from understudy.model.library import Taught
-from understudy.model.packing import pack
+from understudy.model.outcome import Outcome
+from understudy.model.packing import pack, pack_bytes
 from understudy.model.schema import (
     AbsentDoc,
     ArcDoc,
@@ -31,6 +32,7 @@ from understudy.model.schema import (
     LessonDoc,
     NodeDoc,
     OptionsDoc,
+    OutcomeDoc,
     ReadingDoc,
     RecordDoc,
     ScikitDoc,
@@ -90,7 +92,7 @@ def _feature_doc(bound: BoundFeature) -> FeatureDoc:
 
 
 def lesson_doc(lesson: Lesson) -> LessonDoc:
-    """Options, examples and record."""
+    """Options, examples, record and outcomes."""
     features = lesson.automaton.features
     examples = ordered(lesson).examples
     return LessonDoc(
@@ -98,6 +100,20 @@ def lesson_doc(lesson: Lesson) -> LessonDoc:
         examples=[_example_doc(example, features) for example in examples if example.pressed],
         watched=_watched_docs([example for example in examples if not example.pressed], features),
         record=_record_doc(lesson.record),
+        outcomes=[_outcome_doc(outcome) for outcome in lesson.outcomes] or UNSET,
+    )
+
+
+def _outcome_doc(outcome: Outcome) -> OutcomeDoc:
+    return OutcomeDoc(
+        flag=outcome.flag,
+        within_s=outcome.within_s,
+        world=outcome.world,
+        agent=outcome.agent,
+        sort=outcome.sort,
+        targets=dict(outcome.targets),
+        scenario=pack_bytes(outcome.scenario.encode()),
+        snapshot=pack_bytes(outcome.snapshot),
     )
 
 
@@ -105,7 +121,11 @@ def _options_doc(options: Options) -> OptionsDoc:
     learner: TreesDoc | ScikitDoc
     if isinstance(options.learner, Trees):
         trees = options.learner
-        learner = TreesDoc(boundary=trees.boundary, defaults=UNSET if trees.defaults else False)
+        learner = TreesDoc(
+            boundary=trees.boundary,
+            defaults=UNSET if trees.defaults else False,
+            pruning=trees.pruning or UNSET,
+        )
     else:
         learner = ScikitDoc(
             classifier=options.learner.classifier, parameters=dict(sorted(options.learner.parameters.items()))
@@ -126,6 +146,7 @@ def _example_doc(example: Example, features: Sequence[BoundFeature]) -> ExampleD
         window=example.window,
         own={name: number(value) for name, value in example.own.items()},
         binding=dict(example.binding),
+        quarantined=example.quarantined,
     )
 
 
@@ -169,6 +190,7 @@ def _watched_doc(group: Sequence[Example], features: Sequence[BoundFeature]) -> 
         window=_unless_all([example.window for example in group], 0),
         own={name: [number(example.own[name]) for example in group] for name in group[0].own},
         binding=dict(group[0].binding),
+        quarantined=_unless_all([example.quarantined for example in group], ""),
     )
 
 

@@ -25,7 +25,8 @@ class Example:
     `values` follow the lesson's features. `moment` is the row of the lesson's record at the tick of the press
     (None for an example typed into a table); `window` rows before it belong to the same episode, so that a late
     press can be shifted. `own` holds the automaton's own readings then (flags, counters, timers, time in state),
-    `binding` what the automaton's parameters stood for. `edited` values are never computed again.
+    `binding` what the automaton's parameters stood for. `edited` values are never computed again. One that is
+    `quarantined` teaches nothing: the text says why, and without one it teaches as ever.
     """
 
     number: int
@@ -39,6 +40,7 @@ class Example:
     window: int = 0
     own: Mapping[str, float] = field(default_factory=dict)
     binding: Binding = NOTHING_BOUND
+    quarantined: str = ""
 
     @property
     def pressed(self) -> bool:

@@ -22,6 +22,7 @@ OPENED = (
     ("lesson", "watched", "*", "own"),
     ("lesson", "record"),
     ("lesson", "record", "readings"),
+    ("lesson", "outcomes"),
     ("built",),
     ("built", "trees"),
     ("built", "trees", "*"),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
@@ -18,6 +19,7 @@ from understudy.model.automaton import Automaton
 from understudy.model.example import Example
 from understudy.model.feature import ReadingKey
 from understudy.model.kinds import Column
+from understudy.model.outcome import Outcome
 
 LEARNER_VERSION = 1
 """Raised whenever the same lesson would give another automaton, so that stored trees are built again."""
@@ -33,13 +35,21 @@ BOUNDARIES = ("default keeps the gap", "midpoint")
 class Trees:
     """Learn decision trees. `boundary` says where cuts go; lessons with watched examples take midpoints.
 
-    Without `defaults`, what was recorded automatically after a switch teaches nothing.
+    Without `defaults`, what was recorded automatically after a switch teaches nothing. `pruning` is how many examples
+    each leaf of a question must set right for the question to stay; 0, as ever unless chosen, prunes nothing.
     """
 
     boundary: Literal["default keeps the gap", "midpoint"] = "default keeps the gap"
     defaults: bool = True
+    pruning: float = 0.0
 
     def __post_init__(self) -> None:
+        if not (isfinite(self.pruning) and self.pruning >= 0.0):
+            raise DefinitionError(
+                what="decision trees",
+                problem=f"their pruning is {self.pruning}",
+                remedy="give how many examples a leaf must set right: 0 prunes nothing",
+            )
         if self.boundary not in BOUNDARIES:
             raise DefinitionError(
                 what="decision trees",
@@ -112,12 +122,15 @@ class Record:
 
 @dataclass(frozen=True, slots=True)
 class Lesson:
-    """What a demonstrator chose and showed for one automaton, which holds no transition functions here."""
+    """What a demonstrator chose and showed for one automaton, which holds no transition functions here; `outcomes` are
+    what it promises.
+    """
 
     automaton: Automaton
     examples: tuple[Example, ...] = ()
     options: Options = Options()
     record: Record = Record()
+    outcomes: tuple[Outcome, ...] = ()
 
     def __post_init__(self) -> None:
         if self.automaton.transitions:

@@ -1,4 +1,4 @@
-"""Columns of numbers packed into one line of text, bit for bit: base64 of zlib of little-endian float64."""
+"""Columns of numbers, and other bytes, packed into one line of text, bit for bit: base64 of zlib."""
 
 from __future__ import annotations
 
@@ -11,8 +11,27 @@ from understudy.model.kinds import Column
 
 
 def pack(column: Column) -> str:
-    """A column as text."""
-    return b64encode(zlib.compress(np.ascontiguousarray(column, dtype="<f8").tobytes(), 9)).decode("ascii")
+    """A column as text: little-endian float64."""
+    return pack_bytes(np.ascontiguousarray(column, dtype="<f8").tobytes())
+
+
+def pack_bytes(data: bytes) -> str:
+    """Bytes as text."""
+    return b64encode(zlib.compress(data, 9)).decode("ascii")
+
+
+def unpack_bytes(text: str, *, most: int) -> bytes:
+    """The bytes that `pack_bytes` made a text of; ValueError where it is damaged, or they are more than `most`."""
+    try:
+        packed = b64decode(text.encode("ascii"), validate=True)
+        unzip = zlib.decompressobj()
+        data = unzip.decompress(packed, most + 1)
+        whole = unzip.eof and not unzip.unused_data
+    except (ValueError, zlib.error) as error:
+        raise ValueError("it is damaged") from error
+    if not whole or len(data) > most:
+        raise ValueError(f"it is cut short, or more than {most} bytes")
+    return data
 
 
 def unpack(text: str, *, length: int) -> Column:

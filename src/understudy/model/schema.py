@@ -57,10 +57,11 @@ class AutomatonDoc(Part, omit_defaults=False, kw_only=True):
 
 
 class TreesDoc(Part, tag_field="learns", tag="trees", omit_defaults=False, kw_only=True):
-    """Decision trees. `defaults` is left out where they teach."""
+    """Decision trees. `defaults` is left out where they teach, `pruning` where there is none."""
 
     boundary: Literal["default keeps the gap", "midpoint"]
     defaults: bool | UnsetType = UNSET
+    pruning: float | UnsetType = UNSET
 
 
 class ScikitDoc(Part, tag_field="learns", tag="scikit-learn", omit_defaults=False, kw_only=True):
@@ -92,6 +93,7 @@ class ExampleDoc(Part, kw_only=True):
     window: Count = 0
     own: dict[str, float | None] = {}
     binding: dict[str, str] = {}
+    quarantined: str = ""
 
 
 class WatchedDoc(Part, kw_only=True):
@@ -107,6 +109,7 @@ class WatchedDoc(Part, kw_only=True):
     window: list[Count] = []
     own: dict[str, list[float | None]] = {}
     binding: dict[str, str] = {}
+    quarantined: list[str] = []
 
 
 class ReadingDoc(Part, kw_only=True):
@@ -125,13 +128,27 @@ class RecordDoc(Part, omit_defaults=False, kw_only=True):
     readings: list[ReadingDoc]
 
 
+class OutcomeDoc(Part, kw_only=True):
+    """What the lesson promises; `scenario` and `snapshot` are base64 of zlib."""
+
+    flag: Name
+    within_s: float
+    world: str
+    agent: Count = 0
+    sort: str = ""
+    targets: dict[str, str] = {}
+    scenario: str
+    snapshot: str
+
+
 class LessonDoc(Part, omit_defaults=False, kw_only=True):
-    """What was shown, and how it is learned."""
+    """What was shown, and how it is learned. `outcomes` is left out where nothing is promised."""
 
     options: OptionsDoc
     examples: list[ExampleDoc]
     watched: list[WatchedDoc]
     record: RecordDoc
+    outcomes: list[OutcomeDoc] | UnsetType = UNSET
 
 
 class GoDoc(Part, tag_field="node", tag="go", kw_only=True):

@@ -24,6 +24,10 @@ Row: TypeAlias = Sequence[float]
 Watcher: TypeAlias = "Callable[[Machine, int, int, Sequence[float], float], None]"
 """Called when a transition function answers another state or STAY: machine, state, answer, values, time."""
 
+Decide: TypeAlias = Callable[[Sequence[float]], int]
+Witness: TypeAlias = "Callable[[Machine, int, int, Sequence[float]], None]"
+"""Called at every query: machine, state, answer, values."""
+
 
 def elapsed(now: float, since: float) -> float:
     """Seconds from one time to another, rounded: equally many ticks read the same, whenever they began.
@@ -160,6 +164,21 @@ class Machine:
             return elapsed(now, self.timers[feature.name]) if feature.name in self.timers else nan
         return elapsed(now, self.entered)
 
+    def witness(self, seen: Witness) -> None:
+        """Call `seen` at every query from now on; a machine without a witness is no slower for it."""
+        self._decides = [
+            None if decide is None else self._witnessed(state, decide, seen)
+            for state, decide in enumerate(self._decides)
+        ]
+
+    def _witnessed(self, state: int, decide: Decide, seen: Witness) -> Decide:
+        def decided(values: Sequence[float]) -> int:
+            following = decide(values)
+            seen(self, state, following, values)
+            return following
+
+        return decided
+
     @property
     def automaton(self) -> Automaton:
         """The automaton that runs."""
@@ -228,6 +247,12 @@ class Interpreter:
         for machine in self._machines.values():
             if isinstance(machine, Machine):
                 machine.watcher = watcher
+
+    def witness(self, seen: Witness) -> None:
+        """Call `seen` at every query of any level from now on."""
+        for machine in self._machines.values():
+            if isinstance(machine, Machine):
+                machine.witness(seen)
 
     @property
     def active(self) -> tuple[Machine, ...]:

@@ -222,6 +222,11 @@ class Team:
         found: NDArray[np.bool_] = np.logical_or.reduce([runner.raised(flag) for flag in flags])
         return found
 
+    @property
+    def programs(self) -> Mapping[str, Sequence[Program]]:
+        """What the agents of each sort run, or may be ordered to."""
+        return self._orders
+
     def layer(self, name: str) -> Layer:
         """The layer of a sort of agents."""
         if name not in self._layers_of:

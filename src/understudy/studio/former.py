@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from understudy.learning.responsible import moved
 from understudy.learning.transitions import learn
 from understudy.model.changes import changes
 from understudy.model.folder import load_version, save, versions
@@ -23,11 +24,17 @@ def listed(stage: Stage, name: str) -> Plain:
 
 
 def told(stage: Stage, name: str, number: int, *, to_next: bool) -> Plain:
-    """What changed from a former version to the one after it, or to the present one: lines by topic."""
+    """What changed from a former version to the one after it, or to the present one, and which examples are behind it:
+    lines by topic.
+    """
     later = [each.number for each in versions(stage.shelf.folder, name) if each.number > number]
     before = _version(stage, name, number)
     after = _version(stage, name, later[0]) if to_next and later else stage.shelf.of(name)
-    return {"changes": [{"topic": topic, "lines": lines} for topic, lines in changes(before, after).items()]}
+    found = changes(before, after)
+    because = [f"  {each}" for each in moved(before, after)]
+    if because:
+        found["because of"] = because
+    return {"changes": [{"topic": topic, "lines": lines} for topic, lines in found.items()]}
 
 
 def go_back(stage: Stage, name: str, number: int) -> None:

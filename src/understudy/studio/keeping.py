@@ -15,13 +15,13 @@ def save(stage: Stage, name: str | None) -> None:
     desk = stage.trained
     if name is None or name == desk.name:
         desk.save()
-        said = f"{desk.name} is saved"
+        if desk.said.tone != "error":  # otherwise it says what no longer works
+            desk.said = Said(f"{desk.name} is saved", "recorded")
     else:
         stage.look()
         stage.shelf.refuse_new(name, remedy="give another name")
         shelf.save_copy(stage.shelf, desk.session.taught(), name)
-        said = f"A copy of {desk.name} is saved as {name}"
-    desk.said = Said(said, "recorded")
+        desk.said = Said(f"A copy of {desk.name} is saved as {name}", "recorded")
     stage.look()
 
 

@@ -13,6 +13,7 @@ from understudy.model.example import Example, ExampleKind
 from understudy.model.feature import BoundFeature
 from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library
+from understudy.model.outcome import Outcome
 from understudy.training.design import check_names, chosen_feature, chosen_state
 
 
@@ -25,6 +26,7 @@ class Choice(TypedDict, total=False):
     parameters: Sequence[str]
     stateless: bool
     options: Options
+    outcomes: Sequence[Outcome]
     names: Mapping[str, str]
 
 
@@ -36,12 +38,30 @@ class Edit(TypedDict, total=False):
     values: Mapping[str, float] | None
 
 
+def counted(what: str, examples: int) -> str:
+    """What was done to so many examples, as undo names it."""
+    return f"{what} {examples} example{'s' * (examples != 1)}"
+
+
 def deleted(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
     """The lesson without these examples; SessionError where one does not exist."""
     for number in numbers:
         numbered(lesson, number)
     return replace(
         lesson, examples=tuple(example for example in lesson.examples if example.number not in numbers)
+    )
+
+
+def quarantined(lesson: Lesson, reasons: Mapping[int, str]) -> Lesson:
+    """The lesson with these examples in quarantine, by number, each with the reason; "" takes one out again."""
+    for number in reasons:
+        numbered(lesson, number)
+    return replace(
+        lesson,
+        examples=tuple(
+            replace(example, quarantined=reasons[example.number]) if example.number in reasons else example
+            for example in lesson.examples
+        ),
     )
 
 
@@ -104,7 +124,13 @@ def rechosen(lesson: Lesson, library: Library, choice: Choice, targets: Mapping[
         for example in _renamed(lesson.examples, choice.get("names", {}))
         if example.state in names and example.next in names and names[example.state].flag is None
     )
-    return replace(lesson, automaton=automaton, examples=kept, options=choice.get("options", lesson.options))
+    return replace(
+        lesson,
+        automaton=automaton,
+        examples=kept,
+        options=choice.get("options", lesson.options),
+        outcomes=tuple(choice.get("outcomes", lesson.outcomes)),
+    )
 
 
 def numbered(lesson: Lesson, number: int) -> Example:

@@ -168,7 +168,11 @@ def difference(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Exampl
     gone.
     """
     design = None
-    if (before.automaton, before.options) != (after.automaton, after.options):
+    if (before.automaton, before.options, before.outcomes) != (
+        after.automaton,
+        after.options,
+        after.outcomes,
+    ):
         design = lesson_bytes(replace(after, examples=(), record=Record()))
     old = {example.number: example for example in before.examples}
     new = {example.number for example in after.examples}

@@ -3,8 +3,6 @@
 session = Session(body, library, lesson, targets={"A": "station"})
 session.direct("rotate_left")
 session.run_for(1.2)
-session.direct("forward")
-...
 session.test()
 """
 
@@ -29,7 +27,7 @@ from understudy.runtime.program import link
 from understudy.runtime.run import Run
 from understudy.training.company import NO_SIMULATION, Company, Instant, rewindable
 from understudy.training.design import check_names, check_targets
-from understudy.training.edits import Choice, deleted, edited, rechosen
+from understudy.training.edits import Choice, counted, deleted, edited, quarantined, rechosen
 from understudy.training.journal import Began, Journal
 from understudy.training.notebook import Notebook
 from understudy.training.past import Past, lesson_bytes
@@ -321,8 +319,12 @@ class Session:
 
     def delete(self, *numbers: int) -> None:
         """Delete examples by number."""
-        plural = "s" * (len(numbers) != 1)
-        self._change(f"delete {len(numbers)} example{plural}", deleted(self._notebook.lesson, numbers))
+        self._change(counted("delete", len(numbers)), deleted(self._notebook.lesson, numbers))
+
+    def quarantine(self, reasons: Mapping[int, str]) -> None:
+        """Let examples teach nothing for now, by number, each for a reason; "" lets one teach again."""
+        lesson = quarantined(self._notebook.lesson, reasons)
+        self._change(counted("quarantine" if any(reasons.values()) else "release", len(reasons)), lesson)
 
     def edit(
         self,

@@ -1,0 +1,209 @@
+"""`understudy test`: whether a library still does what it was shown, and what changed since former versions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.cli.parts import LIBRARY, WORLD, Json, KitName
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rich.console import Console
+
+    from understudy.model.kit import Kit
+    from understudy.model.library import Library, Taught
+    from understudy.review.lessons import Examined
+    from understudy.worlds.scenario import Scenario
+
+MOST_CHANGES = 6
+
+
+def check(
+    library: Annotated[Path, typer.Argument(help="The folder the automata are in.")] = LIBRARY,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            "--world",
+            "-w",
+            metavar="SCENARIO",
+            help="What it was taught in; found out if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Test a library on its own lessons: every recorded moment, and every outcome that a lesson promises.
+
+    Each automaton is compared with its last former version. Exit code 1 where something that worked no longer does,
+    or an outcome does not come.
+
+    [dim]understudy test demo/library[/]
+    """
+    from understudy.cli.output import console, print_json
+    from understudy.cli.parts import find_kit, find_world, team_for
+    from understudy.model.folder import documents
+    from understudy.review.lessons import examined
+
+    documents(library)  # a folder that is not there is the first thing to say
+    named = world or _fitting(library, kit)
+    where, parts = find_world(named), find_kit(kit, named)
+    known = team_for(where, None, library, parts)
+    found = []
+    for place, of in _places(where, library, parts, known):
+        former = _former(place, of)
+        formers = {name: taught for name, (_, taught) in former.items()}
+        for name in of.taught:
+            seen = examined(of, name, formers, known)
+            label = str(place.relative_to(library) / name)
+            found.append(_facts(label, seen, former[name][0] if name in former else None))
+    told = {"library": str(library), "world": where.name, "works": all(each["works"] for each in found)}
+    if as_json:
+        print_json({**told, "automata": found})
+    else:
+        _show(told, found, console())
+    raise typer.Exit(0 if told["works"] else 1)
+
+
+def _fitting(folder: Path, kit: str | None) -> str:
+    """The first scenario whose robots know all that the automata of a folder name."""
+    from understudy.cli.parts import find_kit
+    from understudy.cli.shelf import look
+    from understudy.errors import SettingError
+    from understudy.worlds.scenario_files import builtin_scenarios
+
+    if kit is not None:
+        return WORLD
+    for world in dict.fromkeys((WORLD, *builtin_scenarios())):
+        shelf = look(folder, find_kit(None, world), lambda _: {})
+        if shelf.opened and not shelf.problems:
+            return world
+    remedy = "name the scenario it was taught in, or your own --kit; understudy validate says what is wrong"
+    raise SettingError(where=str(folder), setting="--world", problem="cannot be found out", remedy=remedy)
+
+
+def _places(
+    where: Scenario, folder: Path, kit: Kit, known: Mapping[str, Library]
+) -> Iterator[tuple[Path, Library]]:
+    """The folders that hold automata, each once, with the library in it."""
+    from understudy.worlds.teams import folders_of
+
+    folders = {name: place for name, (place, _) in folders_of(where, folder, kit).items()}
+    seen: set[Path] = set()
+    for sort, library in known.items():
+        place = folders.get(sort, folder / sort)
+        if place not in seen and library.taught:
+            seen.add(place)
+            yield place, library
+
+
+def _former(place: Path, library: Library) -> dict[str, tuple[int, Taught]]:
+    """The last former version of each automaton that has one which can be opened, with its number."""
+    from understudy.cli.parts import learner
+    from understudy.errors import UnderstudyError
+    from understudy.model.folder import read_document, versions
+
+    found = {}
+    for name in library.taught:
+        kept = versions(place, name)
+        if kept:
+            try:
+                found[name] = kept[-1].number, read_document(kept[-1].path, library.kit, learner()).taught
+            except UnderstudyError as error:
+                typer.echo(f"Note: {name} is compared with no former version: {error}", err=True)
+    return found
+
+
+def _facts(label: str, seen: Examined, former: int | None) -> dict[str, Any]:
+    from understudy.review.lessons import sentences
+
+    replay = seen.replayed
+    return {
+        "name": label,
+        "works": seen.works,
+        "examples": replay.examples,
+        "moments_before": replay.before,
+        "former": former,
+        "changed": seen.changed,
+        "affected": list(seen.affected),
+        "no_longer": list(sentences(replay)),
+        "different": [
+            {
+                "number": each.number,
+                "kind": each.kind,
+                "state": each.state,
+                "shown": each.shown,
+                "now": each.now,
+                "formerly": each.formerly,
+            }
+            for each in replay.different
+        ],
+        "otherwise": [each.number for each in replay.otherwise],
+        "changes_before": [
+            {"state": each.state, "formerly": each.formerly, "now": each.now, "moments": each.moments}
+            for each in replay.changes
+        ],
+        "outcomes": [
+            {"outcome": str(each.outcome), "took_s": each.took_s, "problem": each.problem or None}
+            for each in seen.outcomes
+        ],
+        "failed": [
+            {"outcome": str(each.tried.outcome), "comes_with_former": list(each.since)}
+            for each in seen.failed
+        ],
+    }
+
+
+def _show(told: dict[str, Any], found: list[dict[str, Any]], out: Console) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from understudy.cli.output import count
+
+    for each in found:
+        lines = list(_lines(each))
+        mark = "[red]✗[/]" if not each["works"] else "[yellow]•[/]" if lines else "[green]✓[/]"
+        about = count(each["examples"], "example") if each["examples"] else "nothing recorded"
+        if each["outcomes"]:
+            about += f", {count(len(each['outcomes']), 'outcome')}"
+        out.print(f"{mark} [bold]{escape(each['name'])}[/] [dim]{about}[/]")
+        for line in lines:
+            out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
+    bad = sum(not each["works"] for each in found)
+    said = f"[red]{count(bad, 'does', 'do')} not do what was shown[/]" if bad else "[green]all as shown[/]"
+    out.print(
+        f"{escape(told['library'])}: {count(len(found), 'automaton', 'automata')}, {said}", soft_wrap=True
+    )
+
+
+def _lines(each: dict[str, Any]) -> Iterator[str]:
+    """What there is to say of one automaton, the worst first."""
+    from understudy.cli.output import count
+    from understudy.errors import listed
+
+    yield from each["no_longer"]
+    problems = {row["outcome"]: row["problem"] for row in each["outcomes"]}
+    for failed in each["failed"]:
+        since = failed["comes_with_former"]
+        why = f": {problems[failed['outcome']]}" if problems[failed["outcome"]] else ""
+        why = f"; it does with the former version of {listed(since)}" if since else why
+        yield f"promised, and did not come: {failed['outcome']}{why}"
+    if each["otherwise"]:
+        numbers = ", ".join(map(str, each["otherwise"]))
+        yield f"{count(len(each['otherwise']), 'example')} decided otherwise than shown: {numbers}"
+    changes = each["changes_before"]
+    if changes:
+        total = sum(row["moments"] for row in changes)
+        said = listed(
+            f"{row['now']} instead of {row['formerly']} in {row['state']} ({row['moments']})"
+            for row in changes[:MOST_CHANGES]
+        )
+        yield f"at {total} of {each['moments_before']} moments before presses it decides anew: {said}"
+    if each["changed"]:
+        affected = f", which {listed(each['affected'])} run" if each["affected"] else ""
+        affected = affected.replace(" run", " runs") if len(each["affected"]) == 1 else affected
+        yield f"changed since version {each['former']}{affected}"

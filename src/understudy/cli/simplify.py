@@ -1,0 +1,198 @@
+"""`understudy simplify`: what an automaton would be with fewer questions, shown before anything is changed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.cli.parts import LIBRARY, Json, KitName, Library, SomeWorld
+
+if TYPE_CHECKING:
+    from understudy.model.automaton import Automaton
+    from understudy.model.lesson import Lesson
+    from understudy.model.library import Taught
+
+MOST_DECISIONS = 12
+
+
+def simplify(
+    name: Annotated[str, typer.Argument(help="The automaton.")],
+    library: Library = LIBRARY,
+    pruning: Annotated[
+        float | None,
+        typer.Option(
+            "--pruning",
+            "-p",
+            min=0,
+            help="A question stays if each of its leaves sets more examples right; 0 takes it back.",
+            show_default=False,
+        ),
+    ] = None,
+    keep: Annotated[bool, typer.Option("--keep", help="Save it so, as an option of the lesson.")] = False,
+    world: SomeWorld = None,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Show an automaton with fewer questions: its conditions before and after, and the decisions that would change.
+
+    Nothing is changed without --keep. What is kept can be taken back with --pruning 0 --keep.
+
+    [dim]understudy simplify goto --library demo/library[/]
+    """
+    from understudy.cli.output import print_json
+    from understudy.cli.parts import learner, some_kit
+    from understudy.learning.simplify import suggestion, with_pruning
+    from understudy.learning.transitions import learned
+    from understudy.model.filenames import stem
+    from understudy.model.folder import read_document, save
+    from understudy.model.library import Taught
+
+    path = library / f"{stem(name)}.json"
+    taught = read_document(path, some_kit(kit, world), learner()).taught
+    lesson = _lesson(taught, name)
+    found = suggestion(lesson)
+    if pruning is None and found is None and keep:
+        raise _refused(name, "has too few examples to tell what could go", "say how much with --pruning")
+    asked = pruning if pruning is not None else found.pruning if found is not None else 1.0
+    simpler = with_pruning(lesson, asked)
+    after = Taught(learned(simpler), simpler)
+    told = {
+        "name": name,
+        "pruning": asked,
+        "suggested": None
+        if found is None
+        else {
+            "pruning": found.pruning,
+            "left_out": found.examples,
+            "wrong": found.wrong,
+            "wrong_pruned": found.wrong_pruned,
+        },
+        "leaves": {"before": leaves(taught.automaton), "after": leaves(after.automaton)},
+        **_differences(taught, after),
+        "kept": keep,
+    }
+    if keep:
+        save(library, after)
+    if as_json:
+        print_json(told)
+    else:
+        _show(told, chosen=pruning is not None)
+
+
+def _lesson(taught: Taught, name: str) -> Lesson:
+    from understudy.model.lesson import Trees
+
+    if taught.lesson is None:
+        raise _refused(name, "was written by hand", "name one that was taught")
+    if not isinstance(taught.lesson.options.learner, Trees):
+        raise _refused(
+            name, "is decided by a classifier, which has no questions", "learn it with trees first"
+        )
+    return taught.lesson
+
+
+def _refused(name: str, problem: str, remedy: str) -> Exception:
+    from understudy.errors import SettingError
+
+    return SettingError(where="simplify", setting=f"automaton {name!r}", problem=problem, remedy=remedy)
+
+
+def leaves(automaton: Automaton) -> int:
+    """How many answers all its trees have."""
+    from understudy.model.tree import Test, Tree
+
+    trees = [tree for tree in automaton.transitions.values() if isinstance(tree, Tree)]
+    return sum(node.test == Test.LEAF for tree in trees for node in tree.nodes)
+
+
+def _differences(before: Taught, after: Taught) -> dict[str, Any]:
+    """Conditions before and after, and the decisions on recorded moments that would change."""
+    from understudy.model.account import conditions
+    from understudy.review.moments import replayed
+
+    replay = replayed(after, before)
+    said = {
+        state: {"before": lines, "after": []}
+        for state, lines in conditions(before.automaton, before.lesson).items()
+    }
+    for state, lines in conditions(after.automaton, after.lesson).items():
+        said.setdefault(state, {"before": [], "after": []})["after"] = lines
+    return {
+        "conditions": {
+            state: both for state, both in said.items() if both["before"] != both["after"]
+        },
+        "decisions": [
+            {
+                "number": each.number, "kind": each.kind, "state": each.state,
+                "shown": each.shown, "before": each.formerly, "after": each.now,
+            }
+            for each in replay.different
+            if each.formerly != each.now
+        ],
+        "examples": replay.examples,
+        "changes_before_presses": [
+            {"state": each.state, "before": each.formerly, "after": each.now, "moments": each.moments}
+            for each in replay.changes
+        ],
+        "moments_before_presses": replay.before,
+    }  # fmt: skip
+
+
+def _show(told: dict[str, Any], *, chosen: bool) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from understudy.cli.output import console, count
+    from understudy.learning.simplify import ENOUGH
+
+    out, found = console(), told["suggested"]
+    before, after = told["leaves"]["before"], told["leaves"]["after"]
+    head = f"[bold]{escape(told['name'])}[/] pruned by {told['pruning']:.3g}"
+    out.print(f"{head}: {count(before, 'answer')} before, {after} after", soft_wrap=True)
+    if found is not None:
+        wrong = f"{found['wrong_pruned']} of {found['left_out']} wrong, {found['wrong']} without pruning"
+        out.print(
+            f"[dim]suggested: {found['pruning']:.3g}; examples left out in turn: {wrong}[/]", soft_wrap=True
+        )
+    elif not chosen:
+        few = f"It has fewer than {ENOUGH} examples, and each of them was meant: better leave it as it is."
+        out.print(f"[dim]{few}[/]", soft_wrap=True)
+    for state, both in told["conditions"].items():
+        out.print(f"\n[cyan]{escape(state)}[/]")
+        kept = [line for line in both["before"] if line in both["after"]]
+        for color, mark, lines in (
+            ("default", " ", kept),
+            ("red", "-", both["before"]),
+            ("green", "+", both["after"]),
+        ):
+            for line in lines:
+                if mark == " " or line not in kept:
+                    out.print(Padding(f"[{color}]{mark} {escape(line)}[/]", (0, 0, 0, 2), expand=False))
+    if not told["conditions"]:
+        out.print("nothing would change" if not told["kept"] else "nothing changed")
+    if told["conditions"]:
+        out.print()
+    for line in _decisions(told):
+        out.print(Padding(escape(line), (0, 0, 0, 2), expand=False))
+    if told["conditions"] and not told["kept"]:
+        out.print("[dim]Nothing was changed: --keep saves it so.[/]")
+    elif told["conditions"] and told["pruning"]:
+        out.print("Kept; --pruning 0 --keep takes it back")
+
+
+def _decisions(told: dict[str, Any]) -> list[str]:
+    """What would be decided otherwise, a line each."""
+    if not told["conditions"]:
+        return []
+    rows = told["decisions"]
+    lines = [f"{len(rows)} of {told['examples']} examples would be decided otherwise"]
+    for row in rows[:MOST_DECISIONS]:
+        right = "as shown" if row["after"] == row["shown"] else f"shown: {row['shown']}"
+        lines.append(f"{row['number']} in {row['state']}: {row['before']} → {row['after']} ({right})")
+    if len(rows) > MOST_DECISIONS:
+        lines.append(f"and {len(rows) - MOST_DECISIONS} more")
+    if told["moments_before_presses"]:
+        total = sum(row["moments"] for row in told["changes_before_presses"])
+        lines.append(f"{total} of {told['moments_before_presses']} moments before presses, too")
+    return lines

@@ -1,0 +1,42 @@
+"""Saving at the desk: into the library, with a word of what worked and no longer does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from understudy.errors import UnderstudyError
+from understudy.learning.transitions import learn
+from understudy.model.filenames import stem
+from understudy.model.folder import read_document, save
+from understudy.model.library import Library, Taught
+from understudy.review.lessons import lost
+
+MOST_SAID = 2
+
+
+def saved(folder: Path, library: Library, taught: Taught) -> tuple[Path, tuple[str, ...]]:
+    """Save an automaton: the file, and what worked with the version before and no longer does, a sentence each."""
+    path = folder / f"{stem(taught.automaton.name)}.json"
+    former = _former(path, library)
+    worse = lost(library, taught, former)
+    return save(folder, taught), worse
+
+
+def _former(path: Path, library: Library) -> Taught | None:
+    """The version before; None where there is none, or none that could be compared with."""
+    if not path.exists():
+        return None
+    try:
+        return read_document(path, library.kit, learn).taught
+    except UnderstudyError:
+        return None  # saving keeps it as a former version, whatever is wrong with it
+
+
+def told(path: Path, worse: tuple[str, ...]) -> str:
+    """That it is saved, and what no longer works."""
+    if not worse:
+        return f"Saved in {path}"
+    more = (
+        f"; and {len(worse) - MOST_SAID} more, which understudy test tells" if len(worse) > MOST_SAID else ""
+    )
+    return f"Saved in {path}, but something that worked no longer does: {'; '.join(worse[:MOST_SAID])}{more}"

@@ -1,0 +1,155 @@
+"""Lessons as tests: whether what a library was taught still holds, and what a change of one automaton did to others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from understudy.model.library import Library, Taught
+from understudy.model.outcome import Outcome
+from understudy.review.moments import Replayed, replayed
+from understudy.review.outcomes import Tried, tried
+from understudy.worlds.teams import Libraries
+
+NOBODY: Libraries = MappingProxyType({})
+MOST_NAMED = 3
+"""So many examples are named in a sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """An outcome that did not come; `since` names the automata with whose former versions it does, each alone."""
+
+    tried: Tried
+    since: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Examined:
+    """One automaton tested. `changed`: it is not what its former version was, transition functions and all; then
+    `affected` are the automata that run it, directly or through others.
+    """
+
+    name: str
+    replayed: Replayed
+    outcomes: tuple[Tried, ...]
+    failed: tuple[Failed, ...]
+    changed: bool
+    affected: tuple[str, ...]
+
+    @property
+    def works(self) -> bool:
+        """Whether nothing that worked no longer does, and all comes out as promised."""
+        return not self.replayed.lost and not self.failed
+
+
+def examined(
+    library: Library, name: str, formers: Mapping[str, Taught], libraries: Libraries = NOBODY
+) -> Examined:
+    """An automaton of a library, tested on its lesson; `formers` has the former versions there are.
+
+    `libraries` has what members of squads know, by sort of agents, where coordinators are tested.
+    """
+    taught, former = library.taught[name], formers.get(name)
+    changed = former is not None and former.automaton != taught.automaton
+    outcomes = [tried(outcome, name, library, libraries) for outcome in _outcomes(taught)]
+    return Examined(
+        name,
+        replayed(taught, former),
+        tuple(outcomes),
+        tuple(
+            Failed(each, _since(each.outcome, name, library, formers, libraries))
+            for each in outcomes
+            if not each.came
+        ),
+        changed,
+        above(library, name, libraries) if changed else (),
+    )
+
+
+def _outcomes(taught: Taught) -> tuple[Outcome, ...]:
+    return () if taught.lesson is None else taught.lesson.outcomes
+
+
+def _since(
+    outcome: Outcome, name: str, library: Library, formers: Mapping[str, Taught], libraries: Libraries
+) -> tuple[str, ...]:
+    """The automata with whose former versions an outcome comes."""
+    found = []
+    for each in below(library, name):
+        former = formers.get(each)
+        if former is None or former.automaton == library.taught[each].automaton:
+            continue
+        if tried(outcome, name, library.with_taught(former), libraries).came:
+            found.append(each)
+    return tuple(found)
+
+
+def below(library: Library, name: str) -> tuple[str, ...]:
+    """An automaton and those that it runs, directly or through others."""
+    found: dict[str, None] = {}
+    waiting = [name]
+    while waiting:
+        each = waiting.pop()
+        if each in library.taught and each not in found:
+            found[each] = None
+            waiting += [state.behavior or "" for state in library.taught[each].automaton.states]
+    return tuple(found)
+
+
+def above(library: Library, name: str, libraries: Libraries = NOBODY) -> tuple[str, ...]:
+    """The automata that run one, directly or through others, and coordinators that order it, as SORT/NAME."""
+    found: dict[str, None] = {}
+    waiting = [name]
+    while waiting:
+        each = waiting.pop()
+        waiting += [user for user in library.users(each) if user not in found]
+        found |= dict.fromkeys(library.users(each))
+    runs = {name, *found}
+    for sort, other in libraries.items():
+        if other is not library:
+            ordering = {key for key in other.taught if runs & set(_ordered(other, key))}
+            users = {user for key in ordering for user in (key, *above(other, key))}
+            found |= dict.fromkeys(f"{sort}/{user}" for user in other.taught if user in users)
+    return tuple(found)
+
+
+def _ordered(library: Library, name: str) -> Iterator[str]:
+    """What a coordinator's automaton orders its members to do."""
+    for state in library.taught[name].automaton.states:
+        behavior = library.kit.behaviors.get(state.behavior or "")
+        if behavior is not None and behavior.order is not None:
+            yield from (duty.behavior for duty in behavior.order.duties)
+
+
+def lost(library: Library, taught: Taught, former: Taught | None) -> tuple[str, ...]:
+    """What worked with the former version of an automaton and no longer does with the new one, a sentence each:
+    presses, its outcomes, and those of the automata above it. Coordinators' outcomes are left to `understudy test`.
+    """
+    if former is None:
+        return ()
+    name = taught.automaton.name
+    found = list(sentences(replayed(taught, former)))
+    now = library.with_taught(taught)
+    before = library.with_taught(former)
+    for each in (name, *above(now, name)):
+        for outcome in _outcomes(now.taught[each]):
+            if outcome.sort or tried(outcome, each, now).came:
+                continue
+            if tried(outcome, each, before).came:
+                found.append(f"{each} no longer comes to {outcome}")
+    return tuple(found)
+
+
+def sentences(replay: Replayed) -> Iterator[str]:
+    """What was decided as shown, and no longer is."""
+    by_way: dict[tuple[str, str, str], list[str]] = {}
+    for each in replay.lost:
+        by_way.setdefault((each.state, each.shown, each.now), []).append(str(each.number))
+    for (state, shown, now), numbers in by_way.items():
+        was = f"stayed in {state}" if shown == state else f"went from {state} to {shown}"
+        more = f" and {len(numbers) - MOST_NAMED} more" if len(numbers) > MOST_NAMED else ""
+        which = f"example{'s' * (len(numbers) > 1)} {', '.join(numbers[:MOST_NAMED])}{more}"
+        does = "stays" if now == state else f"goes to {now}"
+        yield f"where it {was} as shown ({which}), it now {does}"

@@ -1,0 +1,193 @@
+"""Who is behind a change, as tables: what was shown before and after, what moved, and which examples did it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import nan
+
+import pytest
+
+from understudy.learning.responsible import moved
+from understudy.learning.transitions import learned
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.example import Example, ExampleKind
+from understudy.model.feature import BoundFeature, Feature
+from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
+from understudy.model.lesson import Lesson, Options, Scikit
+from understudy.model.library import Taught
+
+FAR = BoundFeature(Feature("far", Continuous(), reading="range"))
+AIM = BoundFeature(Feature("aim", Toroidal(360.0), reading="bearing"))
+FULL = BoundFeature(Feature("full", BOOLEAN, reading="full"))
+KINDS = {"go": ExampleKind.DEFAULT, "keep": ExampleKind.CONFIRMATION}
+
+Shown = dict[int, tuple[float, str]]
+"""By number: a value, and the next state; "go" is an automatic default, "keep" a confirmation of it."""
+
+
+def taught(shown: Shown, *, quarantined: tuple[int, ...] = (), feature: BoundFeature = FAR) -> Taught:
+    bare = Automaton(
+        "walk", (START, State("go", "forward"), State("turn", "left"), State("done", flag="done")), (feature,)
+    )
+    examples = [
+        Example(
+            number,
+            "go",
+            (value,),
+            "go" if following in KINDS else following,
+            KINDS.get(following, ExampleKind.DIRECTIVE),
+            quarantined="bad" if number in quarantined else "",
+        )
+        for number, (value, following) in shown.items()
+    ]
+    lesson = Lesson(bare, tuple(examples))
+    return Taught(learned(lesson), lesson)
+
+
+BASE: Shown = {1: (9.0, "go"), 2: (6.0, "go"), 3: (2.0, "done")}
+
+CASES: list[tuple[Shown, Shown, list[tuple[str, str, list[tuple[int, str, str]]]]]] = [
+    (BASE, BASE, []),
+    (BASE, {**BASE, 4: (1.0, "done")}, []),  # it is within what was learned
+    (BASE, {**BASE, 4: (3.0, "done")}, [("done", "moved", [(4, "new", "shows it")])]),
+    (  # the directive at 2 no longer holds up the cut
+        {**BASE, 4: (3.0, "done")},
+        BASE,
+        [("done", "moved", [(4, "gone", "showed it")])],
+    ),
+    (BASE, {**BASE, 3: (4.0, "done")}, [("done", "moved", [(3, "read anew", "shows it")])]),
+    (  # said to be turning from now on
+        BASE,
+        {**BASE, 3: (2.0, "turn")},
+        [
+            ("done", "vanished", [(3, "edited", "showed it")]),
+            ("turn", "appeared", [(3, "edited", "shows it")]),
+        ],
+    ),
+    (  # a second way out
+        BASE,
+        {**BASE, 4: (1.0, "turn")},
+        [
+            ("done", "moved", [(4, "new", "says otherwise there")]),
+            ("turn", "appeared", [(4, "new", "shows it")]),
+        ],
+    ),
+    (  # "keep going" at 3 is told, so the cut between 2 and 3 is in the middle: it bounds it
+        BASE,
+        {**BASE, 4: (3.0, "keep")},
+        [("done", "moved", [(4, "new", "bounds it")])],
+    ),
+    (  # what is outvoted where it is done has no part in it
+        {**BASE, 4: (2.0, "done")},
+        {**BASE, 4: (2.0, "done"), 5: (2.0, "turn"), 6: (3.0, "done")},
+        [("done", "moved", [(6, "new", "shows it")])],
+    ),
+    (  # an example at the cut to turning, which stays where it was, has no part in where it is done
+        {1: (5.0, "keep"), 2: (1.0, "done"), 3: (9.0, "turn")},
+        {1: (5.0, "keep"), 2: (1.0, "done"), 3: (9.0, "turn"), 4: (9.0, "turn"), 5: (2.0, "done")},
+        [("done", "moved", [(5, "new", "shows it")])],
+    ),
+    (  # nor the other way round
+        {1: (5.0, "keep"), 2: (1.0, "done"), 3: (9.0, "turn")},
+        {1: (5.0, "keep"), 2: (1.0, "done"), 3: (9.0, "turn"), 4: (1.0, "done"), 5: (8.0, "turn")},
+        [("turn", "moved", [(5, "new", "shows it")])],
+    ),
+    (  # turning ends at the same place as ever, and begins farther on
+        {1: (1.0, "keep"), 2: (5.0, "turn"), 3: (9.0, "keep")},
+        {1: (1.0, "keep"), 2: (5.0, "turn"), 3: (9.0, "keep"), 4: (9.0, "keep"), 5: (2.0, "keep")},
+        [("turn", "moved", [(5, "new", "bounds it")])],
+    ),
+    ({**BASE, 4: (3.0, "keep")}, BASE, [("done", "moved", [(4, "gone", "bounded it")])]),
+]
+
+
+@pytest.mark.parametrize(("before", "after", "expected"), CASES)
+def test_one_feature(
+    before: Shown, after: Shown, expected: list[tuple[str, str, list[tuple[int, str, str]]]]
+) -> None:
+    found = moved(taught(before), taught(after))
+    assert [
+        (each.next, each.what, [(who.number, who.happened, who.how) for who in each.examples])
+        for each in found
+    ] == expected
+
+
+def test_into_quarantine_and_out_again() -> None:
+    all_teach, not_all = (
+        taught({**BASE, 4: (3.0, "done")}),
+        taught({**BASE, 4: (3.0, "done")}, quarantined=(4,)),
+    )
+    (there,), (back,) = moved(all_teach, not_all), moved(not_all, all_teach)
+    assert [(who.number, who.happened, who.how) for who in there.examples] == [
+        (4, "in quarantine", "showed it")
+    ]
+    assert [(who.number, who.happened, who.how) for who in back.examples] == [(4, "let out", "shows it")]
+    assert (there.gone, there.new) == (back.new, back.gone) == (("far is at most 3",), ("far is at most 2",))
+
+
+def test_an_arc_is_bounded_across_the_seam() -> None:
+    """Turn at 10; go on at 300 and at 60. Then go on at 320, too: the end of the arc across the seam moves."""
+    before = taught({1: (300.0, "keep"), 2: (10.0, "turn"), 3: (60.0, "keep")}, feature=AIM)
+    after = taught(
+        {1: (300.0, "keep"), 2: (10.0, "turn"), 3: (60.0, "keep"), 4: (320.0, "keep")}, feature=AIM
+    )
+    (turn,) = moved(before, after)
+    assert [(who.number, who.how) for who in turn.examples] == [(4, "bounds it")]
+
+
+def test_labels_and_absence() -> None:
+    before = taught({1: (0.0, "go"), 2: (1.0, "done")}, feature=FULL)
+    after = taught({1: (0.0, "go"), 2: (1.0, "done"), 3: (nan, "turn")}, feature=FULL)
+    (turn,) = (each for each in moved(before, after) if each.next == "turn")
+    assert (turn.what, [(who.number, who.how) for who in turn.examples]) == ("appeared", [(3, "shows it")])
+
+
+def test_a_change_that_came_about_elsewhere() -> None:
+    """It was done where it is not full, by distance first; a fourth example, full and far, makes that the only question
+    asked. It has nothing to do with being done, nor has the fifth, which says again what the second does."""
+    bare = Automaton("walk", (START, *taught(BASE).automaton.states[1:]), (FAR, FULL))
+    rows = {
+        1: ((4.0, 1.0), "turn", ExampleKind.DIRECTIVE),
+        2: ((2.0, 1.0), "go", ExampleKind.CONFIRMATION),
+        3: ((2.0, 0.0), "done", ExampleKind.DIRECTIVE),
+    }
+
+    def made(more: Mapping[int, tuple[tuple[float, ...], str, ExampleKind]]) -> Taught:
+        examples = [
+            Example(number, "go", values, following, kind)
+            for number, (values, following, kind) in {**rows, **more}.items()
+        ]
+        lesson = Lesson(bare, tuple(examples))
+        return Taught(learned(lesson), lesson)
+
+    far, again = ((6.0, 1.0), "go", ExampleKind.CONFIRMATION), rows[2]
+    for more in ({4: far}, {4: far, 5: again}):
+        (done,) = (each for each in moved(made({}), made(more)) if each.next == "done")
+        assert (done.gone, done.new) == (("far is below 3 and full is no",), ("full is no",))
+        assert [(who.number, who.how) for who in done.examples] == [
+            (4, "elsewhere, without it this would not be")
+        ]
+
+
+def test_another_feature_is_behind_it_where_no_example_is() -> None:
+    before = taught(BASE)
+    assert before.lesson is not None
+    bare = replace(before.lesson.automaton, features=(FULL,))
+    examples = tuple(
+        replace(each, values=(1.0 if each.next == "done" else 0.0,)) for each in before.lesson.examples
+    )
+    lesson = Lesson(bare, examples)
+    (done,) = moved(before, Taught(learned(lesson), lesson))
+    assert {who.happened for who in done.examples} == {"read anew"}
+
+
+def test_by_hand_and_by_classifier_nobody_is() -> None:
+    before = taught(BASE)
+    assert moved(before, Taught(before.automaton)) == ()
+    assert before.lesson is not None
+    lesson = replace(
+        before.lesson, options=Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1}))
+    )
+    (done,) = moved(before, Taught(learned(lesson), lesson))
+    assert (done.what, done.examples) == ("vanished", ())

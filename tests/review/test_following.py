@@ -1,0 +1,80 @@
+"""Following one agent of a run, by hand: what each level was asked at each tick, and how it got to where it is."""
+
+from __future__ import annotations
+
+from tests.bodies import Scripted, kit
+from tests.runtime.automata import automaton
+
+from understudy.model.library import Library
+from understudy.review.following import Followed, Query, Stood
+from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.program import link
+
+# The ball is 100 m away at first, and a meter nearer each tick. `go` laps while it is beyond 97 m, and only begins
+# then; `taught` goes, drives forward at 98 m, and goes again at 96 m.
+GO = automaton(
+    "go",
+    ["lap"],
+    {"start": lambda d: "lap" if d > 97 else None},
+    features=["range_of(ball)"],
+)
+LIBRARY = Library.of(
+    kit,
+    GO,
+    automaton(
+        "taught",
+        ["go", "forward"],
+        {
+            "start": lambda d: "go",
+            "go": lambda d: "forward" if d == 98 else None,
+            "forward": lambda d: "go" if d == 96 else None,
+        },
+        features=["range_of(ball)"],
+        library=Library.of(kit, GO),
+    ),
+)
+
+
+def after(ticks: int, *, agents: int = 1, follow: int = 0) -> tuple[Followed, tuple[Stood, ...]]:
+    body = Scripted(agents)
+    program = link(LIBRARY, "taught")
+    run = Followed(body, [Interpreter(program) for _ in range(agents)])
+    run.follow(follow)
+    for _ in range(ticks):
+        run.tick()
+    return run, run.stood(follow)
+
+
+def test_both_levels_switch_in_the_first_tick() -> None:
+    run, (taught, go) = after(1)
+    assert [level.machine.state_name for level in (taught, go)] == ["go", "lap"]
+    assert taught.asked == taught.entry == Query(0.0, 0, 1, (100.0,))
+    assert go.asked == go.entry == Query(0.0, 0, 1, (100.0,))
+    assert run.last is None, "there was no switch before it"
+
+
+def test_a_tick_later_nothing_switches() -> None:
+    run, (taught, go) = after(2)
+    assert taught.asked == Query(0.1, 1, 1, (99.0,))
+    assert taught.entry == Query(0.0, 0, 1, (100.0,))
+    assert go.asked is None, "its state has no transition function"
+    assert run.last is not None
+    machine, query = run.last
+    assert (machine.automaton.name, query.time_s) == ("taught", 0.0), "what the switch of go followed from"
+
+
+def test_what_was_started_again_has_no_way_there_yet() -> None:
+    """At 96 m `go` begins anew, and stays in its start state: that it had once left for lap is forgotten."""
+    run, (taught, go) = after(6)
+    assert (taught.machine.state_name, go.machine.state_name) == ("go", "start")
+    assert taught.entry == Query(0.4, 2, 1, (96.0,))
+    assert (go.entry, go.asked) == (None, Query(0.5, 0, 0, (95.0,)))
+    assert go.entered_s == 0.4
+    assert run.last is not None
+    assert run.last[1].time_s == 0.4
+
+
+def test_one_of_several() -> None:
+    """The second robot is a meter farther: what it is asked is its own."""
+    _, (taught, _) = after(2, agents=2, follow=1)
+    assert taught.asked == Query(0.1, 1, 1, (100.0,))

@@ -1,0 +1,139 @@
+"""Outcomes: promised in a session, kept with the lesson, tried again whenever it changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from tests.cli.forage_parts import goto
+from tests.training.lessons import session as scripted
+
+from understudy.errors import DefinitionError, SessionError
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.folder import open_document, save
+from understudy.model.library import Library, Taught
+from understudy.model.outcome import Outcome
+from understudy.model.tree import Tree, leaf
+from understudy.review.lessons import above, below, examined, lost
+from understudy.review.outcomes import here, promise, tried
+from understudy.training.design import new_lesson
+from understudy.training.session import Session
+from understudy.worlds.forage import Forage, kit
+
+LIBRARY = Library.of(kit, goto)
+SITS = replace(goto, transitions={"start": Tree((leaf(0),))})
+
+
+def session(journal: Path | None = None) -> Session:
+    lesson = new_lesson(
+        LIBRARY,
+        "fetch",
+        states=["goto(station)", "forward"],
+        flags=["done"],
+        features=["done"],
+    )
+    return Session(Forage([9]), LIBRARY, lesson, journal=journal)
+
+
+def taught() -> Session:
+    """Start, go to the station, done when there."""
+    made = session()
+    made.direct("goto")
+    made.run_for(60.0)
+    made.direct("done")
+    made.tick()
+    made.reset(11)
+    return made
+
+
+def test_it_comes_or_it_does_not() -> None:
+    made = taught()
+    fetch = made.taught()
+    library = LIBRARY.with_taught(fetch)
+    promised = here(made, flag="done", within_s=60.0)
+    came = tried(promised, "fetch", library)
+    assert came.came
+    assert came.took_s is not None
+    assert came.took_s == tried(promised, "fetch", library).took_s, "a world is the same every time"
+    assert tried(replace(promised, within_s=came.took_s), "fetch", library).came
+    assert not tried(replace(promised, within_s=came.took_s - 0.1), "fetch", library).came
+    assert not tried(promised, "fetch", library.with_taught(Taught(SITS))).came
+
+
+def test_what_cannot_be_tried_says_why() -> None:
+    made = taught()
+    promised = here(made, flag="done", within_s=5.0)
+    assert "has no behavior 'fetch'" in tried(promised, "fetch", LIBRARY).problem
+    library = LIBRARY.with_taught(made.taught())
+    assert "snapshot" in tried(replace(promised, snapshot=b"nothing"), "fetch", library).problem
+    assert "TOML" in tried(replace(promised, scenario="nothing ="), "fetch", library).problem
+
+
+def test_a_promise_is_a_step_that_is_kept_and_undone(tmp_path: Path) -> None:
+    made = session(tmp_path / "journal")
+    made.direct("goto")
+    made.run_for(1.0)
+    first = promise(made, flag="done", within_s=5.0)
+    made.run_for(1.0)
+    second = promise(made, flag="done", within_s=7.0)
+    assert list(made.lesson.outcomes) == [first, second]
+    assert first.snapshot != second.snapshot
+    path = save(tmp_path, made.taught())
+    assert '"within_s": 7' in path.read_text()
+    kept = open_document(path, kit).taught.lesson
+    assert kept is not None
+    assert kept.outcomes == (first, second)
+    assert made.undo() == "choose outcomes"
+    assert list(made.lesson.outcomes) == [first]
+    made.close()
+    again = Session.resume(tmp_path / "journal", Forage([9]), LIBRARY)
+    assert list(again.lesson.outcomes) == [first]
+    again.redo()
+    assert list(again.lesson.outcomes) == [first, second]
+    again.close()
+
+
+def test_what_cannot_be_promised() -> None:
+    with pytest.raises(SessionError, match="its flags are done"):
+        here(session(), flag="failed", within_s=5.0)
+    with pytest.raises(DefinitionError, match="above 0"):
+        here(session(), flag="done", within_s=0.0)
+    with pytest.raises(SessionError, match="simulated"):
+        here(scripted(flags=("done",)), flag="done", within_s=1.0)
+
+
+def test_a_change_below_is_found_from_above() -> None:
+    """GoTo changes so that it never arrives: what fetches with it no longer does, and its former version is named."""
+    made = taught()
+    promise(made, flag="done", within_s=60.0)
+    library = LIBRARY.with_taught(made.taught())
+    seen = examined(library, "fetch", {})
+    assert (seen.works, len(seen.outcomes), seen.affected) == (True, 1, ())
+    broken = library.with_taught(Taught(SITS))
+    seen = examined(broken, "fetch", {"goto": Taught(goto)})
+    assert not seen.works
+    assert [each.since for each in seen.failed] == [("goto",)]
+    seen = examined(broken, "goto", {"goto": Taught(goto)})
+    assert (seen.works, seen.changed, seen.affected) == (True, True, ("fetch",))
+    (said,) = lost(library, Taught(SITS), Taught(goto))
+    assert said == "fetch no longer comes to done within 60 s in forage"
+    assert lost(library, Taught(goto), Taught(goto)) == ()
+    assert lost(library, Taught(goto), None) == ()
+
+
+def test_above_and_below() -> None:
+    def runs(name: str, *behaviors: str) -> Automaton:
+        return Automaton(name, (START, *(State(each, each, Binding()) for each in behaviors)))
+
+    library = Library.of(kit, runs("a", "forward"), runs("b", "a"), runs("c", "a", "b"), runs("d"))
+    assert above(library, "a") == ("b", "c")
+    assert below(library, "c") == ("c", "b", "a")
+    assert above(library, "d") == ()
+
+
+def test_outcomes_are_compared() -> None:
+    one = Outcome("done", 5.0, "forage", "", b"")
+    assert str(one) == "done within 5 s in forage"
+    assert str(replace(one, targets=Binding(A="station"))) == "done within 5 s in forage, A = station"
