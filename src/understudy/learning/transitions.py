@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from understudy.learning.arrays import arrays, heeded, teaching
+from understudy.learning.arrays import Shown, arrays, heeded, teaching
 from understudy.learning.grow import grow
 from understudy.learning.scikit import fit
 from understudy.model.automaton import Automaton, Transition
@@ -33,19 +33,24 @@ def learned(lesson: Lesson) -> Automaton:
 
 def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Transition:
     """The transition function of one state from the examples that teach it."""
+    return fitting(lesson)(arrays(lesson, examples, state))
+
+
+def fitting(lesson: Lesson) -> Callable[[Shown], Transition]:
+    """What makes a transition function of arrays of a lesson's examples, in the way that the lesson chose."""
     automaton, learner = lesson.automaton, lesson.options.learner
-    shown = arrays(lesson, examples, state)
     kinds = [bound.kind for bound in automaton.features]
     if isinstance(learner, Scikit):
-        return fit(learner, shown, kinds)
-    return grow(
+        return lambda shown: fit(learner, shown, kinds)
+    midpoints = automaton.stateless or learner.boundary == "midpoint" or _watches(lesson)
+    return lambda shown: grow(
         shown.values,
         shown.outcomes,
         shown.groups,
         kinds,
         states=len(automaton.states),
         current=shown.current,
-        midpoints=automaton.stateless or learner.boundary == "midpoint" or _watches(lesson),
+        midpoints=midpoints,
     )
 
 
