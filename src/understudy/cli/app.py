@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from understudy.cli import (
+    advise,
     bench,
     demo,
     diff,
@@ -63,6 +64,7 @@ app.command("demo", rich_help_panel=TEACHING)(demo.demo)
 app.command("studio", rich_help_panel=TEACHING)(studio.studio)
 app.command("teach", rich_help_panel=TEACHING)(teach.teach)
 app.command("learn", rich_help_panel=TEACHING)(learn.learn)
+app.command("advise", rich_help_panel=TEACHING)(advise.advise)
 app.command("run", rich_help_panel=RUNNING)(run.run)
 app.command("eval", rich_help_panel=RUNNING)(evaluate.evaluate)
 app.command("worlds", rich_help_panel=RUNNING)(worlds.worlds)

@@ -40,6 +40,18 @@ def imagined(lesson: Lesson, seen: NDArray[np.float64], count: int = IMAGINED) -
     return found
 
 
+def completed(
+    lesson: Lesson, situations: NDArray[np.float64], seen: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Situations [M, F] in which the automaton's own features are as in some moment `seen` [n, F]."""
+    own = [column for column, bound in enumerate(lesson.automaton.features) if bound.own]
+    found = situations.copy()
+    if len(seen) and own:
+        rows = np.random.default_rng(SEED).integers(len(seen), size=len(found))
+        found[:, own] = seen[rows][:, own]
+    return found
+
+
 def _drawn(
     bound: BoundFeature, seen: NDArray[np.float64], draws: np.random.Generator, count: int
 ) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.coaching.nearness import Nearness
-from understudy.coaching.situations import imagined, vectors_of
+from understudy.coaching.situations import completed, imagined, vectors_of
 from understudy.coaching.trial import Learner, Trial, learners, trials
 from understudy.coaching.wording import Wording, cells_of, wordings
 from understudy.model.automaton import Transition
@@ -41,12 +41,16 @@ class Survey:
         transitions: Mapping[str, Transition],
         situations: NDArray[np.float64] | None = None,
     ) -> Survey:
-        """Look a lesson over; `situations` [M, F] are such as the robot may come into (None: they are imagined)."""
+        """Look a lesson over; `situations` [M, F] are such as the robot may come into (None: they are imagined).
+
+        What they say of the automaton's own features is taken from examples instead.
+        """
         seen = vectors_of(lesson)
         if situations is None:
             words = wordings(lesson.automaton.features, seen)
             situations = imagined(lesson, seen)
         else:
+            situations = completed(lesson, situations, seen)
             words = wordings(lesson.automaton.features, np.concatenate([seen, situations]))
         found = learners(lesson)
         return cls(
