@@ -128,7 +128,11 @@ def _clearness(bound: BoundFeature, values: Sequence[float], wishes: Sequence[st
 
 def _where(survey: Survey, example: Example) -> tuple[Box, str]:
     row = cells_of(survey.words, np.array([example.values], np.float64).reshape(1, -1))[0]
-    cells = {feature: frozenset({int(cell)}) for feature, cell in enumerate(row)}
+    cells = {
+        feature: frozenset({int(cell)})
+        for feature, cell in enumerate(row)
+        if survey.words[feature].cells != (cell,)  # it tells nothing: all values that were seen are one
+    }
     said = situation(survey.words, cells)
     return box_of(survey.words, cells), f" when {said}" if said else ""
 

@@ -48,7 +48,7 @@ class Doubt:
 
 NONE_SHOWN, HARDLY = 1.0, 0.6
 """What doubt is where a state was shown nothing, or a lesson hardly anything."""
-HANGS = 0.6
+HANGS = 0.7
 """The most that a boundary held by one example makes of it."""
 CLOSE_BY = 0.05
 """As near to the one example as this, its word is good."""

@@ -9,41 +9,59 @@ from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.survey import Survey
-from understudy.coaching.wording import Cells, box_of, situation
+from understudy.coaching.wording import Cells, box_of, cells_of, situation
 from understudy.model.example import Example
+from understudy.model.tree import Tree
 
-LEAST_SHARE = 0.05
-"""A boundary counts where so much of all situations would be decided otherwise."""
+NEARBY = 0.15
+"""So near, another example says the same: well within what is far from one."""
 MOST = 2
 """So many of one state."""
 
 
 def single(survey: Survey) -> Iterator[Advice]:
-    """For each state, the press that most hangs on: leave it out, and many situations are decided otherwise."""
-    if survey.scant or not len(survey.situations):
+    """For each state, presses without a fellow nearby that are decided otherwise than shown once they are left out.
+
+    Those that decide most come first. Classifiers other than trees take too long to ask.
+    """
+    if survey.scant:
         return
     vectors = survey.situations.tolist()
-    names = survey.lesson.automaton.state_names
     for state, learner in survey.learners.items():
+        if not isinstance(survey.transition(state), Tree):
+            continue
         now = learner.decided(survey.transition(state), vectors)
         found = []
         for trial in survey.trials[state]:
-            example = learner.examples[trial.rows[0]]
-            if len(trial.rows) == 1 and example.shown:
-                changed = (learner.decided(trial.transition, vectors) != now) & (
-                    now == learner.shown.outcomes[trial.rows[0]]
-                )
-                found.append((float(changed.mean()), example, changed))
-        found.sort(key=lambda each: (-each[0], each[1].number))
-        told = dict.fromkeys(names, 0)
-        for share, example, changed in found:
-            if share >= LEAST_SHARE and told[example.next] < 1 and sum(told.values()) < MOST:
-                told[example.next] += 1
-                yield _advice(survey, state, example, changed, share)
+            row, example = trial.rows[0], learner.examples[trial.rows[0]]
+            if len(trial.rows) > 1 or not example.shown or _has_fellow(survey, state, row):
+                continue
+            outcome = learner.shown.outcomes[row]
+            if learner.decided(trial.transition, [example.values])[0] != outcome:
+                changed = (now == outcome) & (learner.decided(trial.transition, vectors) != now)
+                found.append((-float(changed.mean()) if len(changed) else 0.0, row, changed))
+        told: set[str] = set()
+        for share, row, changed in sorted(found, key=lambda each: each[:2]):
+            example = learner.examples[row]
+            if example.next not in told and len(told) < MOST:
+                told.add(example.next)
+                yield _advice(survey, state, example, changed, -share)
+
+
+def _has_fellow(survey: Survey, state: str, row: int) -> bool:
+    """Whether another press said the same nearby: then it is a matter of a little more or less."""
+    learner = survey.learners[state]
+    fellows = [
+        other
+        for other, example in enumerate(learner.examples)
+        if other != row and example.shown and example.next == learner.examples[row].next
+    ]
+    values = learner.shown.values
+    return bool((survey.nearness(state).distances(values[fellows], values[row]) < NEARBY).any())
 
 
 def _advice(survey: Survey, state: str, example: Example, changed: NDArray[np.bool_], share: float) -> Advice:
-    cells = _cells(survey, changed)
+    cells = _cells(survey, example, changed)
     said = situation(survey.words, cells)
     place = survey.place(state)
     when = f" when {said}" if said else ""
@@ -61,11 +79,12 @@ def _advice(survey: Survey, state: str, example: Example, changed: NDArray[np.bo
     )
 
 
-def _cells(survey: Survey, chosen: NDArray[np.bool_]) -> Cells:
-    """The cells that some situations have, of the features of which they do not have all that any has."""
+def _cells(survey: Survey, example: Example, changed: NDArray[np.bool_]) -> Cells:
+    """The cells of an example and of the situations that hang on it, where these are not all cells there are."""
+    own = cells_of(survey.words, np.array([example.values], np.float64).reshape(1, -1))[0]
     cells = {}
-    for feature in range(survey.cells.shape[1]):
-        here = set(survey.cells[chosen, feature].tolist())
-        if here != set(survey.cells[:, feature].tolist()):
+    for feature, word in enumerate(survey.words):
+        here = {int(own[feature]), *survey.cells[changed, feature].tolist()}
+        if not here >= {*word.cells, *survey.cells[:, feature].tolist()}:
             cells[feature] = frozenset(here)
     return cells

@@ -38,7 +38,7 @@ def outlook(survey: Survey) -> Iterator[Advice]:
 def helps(whole: Score, half: Score) -> bool:
     """Whether accuracy grew from half to all of the examples by more than its standard error."""
     error = sqrt(max(whole.share * (1 - whole.share), 0.01) / max(1, whole.of))
-    return whole.share - half.share > error / 2
+    return whole.share - half.share > error
 
 
 def _advice(sentence: str, weight: float) -> Advice:

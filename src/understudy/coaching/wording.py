@@ -19,6 +19,7 @@ from understudy.errors import listed
 from understudy.model.feature import BoundFeature, Feature, Flag
 from understudy.model.kinds import TAU, Categorical, Column, Toroidal
 from understudy.model.regions import Box, Part, Region, everything
+from understudy.worlds.kits import FEATURES
 
 Cells: TypeAlias = Mapping[int, frozenset[int]]
 """By feature, the cells a situation may be in; a feature that is left out may be anything."""
@@ -45,6 +46,8 @@ READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """How people say the cells of readings of a target, in rising order."""
+USUAL: Mapping[str, str] = MappingProxyType({FEATURES.get(reading, reading): reading for reading in READ})
+"""From how features are usually called to what they read."""
 ABSENT_WORDS: Mapping[str, str] = MappingProxyType({"blob_x": "not seen", "blob_size": "not seen"})
 
 
@@ -146,8 +149,11 @@ class Wording:
 
     @property
     def _reads(self) -> str:
+        """What it reads; where a document tells no more than the feature's name, what features of this name read."""
         feature = self.bound.feature
-        return (feature.reading or "") if isinstance(feature, Feature) else ""
+        if not isinstance(feature, Feature):
+            return ""
+        return feature.reading if feature.reading in READ else USUAL.get(feature.name, "")
 
     def _word(self, cell: int) -> str:
         kind, feature = self.bound.kind, self.bound.feature
