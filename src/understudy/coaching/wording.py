@@ -153,7 +153,7 @@ class Wording:
         feature = self.bound.feature
         if not isinstance(feature, Feature):
             return ""
-        return feature.reading if feature.reading in READ else USUAL.get(feature.name, "")
+        return feature.reading if feature.reading and feature.reading in READ else USUAL.get(feature.name, "")
 
     def _word(self, cell: int) -> str:
         kind, feature = self.bound.kind, self.bound.feature
