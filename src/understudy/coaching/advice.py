@@ -28,8 +28,9 @@ class Advice:
     """One sentence for a person, and the place to look.
 
     `state` is where to show something ("" for the lesson as a whole), `region` the feature vectors it is about, one
-    part for each of the lesson's features (None: no place in particular), `examples` the numbers of those concerned,
-    `weight` how useful it is to follow, from 0 to 1; above 0.5 it is plainly so.
+    part for each of the lesson's features (None: no place in particular), `at` one of them that is best looked at,
+    `examples` the numbers of those concerned, `weight` how useful it is to follow, from 0 to 1; above 0.5 it is
+    plainly so.
     """
 
     kind: AdviceKind
@@ -38,3 +39,4 @@ class Advice:
     weight: float
     region: Box | None = None
     examples: tuple[int, ...] = ()
+    at: tuple[float, ...] | None = None

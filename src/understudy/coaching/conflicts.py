@@ -38,6 +38,7 @@ def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
                 0.95,
                 box,
                 numbers,
+                group[0].values,
             )
             if kit is not None:
                 for bound in separating(survey, group, kit)[:1]:
@@ -75,6 +76,7 @@ def disagreeing(survey: Survey) -> Iterator[Advice]:
                 0.75,
                 box,
                 (first.number, stays.number),
+                first.values,
             )
 
 

@@ -15,6 +15,8 @@ from understudy.model.feature import Flag
 
 MOST = 2
 """So many of one state."""
+BEGINNING = 0.7
+"""What a gap in the start state counts beside others: it is passed once, and what follows can make up for it."""
 LEAST_SHARE = 0.02
 """A situation rarer than this is not worth a person's time."""
 
@@ -49,12 +51,14 @@ def _gaps(survey: Survey, state: str) -> Iterator[Advice]:
         said = situation(survey.words, widest)
         place = survey.place(state)
         where = f" in {place}" if place else ""
+        once = BEGINNING if place == survey.lesson.automaton.states[0].name else 1.0
         yield Advice(
             AdviceKind.GAP,
             f"Show me what to do{where} when {said}: I was never shown that.",
             place,
-            0.3 + 0.35 * float(nearest[farthest]) * min(1.0, share / 0.25),
+            0.3 + 0.35 * once * float(nearest[farthest]) * min(1.0, share / 0.25),
             box_of(survey.words, widest),
+            at=tuple(survey.situations[farthest].tolist()),
         )
 
 

@@ -60,6 +60,12 @@ def _has_fellow(survey: Survey, state: str, row: int) -> bool:
     return bool((survey.nearness(state).distances(values[fellows], values[row]) < NEARBY).any())
 
 
+def _is_alone(survey: Survey, state: str, example: Example) -> bool:
+    """Whether no other press leads from the state to where it leads, wherever."""
+    said = [each for each in survey.learners[state].examples if each.shown and each.next == example.next]
+    return len(said) == 1
+
+
 def _advice(survey: Survey, state: str, example: Example, changed: NDArray[np.bool_], share: float) -> Advice:
     cells = _cells(survey, example, changed)
     said = situation(survey.words, cells)
@@ -71,11 +77,12 @@ def _advice(survey: Survey, state: str, example: Example, changed: NDArray[np.bo
         what = f"to go from {example.state} to {example.next}{when}" if place else f"{example.next}{when}"
     return Advice(
         AdviceKind.SINGLE,
-        f"Only example {example.number} tells me {what}: show me once more.",
+        f"Only example {example.number} tells me {what}: show me once more, or delete it.",
         place,
-        0.25 + 0.35 * min(1.0, share / 0.5),
+        (0.5 if _is_alone(survey, state, example) else 0.25) + 0.2 * min(1.0, share / 0.5),
         box_of(survey.words, cells),
         (example.number,),
+        example.values,
     )
 
 

@@ -21,6 +21,8 @@ from understudy.training.session import Session
 
 TRIES = 240
 """Poses tried in each world."""
+EXACT = 0.02
+"""So near what was meant that no other pose is tried."""
 NEARBY = 0.5
 """From this share of the tries on, poses are drawn around the best so far."""
 
@@ -43,9 +45,9 @@ def stage(
 ) -> Staged:
     """Put the session's robot where the advice's situation holds, its automaton in the advice's state.
 
-    Nothing is recorded. Where this world has no such place, those of `seeds` are tried, in turn. `draw` chooses among
-    places that will do. SessionError where the advice is about no place, or the body can neither be placed nor
-    rewound.
+    Nothing is recorded. Of places in its region, the one nearest to what it looks at is taken. Where this world
+    has no such place, those of `seeds` are tried, in turn. `draw` chooses among places that will do. SessionError
+    where the advice is about no place, or the body can neither be placed nor rewound.
     """
     if advice.region is None and not advice.state:
         raise SessionError(f"this advice is about no place in particular: {advice.sentence}")
@@ -65,11 +67,10 @@ def stage(
     for seed in (None, *seeds):
         if seed is not None:
             session.reset(seed)
-        for values in _tried(poser, region, automaton.features, draws, tries):
-            off = sum(_misses(automaton.features, region, values))
+        for off, values in _tried(poser, advice, automaton.features, draws, tries):
             if best is None or off < best[0]:
                 best = off, body.snapshot(), values, seed
-        if best is not None and best[0] == 0:
+        if best is not None and best[0] < 1.0:
             break
     if best is None:
         best = (inf, before, np.full(len(automaton.features), np.nan), None)
@@ -93,28 +94,47 @@ def _said(advice: Advice, missed: Sequence[str]) -> str:
 
 
 def _tried(
-    poser: Poser, region: Box, features: Sequence[BoundFeature], draws: np.random.Generator, tries: int
-) -> Iterator[NDArray[np.float64]]:
-    """What the features read in pose after pose, until all is as it should be."""
-    here = poser.read()
-    if not region:
-        yield here
+    poser: Poser, advice: Advice, features: Sequence[BoundFeature], draws: np.random.Generator, tries: int
+) -> Iterator[tuple[float, NDArray[np.float64]]]:
+    """Pose after pose that is better than those before, until all is as it should be: how far off it is, and what the
+    features read there. Below 1 it lies in the region.
+    """
+    if advice.region is None:
+        yield 0.0, poser.read()
         return
     best: tuple[float, Pose] | None = None
     for turn in range(tries):
         if best is not None and turn > tries * NEARBY:
-            pose = poser.beside(best[1], draws, 0.2 * (1 - turn / tries) + 0.01)
+            pose = poser.beside(best[1], draws, 0.2 * (1 - turn / tries) ** 2 + 0.003)
         else:
             pose = poser.anywhere(draws, near=turn % 3 > 0)
         values = poser.values(pose)
         if values is None:
             continue
-        off = sum(_misses(features, region, values))
+        missed = sum(_misses(features, advice.region, values))
+        aside = 0.0 if advice.at is None else _aside(features, advice.at, values)
+        off = (1.0 + missed if missed else 0.0) + aside
         if best is None or off < best[0]:
             best = off, pose
-            yield values
-        if off == 0:
+            yield off, values
+        if off < EXACT:
             return
+
+
+def _aside(features: Sequence[BoundFeature], at: Sequence[float], values: NDArray[np.float64]) -> float:
+    """How far values are from a vector, from 0 up to but not including 1."""
+    off = []
+    for bound, wanted, value in zip(features, at, values.tolist(), strict=True):
+        if bound.own or wanted == value or (wanted != wanted and value != value):
+            continue
+        if wanted != wanted or value != value or isinstance(bound.kind, Categorical):
+            off.append(1.0)
+        elif isinstance(bound.kind, Toroidal):
+            turned = abs(wanted - value) % bound.kind.period
+            off.append(2.0 * min(turned, bound.kind.period - turned) / bound.kind.period)
+        else:
+            off.append(min(1.0, abs(wanted - value) / max(abs(wanted), abs(value))))
+    return 0.99 * sum(off) / len(features) if off else 0.0
 
 
 def _misses(

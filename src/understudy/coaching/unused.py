@@ -39,7 +39,7 @@ def never_entered(survey: Survey) -> Iterator[Advice]:
                 AdviceKind.NEVER_ENTERED,
                 f"Show me when to {what}, or leave it out: nothing you showed leads there.",
                 state.name,
-                0.55,
+                0.55 if state.flag is None else 0.8,
             )
 
 
