@@ -15,6 +15,8 @@ from understudy.model.tree import Tree
 
 NEARBY = 0.15
 """So near, another example says the same: well within what is far from one."""
+MOST_FURTHER = 24
+"""So many presses of a large lesson are left out one by one for this, beside those that were already."""
 MOST = 2
 """So many of one state."""
 
@@ -26,19 +28,22 @@ def single(survey: Survey) -> Iterator[Advice]:
     """
     if survey.scant:
         return
-    vectors = survey.situations.tolist()
+    vectors, left = survey.situations.tolist(), MOST_FURTHER
     for state, learner in survey.learners.items():
         if not isinstance(survey.transition(state), Tree):
             continue
         now = learner.decided(survey.transition(state), vectors)
+        known = {trial.rows[0]: trial.transition for trial in survey.trials[state] if len(trial.rows) == 1}
         found = []
-        for trial in survey.trials[state]:
-            row, example = trial.rows[0], learner.examples[trial.rows[0]]
-            if len(trial.rows) > 1 or not example.shown or _has_fellow(survey, state, row):
-                continue
-            outcome = learner.shown.outcomes[row]
-            if learner.decided(trial.transition, [example.values])[0] != outcome:
-                changed = (now == outcome) & (learner.decided(trial.transition, vectors) != now)
+        for row in _without_fellows(survey, state):
+            example, outcome = learner.examples[row], learner.shown.outcomes[row]
+            if row not in known:
+                if not left:
+                    break
+                left -= 1
+            without = known.get(row) or learner.without(row)
+            if learner.decided(without, [example.values])[0] != outcome:
+                changed = (now == outcome) & (learner.decided(without, vectors) != now)
                 found.append((-float(changed.mean()) if len(changed) else 0.0, row, changed))
         told: set[str] = set()
         for share, row, changed in sorted(found, key=lambda each: each[:2]):
@@ -48,16 +53,15 @@ def single(survey: Survey) -> Iterator[Advice]:
                 yield _advice(survey, state, example, changed, -share)
 
 
-def _has_fellow(survey: Survey, state: str, row: int) -> bool:
-    """Whether another press said the same nearby: then it is a matter of a little more or less."""
+def _without_fellows(survey: Survey, state: str) -> list[int]:
+    """The rows of presses that no other press nearby says the same as: else it is a matter of a little more or less."""
     learner = survey.learners[state]
-    fellows = [
-        other
-        for other, example in enumerate(learner.examples)
-        if other != row and example.shown and example.next == learner.examples[row].next
-    ]
-    values = learner.shown.values
-    return bool((survey.nearness(state).distances(values[fellows], values[row]) < NEARBY).any())
+    rows = np.flatnonzero([example.shown for example in learner.examples])
+    values, outcomes = learner.shown.values[rows], learner.shown.outcomes[rows]
+    near = survey.nearness(state).distances(values[:, None], values[None]) < NEARBY
+    near &= outcomes[:, None] == outcomes[None]
+    alone: list[int] = rows[near.sum(axis=1) == 1].tolist()  # itself
+    return alone
 
 
 def _is_alone(survey: Survey, state: str, example: Example) -> bool:

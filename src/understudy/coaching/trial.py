@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from understudy.model.lesson import Lesson, Scikit
 from understudy.model.tree import STAY, Tree, leaf
 
 Chosen = NDArray[np.bool_]
-MOST_TRIALS = 100
+MOST_TRIALS = 64
 """So many trials in a lesson at most: of a larger one, each trial leaves out several examples at once."""
 MOST_SLOW_TRIALS = 8
 """The same for classifiers of scikit-learn, which take milliseconds each."""
@@ -38,7 +39,7 @@ class Learner:
         """The examples that teach it."""
         return self.shown.examples
 
-    @property
+    @cached_property
     def pressed(self) -> NDArray[np.int64]:
         """The rows that a press made."""
         return np.flatnonzero([example.pressed for example in self.examples])
@@ -46,12 +47,12 @@ class Learner:
     def learned(self, kept: Chosen) -> Transition:
         """The transition function from the rows kept [n]; it stays where none of those was press-made."""
         shown = self.shown
-        examples = tuple(example for example, keep in zip(shown.examples, kept.tolist(), strict=True) if keep)
-        if not any(example.pressed for example in examples):
+        if not kept[self.pressed].any():
             return Tree((leaf(STAY),))
+        values, outcomes, groups = shown.values[kept], shown.outcomes[kept], shown.groups[kept]
         return self.fit(
-            Shown(examples, shown.values[kept], shown.outcomes[kept], shown.groups[kept], shown.current)
-        )
+            Shown((), values, outcomes, groups, shown.current)
+        )  # arrays are all that is fitted to
 
     def without(self, *rows: int) -> Transition:
         """The transition function had these rows never been shown."""

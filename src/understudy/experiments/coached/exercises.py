@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import atan2, cos, radians, sin, tau
 from types import MappingProxyType
 
@@ -14,7 +14,7 @@ from understudy.experiments.coached.going import Going
 from understudy.experiments.novices.novice import BEARINGS_DEG, FIELD_M, Novice
 from understudy.experiments.novices.run import judge as judge_servoing
 from understudy.model.kit import Kit
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library, Taught
 from understudy.runtime.engine import Engine
 from understudy.runtime.program import link
@@ -32,6 +32,8 @@ from understudy.worlds.world import World
 
 PLACES = 30
 """Worlds that a robot taught GoTo is judged in, as many as trials of one taught to approach a ball."""
+REACTION_S = 0.3
+"""What the lesson of GoTo is told of how late presses come: as late as those of the quickest novices."""
 LIMIT_S, REACHED_M = 60.0, 0.6
 """It is to say done within so long, so near the station."""
 
@@ -117,7 +119,7 @@ EXERCISES: Mapping[str, Exercise] = MappingProxyType(
             forage_kit,
             Going,
             lambda seed: Forage([seed], practices()["an arena"]),
-            lambda: GOTO.choose(Library(forage_kit)),
+            lambda: replace(GOTO.choose(Library(forage_kit)), options=Options(reaction_s=REACTION_S)),
             _by_the_station,
             _went,
             {"A": "station"},
