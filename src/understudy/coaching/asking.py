@@ -23,6 +23,8 @@ from understudy.training.trainee import Mode
 UNSURE = 0.5
 """From so much doubt on it asks."""
 MOST_MARKS = 50
+REST_S = 2.0
+"""So long after a question it does not ask another one: whoever is asked at every step hears nothing any more."""
 
 
 class When(StrEnum):
@@ -62,17 +64,20 @@ class Asking:
         self.marked: list[Question] = []
         self._asked: set[tuple[str, str]] = set()
         self._for: tuple[object, ...] = ()
+        self._last_s = -REST_S
 
     def look(self) -> Question | None:
         """The question there is before the next tick, if it is to wait for an answer; None otherwise.
 
-        What it asked it does not ask again before the lesson has changed: whoever let it go on has answered.
+        What it asked it does not ask again before the lesson has changed: whoever let it go on has answered. After
+        a question it rests for REST_S.
         """
         session = self.session
         if self.when is When.NEVER or session.mode is not Mode.TESTING:
             return None
         screen = session.screen()
-        if screen.flag is not None or screen.waiting is not None:
+        rests = 0.0 <= screen.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
+        if screen.flag is not None or screen.waiting is not None or rests:
             return None
         self._learn()
         values = tuple(screen.features.values())
@@ -80,6 +85,7 @@ class Asking:
         if doubt.amount < self.unsure or (screen.state, doubt.reason) in self._asked:
             return None
         self._asked.add((screen.state, doubt.reason))
+        self._last_s = screen.time_s
         function = self._transitions.get(screen.state)
         outcome = -1 if function is None else function.decide(values)
         following = screen.state if outcome < 0 else session.automaton.state_names[outcome]

@@ -32,6 +32,7 @@ class Because(StrEnum):
     SCANT = "scant"  # hardly anything was shown in this lesson
     UNSHOWN = "unshown"  # the tree ends before an answer
     FAR = "far"  # far from all examples
+    OTHERWISE = "otherwise"  # what was shown nearest says something else
     HANGING = "hanging"  # at a boundary held by one example
     DISAGREEING = "disagreeing"  # examples of the leaf want different things
 
@@ -95,9 +96,12 @@ class _State:
         self, learner: Learner, transition: Transition, words: Sequence[Wording], *, scant: bool
     ) -> None:
         self._learner, self._transition, self._words, self._scant = learner, transition, words, scant
-        self._nearness = Nearness(words, transition)
+        self._nearness, self._plain = Nearness(words, transition), Nearness(words, None)
         self._rows = learner.shown.values
         self._numbers = [example.number for example in learner.examples]
+        outcomes = learner.shown.outcomes
+        masks = {int(outcome): outcomes == outcome for outcome in np.unique(outcomes)}
+        self._same = {outcome: mask for outcome, mask in masks.items() if not mask.all()}
         self._others: list[tuple[int, Transition]] = []
         self._split: dict[int, tuple[float, tuple[int, ...]]] = {}
         if isinstance(transition, Tree):
@@ -112,9 +116,14 @@ class _State:
         if outcome == STAY and isinstance(self._transition, Tree):
             return Doubt(0.9, Because.UNSHOWN, f"nothing like this was ever shown in {self._learner.state}")
         here = np.array(values, np.float64)
-        distances = self._nearness.distances(self._rows, here)
+        apart = self._nearness.apart(self._rows, here)
+        distances = self._nearness.together(apart)
         nearest = int(distances.argmin())
-        found = [self._far(float(distances[nearest]), nearest, here), self._hangs(values, outcome, distances)]
+        found = [
+            self._far(float(distances[nearest]), nearest, here, apart[nearest]),
+            self._hangs(values, outcome, distances),
+            self._otherwise(self._plain.together(apart), outcome),
+        ]
         if leaf in self._split:
             share, numbers = self._split[leaf]
             found.append(
@@ -129,11 +138,12 @@ class _State:
             found.append(Doubt(HARDLY, Because.SCANT, "hardly anything was shown yet"))
         return max(found, key=lambda each: each.amount)
 
-    def _far(self, distance: float, nearest: int, here: NDArray[np.float64]) -> Doubt:
+    def _far(
+        self, distance: float, nearest: int, here: NDArray[np.float64], off: NDArray[np.float64]
+    ) -> Doubt:
         amount = min(1.0, distance / (2 * FAR))
         if amount < 0.5:
             return Doubt(amount, Because.SHOWN, "something like it was shown", (self._numbers[nearest],))
-        off = self._nearness.apart(self._rows[nearest], here)
         cells = cells_of(self._words, here[None])[0]
         telling = {
             feature: frozenset({int(cells[feature])})
@@ -155,6 +165,19 @@ class _State:
                 if amount > most:
                     most, by = amount, self._numbers[row]
         return Doubt(most, Because.HANGING, f"only example {by} says so", (by,))
+
+    def _otherwise(self, distances: NDArray[np.float64], outcome: int) -> Doubt:
+        """All features alike, how much farther what was shown to be so is than what was shown to be otherwise."""
+        same = self._same.get(outcome)
+        if same is None:
+            return Doubt(0.0, Because.SHOWN, "")
+        others = np.where(same, np.inf, distances)
+        nearest = int(others.argmin())
+        amount = min(1.0, max(0.0, float(distances[same].min() - others[nearest])) / (2 * FAR))
+        example = self._learner.examples[nearest]
+        wish = "stay" if example.next == example.state else f"go to {example.next}"
+        reason = f"example {example.number}, which is nearest, says {wish}"
+        return Doubt(amount, Because.OTHERWISE, reason, (example.number,))
 
 
 def _split(learner: Learner, tree: Tree) -> dict[int, tuple[float, tuple[int, ...]]]:

@@ -48,8 +48,11 @@ class Nearness:
 
     def distances(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
         """How far vectors [..., F] are from others, broadcast, all features together; 1 is far."""
-        off = self.apart(rows, values)
-        found: NDArray[np.float64] = np.minimum(np.sqrt(off * off @ self._weights), 1.0)
+        return self.together(self.apart(rows, values))
+
+    def together(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far vectors are from each other that are so far `apart` [..., F] feature by feature."""
+        found: NDArray[np.float64] = np.minimum(np.sqrt(apart * apart @ self._weights), 1.0)
         return found
 
 
