@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from understudy.cli import (
+    advise,
     bench,
     check,
     demo,
@@ -66,6 +67,7 @@ app.command("demo", rich_help_panel=TEACHING)(demo.demo)
 app.command("studio", rich_help_panel=TEACHING)(studio.studio)
 app.command("teach", rich_help_panel=TEACHING)(teach.teach)
 app.command("learn", rich_help_panel=TEACHING)(learn.learn)
+app.command("advise", rich_help_panel=TEACHING)(advise.advise)
 app.command("run", rich_help_panel=RUNNING)(run.run)
 app.command("why", rich_help_panel=RUNNING)(why.why)
 app.command("eval", rich_help_panel=RUNNING)(evaluate.evaluate)

@@ -6,18 +6,19 @@ Every action says in one sentence what came of it (`said`); UnderstudyError wher
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Unpack
 
 from understudy.desk import words
+from understudy.desk.coaching import Coach, wait
 from understudy.desk.journals import alike
 from understudy.desk.keys import Keys, drive_keys, state_keys
 from understudy.desk.memory import Memory
 from understudy.desk.pace import Pace, known_speed
 from understudy.desk.plan import Choices
 from understudy.desk.saving import saved, told
+from understudy.desk.said import Said as Said
 from understudy.desk.why import Switch, Why
 from understudy.errors import SessionError
 from understudy.model.feature import BoundFeature
@@ -29,14 +30,6 @@ from understudy.training.trainee import Mode
 from understudy.worlds.finding import place_of
 from understudy.worlds.view import WorldView
 from understudy.worlds.world import World
-
-
-@dataclass(frozen=True, slots=True)
-class Said:
-    """The last thing the trainer said; `tone` is "", "recorded", "correction" or "error"."""
-
-    text: str
-    tone: str = ""
 
 
 class Desk:
@@ -55,6 +48,7 @@ class Desk:
         self.session, self.body, self.pace = session, body, pace
         self.folder, self.seed = folder, seed
         self.memory, self.why = Memory(), Why(session)
+        self.coach = Coach(session, self.why)
         self.said = Said("")
         self.corrected = False
         self.driving = False
@@ -141,6 +135,9 @@ class Desk:
 
     def tick(self) -> None:
         """One tick, and what it showed."""
+        if (question := self.coach.asking.look()) is not None:
+            wait(self, question)
+            return
         before, session = self.screen, self.session
         known = len(session.examples)
         session.tick()

@@ -16,6 +16,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "repertoire": "Which behaviors can be taught from a few examples each, and how well are they done then?",
         "servoing": "When does memory help a robot that follows what its camera sees?",
         "novices": "Can people who have never done it teach a robot in five minutes?",
+        "coached": "Do people teach better, and with fewer examples, who follow the coach?",
         "hierarchy": "Does a robot learn with fewer examples when a task is taught in layers?",
         "learners": "What do other learners make of the same few decisions?",
         "ablation": "Which parts of the method matter, and how much?",

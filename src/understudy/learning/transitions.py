@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from understudy.learning.arrays import arrays, heeded, teaching
+from understudy.learning.arrays import Shown, arrays, heeded, teaching
 from understudy.learning.grow import grow
 from understudy.learning.pruning import pruned
 from understudy.learning.scikit import fit
@@ -34,21 +34,30 @@ def learned(lesson: Lesson) -> Automaton:
 
 def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Transition:
     """The transition function of one state from the examples that teach it."""
+    return fitting(lesson)(arrays(lesson, examples, state))
+
+
+def fitting(lesson: Lesson) -> Callable[[Shown], Transition]:
+    """What makes a transition function of arrays of a lesson's examples, in the way that the lesson chose."""
     automaton, learner = lesson.automaton, lesson.options.learner
-    shown = arrays(lesson, examples, state)
     kinds = [bound.kind for bound in automaton.features]
     if isinstance(learner, Scikit):
-        return fit(learner, shown, kinds)
-    tree = grow(
-        shown.values,
-        shown.outcomes,
-        shown.groups,
-        kinds,
-        states=len(automaton.states),
-        current=shown.current,
-        midpoints=automaton.stateless or learner.boundary == "midpoint" or _watches(lesson),
-    )
-    return pruned(tree, shown, learner.pruning) if learner.pruning else tree
+        return lambda shown: fit(learner, shown, kinds)
+    midpoints = automaton.stateless or learner.boundary == "midpoint" or _watches(lesson)
+
+    def grown(shown: Shown) -> Transition:
+        tree = grow(
+            shown.values,
+            shown.outcomes,
+            shown.groups,
+            kinds,
+            states=len(automaton.states),
+            current=shown.current,
+            midpoints=midpoints,
+        )
+        return pruned(tree, shown, learner.pruning) if learner.pruning else tree
+
+    return grown
 
 
 def _watches(lesson: Lesson) -> bool:

@@ -68,8 +68,10 @@ KEYS = {
         ("d", "drive the robot into position with the same keys"),
         ("p", "let the parameters stand for the next target"),
         ("w", "I am not watching (where silence is consent)"),
+        ("A", "in testing, ask where it is unsure: wait, or mark, or do not"),
     ),
     "The lesson": (
+        ("C", "set up the next situation that the coach wants to see"),
         ("?", "why it does what it does, instead of the examples"),
         ("l", "all examples and what was learned; delete some"),
         ("c", "choose states, features, flags and options anew"),

@@ -13,6 +13,7 @@ from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 from textual.widgets import Static
 
+from understudy.desk.coaching import set_up
 from understudy.desk.desk import Desk, Said
 from understudy.desk.plan import Choices
 from understudy.errors import UnderstudyError
@@ -58,6 +59,8 @@ class Teaching(Screen[str]):
         *(Binding(key, f"desk('{action}')", show=False) for key, action in ACTIONS.items()),
         Binding("question_mark", "why", show=False),
         Binding("l", "lesson", show=False),
+        Binding("A", "ask", show=False),
+        Binding("C", "coach", show=False),
         Binding("c", "choose", show=False),
         Binding("h,f1", "help", show=False),
         Binding("q,ctrl+c", "leave", show=False),
@@ -143,6 +146,16 @@ class Teaching(Screen[str]):
     def action_why(self) -> None:
         """Explain, in place of the examples."""
         self.explaining = not self.explaining
+        self.draw()
+
+    def action_ask(self) -> None:
+        """Ask where it is unsure, and wait, or go on and mark; or do not ask."""
+        self.desk.said = Said(self.desk.coach.ask_otherwise())
+        self.draw()
+
+    def action_coach(self) -> None:
+        """Set up the next situation that the coach wants to be shown."""
+        self._guarded(lambda: set_up(self.desk))
         self.draw()
 
     def action_help(self) -> None:

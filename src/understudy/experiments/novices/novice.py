@@ -63,6 +63,24 @@ class Novice(Person):
             turn += 1
         return session.taught()
 
+    @property
+    def draws(self) -> np.random.Generator:
+        """What they draw from."""
+        return self._draws
+
+    def look_afresh(self) -> None:
+        """The robot is elsewhere: what they remember of the ball is of no use any more."""
+        self._side = None
+
+    def say(self, session: Session, wished: str | None) -> None:
+        """Press now: direct the robot, with the slips of the hand, or confirm (None); it acts in this tick."""
+        if wished is None:
+            session.confirm()
+            self.presses += 1
+        else:
+            self._press(session, wished)
+        session.tick()
+
     def _start(self, situation: str) -> Start:
         farthest_m = self.habits.distance_m
         return Start((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])
@@ -103,6 +121,8 @@ class Novice(Person):
         return self._either
 
     _either = "forwardL"
+    buttons: tuple[str, ...] = ("left", "right", "forwardL", "forwardR")
+    """What a slip may hit."""
 
     def _consider(self, session: Session, wished: str | None, now: float) -> None:
         tick_s = session.body.tick_s
@@ -120,7 +140,7 @@ class Novice(Person):
         super()._consider(session, wished, now)
 
     def _press(self, session: Session, wished: str) -> None:
-        others = [state for state in ("left", "right", "forwardL", "forwardR") if state != wished]
+        others = [state for state in self.buttons if state != wished]
         if self._draws.random() < self.traits.slips:
             wished = others[int(self._draws.integers(len(others)))]
             self.slipped += 1

@@ -1,0 +1,68 @@
+"""The coach: what a lesson lacks, most useful first.
+
+for each in advice(lesson, learn(lesson), kit=kit):
+    print(each.sentence)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.coaching.advice import Advice, AdviceKind
+from understudy.coaching.conflicts import contradicting, disagreeing
+from understudy.coaching.gaps import gaps
+from understudy.coaching.hanging import single
+from understudy.coaching.outlook import outlook
+from understudy.coaching.survey import Survey
+from understudy.coaching.unused import idle, never_entered, never_left
+from understudy.model.automaton import Transition
+from understudy.model.kit import Kit
+from understudy.model.lesson import Lesson
+
+UNSURE = 0.3
+"""No advice on a lesson of hardly any examples weighs more."""
+
+
+def advice(
+    lesson: Lesson,
+    transitions: Mapping[str, Transition],
+    *,
+    kit: Kit | None = None,
+    situations: NDArray[np.float64] | None = None,
+) -> tuple[Advice, ...]:
+    """What a lesson lacks, most useful first, given what was learned from it.
+
+    With a `kit`, its other features are tried on contradictions. `situations` [M, F] are feature vectors that the
+    robot may come into (see `situations_in`); without them, they are imagined from the examples.
+    """
+    survey = Survey.of(lesson, transitions, situations)
+    found = [
+        *contradicting(survey, kit),
+        *disagreeing(survey),
+        *never_left(survey),
+        *never_entered(survey),
+        *gaps(survey),
+        *single(survey),
+        *outlook(survey),
+        *idle(survey),
+    ]
+    if survey.scant:
+        found = [replace(each, weight=min(each.weight, UNSURE)) for each in found]
+        found.insert(0, _few(survey))
+    return tuple(sorted(found, key=lambda each: -each.weight))
+
+
+def _few(survey: Survey) -> Advice:
+    presses = survey.shown
+    said = (
+        "You showed me nothing yet"
+        if not presses
+        else f"You pressed {'once' if presses == 1 else 'twice'} so far"
+    )
+    return Advice(
+        AdviceKind.FEW, f"{said}: show me more, and then I can tell you what is missing.", "", UNSURE
+    )

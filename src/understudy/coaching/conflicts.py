@@ -1,0 +1,147 @@
+"""What examples say against each other, and which feature of the kit would tell them apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise, product
+
+import numpy as np
+
+from understudy.coaching.advice import Advice, AdviceKind
+from understudy.coaching.survey import Survey
+from understudy.coaching.wording import box_of, cells_of, situation
+from understudy.errors import UnderstudyError, listed
+from understudy.learning.arrays import vectors
+from understudy.learning.report import contradictions
+from understudy.model.binding import Binding
+from understudy.model.example import Example, ExampleKind
+from understudy.model.feature import BoundFeature, Feature
+from understudy.model.kinds import Categorical
+from understudy.model.kit import Kit
+from understudy.model.regions import Box
+from understudy.training.values import values_of
+
+
+def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
+    """Directives and confirmations of one situation that want different things, and what would part them."""
+    for state in survey.learners:
+        for group in contradictions(survey.lesson, state):
+            place = survey.place(state)
+            box, when = _where(survey, group[0])
+            numbers = tuple(example.number for example in group)
+            said = listed(f"example {example.number} says {_wish(example)}" for example in group)
+            yield Advice(
+                AdviceKind.CONTRADICTION,
+                f"Tell me which is right{_in(place)}{when}: {said}; delete what you did not mean.",
+                place,
+                0.95,
+                box,
+                numbers,
+                group[0].values,
+            )
+            if kit is not None:
+                for bound in separating(survey, group, kit)[:1]:
+                    yield Advice(
+                        AdviceKind.SEPARATING,
+                        f"Let me look at {bound}, too: it tells {listed(map(str, numbers))} apart, which are all one "
+                        "to me now.",
+                        place,
+                        0.9,
+                        box,
+                        numbers,
+                    )
+
+
+def disagreeing(survey: Survey) -> Iterator[Advice]:
+    """A directive in the very situation in which a default was recorded: what was said decides, at once."""
+    for state, learner in survey.learners.items():
+        for group in vectors(learner.examples).values():
+            defaults = [example for example in group if example.kind is ExampleKind.DEFAULT]
+            leaving = [
+                example
+                for example in group
+                if example.kind is ExampleKind.DIRECTIVE and example.next != example.state
+            ]
+            if not defaults or not leaving:
+                continue
+            box, when = _where(survey, group[0])
+            first, stays = leaving[0], defaults[0]
+            yield Advice(
+                AdviceKind.DISAGREEMENT,
+                f"Is it right that I leave {state} for {first.next} at once{when}? Example {first.number} says so, and "
+                f"example {stays.number}, recorded in the same situation, says stay; if not, let me look at something "
+                "that tells them apart.",
+                state,
+                0.75,
+                box,
+                (first.number, stays.number),
+                first.values,
+            )
+
+
+def separating(survey: Survey, group: Sequence[Example], kit: Kit) -> list[BoundFeature]:
+    """The kit's features, not chosen for the lesson, that tell apart what these examples want; the clearest first."""
+    lesson = survey.lesson
+    steady = frozenset(
+        feature.reading or ""
+        for feature in kit.features.values()
+        if isinstance(feature, Feature) and isinstance(feature.kind, Categorical)
+    )
+    found = []
+    for order, bound in enumerate(_others(survey, kit)):
+        automaton = replace(lesson.automaton, features=(bound,))
+        asked = replace(lesson, automaton=automaton, examples=())
+        try:
+            values = [values_of(example, asked, lesson.record, steady=steady)[0] for example in group]
+        except (UnderstudyError, KeyError):  # it was not recorded then
+            continue
+        clear = _clearness(bound, values, [example.next for example in group])
+        if clear > 0:
+            found.append((-clear, order, bound))
+    return [bound for _, _, bound in sorted(found, key=lambda each: each[:2])]
+
+
+def _others(survey: Survey, kit: Kit) -> Iterator[BoundFeature]:
+    """What else a lesson might have chosen: every feature of the kit, of its parameters or, without any, of targets."""
+    automaton = survey.lesson.automaton
+    names = automaton.parameters or tuple(kit.targets)
+    for feature in kit.features.values():
+        for chosen in product(names, repeat=len(feature.parameters)):
+            bound = BoundFeature(feature, Binding(dict(zip(feature.parameters, chosen, strict=True))))
+            if bound not in automaton.features:
+                yield bound
+
+
+def _clearness(bound: BoundFeature, values: Sequence[float], wishes: Sequence[str]) -> float:
+    """How clearly values part wishes, 0 (not at all) to 1."""
+    if isinstance(bound.kind, Categorical) or any(value != value for value in values):
+        said: dict[str, set[str]] = {}
+        for value, wish in zip(values, wishes, strict=True):
+            said.setdefault("absent" if value != value else f"{value}", set()).add(wish)
+        return 1.0 if len(said) > 1 and all(len(wished) == 1 for wished in said.values()) else 0.0
+    pairs = sorted(zip(values, wishes, strict=True))
+    parted = [(two[0] - one[0]) for one, two in pairwise(pairs) if one[1] != two[1]]
+    spread = pairs[-1][0] - pairs[0][0]
+    if spread <= 1e-9 * max(1.0, abs(pairs[-1][0])) or len(parted) != len(set(wishes)) - 1:
+        return 0.0
+    return 0.99 * float(np.min(parted)) / spread
+
+
+def _where(survey: Survey, example: Example) -> tuple[Box, str]:
+    row = cells_of(survey.words, np.array([example.values], np.float64).reshape(1, -1))[0]
+    cells = {
+        feature: frozenset({int(cell)})
+        for feature, cell in enumerate(row)
+        if survey.words[feature].cells != (cell,)  # it tells nothing: all values that were seen are one
+    }
+    said = situation(survey.words, cells)
+    return box_of(survey.words, cells), f" when {said}" if said else ""
+
+
+def _wish(example: Example) -> str:
+    return f"keep {example.next}" if example.next == example.state else example.next
+
+
+def _in(place: str) -> str:
+    return f" in {place}" if place else ""

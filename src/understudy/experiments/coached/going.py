@@ -1,0 +1,48 @@
+"""The novice of `novices`, at GoTo: turn to the station, drive there, say done."""
+
+from __future__ import annotations
+
+from math import isnan, pi, tau
+
+from understudy.experiments.novices.novice import Novice
+from understudy.experiments.novices.traits import UNDERSTOOD
+from understudy.training.screen import Screen
+
+THERE_M = 0.3
+"""What being there is to a novice who judges it well."""
+ASTRAY, FACING = 0.6, 0.12
+"""So far off its way it has to turn, rad; so near to facing the station it has turned enough."""
+OFF_RAD = 0.15
+"""How far off ahead is, rad, to a novice who is as far off the middle as any."""
+
+
+class Going(Novice):
+    """A novice who teaches GoTo(A); what they misunderstood is which way to turn."""
+
+    buttons = ("forward", "rotate_left", "rotate_right", "done")
+
+    def there(self, screen: Screen) -> bool:
+        """The robot says that it is there."""
+        return screen.flag is not None
+
+    def wish(self, screen: Screen) -> str | None:
+        """The state they would rather have the robot in."""
+        distance, state = screen.features["distance_to(A)"], screen.state
+        if screen.flag is not None or isnan(distance):
+            return None
+        if distance < THERE_M * (1.0 + self.traits.misjudged):
+            return "done"
+        off = (screen.features["angle_to(A)"] + OFF_RAD * self.traits.off_middle_px / 20.0 + pi) % tau - pi
+        if state in ("start", "forward"):
+            return self._turn(off) if abs(off) > ASTRAY else "forward" if state == "start" else None
+        ahead = off if state == "rotate_left" else -off
+        return "forward" if -ASTRAY < ahead < FACING else None
+
+    def _turn(self, off: float) -> str:
+        """The way they turn to what is so far to the left, rad."""
+        side = "rotate_left" if off > 0 else "rotate_right"
+        if self.traits.mistake == UNDERSTOOD:
+            return side
+        if self.traits.mistake == "one only":
+            return "rotate_left"
+        return "rotate_left" if self._either == "forwardL" else "rotate_right"

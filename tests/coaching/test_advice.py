@@ -1,0 +1,209 @@
+"""What the coach says of lessons written by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+from time import perf_counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from tests.coaching.lessons import DISTANCE, GOTO, Row, goto
+from tests.learning.lessons import lesson as lesson_of
+from tests.learning.lessons import tables
+from tests.model.lessons import goto as recorded
+
+from understudy.coaching.advice import Advice, AdviceKind
+from understudy.coaching.coach import UNSURE, advice
+from understudy.learning.transitions import learn
+from understudy.model.example import Example, ExampleKind
+from understudy.model.kinds import Categorical, Kind
+from understudy.model.lesson import Lesson, Options, Scikit
+from understudy.worlds.forage import kit
+
+
+def advised(lesson: Lesson, kind: AdviceKind | None = None) -> list[Advice]:
+    return [each for each in advice(lesson, learn(lesson), kit=kit) if kind in (None, each.kind)]
+
+
+def test_most_useful_first_and_each_weight_is_a_share() -> None:
+    weights = [each.weight for each in advised(goto())]
+    assert weights == sorted(weights, reverse=True)
+    assert all(0 <= weight <= 1 for weight in weights)
+
+
+def test_what_was_never_shown_is_asked_for_in_words() -> None:
+    sentences = [each.sentence for each in advised(goto(), AdviceKind.GAP)]
+    assert "Show me what to do in forward when A is behind you: I was never shown that." in sentences
+
+
+@given(tables())
+def test_no_example_of_the_state_lies_in_a_gap(
+    table: tuple[list[tuple[tuple[float, ...], int, int]], list[Kind]],
+) -> None:
+    drawn, kinds = table
+    names = ("a", "b", "c")
+    kind = {0: "default", 1: "directive"}
+    rows = [("a", row[0], "a" if not row[2] else names[row[1]], kind[row[2]]) for row in drawn]
+    found = lesson_of(rows, kinds)
+    for each in advised(found, AdviceKind.GAP):
+        assert each.region is not None
+        for example in found.examples:
+            assert not all(value in part for value, part in zip(example.values, each.region, strict=True))
+
+
+def test_a_boundary_held_by_one_example_names_it() -> None:
+    (first, *_) = [each for each in advised(goto(), AdviceKind.SINGLE) if each.state == "forward"]
+    assert first.examples == (2,)
+    assert first.sentence.startswith("Only example 2 tells me to go from forward to done when A is ")
+    assert first.region is not None
+    assert 0.3 in first.region[0]
+
+
+def test_an_example_shown_twice_holds_no_boundary_alone() -> None:
+    again: Row = ("forward", "done", "directive", 0.31, 349)
+    lesson = goto((*GOTO, again))
+    assert not [each for each in advised(lesson, AdviceKind.SINGLE) if each.state == "forward"]
+
+
+def test_contradicting_examples_are_named() -> None:
+    lesson = goto((*GOTO, ("forward", "left", "directive", 0.3, 350)))
+    (first,) = advised(lesson, AdviceKind.CONTRADICTION)
+    assert first == advised(lesson)[0]
+    assert first.examples == (2, 7)
+    assert "example 2 says done and example 7 says left" in first.sentence
+
+
+def test_one_in_quarantine_contradicts_nobody() -> None:
+    lesson = goto((*GOTO, ("forward", "left", "directive", 0.3, 350)))
+    last = replace(lesson.examples[-1], quarantined="a slip")
+    assert not advised(replace(lesson, examples=(*lesson.examples[:-1], last)), AdviceKind.CONTRADICTION)
+
+
+def test_a_directive_and_a_default_of_one_situation_are_named() -> None:
+    lesson = goto((*GOTO, ("left", "forward", "directive", 5.0, 90)))
+    (first,) = advised(lesson, AdviceKind.DISAGREEMENT)
+    assert (first.state, first.examples) == ("left", (7, 4))
+    assert "leave left for forward at once" in first.sentence
+
+
+def test_states_never_left_or_entered() -> None:
+    lesson = goto((*GOTO[:3], ("forward", "left", "directive", 3.0, 60)))
+    assert [each.state for each in advised(lesson, AdviceKind.NEVER_LEFT)] == ["left"]
+    without = goto(tuple(row for row in GOTO if "left" not in row[:2]))
+    assert [each.state for each in advised(without, AdviceKind.NEVER_ENTERED)] == ["left"]
+    begins = goto(tuple(row for row in GOTO if row[0] != "start"))
+    (first,) = advised(begins, AdviceKind.NEVER_LEFT)
+    assert first.sentence == "Show me what to do first: nothing leads from start to any other state."
+
+
+def test_a_feature_that_decides_nothing() -> None:
+    rows = [
+        ("go", (1, 0), "stop", "directive"),
+        ("go", (5, 0), "go", "default"),
+        ("go", (2, 0), "stop", "directive"),
+        ("go", (1.5, 0), "stop", "directive"),
+    ]
+    (first,) = advised(lesson_of(rows, [DISTANCE.kind, Categorical(("no", "yes"))]), AdviceKind.IDLE)
+    assert first.sentence == "Leave out f1, or show me where it matters: so far it decides nothing."
+
+
+def test_a_feature_left_out_that_would_tell_a_contradiction_apart() -> None:
+    taught = recorded().lesson
+    assert taught is not None
+    both = _two_wishes_of_one_vector(taught)
+    (first,) = advised(both, AdviceKind.SEPARATING)
+    assert "food_left" in first.sentence
+    assert not [
+        each for each in advice(both, learn(both)) if each.kind is AdviceKind.SEPARATING
+    ]  # there is no kit to look in
+
+
+def _two_wishes_of_one_vector(taught: Lesson) -> Lesson:
+    """GoTo without features: two presses that differ in what was recorded of `food_left` alone."""
+    from understudy.model.lesson import Record
+
+    automaton = replace(taught.automaton, features=())
+    keys = (("food_left", None), ("food_stored", None))
+    record = Record(keys, np.array([[0.0, 4.0], [1.0, 4.0]]), np.array([0.0, 1.0]))
+    wishes = ("done", "start")
+    examples = tuple(
+        Example(number, "forward", (), wish, ExampleKind.DIRECTIVE, moment=number)
+        for number, wish in enumerate(wishes)
+    )
+    return Lesson(automaton, examples, record=record)
+
+
+TINY = [
+    (),
+    GOTO[:1],
+    GOTO[:2],
+    (("start", "forward", "directive", 6.0, 10.0), ("start", "left", "directive", 6.0, 10.0)),
+]
+
+
+@pytest.mark.parametrize("rows", TINY)
+def test_a_lesson_of_two_examples_gets_no_confident_advice(rows: tuple[Row, ...]) -> None:
+    found = advised(goto(rows))
+    assert found[0].kind is AdviceKind.FEW
+    assert all(each.weight <= UNSURE for each in found)
+    assert not {each.kind for each in found} & {AdviceKind.GAP, AdviceKind.SINGLE, AdviceKind.OUTLOOK}
+
+
+def test_whether_more_examples_are_likely_to_help() -> None:
+    assert not advised(goto(), AdviceKind.OUTLOOK)  # too few to say
+    (known,) = advised(_many(24, noisy=False), AdviceKind.OUTLOOK)
+    assert known.sentence.startswith("I have seen enough")
+    (lost,) = advised(_many(40, noisy=True), AdviceKind.OUTLOOK)
+    assert lost.sentence.startswith("More of the same may not help")
+
+
+def _many(count: int, *, noisy: bool) -> Lesson:
+    """Drives on while farther than 3 m, else done; or by the toss of a coin."""
+    draws = np.random.default_rng(5)
+    rows: list[Row] = []
+    for _ in range(count):
+        distance, angle = float(draws.random()) * 6.0, float(draws.random()) * 360.0
+        done = draws.random() < 0.5 if noisy else distance < 3.0
+        wish, kind = ("done", "directive") if done else ("forward", "confirmation")
+        rows.append(("forward", wish, kind, distance, angle))
+    return goto(tuple(rows))
+
+
+def test_advice_on_a_stateless_lesson_is_about_no_state() -> None:
+    lesson = goto(tuple(row for row in GOTO if row[2] == "directive"), stateless=True)
+    assert {each.state for each in advised(lesson, AdviceKind.GAP)} == {""}
+
+
+def test_a_classifier_is_advised_on_as_trees_are() -> None:
+    lesson = replace(goto(), options=Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1})))
+    assert AdviceKind.GAP in {each.kind for each in advised(lesson)}
+
+
+@pytest.mark.parametrize("stateless", [False, True])
+def test_advice_on_two_hundred_examples_takes_fifty_milliseconds_at_most(stateless: bool) -> None:
+    draws = np.random.default_rng(3)
+    rows: list[Row] = []
+    for _ in range(200):
+        distance, angle = float(draws.random()) * 6.0, float(draws.random()) * 360.0
+        state = ("start", "forward", "left")[int(draws.integers(3))]
+        wish = "done" if distance < 0.5 else "forward" if angle < 40 or angle > 320 else "left"
+        rows.append((state, wish, "confirmation" if wish == state else "directive", distance, angle))
+    lesson = goto(tuple(rows), stateless=stateless)
+    transitions = learn(lesson)
+    took = []
+    for _ in range(5):
+        began = perf_counter()
+        advice(lesson, transitions, kit=kit)
+        took.append(perf_counter() - began)
+    assert min(took) < 0.05
+
+
+def test_situations_that_a_robot_came_into_take_the_place_of_imagined_ones() -> None:
+    lesson = goto()
+    behind = np.array([[2.0, radians(degrees)] for degrees in range(160, 200)])
+    found = advice(lesson, learn(lesson), situations=behind)
+    assert {each.sentence for each in found if each.kind is AdviceKind.GAP and each.state == "left"} == {
+        "Show me what to do in left when A is behind you: I was never shown that."
+    }

@@ -1,0 +1,73 @@
+"""A robot in testing that says when it is unsure."""
+
+from __future__ import annotations
+
+from tests.coaching.lessons import GOTO, goto
+
+from understudy.coaching.asking import Asking, Question, When
+from understudy.model.library import Library
+from understudy.training.session import Session
+from understudy.training.trainee import Mode
+from understudy.worlds.catalog import find_world
+from understudy.worlds.forage import kit
+from understudy.worlds.world import World
+
+
+def looking_away() -> Session:
+    """A robot that looks away from the station, which it was never shown."""
+    body = World(find_world("forage"), [5])
+    session = Session(body, Library(kit), goto(GOTO), targets={"A": "station"})
+    session.test()
+    body.place(0, 5.0, 5.0, 0.0)
+    session.moved()
+    bearing = session.screen().features["angle_to(A)"]
+    body.place(0, 5.0, 5.0, bearing + 3.14159)
+    session.moved()
+    return session
+
+
+def test_it_asks_once_and_goes_on_when_let() -> None:
+    session = looking_away()
+    asking = Asking(session)
+    question = asking.look()
+    assert isinstance(question, Question)
+    assert question.sentence.startswith("I am not sure: I would ")
+    assert "behind you" in question.sentence
+    assert asking.look() is None
+    session.tick()
+
+
+def test_it_marks_and_the_moment_can_be_gone_back_to() -> None:
+    session = looking_away()
+    asking = Asking(session, When.MARK)
+    began = session.body.time_s
+    for _ in range(20):
+        assert asking.look() is None
+        session.tick()
+    first = asking.marked[0]
+    assert (first.time_s, first.state) == (began, "start")
+    assert first.instant is not None
+    session.rewind(first.instant)
+    assert session.body.time_s == began
+    assert tuple(session.screen().features.values()) == first.values
+
+
+def test_it_asks_nothing_in_training_or_unless_wanted() -> None:
+    session = looking_away()
+    assert Asking(session, When.NEVER).look() is None
+    session.train()
+    assert session.mode is Mode.TRAINING
+    assert Asking(session).look() is None
+
+
+def test_an_answer_settles_it() -> None:
+    session = looking_away()
+    asking = Asking(session)
+    before = asking.look()
+    assert before is not None
+    session.direct("left")
+    session.tick()
+    session.rewind(session.instant())
+    session.test()
+    again = asking.look()
+    assert again is None or again.doubt.amount < before.doubt.amount

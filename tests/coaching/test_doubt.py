@@ -1,0 +1,107 @@
+"""How sure a decision is of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import nan, radians
+from time import perf_counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from tests.coaching.lessons import GOTO, Row, goto
+from tests.learning.lessons import lesson as lesson_of
+from tests.learning.lessons import tables
+
+from understudy.coaching.doubt import Because, Doubts, doubt
+from understudy.learning.arrays import vectors
+from understudy.learning.transitions import learn
+from understudy.model.kinds import Kind
+from understudy.model.lesson import Lesson
+
+
+def doubts(lesson: Lesson) -> Doubts:
+    return Doubts(lesson, learn(lesson))
+
+
+ASKED = [
+    # state, distance, degrees, doubt at least and at most, why, what of it is said
+    ("forward", 6.0, 10, 0.0, 0.0, Because.SHOWN, ""),
+    ("forward", 5.4, 15, 0.0, 0.3, Because.SHOWN, ""),
+    ("forward", 0.29, 350, 0.0, 0.1, Because.SHOWN, ""),
+    ("forward", 3.0, 180, 0.7, 1.0, Because.FAR, "nothing was shown in forward when A is"),
+    ("left", 5.0, 270, 0.7, 1.0, Because.FAR, "to the right"),
+    ("left", 5.0, 340, 0.3, 0.5, Because.HANGING, "only example 5 says so"),
+    ("done", 0.3, 0, 0.0, 0.0, Because.SHOWN, "never left"),
+]
+
+
+@pytest.mark.parametrize(("state", "distance", "degrees", "least", "most", "because", "said"), ASKED)
+def test_doubt_and_its_reason(
+    state: str, distance: float, degrees: float, least: float, most: float, because: Because, said: str
+) -> None:
+    found = doubts(goto()).doubt(state, (distance, radians(degrees)))
+    assert least <= found.amount <= most, found
+    assert found.because is because, found
+    assert said in found.reason
+
+
+def test_where_nothing_was_shown_or_hardly_anything() -> None:
+    without = goto(tuple(row for row in GOTO if row[0] != "left"))
+    found = doubts(without).doubt("left", (1.0, 1.0))
+    assert (found.amount, found.because) == (1.0, Because.UNTAUGHT)
+    tiny = doubts(goto(GOTO[:2])).doubt("forward", (6.0, radians(10)))
+    assert (tiny.amount, tiny.because) == (0.6, Because.SCANT)
+
+
+def test_absence_that_was_never_shown_is_far_from_all() -> None:
+    found = doubts(goto()).doubt("forward", (nan, nan))
+    assert found.amount >= 0.9
+    assert "nothing" in found.reason
+
+
+def test_a_leaf_whose_examples_want_different_things() -> None:
+    again: Row = ("forward", "left", "directive", 0.3, 350)
+    found = doubts(goto((*GOTO, again))).doubt("forward", (0.3, radians(350)))
+    assert (found.amount, found.because, found.examples) == (1.0, Because.DISAGREEING, (2, 7))
+
+
+def test_one_decision_alone_is_asked_as_many_are() -> None:
+    lesson = goto()
+    transition = learn(lesson)["left"]
+    assert doubt(lesson, transition, "left", (5.0, 1.0)) == doubts(lesson).doubt("left", (5.0, 1.0))
+
+
+@given(tables())
+def test_doubt_is_a_share_and_what_was_shown_without_contradiction_is_in_none(
+    table: tuple[list[tuple[tuple[float, ...], int, int]], list[Kind]],
+) -> None:
+    drawn, kinds = table
+    rows = [("a", row[0], ("a", "b", "c")[row[1]], "directive") for row in drawn]
+    lesson = lesson_of(rows, kinds)
+    knows = doubts(lesson)
+    groups = vectors(lesson.examples).values()
+    agreed = all(len({example.next for example in group}) == 1 for group in groups)
+    for example in lesson.examples:
+        found = knows.doubt("a", example.values)
+        assert 0.0 <= found.amount <= 1.0
+        if len(lesson.examples) >= 3 and agreed:
+            assert found.amount == 0.0, (found, example)
+
+
+def test_a_call_takes_a_fifth_of_a_millisecond_at_most() -> None:
+    draws = np.random.default_rng(3)
+    rows: list[Row] = []
+    for _ in range(200):
+        distance, angle = float(draws.random()) * 6.0, float(draws.random()) * 360.0
+        wish = "done" if distance < 0.5 else "forward" if angle < 40 or angle > 320 else "left"
+        rows.append(("forward", wish, "confirmation" if wish == "forward" else "directive", distance, angle))
+    knows = doubts(goto(tuple(rows)))
+    asked: list[Sequence[float]] = [(each[3] * 0.9, radians(each[4])) for each in rows]
+    took = []
+    for _ in range(5):
+        began = perf_counter()
+        for values in asked:
+            knows.doubt("forward", values)
+        took.append((perf_counter() - began) / len(asked))
+    assert min(took) < 0.0002
