@@ -21,6 +21,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "ablation": "Which parts of the method matter, and how much?",
         "patrol": "Can a team be taught the patrol of the paper, and what does its coordinator bring?",
         "roles": "What is a team worth whose members differ, and what does its coordinator bring?",
+        "unlearning": "Can bad examples be found by the corrections that they made necessary?",
         "small": "How small are the lessons that robots learn from?",
     }
 )

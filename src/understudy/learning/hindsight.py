@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.learning import _inverse_kernels
 from understudy.learning.likeness import Square
 from understudy.model.kinds import Column
 
@@ -66,7 +67,7 @@ def hindsight(unlike: Square, outcomes: NDArray[np.int64], noise: Column) -> Hin
     best: tuple[float, Square, Square] | None = None
     for scale in SCALES:
         like = np.exp(-unlike / (2 * middle * scale * scale))
-        inverse = np.linalg.inv(like + np.diag(noise))
+        inverse = _inverse_kernels.inverse(like + np.diag(noise))
         variance = 1 / np.diag(inverse)
         off = own - _predicted(inverse, own)
         size = float((off * off / variance[:, None]).mean())

@@ -136,7 +136,9 @@ def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: Hindsight
         reason = f"What is like {said} agrees on something else, so either it is wrong or a boundary runs close by."
         return Judgement(correction, Verdict.UNSURE, reason)
     if not against.any():
-        return Judgement(correction, Verdict.FEW, f"Nothing like {said} had been shown: it adds what was missing.")
+        return Judgement(
+            correction, Verdict.FEW, f"Nothing like {said} had been shown: it adds what was missing."
+        )
     reason = f"Too little had been shown around {said}, and no example there is clearly bad."
     return Judgement(correction, Verdict.FEW, reason)
 

@@ -38,7 +38,12 @@ def options(lesson: Lesson) -> dict[str, Any]:
     """How a lesson is learned."""
     chosen = lesson.options
     learner = getattr(chosen.learner, "classifier", "trees")
-    return {"learner": learner, "reaction_s": chosen.reaction_s, "watched": chosen.watched}
+    return {
+        "learner": learner,
+        "reaction_s": chosen.reaction_s,
+        "watched": chosen.watched,
+        "unlearning": chosen.unlearning,
+    }
 
 
 def plain(value: float, bound: BoundFeature) -> float | str | None:

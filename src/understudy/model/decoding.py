@@ -23,7 +23,7 @@ from understudy.model.feature import (
 )
 from understudy.model.kinds import Categorical, Kind, parse_kind
 from understudy.model.kit import Kit
-from understudy.model.lesson import Lesson, Options, Record, Scikit, Trees
+from understudy.model.lesson import Learner, Lesson, Options, Record, Scikit, Trees
 from understudy.model.packing import unpack
 from understudy.model.schema import (
     AutomatonDoc,
@@ -126,10 +126,12 @@ def lesson_of(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesson:
 
 
 def _options(doc: OptionsDoc) -> Options:
+    learner: Learner
     if isinstance(doc.learner, TreesDoc):
-        trees = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False)
-        return Options(doc.reaction_s, doc.watched, trees)
-    return Options(doc.reaction_s, doc.watched, Scikit(doc.learner.classifier, doc.learner.parameters))
+        learner = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False)
+    else:
+        learner = Scikit(doc.learner.classifier, doc.learner.parameters)
+    return Options(doc.reaction_s, doc.watched, learner, doc.unlearning is True)
 
 
 def _record(doc: RecordDoc, source: Source, here: Steps) -> Record:

@@ -2,7 +2,6 @@
 
 session = Session(body, library, lesson, targets={"A": "station"})
 session.direct("rotate_left")
-session.run_for(1.2)
 session.test()
 """
 
@@ -14,6 +13,7 @@ from typing import Self, TypeAlias, Unpack
 
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.learning.transitions import learned
+from understudy.learning.unlearning import Judgement
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.example import Example
@@ -43,9 +43,8 @@ class Session:
     """One agent of a body being taught one automaton; the others idle, or run behaviors of the library.
 
     `targets` says what the automaton's parameters stand for while it is taught. `clock` is the demonstrator's
-    time, s (the body's where there is none). With a `journal` (a new file), every press is on disk before
-    `direct` or `confirm` returns, and `Session.resume` goes on after any end; `about` is kept there for
-    whoever resumes.
+    time, s (the body's where there is none). With a `journal` (a new file), every press is on disk before `direct` or
+    `confirm` returns, and `Session.resume` goes on after any end; `about` is kept there for whoever resumes.
     """
 
     def __init__(
@@ -82,8 +81,7 @@ class Session:
             goes_on = past.body_tick == past.ticks
         session = cls.__new__(cls)
         session._begin(body, library, past, clock)
-        rows = len(past.recorder.record)
-        session._notebook.journal = Journal.resumed(journal, ticks=past.ticks, rows=rows)
+        session._notebook.journal = Journal.resumed(journal, ticks=past.ticks, rows=len(past.recorder.record))
         if not goes_on:
             session._notebook.begin_episode()
         return session
@@ -138,6 +136,11 @@ class Session:
         if self._percept is None:
             self._percept = self.body.sense(self._keys)
         return self._percept
+
+    @property
+    def judgement(self) -> Judgement | None:
+        """What the last correction of a wrong decision came to: who is to blame for it; None where there is none."""
+        return self._notebook.judgement
 
     @property
     def watching(self) -> bool:
@@ -257,8 +260,7 @@ class Session:
         rewindable(self.body).restore(instant.body)
         self.company.restore(instant.others)
         self.moved()
-        self._trainee.press = None
-        self._trainee.mode = instant.mode
+        self._trainee.press, self._trainee.mode = None, instant.mode
         self._trainee.restore(instant.run, now=self.body.time_s)
         self._turned()
         self._keep_snapshot()
@@ -371,8 +373,6 @@ class Session:
     def close(self) -> None:
         """Put everything on disk."""
         self._notebook.journal.close()
-
-    # Running
 
     def _turned(self) -> None:
         self._notebook.turned(self.mode, self.run_state, self._targets, self._trainee.press)
