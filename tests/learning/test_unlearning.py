@@ -109,7 +109,7 @@ def test_the_learner_makes_no_difference() -> None:
 
 
 def test_stateless_lessons_pool_all_states() -> None:
-    shown = [("go" if k % 2 else "rest", [k], "go", "confirmation") for k in range(6)]
+    shown = [("go" if k % 2 else "rest", [float(k)], "go", "confirmation") for k in range(6)]
     shown += [("rest", [2.5], "turn", "directive"), ("go", [2.6], "go", "confirmation")]
     pooled = lesson(shown, stateless=True)
     made = (*pooled.examples[:-1], replace(pooled.examples[-1], correction=True))

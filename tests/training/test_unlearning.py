@@ -15,7 +15,7 @@ from understudy.model.library import Library
 from understudy.training.session import Session
 
 WRONG = 6
-"""The number of the example that the wrong button made: left, at 85 m."""
+"""The number of the example that the wrong button made: left, at 84 m."""
 
 
 def misled(options: Options = Options(unlearning=True), *, journal: Path | None = None) -> Session:
@@ -47,7 +47,7 @@ def corrected(taught: Session) -> Session:
     """Tested, stopped just before it turns left, and told to go on."""
     taught.reset(0)
     taught.test()
-    while taught.screen().path == ("start",) or taught.screen().features["range_of(ball)"] > 85:
+    while taught.screen().path == ("start",) or taught.screen().features["range_of(ball)"] > 84:
         taught.tick()
     return play(taught, "confirm", 1)
 

@@ -18,7 +18,6 @@ from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.example import Example
 from understudy.model.feature import Percept
-from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, Taught
 from understudy.runtime.body import Body, Resettable, Rewindable, every_key
@@ -34,7 +33,7 @@ from understudy.training.past import Past, lesson_bytes
 from understudy.training.recorder import Moment
 from understudy.training.screen import Screen
 from understudy.training.trainee import Mode, Outcome, Press, Trainee
-from understudy.training.values import own_readings, shown
+from understudy.training.values import own_readings, shown, steady_readings
 
 Clock: TypeAlias = Callable[[], float]
 
@@ -92,8 +91,7 @@ class Session:
         self._targets = past.targets
         self._clock = clock or (lambda: body.time_s)
         self._keys = every_key(body)
-        steady = frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
-        self._notebook = Notebook(past, Journal(), steady=steady)
+        self._notebook = Notebook(past, Journal(), steady=steady_readings(body))
         self.company = Company(body, library, past.others)
         self._driving: Interpreter | None = None
         self._percept: Percept | None = None
