@@ -27,7 +27,7 @@ FEWEST_ALIKE, FEWEST = 4, 8
 """So many presses from one state to another tell something; so many together are enough."""
 CLEAR = 4.0
 """How much likelier (its logarithm) the presses are with the shift than without."""
-WITHIN = 3.0
+WITHIN = 8.0
 """A shift less likely than the best by more than this is out of the question."""
 
 Shifted: TypeAlias = NDArray[np.float64]
