@@ -65,7 +65,9 @@ def _head(facts: dict[str, Any], out: Console) -> None:
     else:
         learns = "decision trees" if chosen["learner"] == "trees" else f"{chosen['learner']} of scikit-learn"
         late = f", presses taken {chosen['reaction_s']:g} s earlier" if chosen["reaction_s"] else ""
-        lines.append(f"learns {learns}{late}{', silence is consent' if chosen['watched'] else ''}")
+        silence = ", silence is consent" if chosen["watched"] else ""
+        unlearns = ", corrections quarantine bad examples" if chosen["unlearning"] else ""
+        lines.append(f"learns {learns}{late}{silence}{unlearns}")
     out.print(f"[dim]{escape('; '.join(lines))}[/]")
 
 

@@ -23,6 +23,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "patrol": "Can a team be taught the patrol of the paper, and what does its coordinator bring?",
         "roles": "What is a team worth whose members differ, and what does its coordinator bring?",
         "swarm": "Can two hundred robots and three levels of coordinators be taught, and ten thousand run the same?",
+        "unlearning": "Can bad examples be found by the corrections that they made necessary?",
         "small": "How small are the lessons that robots learn from?",
     }
 )

@@ -39,8 +39,13 @@ def options(lesson: Lesson) -> dict[str, Any]:
     chosen = lesson.options
     learner = getattr(chosen.learner, "classifier", "trees")
     pruning = getattr(chosen.learner, "pruning", 0.0)
-    pruned = {"pruning": pruning} if pruning else {}
-    return {"learner": learner, "reaction_s": chosen.reaction_s, "watched": chosen.watched, **pruned}
+    return {
+        "learner": learner,
+        "reaction_s": chosen.reaction_s,
+        "watched": chosen.watched,
+        "unlearning": chosen.unlearning,
+        **({"pruning": pruning} if pruning else {}),
+    }
 
 
 def plain(value: float, bound: BoundFeature) -> float | str | None:

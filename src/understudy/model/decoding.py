@@ -24,7 +24,7 @@ from understudy.model.feature import (
 )
 from understudy.model.kinds import Categorical, Kind, parse_kind
 from understudy.model.kit import Kit
-from understudy.model.lesson import Lesson, Options, Record, Scikit, Trees
+from understudy.model.lesson import Learner, Lesson, Options, Record, Scikit, Trees
 from understudy.model.outcome import Outcome
 from understudy.model.packing import unpack, unpack_bytes
 from understudy.model.schema import (
@@ -154,11 +154,13 @@ def _outcomes(doc: LessonDoc, source: Source, here: Steps) -> tuple[Outcome, ...
 
 
 def _options(doc: OptionsDoc) -> Options:
+    learner: Learner
     if isinstance(doc.learner, TreesDoc):
         pruning = 0.0 if isinstance(doc.learner.pruning, UnsetType) else doc.learner.pruning
-        trees = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False, pruning=pruning)
-        return Options(doc.reaction_s, doc.watched, trees)
-    return Options(doc.reaction_s, doc.watched, Scikit(doc.learner.classifier, doc.learner.parameters))
+        learner = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False, pruning=pruning)
+    else:
+        learner = Scikit(doc.learner.classifier, doc.learner.parameters)
+    return Options(doc.reaction_s, doc.watched, learner, doc.unlearning is True)
 
 
 def _record(doc: RecordDoc, source: Source, here: Steps) -> Record:

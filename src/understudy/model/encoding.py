@@ -130,7 +130,12 @@ def _options_doc(options: Options) -> OptionsDoc:
         learner = ScikitDoc(
             classifier=options.learner.classifier, parameters=dict(sorted(options.learner.parameters.items()))
         )
-    return OptionsDoc(reaction_s=options.reaction_s, watched=options.watched, learner=learner)
+    return OptionsDoc(
+        reaction_s=options.reaction_s,
+        watched=options.watched,
+        learner=learner,
+        unlearning=options.unlearning or UNSET,
+    )
 
 
 def _example_doc(example: Example, features: Sequence[BoundFeature]) -> ExampleDoc:

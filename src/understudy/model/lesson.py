@@ -75,12 +75,14 @@ Learner: TypeAlias = Trees | Scikit
 class Options:
     """What a lesson chose of how it is learned; stored with it.
 
-    `reaction_s`: how late presses come, s (0 to 1). `watched`: silence is consent, record it.
+    `reaction_s`: how late presses come, s (0 to 1). `watched`: silence is consent, record it. `unlearning`: a
+    correction puts the bad examples that misled the robot in quarantine.
     """
 
     reaction_s: float = 0.0
     watched: bool = False
     learner: Learner = Trees()
+    unlearning: bool = False
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.reaction_s <= LONGEST_REACTION_S:

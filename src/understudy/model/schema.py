@@ -72,11 +72,12 @@ class ScikitDoc(Part, tag_field="learns", tag="scikit-learn", omit_defaults=Fals
 
 
 class OptionsDoc(Part, omit_defaults=False, kw_only=True):
-    """How the lesson is learned."""
+    """How the lesson is learned. `unlearning` is there where corrections quarantine bad examples."""
 
     reaction_s: float
     watched: bool
     learner: TreesDoc | ScikitDoc
+    unlearning: bool | UnsetType = UNSET
 
 
 class ExampleDoc(Part, kw_only=True):

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
+from understudy.learning.unlearning import Judgement
 from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
 from understudy.model.lesson import Lesson
@@ -27,6 +28,7 @@ from understudy.training.journal import (
 from understudy.training.past import Past, difference
 from understudy.training.recorder import Moment, compact
 from understudy.training.trainee import Entry, Mode, Outcome, Press
+from understudy.training.unlearning import Unlearning
 from understudy.training.values import valued, values_of
 from understudy.training.watching import Agreed, Seen, Watching, vector
 
@@ -44,6 +46,7 @@ class Notebook:
         self._steady = steady
         self._watched = Watching()
         self._counted: tuple[tuple[Example, ...], int] = ((), 0)
+        self._unlearning: Unlearning | None = None
 
     @property
     def watching(self) -> bool:
@@ -85,6 +88,12 @@ class Notebook:
                 ),
             )
         )
+
+    @property
+    def judgement(self) -> Judgement | None:
+        """What the last correction came to; None where there is none, or where the robot had been right."""
+        last = self._unlearning
+        return last.judgement if last is not None and last.stands(self.lesson) else None
 
     @property
     def undoable(self) -> str | None:
@@ -157,10 +166,13 @@ class Notebook:
             )
             values = values_of(example, self.lesson, self._recorder.record, steady=self._steady)
             made.append(replace(example, values=values))
-        what = f"{made[0].state} → {made[0].next}"
         pressed = {vector(example) for example in made}
         others = [each for each in self.lesson.examples if each.pressed or vector(each) not in pressed]
         lesson = replace(self.lesson, examples=(*others, *made))
+        what = f"{made[0].state} → {made[0].next}"
+        if press.correction:
+            self._unlearning = Unlearning(self.lesson, lesson, made[0])
+            lesson, what = self._unlearning.step(what)
         self.step(what, lesson, before=before, after=after, press=press.number)
 
     # Between ticks

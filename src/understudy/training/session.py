@@ -2,7 +2,6 @@
 
 session = Session(body, library, lesson, targets={"A": "station"})
 session.direct("rotate_left")
-session.run_for(1.2)
 session.test()
 """
 
@@ -14,11 +13,11 @@ from typing import Self, TypeAlias, Unpack
 
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.learning.transitions import learned
+from understudy.learning.unlearning import Judgement
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.example import Example
 from understudy.model.feature import Percept
-from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, Taught
 from understudy.runtime.body import Body, Resettable, Rewindable, every_key
@@ -34,7 +33,7 @@ from understudy.training.past import Past, lesson_bytes
 from understudy.training.recorder import Moment
 from understudy.training.screen import Screen
 from understudy.training.trainee import Mode, Outcome, Press, Trainee
-from understudy.training.values import own_readings, shown
+from understudy.training.values import own_readings, shown, steady_readings
 
 Clock: TypeAlias = Callable[[], float]
 
@@ -43,9 +42,8 @@ class Session:
     """One agent of a body being taught one automaton; the others idle, or run behaviors of the library.
 
     `targets` says what the automaton's parameters stand for while it is taught. `clock` is the demonstrator's
-    time, s (the body's where there is none). With a `journal` (a new file), every press is on disk before
-    `direct` or `confirm` returns, and `Session.resume` goes on after any end; `about` is kept there for
-    whoever resumes.
+    time, s (the body's where there is none). With a `journal` (a new file), every press is on disk before `direct` or
+    `confirm` returns, and `Session.resume` goes on after any end; `about` is kept there for whoever resumes.
     """
 
     def __init__(
@@ -82,8 +80,7 @@ class Session:
             goes_on = past.body_tick == past.ticks
         session = cls.__new__(cls)
         session._begin(body, library, past, clock)
-        rows = len(past.recorder.record)
-        session._notebook.journal = Journal.resumed(journal, ticks=past.ticks, rows=rows)
+        session._notebook.journal = Journal.resumed(journal, ticks=past.ticks, rows=len(past.recorder.record))
         if not goes_on:
             session._notebook.begin_episode()
         return session
@@ -94,8 +91,7 @@ class Session:
         self._targets = past.targets
         self._clock = clock or (lambda: body.time_s)
         self._keys = every_key(body)
-        steady = frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
-        self._notebook = Notebook(past, Journal(), steady=steady)
+        self._notebook = Notebook(past, Journal(), steady=steady_readings(body))
         self.company = Company(body, library, past.others)
         self._driving: Interpreter | None = None
         self._percept: Percept | None = None
@@ -138,6 +134,11 @@ class Session:
         if self._percept is None:
             self._percept = self.body.sense(self._keys)
         return self._percept
+
+    @property
+    def judgement(self) -> Judgement | None:
+        """What the last correction of a wrong decision came to: who is to blame for it; None where there is none."""
+        return self._notebook.judgement
 
     @property
     def watching(self) -> bool:
@@ -257,8 +258,7 @@ class Session:
         rewindable(self.body).restore(instant.body)
         self.company.restore(instant.others)
         self.moved()
-        self._trainee.press = None
-        self._trainee.mode = instant.mode
+        self._trainee.press, self._trainee.mode = None, instant.mode
         self._trainee.restore(instant.run, now=self.body.time_s)
         self._turned()
         self._keep_snapshot()
@@ -371,8 +371,6 @@ class Session:
     def close(self) -> None:
         """Put everything on disk."""
         self._notebook.journal.close()
-
-    # Running
 
     def _turned(self) -> None:
         self._notebook.turned(self.mode, self.run_state, self._targets, self._trainee.press)

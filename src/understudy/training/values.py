@@ -14,11 +14,16 @@ import numpy as np
 from understudy.errors import SessionError
 from understudy.model.example import Example
 from understudy.model.feature import AnyFeature, BoundFeature, Counter, Feature, Flag, Percept, Timer
-from understudy.model.kinds import NO
+from understudy.model.kinds import NO, Categorical
 from understudy.model.lesson import Lesson, Record
 from understudy.runtime.body import Body
 from understudy.runtime.interpreter import Machine, elapsed
 from understudy.runtime.sensing import feature_column
+
+
+def steady_readings(body: Body) -> frozenset[str]:
+    """The readings of a body that a reaction time never shifts: categories, which are events rather than motion."""
+    return frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
 
 
 def own_readings(machine: Machine, now: float) -> dict[str, float]:
@@ -87,16 +92,21 @@ def percept_at(example: Example, record: Record, *, reaction_s: float, steady: f
     """The snapshot of an example's moment, its shiftable readings taken `reaction_s` earlier if a press made
     it.
     """
-    row = example.moment or 0
-    shifted = row
-    if example.pressed and reaction_s > 0 and example.window > 0:
-        seconds = record.seconds[row - example.window : row + 1]
-        distance = np.abs(seconds - (seconds[-1] - reaction_s))
-        shifted = row - example.window + int(np.argmin(np.round(distance, 9)))
+    row, shifted = example.moment or 0, shifted_row(example, record, reaction_s)
     return {
         key: record.values[row if key[0] in steady else shifted, column : column + 1]
         for column, key in enumerate(record.keys)
     }
+
+
+def shifted_row(example: Example, record: Record, reaction_s: float) -> int:
+    """The row of the record nearest to `reaction_s` before an example's moment, if a press made it."""
+    row = example.moment or 0
+    if not (example.pressed and reaction_s > 0 and example.window > 0):
+        return row
+    seconds = record.seconds[row - example.window : row + 1]
+    distance = np.abs(seconds - (seconds[-1] - reaction_s))
+    return row - example.window + int(np.argmin(np.round(distance, 9)))
 
 
 def _value(bound: BoundFeature, example: Example, percept: Percept) -> float:

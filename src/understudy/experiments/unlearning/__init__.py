@@ -1,0 +1,1 @@
+"""What unlearning bad examples is worth, on data sets that everybody has."""

@@ -1,0 +1,32 @@
+"""The inverse of a small matrix, without a library whose threads wait for each other on a busy machine."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@njit(cache=True)
+def inverse(matrix: Floats) -> Floats:
+    """The inverse of a symmetric positive definite matrix [n, n]: Gauss and Jordan's elimination, no pivoting.
+
+    Each row and column in turn is swept; every number is worked out in the same order on every machine.
+    """
+    n = len(matrix)
+    swept = matrix.copy()
+    column = np.empty(n)
+    for pivot in range(n):
+        over = 1.0 / swept[pivot, pivot]
+        for row in range(n):
+            column[row] = swept[row, pivot]
+            swept[row, pivot] = 0.0
+        for at in range(n):
+            swept[pivot, at] *= over
+        swept[pivot, pivot] = over
+        for row in range(n):
+            factor = column[row]
+            if row != pivot and factor != 0.0:
+                for at in range(n):
+                    swept[row, at] -= factor * swept[pivot, at]
+    return swept

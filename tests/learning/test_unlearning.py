@@ -1,0 +1,190 @@
+"""Whom a correction makes suspect: tables that a reader can check by hand, and what holds of every lesson."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.learning.lessons import lesson, tables
+
+from understudy.errors import DefinitionError
+from understudy.learning._inverse_kernels import inverse
+from understudy.learning.hindsight import hindsight
+from understudy.learning.likeness import unlikeness
+from understudy.learning.unlearning import Judgement, Verdict, judge
+from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.model.lesson import Lesson, Options, Scikit
+
+LIGHT = Categorical(("red", "amber", "green"))
+DRIVING = [("go", [value], "go", "default") for value in (102, 100, 80, 60, 53)]
+ARRIVING = ("go", [3], "done", "directive")
+WRONG = ("go", [56], "turn", "directive")
+RIGHT = ("go", [55], "go", "confirmation")
+
+
+def judged(
+    shown: list[tuple[Any, ...]], kinds: list[Kind] | None = None, *, corrections: int = 1
+) -> Judgement:
+    """What the last example, a correction like those before it, came to."""
+    return judge(*_corrected(shown, kinds, corrections=corrections))
+
+
+def _corrected(
+    shown: list[tuple[Any, ...]], kinds: list[Kind] | None = None, *, corrections: int = 1
+) -> tuple[Lesson, Any]:
+    plain = lesson(shown, kinds)
+    first = len(shown) - corrections
+    made = tuple(replace(each, correction=each.number >= first) for each in plain.examples)
+    return replace(plain, examples=made), made[-1]
+
+
+CASES = [  # examples, the last a correction; the verdict; the suspects' numbers
+    ([*DRIVING, ARRIVING, WRONG, RIGHT], Verdict.BAD, [6]),
+    # an end of a region: the only example of its kind, with others to one side only
+    ([*DRIVING, ARRIVING, ("go", [5], "go", "confirmation")], Verdict.UNSURE, []),
+    # nothing was shown there
+    ([*DRIVING, ARRIVING, ("go", [200], "done", "directive")], Verdict.FEW, []),
+    ([*DRIVING, ARRIVING, ("go", [30], "done", "directive")], Verdict.FEW, []),
+    # too few to tell
+    ([ARRIVING, WRONG, RIGHT], Verdict.UNSURE, []),
+    # what other states were shown is no evidence
+    ([*[("turn", each[1], "turn", each[3]) for each in DRIVING], ARRIVING, WRONG, RIGHT], Verdict.UNSURE, []),
+]
+
+
+@pytest.mark.parametrize(("shown", "verdict", "suspects"), CASES)
+def test_whom_a_correction_makes_suspect(
+    shown: list[tuple[Any, ...]], verdict: Verdict, suspects: list[int]
+) -> None:
+    found = judged(shown)
+    assert (found.verdict, [each.example.number for each in found.suspects]) == (verdict, suspects)
+
+
+def test_reasons_name_examples() -> None:
+    found = judged([*DRIVING, ARRIVING, WRONG, RIGHT])
+    assert found.reason == "What correction 7 shows was decided wrongly because of example 6."
+    reason = "Example 6 says turn, but examples 3, 4 and 7, which are most like it, say go."
+    assert found.reasons == {6: reason}
+    assert str(found) == f"{found.reason} {reason}"
+
+
+KINDS: list[tuple[Kind, float, float]] = [  # a kind, where the robot goes on, and where it should turn
+    (Toroidal(360), 355, 180),
+    (LIGHT, 2, 0),
+    (Continuous(), nan, 4),
+    (Continuous(), 4, nan),
+]
+
+
+@pytest.mark.parametrize(("kind", "on", "off"), KINDS)
+def test_any_kind_of_feature(kind: Kind, on: float, off: float) -> None:
+    """The last but one was pressed wrong, among others that are alike round the circle, by label or by absence."""
+    near = (on + 10) % 360 if isinstance(kind, Toroidal) else on
+    shown = [
+        *[("go", [value], "go", "confirmation") for value in (on, near, on, near)],
+        *[("go", [off], "turn", "directive")] * 3,
+        ("go", [near], "turn", "directive"),
+        ("go", [on], "go", "confirmation"),
+    ]
+    found = judged(shown, [kind])
+    assert [each.example.number for each in found.suspects] == [7]
+
+
+def test_corrections_that_contradict_each_other_are_both_kept() -> None:
+    shown = [*DRIVING, ARRIVING, ("go", [55], "turn", "directive"), ("go", [55], "go", "confirmation")]
+    found = judged(shown, corrections=2)
+    assert (found.verdict, found.suspects) == (Verdict.CONTRADICTION, ())
+    assert found.reason == "Correction 7 contradicts example 6: both are kept."
+
+
+def test_the_learner_makes_no_difference() -> None:
+    given_, correction = _corrected([*DRIVING, ARRIVING, WRONG, RIGHT])
+    other = replace(given_, options=Options(learner=Scikit("SVC")))
+    assert judge(other, correction) == judge(given_, correction)
+
+
+def test_stateless_lessons_pool_all_states() -> None:
+    shown = [("go" if k % 2 else "rest", [float(k)], "go", "confirmation") for k in range(6)]
+    shown += [("rest", [2.5], "turn", "directive"), ("go", [2.6], "go", "confirmation")]
+    pooled = lesson(shown, stateless=True)
+    made = (*pooled.examples[:-1], replace(pooled.examples[-1], correction=True))
+    assert [each.example.number for each in judge(replace(pooled, examples=made), made[-1]).suspects] == [6]
+
+
+def test_what_teaches_nothing_cannot_be_judged() -> None:
+    given_, correction = _corrected([*DRIVING, ARRIVING, WRONG, RIGHT])
+    with pytest.raises(DefinitionError, match="teaches nothing"):
+        judge(given_, replace(correction, quarantined="by mistake"))
+
+
+def test_one_in_quarantine_is_neither_suspect_nor_witness() -> None:
+    given_, correction = _corrected([*DRIVING, ARRIVING, WRONG, RIGHT])
+    out = tuple(replace(each, quarantined="no" if each.number == 6 else "") for each in given_.examples)
+    assert judge(replace(given_, examples=out), correction).suspects == ()
+
+
+@settings(max_examples=60, deadline=None)
+@given(tables(), st.randoms(use_true_random=False))
+def test_no_correction_is_ever_suspected_and_order_makes_no_difference(table: Any, random: Any) -> None:
+    rows, kinds = table
+    names = ["go", "turn", "done"]
+    sorts = {0: "default", 1: "directive"}
+    shown = [("go", list(each.values), names[each.outcome], sorts[each.group]) for each in rows]
+    shown.append(("go", list(rows[0].values), "turn", "directive"))
+    given_, correction = _corrected(shown, kinds, corrections=1 + random.randrange(len(shown)))
+    found = judge(given_, correction)
+    assert not any(each.example.correction or each.example.next == correction.next for each in found.suspects)
+    assert (found.verdict is Verdict.BAD) == bool(found.suspects)
+    mixed = list(given_.examples)
+    random.shuffle(mixed)
+    assert judge(replace(given_, examples=tuple(mixed)), correction) == found
+
+
+UNLIKE = [  # a kind, two values, how far apart they are where 0 and 10 are also shown
+    (Continuous(), 2.0, 7.0, 0.5),
+    (Continuous(), nan, nan, 0.0),
+    (Continuous(), 10.0, nan, 1.0),
+    (Toroidal(40.0), 37.5, 2.5, 0.3826834),  # the sine of an eighth of a turn
+    (Toroidal(40.0), 1.0, 21.0, 1.0),
+    (LIGHT, 0.0, 2.0, 1.0),
+    (LIGHT, nan, 1.0, 1.0),
+]
+
+
+@pytest.mark.parametrize(("kind", "first", "second", "apart"), UNLIKE)
+def test_unlikeness(kind: Kind, first: float, second: float, apart: float) -> None:
+    column = [[first], [second], [0.0], [2.0 if kind == LIGHT else 10.0]]
+    assert unlikeness(np.array(column), [kind])[0, 1] == pytest.approx(apart**2)
+
+
+def test_a_feature_that_never_changes_says_nothing() -> None:
+    values = np.array([[0.0, 5.0], [10.0, 5.0]])
+    assert unlikeness(values, [Continuous()] * 2)[0, 1] == 1.0
+
+
+def test_hindsight_predicts_as_if_each_had_been_left_out() -> None:
+    """The shortcut against the plain way: fit without the example, and ask about it."""
+    draws = np.random.default_rng(5)
+    unlike = unlikeness(draws.normal(size=(12, 2)), [Continuous()] * 2)
+    outcomes, noise = draws.integers(0, 3, 12), np.full(12, 0.1)
+    seen = hindsight(unlike, outcomes, noise)
+    own = np.eye(3)[outcomes]
+    for left_out in ([4], [4, 9]):
+        kept = np.setdiff1d(np.arange(12), left_out)
+        weights = np.linalg.solve(seen.like[np.ix_(kept, kept)] + 0.1 * np.eye(len(kept)), own[kept] - 1 / 3)
+        predicted = seen.like[4, kept] @ weights + 1 / 3
+        against = max(np.delete(predicted, outcomes[4])) - predicted[outcomes[4]]
+        found = seen.without(9) if 9 in left_out else seen
+        assert found.doubt(3)[4] == pytest.approx(against)
+    assert seen.without(9).doubt(3)[9] == -1.0
+
+
+def test_the_inverse() -> None:
+    draws = np.random.default_rng(1).normal(size=(40, 40))
+    matrix = draws @ draws.T / 40 + 0.02 * np.eye(40)
+    np.testing.assert_allclose(inverse(matrix) @ matrix, np.eye(40), atol=1e-9)

@@ -1,0 +1,118 @@
+"""How late presses come, found out from the record: scripted demonstrators whose reaction time is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+
+import numpy as np
+import pytest
+from tests.bodies import Scripted
+from tests.training.lessons import play, session
+
+from understudy.experiments.novices.novice import Novice
+from understudy.experiments.novices.traits import drawn
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.example import Example, ExampleKind
+from understudy.model.feature import BoundFeature, Feature
+from understudy.model.kinds import Continuous, Kind, Toroidal
+from understudy.model.lesson import Lesson, Options, Record
+from understudy.training.lateness import lateness
+from understudy.training.values import steady_readings
+
+
+def demonstrated(
+    late_s: float, presses: int = 20, *, kind: Kind = Continuous(), seed: int = 1, spread_s: float = 0.03
+) -> Lesson:
+    """Presses for `done` when x falls below 2, each so late, at speeds from 0.2/s to 1/s; y is by the way.
+
+    An angle crosses the seam instead.
+    """
+    draws = np.random.default_rng(seed)
+    before = np.arange(-10, 1) / 10
+    values, seconds, examples = [], [], []
+    for number in range(presses):
+        x = -draws.uniform(0.2, 1.0) * (before + draws.normal(late_s, spread_s))
+        x = np.mod(x, kind.period) if isinstance(kind, Toroidal) else 2.0 + x
+        y = draws.uniform(0, 5) + draws.uniform(-1, 1) * before
+        values.append(np.column_stack([x, y]))
+        seconds.append(100 * number + before)
+        shown = (float(x[-1]), float(y[-1]))
+        kinds = ExampleKind.DIRECTIVE
+        examples.append(Example(number, "go", shown, "done", kinds, moment=11 * number + 10, window=10))
+    features = tuple(
+        BoundFeature(Feature(name, each, reading=name, unit="m"))
+        for name, each in (("x", kind), ("y", Continuous()))
+    )
+    automaton = Automaton("taught", (START, State("go", "go"), State("done", flag="done")), features)
+    record = Record((("x", None), ("y", None)), np.vstack(values), np.concatenate(seconds))
+    return Lesson(automaton, tuple(examples), record=record)
+
+
+@pytest.mark.parametrize("kind", [Continuous(), Toroidal()])
+@pytest.mark.parametrize("late_s", [0.0, 0.1, 0.3, 0.5])
+def test_a_known_reaction_time_is_found(late_s: float, kind: Kind) -> None:
+    found = lateness(demonstrated(late_s, kind=kind))
+    assert found is not None
+    assert found.reaction_s == pytest.approx(late_s, abs=0.051)
+    assert found.least_s <= found.reaction_s <= found.most_s
+    assert found.presses == 20
+
+
+def test_the_evidence_says_by_what() -> None:
+    late = str(lateness(demonstrated(0.3)))
+    assert late.startswith("Taken 0.3 s earlier, the 20 presses from go to done lie about 0.0")
+    assert " by x, instead of 0.0" in late
+    assert str(lateness(demonstrated(0.0))).endswith(
+        "agree best as they were recorded: they do not seem late."
+    )
+
+
+def test_too_little_gives_no_estimate() -> None:
+    assert lateness(demonstrated(0.3, presses=7)) is None
+    assert lateness(Lesson(demonstrated(0.3).automaton)) is None
+    assert lateness(session().lesson) is None
+
+
+def test_what_never_scatters_gives_no_estimate() -> None:
+    """At one speed every shift agrees as well as any other."""
+    taught = session(body=Scripted())
+    for _ in range(10):
+        play(taught, "forward", 12, "left", 1)
+        taught.reset(0)
+    assert lateness(taught.lesson, steady=steady_readings(taught.body)) is None
+
+
+def test_what_is_in_quarantine_edited_or_without_record_says_nothing() -> None:
+    lesson = demonstrated(0.3)
+    for change in ({"quarantined": "slipped"}, {"edited": True}, {"moment": None}, {"window": 3}):
+        examples = tuple(replace(each, **change) for each in lesson.examples)
+        assert lateness(replace(lesson, examples=examples)) is None
+
+
+def test_what_is_steady_is_not_shifted() -> None:
+    assert lateness(demonstrated(0.3), steady=frozenset({"x", "y"})) is None
+
+
+def test_the_reaction_time_a_lesson_has_makes_no_difference() -> None:
+    lesson = demonstrated(0.3)
+    assert lateness(replace(lesson, options=Options(reaction_s=0.5))) == lateness(lesson)
+
+
+def test_absence_tells_of_no_boundary() -> None:
+    """Of a thing that comes into sight a moment before the press, the moment before that is out of sight."""
+    lesson = demonstrated(0.3)
+    values = lesson.record.values.copy()
+    values[values[:, 0] > 2.3, 0] = nan
+    found = lateness(replace(lesson, record=replace(lesson.record, values=values)))
+    assert found is not None
+    assert found.reaction_s == pytest.approx(0.3, abs=0.051)
+
+
+def test_a_novice_who_reacts_in_half_a_second() -> None:
+    traits = drawn(1)
+    taught = Novice(traits, 1).teach()
+    assert taught.lesson is not None
+    found = lateness(taught.lesson)
+    assert found is not None
+    assert found.reaction_s == pytest.approx(traits.reaction_s, abs=0.15)
