@@ -17,8 +17,8 @@ from understudy.desk.keys import Keys, drive_keys, state_keys
 from understudy.desk.memory import Memory
 from understudy.desk.pace import Pace, known_speed
 from understudy.desk.plan import Choices
-from understudy.desk.saving import saved, told
 from understudy.desk.said import Said as Said
+from understudy.desk.saving import saved, told
 from understudy.desk.why import Switch, Why
 from understudy.errors import SessionError
 from understudy.model.feature import BoundFeature
