@@ -3,6 +3,7 @@
 import { usePanel, useStudio } from "./context";
 import { AutomatonTab } from "./pane/automaton";
 import { ChoiceForm } from "./pane/choice";
+import { DoubtCard } from "./pane/doubt";
 import { LessonTab } from "./pane/lesson";
 import { LibraryTab } from "./pane/library";
 import { TABS, type Panel, type Tab } from "./panel";
@@ -35,6 +36,7 @@ export function Pane() {
           </button>
         ))}
       </div>
+      <DoubtCard />
       <div class="tab" id="tab-panel" role="tabpanel" aria-labelledby={`tab-${panel.tab}`} tabIndex={-1}>
         {panel.form !== null ? (
           <ChoiceForm form={panel.form} key={panel.form} />

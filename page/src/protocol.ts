@@ -20,6 +20,8 @@ export type Request =
   | Beginning
   | Choice
   | { do: "delete"; number: number }
+  | { do: "quarantine"; numbers: readonly number[] }
+  | { do: "release"; numbers: readonly number[] }
   | {
       do: "edit";
       number: number;
@@ -212,6 +214,14 @@ export interface Example {
   /** When it was shown, in the time of its world; null where it was typed. */
   time_s: number | null;
   contradicts: boolean;
+  /** Why it teaches nothing for now; empty where it teaches. */
+  quarantined: string;
+}
+
+/** What the last correction came to, where it raised a doubt that nobody has acted on. */
+export interface Doubt {
+  reason: string;
+  suspects: readonly { number: number; reason: string }[];
 }
 
 /** When it goes from one state to another, in words, a line for each way. */
@@ -264,6 +274,7 @@ export interface Desk {
   redoable: string | null;
   unsaved: boolean;
   taught: number;
+  doubt: Doubt | null;
 }
 
 export interface Trained {

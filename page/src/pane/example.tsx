@@ -51,12 +51,24 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
       <button type="button" class="small danger" disabled={!studio.directs} onClick={() => void remove()}>
         Delete
       </button>
+      <button
+        type="button"
+        class="small"
+        disabled={!studio.directs}
+        title={example.quarantined === "" ? "Keep it, but let it teach nothing" : example.quarantined}
+        onClick={() =>
+          void studio.ask({ do: example.quarantined === "" ? "quarantine" : "release", numbers: [number] })
+        }
+      >
+        {example.quarantined === "" ? "Quarantine" : "Let it teach again"}
+      </button>
       {desk.features.length > 0 && (
         <button type="button" class="link" aria-expanded={asked} onClick={() => setAsked(!asked)}>
           values
         </button>
       )}
       {asked && <Values example={example} desk={desk} studio={studio} edit={edit} />}
+      {example.quarantined !== "" && <p class="tiny warn">In quarantine. {example.quarantined}</p>}
       {example.contradicts && <p class="tiny warn">Another press shows otherwise for the same reading.</p>}
     </div>
   );

@@ -81,7 +81,12 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
   return (
     <>
       <tr
-        class={className(...marks, contradicts && "contradicts", example.kind)}
+        class={className(
+          ...marks,
+          contradicts && "contradicts",
+          example.kind,
+          example.quarantined !== "" && "held",
+        )}
         aria-selected={picked}
         onClick={() => panel.selectExample(number)}
       >
@@ -101,6 +106,16 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
           {contradicts && (
             <span class="warn" title="Another press shows otherwise for the same reading">
               ≠{" "}
+            </span>
+          )}
+          {example.quarantined !== "" && (
+            <span
+              class="warn"
+              role="img"
+              aria-label="in quarantine"
+              title={`In quarantine. ${example.quarantined}`}
+            >
+              ⊘{" "}
             </span>
           )}
           <span role="img" aria-label={word} title={word}>

@@ -20,7 +20,7 @@ from understudy.desk.plan import Choices
 from understudy.desk.said import Said as Said
 from understudy.desk.saving import saved, told
 from understudy.desk.why import Switch, Why
-from understudy.errors import SessionError
+from understudy.errors import SessionError, listed
 from understudy.model.feature import BoundFeature
 from understudy.model.lesson import Lesson
 from understudy.review.outcomes import promise
@@ -30,6 +30,8 @@ from understudy.training.trainee import Mode
 from understudy.worlds.finding import place_of
 from understudy.worlds.view import WorldView
 from understudy.worlds.world import World
+
+BY_HAND = "Somebody put it there."
 
 
 class Desk:
@@ -359,6 +361,20 @@ class Desk:
         self.said = Said(f"Example {number} deleted; undo takes that back")
         self._changed()
 
+    def quarantine(self, numbers: Sequence[int]) -> None:
+        """Let examples teach nothing for now: for what speaks against them, or because somebody wants it."""
+        judgement = self.session.judgement
+        reasons = {} if judgement is None else judgement.reasons
+        self.session.quarantine({number: reasons.get(number, BY_HAND) for number in numbers})
+        self.said = Said(f"{_examples(numbers)} in quarantine; undo takes that back")
+        self._changed()
+
+    def release(self, numbers: Sequence[int]) -> None:
+        """Let examples teach again."""
+        self.session.quarantine(dict.fromkeys(numbers, ""))
+        self.said = Said(f"{_examples(numbers)} out of quarantine; undo takes that back")
+        self._changed()
+
     def edit(self, number: int, **what: Unpack[Edit]) -> None:
         """Let an example say another state, next state or values."""
         self.session.edit(number, **what)
@@ -393,3 +409,8 @@ class Desk:
 
     def _look(self) -> None:
         self.screen = self.session.screen()
+
+
+def _examples(numbers: Sequence[int]) -> str:
+    """Examples by number, with the verb: "Example 3 is", "Examples 3 and 5 are"."""
+    return f"Example {numbers[0]} is" if len(numbers) == 1 else f"Examples {listed(map(str, numbers))} are"

@@ -165,6 +165,8 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.Redo: _desk(lambda desk, _: desk.redo()),
         m.Restart: _desk(lambda desk, _: desk.restart()),
         m.Delete: _desk(lambda desk, message: desk.delete(message.number)),
+        m.Quarantine: _desk(lambda desk, message: desk.quarantine(message.numbers)),
+        m.Release: _desk(lambda desk, message: desk.release(message.numbers)),
         m.Pause: _pause,
         m.Step: _step,
         m.Speed: _speed,

@@ -131,6 +131,18 @@ class Delete(Message, frozen=True, kw_only=True, tag="delete"):
     number: Index
 
 
+class Quarantine(Message, frozen=True, kw_only=True, tag="quarantine"):
+    """Let examples teach nothing for now."""
+
+    numbers: Annotated[list[Index], Meta(min_length=1, max_length=200)]
+
+
+class Release(Message, frozen=True, kw_only=True, tag="release"):
+    """Let examples teach again."""
+
+    numbers: Annotated[list[Index], Meta(min_length=1, max_length=200)]
+
+
 class Edit(Message, frozen=True, kw_only=True, tag="edit"):
     """Let an example say another state, next state, or values, which are written as they are shown."""
 
@@ -306,6 +318,8 @@ AnyMessage: TypeAlias = (
     | New
     | Choose
     | Delete
+    | Quarantine
+    | Release
     | Edit
     | Save
     | Remove

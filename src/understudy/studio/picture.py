@@ -42,6 +42,7 @@ class Picture:
             "unsaved": desk.unsaved,
             "taught": screen.examples,
             "watching": desk.session.watching,
+            "doubt": _doubt(desk),
             **self._taught(),
         }
 
@@ -78,6 +79,20 @@ class Picture:
         }
 
 
+def _doubt(desk: Desk) -> Plain | None:
+    """What the last correction came to where it raised a doubt that nobody has acted on."""
+    judgement = desk.session.judgement
+    if judgement is None:
+        return None
+    held = {example.number for example in desk.session.examples if not example.quarantined}
+    suspects = [
+        {"number": suspect.example.number, "reason": suspect.reason}
+        for suspect in judgement.suspects
+        if suspect.example.number in held
+    ]
+    return {"reason": judgement.reason, "suspects": suspects} if suspects else None
+
+
 def _examples(lesson: Lesson) -> list[Plain]:
     features = lesson.automaton.features
     against = {
@@ -98,6 +113,7 @@ def _examples(lesson: Lesson) -> list[Plain]:
             "correction": example.correction,
             "time_s": _time(lesson, example),
             "contradicts": example.number in against,
+            "quarantined": example.quarantined,
         }
         for example in lesson.examples
     ]

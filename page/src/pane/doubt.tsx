@@ -1,0 +1,41 @@
+/** Examples that a correction speaks against: which, why, and one click that lets them teach nothing. */
+
+import { useState } from "preact/hooks";
+import { usePanel, useStudio } from "../context";
+import type { Doubt } from "../protocol";
+
+export function DoubtCard() {
+  const studio = useStudio();
+  const panel = usePanel();
+  const [passed, pass] = useState<Doubt | null>(null);
+  const doubt = studio.desk?.doubt ?? null;
+  if (doubt === null || doubt.reason === passed?.reason) return null;
+  const numbers = doubt.suspects.map(({ number }) => number);
+  const one = numbers.length === 1;
+  return (
+    <section class="doubt" role="status" aria-label="Doubtful examples">
+      <p>{doubt.reason}</p>
+      <ul>
+        {doubt.suspects.map(({ number, reason }) => (
+          <li key={number}>{reason}</li>
+        ))}
+      </ul>
+      <p class="choices">
+        <button
+          type="button"
+          class="small primary"
+          disabled={!studio.directs}
+          onClick={() => void studio.change({ do: "quarantine", numbers }, { do: "undo" })}
+        >
+          {one ? `Put example ${numbers[0]} in quarantine` : "Put them in quarantine"}
+        </button>
+        <button type="button" class="small" onClick={() => panel.showExamples(numbers)}>
+          Show {one ? "it" : "them"}
+        </button>
+        <button type="button" class="small" onClick={() => pass(doubt)}>
+          {one ? "It is right" : "They are right"}
+        </button>
+      </p>
+    </section>
+  );
+}
