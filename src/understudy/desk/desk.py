@@ -20,7 +20,7 @@ from understudy.desk.plan import Choices
 from understudy.desk.said import Said as Said
 from understudy.desk.saving import saved, told
 from understudy.desk.why import Switch, Why
-from understudy.errors import SessionError, listed
+from understudy.errors import SessionError
 from understudy.model.feature import BoundFeature
 from understudy.model.lesson import Lesson
 from understudy.review.outcomes import promise
@@ -30,8 +30,6 @@ from understudy.training.trainee import Mode
 from understudy.worlds.finding import place_of
 from understudy.worlds.view import WorldView
 from understudy.worlds.world import World
-
-BY_HAND = "Somebody put it there."
 
 
 class Desk:
@@ -348,45 +346,31 @@ class Desk:
     def undo(self) -> None:
         """Take back the last step that changed the lesson."""
         self.said = Said(f"Undone: {self.session.undo()}")
-        self._changed()
+        self.changed()
 
     def redo(self) -> None:
         """Do the last undone step again."""
         self.said = Said(f"Done again: {self.session.redo()}")
-        self._changed()
+        self.changed()
 
     def delete(self, number: int) -> None:
         """Delete an example."""
         self.session.delete(number)
         self.said = Said(f"Example {number} deleted; undo takes that back")
-        self._changed()
-
-    def quarantine(self, numbers: Sequence[int]) -> None:
-        """Let examples teach nothing for now: for what speaks against them, or because somebody wants it."""
-        judgement = self.session.judgement
-        reasons = {} if judgement is None else judgement.reasons
-        self.session.quarantine({number: reasons.get(number, BY_HAND) for number in numbers})
-        self.said = Said(f"{_examples(numbers)} in quarantine; undo takes that back")
-        self._changed()
-
-    def release(self, numbers: Sequence[int]) -> None:
-        """Let examples teach again."""
-        self.session.quarantine(dict.fromkeys(numbers, ""))
-        self.said = Said(f"{_examples(numbers)} out of quarantine; undo takes that back")
-        self._changed()
+        self.changed()
 
     def edit(self, number: int, **what: Unpack[Edit]) -> None:
         """Let an example say another state, next state or values."""
         self.session.edit(number, **what)
         self.said = Said(f"Example {number} edited; undo takes that back")
-        self._changed()
+        self.changed()
 
     def choose(self, choices: Choices) -> None:
         """Choose what the lesson is about anew; examples stay where they can."""
         self.session.choose(**choices.anew(self._options))
         self.memory.forget()
         self.said = Said("Chosen anew; the examples stay, and undo takes it back")
-        self._changed()
+        self.changed()
 
     def save(self) -> None:
         """Save the automaton into the library, keeping the former version; says what worked and no longer does."""
@@ -399,9 +383,10 @@ class Desk:
         """Let the lesson promise that from here on, started afresh, the automaton raises a flag in time."""
         outcome = promise(self.session, flag=flag, within_s=within_s)
         self.said = Said(f"Promised from here: {outcome}; understudy test tries it, and undo takes it back")
-        self._changed()
+        self.changed()
 
-    def _changed(self) -> None:
+    def changed(self) -> None:
+        """See the lesson as it is now, after something changed it."""
         self._look()
         self._redraw_keys()
         self._options = self.session.lesson.options
@@ -409,8 +394,3 @@ class Desk:
 
     def _look(self) -> None:
         self.screen = self.session.screen()
-
-
-def _examples(numbers: Sequence[int]) -> str:
-    """Examples by number, with the verb: "Example 3 is", "Examples 3 and 5 are"."""
-    return f"Example {numbers[0]} is" if len(numbers) == 1 else f"Examples {listed(map(str, numbers))} are"

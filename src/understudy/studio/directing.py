@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from understudy.desk import words
+from understudy.desk import quarantine, words
 from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
 from understudy.errors import SettingError, UnknownName
@@ -165,8 +165,8 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.Redo: _desk(lambda desk, _: desk.redo()),
         m.Restart: _desk(lambda desk, _: desk.restart()),
         m.Delete: _desk(lambda desk, message: desk.delete(message.number)),
-        m.Quarantine: _desk(lambda desk, message: desk.quarantine(message.numbers)),
-        m.Release: _desk(lambda desk, message: desk.release(message.numbers)),
+        m.Quarantine: _desk(lambda desk, message: quarantine.hold(desk, message.numbers)),
+        m.Release: _desk(lambda desk, message: quarantine.release(desk, message.numbers)),
         m.Pause: _pause,
         m.Step: _step,
         m.Speed: _speed,
