@@ -12,6 +12,7 @@ from understudy.learning.unlearning import Verdict
 from understudy.model.document import decode, encode
 from understudy.model.lesson import Options
 from understudy.model.library import Library
+from understudy.training import unlearning
 from understudy.training.session import Session
 
 WRONG = 6
@@ -65,6 +66,30 @@ def test_a_correction_and_its_quarantine_are_one_step() -> None:
     taught.redo()
     assert taught.examples == after
     assert taught.judgement is not None
+
+
+def taken_back(taught: Session) -> Session:
+    """Tested until it has turned left, and sent back."""
+    taught.reset(0)
+    taught.test()
+    while taught.screen().path != ("left",):
+        taught.tick()
+    return play(taught, "forward", 1)
+
+
+def test_sent_back_soon_after_it_switched_the_switch_is_judged() -> None:
+    """The correction is recorded where the robot is now; what was wrong is what it decided before."""
+    taught = taken_back(misled())
+    assert [each.number for each in taught.examples if each.quarantined] == [WRONG]
+    correction = taught.examples[-2]
+    assert (correction.state, correction.next, correction.correction) == ("left", "forward", True)
+    assert taught.judgement is not None
+    assert taught.judgement.verdict is Verdict.BAD
+
+
+def test_sent_back_late_nothing_is_held_against_the_switch(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(unlearning, "SOON_S", -1.0)
+    assert not any(each.quarantined for each in taken_back(misled()).examples)
 
 
 def test_afterwards_the_robot_is_right() -> None:

@@ -28,7 +28,7 @@ from understudy.training.journal import (
 from understudy.training.past import Past, difference
 from understudy.training.recorder import Moment, compact
 from understudy.training.trainee import Entry, Mode, Outcome, Press
-from understudy.training.unlearning import Unlearning
+from understudy.training.unlearning import Switched, Unlearning
 from understudy.training.values import valued, values_of
 from understudy.training.watching import Agreed, Seen, Watching, vector
 
@@ -47,6 +47,7 @@ class Notebook:
         self._watched = Watching()
         self._counted: tuple[tuple[Example, ...], int] = ((), 0)
         self._unlearning: Unlearning | None = None
+        self._switched = Switched(past.recorder.keys, steady)
 
     @property
     def watching(self) -> bool:
@@ -126,6 +127,7 @@ class Notebook:
 
     def see(self, outcome: Outcome, moment: Moment, binding: Binding) -> None:
         """A tick passed without a press: watched, if the lesson wants it and somebody watches."""
+        self._switched.see(outcome, moment, binding)
         automaton = self.lesson.automaton
         resting = outcome.state == outcome.next == automaton.states[0].name
         if not (self.lesson.options.watched and self.watching) or resting:
@@ -171,8 +173,10 @@ class Notebook:
         lesson = replace(self.lesson, examples=(*others, *made))
         what = f"{made[0].state} → {made[0].next}"
         if press.correction:
-            self._unlearning = Unlearning(self.lesson, lesson, made[0])
+            stay = self._switched.undone_by(made[0], self.lesson, self._recorder.now)
+            self._unlearning = Unlearning(self.lesson, lesson, made[0], stay)
             lesson, what = self._unlearning.step(what)
+        self._switched.forget()
         self.step(what, lesson, before=before, after=after, press=press.number)
 
     # Between ticks
@@ -181,6 +185,7 @@ class Notebook:
         """The robot did not get by itself to where it is now."""
         self.accept_watched()
         self._watched.begin_episode()
+        self._switched.forget()
         self._recorder.begin_episode()
         self.journal.placed()
 

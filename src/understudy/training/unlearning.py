@@ -2,26 +2,80 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
+
+import numpy as np
 
 from understudy.learning.arrays import teaching
 from understudy.learning.transitions import learn_state
 from understudy.learning.unlearning import Judgement, judge
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson
+from understudy.model.binding import Binding
+from understudy.model.example import Example, ExampleKind
+from understudy.model.feature import ReadingKey
+from understudy.model.lesson import Lesson, Record
 from understudy.model.tree import STAY
 from understudy.training.edits import counted, quarantined
+from understudy.training.recorder import Moment
+from understudy.training.trainee import Outcome
+from understudy.training.values import values_of
+
+SOON_S = 2.0
+"""Who sends the robot back so soon after it switched says that it should not have switched."""
+
+
+class Switched:
+    """The last switch that what was learned made by itself, as what a correction of it would show: stay."""
+
+    def __init__(self, keys: tuple[ReadingKey, ...], steady: frozenset[str]) -> None:
+        self._keys, self._steady = keys, steady
+        self.forget()
+
+    def forget(self) -> None:
+        """What comes now has nothing to do with what was before."""
+        self._last: tuple[Moment, Outcome, Binding] | None = None
+
+    def see(self, outcome: Outcome, moment: Moment, binding: Binding) -> None:
+        """A tick without a press."""
+        if outcome.next != outcome.state:
+            self._last = moment, outcome, binding
+
+    def undone_by(self, correction: Example, lesson: Lesson, now: float) -> Example | None:
+        """The example that staying would have been, where a correction takes the switch back; else None."""
+        if self._last is None:
+            return None
+        moment, outcome, binding = self._last
+        back = (correction.state, correction.next) == (outcome.next, outcome.state)
+        if not back or now - moment.seconds > SOON_S:
+            return None
+        stay = Example(
+            correction.number, outcome.state, (), outcome.state, ExampleKind.CONFIRMATION, correction=True,
+            moment=0, own=outcome.own, binding=binding,
+        )  # fmt: skip
+        record = Record(self._keys, np.array([moment.values]), np.array([moment.seconds]))
+        return replace(stay, values=values_of(stay, lesson, record, steady=self._steady), moment=None)
 
 
 class Unlearning:
-    """One correction: the lesson `before` it and `after`, which holds it. Judged only when somebody asks."""
+    """One correction: the lesson `before` it and `after`, which holds it. Judged only when somebody asks.
 
-    def __init__(self, before: Lesson, after: Lesson, correction: Example) -> None:
-        self._before, self._after, self._correction = before, after, correction
+    Where it takes back a switch, `stay` is what should have been decided then, and that is judged first: the robot is
+    wrong now because it was wrong before.
+    """
+
+    def __init__(
+        self, before: Lesson, after: Lesson, correction: Example, stay: Example | None = None
+    ) -> None:
+        self._before, self._after, self._correction, self._stay = before, after, correction, stay
 
     @cached_property
     def judgement(self) -> Judgement | None:
         """Where the mistake came from; None where what was learned before decides as the correction shows."""
+        stay = self._stay
+        if stay is not None and decided(self._before, stay) != stay.next:
+            judgement = judge(replace(self._after, examples=(*self._after.examples, stay)), stay)
+            if judgement.suspects:
+                return judgement
         if decided(self._before, self._correction) == self._correction.next:
             return None
         return judge(self._after, self._correction)
