@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from understudy.evaluation import Evaluation, evaluate
     from understudy.learning.explain import Explanation, explain
     from understudy.learning.transitions import learn, learned
+    from understudy.learning.unlearning import Judgement, judge
     from understudy.model.automaton import START, Automaton, State
     from understudy.model.behavior import (
         Behavior,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from understudy.runtime.trace import Trace
     from understudy.runtime.troop import Troop
     from understudy.training.design import new_lesson
+    from understudy.training.lateness import Lateness, lateness
     from understudy.training.screen import Screen
     from understudy.training.session import Session
     from understudy.training.trainee import Mode
@@ -55,6 +57,7 @@ _HOMES = {
     "evaluation": ("Evaluation", "evaluate"),
     "learning.explain": ("Explanation", "explain"),
     "learning.transitions": ("learn", "learned"),
+    "learning.unlearning": ("Judgement", "judge"),
     "model.automaton": ("START", "Automaton", "State"),
     "model.behavior": (
         "Behavior",
@@ -85,6 +88,7 @@ _HOMES = {
     "runtime.trace": ("Trace",),
     "runtime.troop": ("Troop",),
     "training.design": ("new_lesson",),
+    "training.lateness": ("Lateness", "lateness"),
     "training.screen": ("Screen",),
     "training.session": ("Session",),
     "training.trainee": ("Mode",),
@@ -119,7 +123,9 @@ __all__ = [
     "Forage",
     "ForageSettings",
     "Interpreter",
+    "Judgement",
     "Kit",
+    "Lateness",
     "Lesson",
     "Library",
     "Mode",
@@ -147,6 +153,8 @@ __all__ = [
     "explain",
     "feature",
     "increment",
+    "judge",
+    "lateness",
     "learn",
     "learned",
     "libraries_of",

@@ -52,6 +52,18 @@ CASES = [  # examples, the last a correction; the verdict; the suspects' numbers
     ([*DRIVING, ARRIVING, ("go", [30], "done", "directive")], Verdict.FEW, []),
     # too few to tell
     ([ARRIVING, WRONG, RIGHT], Verdict.UNSURE, []),
+    ([("go", [60], "go", "default"), ("go", [53], "go", "default"), WRONG, RIGHT], Verdict.UNSURE, []),
+    # bad, but far from the correction: it had no part in this mistake
+    (
+        [
+            *[("go", [value], "go", "default") for value in (1, 2, 3, 5, 6, 7)],
+            ("go", [4], "turn", "directive"),
+            *[("go", [value], "rest", "directive") for value in (95, 96, 98, 99)],
+            ("go", [90], "go", "confirmation"),
+        ],
+        Verdict.UNSURE,
+        [],
+    ),
     # what other states were shown is no evidence
     ([*[("turn", each[1], "turn", each[3]) for each in DRIVING], ARRIVING, WRONG, RIGHT], Verdict.UNSURE, []),
 ]
@@ -71,6 +83,13 @@ def test_reasons_name_examples() -> None:
     reason = "Example 6 says turn, but examples 3, 4 and 7, which are most like it, say go."
     assert found.reasons == {6: reason}
     assert str(found) == f"{found.reason} {reason}"
+
+
+def test_no_suspect_speaks_against_another() -> None:
+    """Two buttons were hit wrongly at one place: each is doubted by those that are not."""
+    found = judged([*DRIVING, ARRIVING, WRONG, ("go", [56.2], "rest", "directive"), RIGHT])
+    assert sorted(found.reasons) == [6, 7]
+    assert all("3, 4 and 8" in reason and reason.endswith("say go.") for reason in found.reasons.values())
 
 
 KINDS: list[tuple[Kind, float, float]] = [  # a kind, where the robot goes on, and where it should turn

@@ -17,6 +17,7 @@ class AdviceKind(StrEnum):
     NEVER_LEFT = "never left"
     NEVER_ENTERED = "never entered"
     GAP = "gap"  # a situation near no example
+    STRETCHED = "stretched"  # a state is left where what was shown nearest says otherwise
     SINGLE = "single"  # a boundary held up by one example
     IDLE = "idle"  # features that decide nothing
     OUTLOOK = "outlook"  # whether more examples are likely to help

@@ -17,6 +17,7 @@ from understudy.coaching.conflicts import contradicting, disagreeing
 from understudy.coaching.gaps import gaps
 from understudy.coaching.hanging import single
 from understudy.coaching.outlook import outlook
+from understudy.coaching.stretched import stretched
 from understudy.coaching.survey import Survey
 from understudy.coaching.unused import idle, never_entered, never_left
 from understudy.model.automaton import Transition
@@ -46,6 +47,7 @@ def advice(
         *never_left(survey),
         *never_entered(survey),
         *gaps(survey),
+        *stretched(survey),
         *single(survey),
         *outlook(survey),
         *idle(survey),

@@ -169,8 +169,8 @@ def _notes(found: Mapping[Setting, Outcome]) -> tuple[str, ...]:
         for setting in few
     )
     return (
-        f"The robot errs less, so it is also corrected less: {unlearned:.1f} times in the mean, and {alone:.1f} times "
-        "without unlearning; each stops at the same moments of the same way.",
+        f"Corrected {unlearned:.1f} times in the mean with unlearning, {alone:.1f} times without: whoever errs less "
+        "is corrected less.",
         f"Not better: {not_better}." if few else "There is no setting in which it is not better.",
     )
 
