@@ -36,12 +36,13 @@ def links(tree: Tree, shown: Shown) -> Iterator[tuple[float, Tree]]:
 
     No step is worth less than the one before it; of several equally weak questions the topmost goes first.
     """
-    worth = 0.0
+    worth, reach = 0.0, _reaching(tree, shown)
     while len(tree.nodes) > 1:
-        weakest = min(_questions(tree, shown), key=lambda each: (each.worth, each.node), default=None)
+        weakest = min(_questions(tree, shown, reach), key=lambda each: (each.worth, each.node), default=None)
         if weakest is None:
             return
-        tree = _without(tree, weakest)
+        tree, kept = _without(tree, weakest)
+        reach = [reach[index] for index in kept]
         worth = max(worth, weakest.worth)
         yield worth, tree
 
@@ -55,9 +56,8 @@ class _Question:
     worth: float
 
 
-def _questions(tree: Tree, shown: Shown) -> list[_Question]:
-    """All questions at which something was pressed."""
-    reach = _reaching(tree, shown)
+def _questions(tree: Tree, shown: Shown, reach: Sequence[NDArray[np.intp]]) -> list[_Question]:
+    """All questions at which something was pressed; `reach` has the examples that come by each node."""
     weights = np.where(shown.groups == WATCHED, SEEN, PRESSED)
     wrong = [0] * len(tree.nodes)
     leaves: list[set[int]] = [set() for _ in tree.nodes]
@@ -107,8 +107,8 @@ def _children(node: Node) -> Sequence[int]:
     return (*node.branches, node.absent) if node.test == Test.LABEL else (node.yes, node.no, node.absent)
 
 
-def _without(tree: Tree, question: _Question) -> Tree:
-    """The tree with a question made a leaf; nodes that nothing leads to any more are gone."""
+def _without(tree: Tree, question: _Question) -> tuple[Tree, list[int]]:
+    """The tree with a question made a leaf, and which of its nodes are left: those that something leads to."""
     nodes = list(tree.nodes)
     nodes[question.node] = leaf(question.outcome)
     kept = [False] * len(nodes)
@@ -118,11 +118,9 @@ def _without(tree: Tree, question: _Question) -> Tree:
             for following in _children(node):
                 if following != STAY:
                     kept[following] = True
-    place = {
-        index: number for number, index in enumerate(index for index, is_kept in enumerate(kept) if is_kept)
-    }
-    place[STAY] = STAY
-    return Tree(tuple(_moved(nodes[index], place) for index in place if index != STAY))
+    left = [index for index, is_kept in enumerate(kept) if is_kept]
+    place = {STAY: STAY, **{index: number for number, index in enumerate(left)}}
+    return Tree(tuple(_moved(nodes[index], place) for index in left)), left
 
 
 def _moved(node: Node, place: dict[int, int]) -> Node:
