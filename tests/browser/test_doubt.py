@@ -81,10 +81,11 @@ class Watcher(Teacher):
 
     def until_it_turns(self, most: int) -> int | None:
         """After how many ticks of driving and turning it turns right from driving, in the world of the slip."""
-        self.page.get_by_role("spinbutton", name="seed").fill(str(SLIP))
-        self.page.keyboard.press("Enter")
-        if self.state:
-            expect(self.directing("start")).to_have_attribute("aria-pressed", "true")
+        seed = self.page.get_by_label("seed")
+        seed.fill(str(SLIP))
+        seed.press("Enter")
+        seed.blur()
+        expect(self.directing("start")).to_have_attribute("aria-pressed", "true")
         before = "start"
         for tick in range(most):
             clock = self.page.get_by_title("Time in the world").inner_text()
@@ -103,10 +104,13 @@ def test_a_slip_is_pointed_out_held_and_let_go(
     turned = errs(session)
     assert turned is not None
     session.train()
+    studio.stop()
     save(studio.library, session.taught())
+    studio.start()
     page = visit()
     watcher = Watcher(page)
-    page.get_by_role("button", name=re.compile("goto")).first.click()
+    watcher.click("Open one of the library")
+    watcher.click("Open goto")
     expect(watcher.directing("forward")).to_be_visible()
     watcher.press("Space")
     watcher.press("t")
