@@ -56,7 +56,8 @@ def test_show(lessons: Path, library: Path) -> None:
         "ready": "yes",
         "bump": "no",
     }
-    assert told["options"] == {"learner": "trees", "reaction_s": 0.2, "watched": True}
+    chosen = {"learner": "trees", "reaction_s": 0.2, "watched": True, "unlearning": False}
+    assert told["options"] == chosen
     assert any("distance_to(A)" in line for line in told["conditions"]["forward"])
     text = run("show", "goto", "-l", lessons).stdout
     assert "When it switches" in text

@@ -26,8 +26,9 @@ def unlikeness(values: NDArray[np.float64], kinds: Sequence[Kind]) -> Square:
     """
     total, counted = np.zeros((len(values), len(values))), 0
     for column, kind in zip(values.T, kinds, strict=True):
-        squares = [(axis[:, None] - axis[None, :]) ** 2 for axis in _axes(column, kind)]
-        apart = np.sum(squares, axis=0)
+        apart = np.zeros_like(total)
+        for axis in _axes(column, kind):
+            apart += (axis[:, None] - axis[None, :]) ** 2
         if apart.any():
             total += apart
             counted += 1
@@ -42,7 +43,8 @@ def _axes(column: Column, kind: Kind) -> Iterator[Column]:
             yield (column == label) / sqrt(2)
         yield absent / sqrt(2)
         return
-    yield absent * AWAY
+    if absent.any():
+        yield absent * AWAY
     if isinstance(kind, Toroidal):
         angle = np.where(absent, 0.0, tau * column / kind.period)
         yield np.where(absent, 0.0, np.cos(angle) / 2)

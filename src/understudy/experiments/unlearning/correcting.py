@@ -20,7 +20,7 @@ CORRECTIONS = 20
 """After so many corrections the teacher stops."""
 LEARNERS: dict[str, Learner] = {
     "trees": Trees(),
-    "nearest neighbors": Scikit("KNeighborsClassifier", {"n_neighbors": 3}),
+    "k-NN": Scikit("KNeighborsClassifier", {"n_neighbors": 3}),
     "SVM": Scikit("SVC", {"C": 10.0}),
 }
 AT_ONCE = 16
