@@ -97,7 +97,12 @@ def test_worlds_of_other_seeds_are_tried_where_this_one_has_no_such_place(
     none_left = Advice(AdviceKind.GAP, "", "forward", 1.0, (Region(((0.0, 1.0),), False),))
     tried: list[int] = []
     reset = taught.reset
-    monkeypatch.setattr(taught, "reset", lambda seed: (tried.append(seed), reset(seed)))
+
+    def noted(seed: int) -> None:
+        tried.append(seed)
+        reset(seed)
+
+    monkeypatch.setattr(taught, "reset", noted)
     assert stage(taught, none_left, seeds=[6, 7], tries=5).missed == ("food_left",)
     assert tried == [6, 7]
     assert taught.body.time_s == 0.0
