@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from tests.coaching.lessons import GOTO, goto
 
 from understudy.coaching.asking import Asking, Question, When
@@ -34,7 +36,24 @@ def test_it_asks_once_and_goes_on_when_let() -> None:
     assert question.sentence.startswith("I am not sure: I would ")
     assert "behind you" in question.sentence
     assert asking.look() is None
+    before = session.instant()
     session.tick()
+    session.rewind(before)  # not yet asked, as the clock has it; but it was let go on
+    later = Asking(session, unsure=question.doubt.amount)
+    assert later.look() is not None
+    later._last_s = -9.0
+    assert later.look() is None
+
+
+def test_after_a_question_it_rests() -> None:
+    session = looking_away()
+    asking = Asking(session, When.MARK, unsure=0.0)
+    for _ in range(45):
+        asking.look()
+        session.tick()
+    times = [question.time_s for question in asking.marked]
+    assert len(times) > 1
+    assert all(later - sooner >= 2.0 - 1e-9 for sooner, later in pairwise(times))
 
 
 def test_it_marks_and_the_moment_can_be_gone_back_to() -> None:

@@ -89,11 +89,22 @@ def test_what_cannot_be_set_up_is_named_and_the_robot_is_as_near_as_can_be() -> 
     assert values(taught)[0] > 3.0
 
 
-def test_worlds_of_other_seeds_are_tried_where_this_one_has_no_such_place() -> None:
+def test_worlds_of_other_seeds_are_tried_where_this_one_has_no_such_place(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     lesson = Lesson(Automaton("look", (START, State("forward", "forward")), (FOOD,)))
     taught = session(lesson)
     none_left = Advice(AdviceKind.GAP, "", "forward", 1.0, (Region(((0.0, 1.0),), False),))
-    assert stage(taught, none_left, seeds=[6], tries=5).missed == ("food_left",)
+    tried: list[int] = []
+    reset = taught.reset
+
+    def noted(seed: int) -> None:
+        tried.append(seed)
+        reset(seed)
+
+    monkeypatch.setattr(taught, "reset", noted)
+    assert stage(taught, none_left, seeds=[6, 7], tries=5).missed == ("food_left",)
+    assert tried == [6, 7]
     assert taught.body.time_s == 0.0
 
 

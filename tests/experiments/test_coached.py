@@ -1,0 +1,41 @@
+"""Novices with the coach and without: one as published, and when trials succeed from then on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from understudy.experiments.coached import run
+from understudy.experiments.coached.following import ALONE, COACHED, STEPS
+from understudy.experiments.experiment import Plan
+from understudy.experiments.published import differences, published
+from understudy.experiments.running import row_of
+
+
+@pytest.mark.parametrize("way", [ALONE, COACHED])
+def test_one_is_as_published(way: str) -> None:
+    known = published("coached")
+    assert known is not None
+    row = row_of(run.EXPERIMENT, {"exercise": "goto", "way": way, "seed": run.SEEDS[0]})
+    assert differences([row], known, run.EXPERIMENT) == []
+
+
+def row(*good: int) -> dict[str, Any]:
+    """A robot whose trials all succeed after these numbers of examples."""
+    return {"by_step": [float(step in good) for step in STEPS]}
+
+
+def test_enough_is_where_trials_succeed_from_then_on() -> None:
+    assert run.enough([row(*STEPS[3:])]) == STEPS[3]
+    assert run.enough([row(*STEPS[3:5], *STEPS[6:])]) == STEPS[6]
+    assert run.enough([row(*STEPS[:-1])]) is None
+    assert run.enough([row(*STEPS)] * 8 + [row(), row()]) is None
+    assert run.enough([row(*STEPS)] * 9 + [row()]) == STEPS[0]
+
+
+def test_both_ways_are_the_same_novices() -> None:
+    made = run.tasks(Plan(run.SEEDS[:2]))
+    assert {(task["way"], task["seed"]) for task in made} == {
+        (way, seed) for way in (ALONE, COACHED) for seed in run.SEEDS[:2]
+    }
