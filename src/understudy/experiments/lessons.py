@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from understudy.experiments.experiment import Row
+from understudy.experiments.statistics import told
 from understudy.model.library import Taught
 from understudy.model.tree import Tree
 from understudy.training.demonstrators.teacher import Teaching
@@ -40,3 +42,19 @@ def lessons_of(teaching: Teaching) -> list[dict[str, Any]]:
         for name, account in accounts.items()
         if name in teaching.library.taught
     ]
+
+
+def examples_in(rows: Sequence[Row]) -> list[int]:
+    """How many press-made examples each row's lessons hold, of rows whose `lessons` are by who learned them."""
+    return [sum(each["examples"] for lessons in row["lessons"].values() for each in lessons) for row in rows]
+
+
+def lessons_in(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """What each lesson took over all rows, as cells: who, automaton, examples, seconds, states, features; then all."""
+    made = []
+    for who, lessons in rows[0]["lessons"].items():
+        for index, lesson in enumerate(lessons):
+            of = [row["lessons"][who][index] for row in rows]
+            cells = (told([each[key] for each in of]) for key in ("examples", "seconds"))
+            made.append((who, lesson["name"], *cells, str(lesson["states"]), str(lesson["features"])))
+    return [*made, ("all", "", told(examples_in(rows)), "", "", "")]

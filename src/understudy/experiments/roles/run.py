@@ -9,7 +9,7 @@ import numpy as np
 
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import dots, panels
-from understudy.experiments.lessons import lessons_of
+from understudy.experiments.lessons import examples_in, lessons_in, lessons_of
 from understudy.experiments.roles.measuring import FAILING, LED, MIXED, SINGLE, WORLDS, measured, worlds_of
 from understudy.experiments.roles.teaching import teach
 from understudy.experiments.statistics import told
@@ -46,8 +46,8 @@ def conclude(rows: Sequence[Row]) -> Findings:
         headline="A mixed team of four scouts and eight carriers, each type with what it was taught itself, brings "
         f"home {np.median(better):.1f} times as much under its coordinator as the best team of twelve robots of one "
         f"type, in worlds that they have never seen ({told(_rates(rows, LED))} units an hour in the median), after "
-        f"{np.median(_examples(rows)):.0f} examples for all automata together. Without the coordinator the same robots "
-        f"bring {1 / np.median(alone):.2f} times what they bring with it.",
+        f"{np.median(examples_in(rows)):.0f} examples for all automata together. Without the coordinator the same "
+        f"robots bring {1 / np.median(alone):.2f} times what they bring with it.",
         tables=(
             Table(
                 f"Salvage, teachings {first} to {last}, {WORLDS} unseen worlds of 20 minutes each: median (worst–best)",
@@ -69,12 +69,12 @@ def conclude(rows: Sequence[Row]) -> Findings:
             Table(
                 "What each automaton took: median (least–most)",
                 ("who", "automaton", "#examples", "#seconds", "#states", "#features"),
-                _lessons(rows),
+                lessons_in(rows),
             ),
         ),
         goals=_goals(rows),
         notes=_notes(rows),
-        numbers={"teachings": len(rows), "better": better, "examples": _examples(rows)},
+        numbers={"teachings": len(rows), "better": better, "examples": examples_in(rows)},
     )
 
 
@@ -97,20 +97,6 @@ def _against_single(rows: Sequence[Row]) -> list[float]:
 
 def _against_alone(rows: Sequence[Row]) -> list[float]:
     return [row["rate"][LED] / max(1.0, row["rate"][MIXED]) for row in rows]
-
-
-def _examples(rows: Sequence[Row]) -> list[int]:
-    return [sum(each["examples"] for lessons in row["lessons"].values() for each in lessons) for row in rows]
-
-
-def _lessons(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    made = []
-    for who, lessons in rows[0]["lessons"].items():
-        for index, lesson in enumerate(lessons):
-            of = [row["lessons"][who][index] for row in rows]
-            cells = (told([each[key] for each in of]) for key in ("examples", "seconds"))
-            made.append((who, lesson["name"], *cells, str(lesson["states"]), str(lesson["features"])))
-    return [*made, ("all", "", told(_examples(rows)), "", "", "")]
 
 
 def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:

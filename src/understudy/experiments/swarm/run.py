@@ -9,7 +9,7 @@ import numpy as np
 
 from understudy.experiments.experiment import Experiment, Findings, Goal, Plan, Row, Table, Task
 from understudy.experiments.figures import dots, panels
-from understudy.experiments.lessons import lessons_of
+from understudy.experiments.lessons import examples_in, lessons_in, lessons_of
 from understudy.experiments.statistics import told
 from understudy.experiments.swarm.measuring import (
     ALONE,
@@ -70,7 +70,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
         f"seen; the same robots without coordinators {np.median(shares[ALONE]):.2f} times, and "
         f"{np.median(shares[ANSWERING]):.2f} times if they answer each other's calls. Ten thousand that run the same "
         f"libraries gather {np.median(large):.2f} times as much each. All of it takes "
-        f"{np.median(_examples(rows)):.0f} examples.",
+        f"{np.median(examples_in(rows)):.0f} examples.",
         tables=(
             Table(
                 f"Ten minutes, teachings {first} to {last}, {WORLDS} unseen worlds each: median (worst–best). A "
@@ -84,12 +84,12 @@ def conclude(rows: Sequence[Row]) -> Findings:
             Table(
                 "What each automaton took: median (least–most)",
                 ("who", "automaton", "#examples", "#seconds", "#states", "#features"),
-                _lessons(rows),
+                lessons_in(rows),
             ),
         ),
         goals=_goals(rows),
         notes=_notes(rows),
-        numbers={"teachings": len(rows), "shares": shares, "large": large, "examples": _examples(rows)},
+        numbers={"teachings": len(rows), "shares": shares, "large": large, "examples": examples_in(rows)},
     )
 
 
@@ -117,20 +117,6 @@ def _large(rows: Sequence[Row]) -> list[float]:
 
 def _ratio(some: Sequence[float], others: Sequence[float]) -> list[float]:
     return [round(one / max(1e-9, other), 3) for one, other in zip(some, others, strict=True)]
-
-
-def _examples(rows: Sequence[Row]) -> list[int]:
-    return [sum(each["examples"] for lessons in row["lessons"].values() for each in lessons) for row in rows]
-
-
-def _lessons(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    made = []
-    for who, lessons in rows[0]["lessons"].items():
-        for index, lesson in enumerate(lessons):
-            of = [row["lessons"][who][index] for row in rows]
-            cells = (told([each[key] for each in of]) for key in ("examples", "seconds"))
-            made.append((who, lesson["name"], *cells, str(lesson["states"]), str(lesson["features"])))
-    return [*made, ("all", "", told(_examples(rows)), "", "", "")]
 
 
 def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
