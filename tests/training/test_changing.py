@@ -486,6 +486,7 @@ REFUSED: dict[str, tuple[Callable[[Session], Any], type[UnderstudyError], str]] 
     "a state twice": (lambda s: s.choose(states=["left", "left"]), DefinitionError, "'left' twice"),
     "a parameter like a target": (lambda s: s.choose(parameters=["ball"]), DefinitionError, "'ball'.*rename"),
     "itself": (lambda s: s.choose(states=["taught"]), UnderstudyError, "taught"),
+    "a flag like a feature": (lambda s: s.choose(flags=["seen"]), DefinitionError, "flag 'seen'.*rename"),
     "no such parameter": (lambda s: s.stand_for(A="ball"), UnknownName, "parameter 'A'"),
     "too long a reaction": (
         lambda s: s.choose(options=Options(reaction_s=2.0)),

@@ -17,12 +17,8 @@ interface Props {
 
 export function Squads({ studio, squads }: Props) {
   const tops = useMemo(() => squadTree(squads), [squads]);
-  const [turned, turn] = useState<ReadonlySet<Squad>>(new Set());
-  const toggle = (squad: Squad) => {
-    const now = new Set(turned);
-    if (!now.delete(squad)) now.add(squad);
-    turn(now);
-  };
+  const [turned, turn] = useState<ReadonlyMap<string, boolean>>(new Map());
+  const toggle = (squad: Squad, open: boolean) => turn(new Map(turned).set(squad.name, open));
   return (
     <section>
       <h2>Team</h2>
@@ -36,8 +32,9 @@ interface LevelProps {
   squads: readonly Squad[];
   /** Whether those below are shown where nobody has asked for the contrary. */
   shown: boolean;
-  turned: ReadonlySet<Squad>;
-  toggle: (squad: Squad) => void;
+  /** Those that somebody unfolded or folded, by name. */
+  turned: ReadonlyMap<string, boolean>;
+  toggle: (squad: Squad, open: boolean) => void;
 }
 
 function Level({ studio, squads, shown, turned, toggle }: LevelProps) {
@@ -45,7 +42,7 @@ function Level({ studio, squads, shown, turned, toggle }: LevelProps) {
     <ul class="rows">
       {squads.map((squad) => {
         const first = shown || squad.below.some((each) => holds(each, studio));
-        const open = squad.below.length > 0 && first !== turned.has(squad);
+        const open = squad.below.length > 0 && (turned.get(squad.name) ?? first);
         return (
           <li key={squad.name}>
             <div class="rank">
@@ -55,7 +52,7 @@ function Level({ studio, squads, shown, turned, toggle }: LevelProps) {
                   class="fold"
                   aria-expanded={open}
                   aria-label={`What ${squad.name} is made of`}
-                  onClick={() => toggle(squad)}
+                  onClick={() => toggle(squad, !open)}
                 />
               )}
               <Coordinator studio={studio} squad={squad} />
@@ -96,7 +93,10 @@ function Coordinator({ studio, squad }: { studio: Studio; squad: Squad }) {
       <span class={className("dot", trained && desk?.mode)} />
       <b>{squad.name}</b>
       <span class="soft cut">
-        · {trained && desk !== null ? atWork(studio, squad.robots) : counted(squad.robots.length, "robot")}
+        ·{" "}
+        {studio.sort !== null && desk !== null
+          ? atWork(studio, squad.robots)
+          : counted(squad.robots.length, "robot")}
       </span>
     </button>
   );

@@ -5,6 +5,7 @@ What robots and coordinators do is written by hand, in the shape of what is taug
 
 from __future__ import annotations
 
+import os
 from functools import partial
 
 from understudy.bench.measuring import Case, Goal, Row, measure, result, speed
@@ -13,6 +14,7 @@ from understudy.worlds.swarm_expert import hand_coded
 from understudy.worlds.teams import team_of
 
 TASK, PLATOONS, LARGE, ROUNDS = "three levels of squads", 8, 400, 5
+AT_WORK = 150
 HERTZ, TIMES = 10, 10
 """How many ticks a second has, and how many times as fast as that it should go."""
 
@@ -20,15 +22,15 @@ HERTZ, TIMES = 10, 10
 class Swarm:
     """So many platoons, under their coordinators."""
 
-    def __init__(self, platoons: int, threads: int = 2) -> None:
-        self.threads = threads
+    def __init__(self, platoons: int) -> None:
         self.robots = EACH * platoons
         self._world = of_platoons(platoons)
         self.reset()
 
     def reset(self) -> None:
-        """Back to the start."""
+        """Back to where all are at work, past the ten seconds in which they spread out."""
         self.team = team_of(self._world, [0], hand_coded(), {SWARM: ("swarm_work", {})})
+        self.team.run(AT_WORK)
 
     def run(self, ticks: int) -> None:
         """Run for so many ticks."""
@@ -38,8 +40,8 @@ class Swarm:
 def cases() -> list[Case]:
     """The swarm that ships, and ten thousand robots."""
     return [
-        Case(TASK, partial(Swarm, PLATOONS), 2, 1_000),
-        Case(TASK, partial(Swarm, LARGE), 2, 200),
+        Case(TASK, partial(Swarm, PLATOONS), 1, 1_000),
+        Case(TASK, partial(Swarm, LARGE), os.cpu_count() or 1, 200),
     ]
 
 

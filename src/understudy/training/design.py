@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature
+from understudy.model.feature import BoundFeature, Flag
 from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library
 
@@ -79,6 +79,13 @@ def check_names(library: Library, automaton: Automaton) -> None:
                 what=f"automaton {automaton.name!r}",
                 problem=f"its parameter {parameter!r} has the name of a target",
                 remedy="rename the parameter",
+            )
+    for flag in automaton.flags:
+        if not isinstance(library.kit.features.get(flag, Flag(flag)), Flag):
+            raise DefinitionError(
+                what=f"automaton {automaton.name!r}",
+                problem=f"its flag {flag!r} has the name of a feature",
+                remedy="rename the flag, so that others can tell the two apart",
             )
     for user, binding in (
         *((f"state {state.name!r}", state.binding) for state in automaton.states),

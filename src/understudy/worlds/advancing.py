@@ -54,6 +54,8 @@ def advance(
     if threads is None:
         threads = 1 if rows < ALONE else os.cpu_count() or 1
     threads = min(threads, max(worlds, rows // 64), MOST_THREADS)
+    if fused.lead is not None and stage.rules.robots < ALONE:
+        threads = min(threads, worlds)  # to wait for each other twice more a tick pays in large worlds only
     if worlds >= threads:
         _side_by_side(stage, sensing, fused, ticks, threads, until_finished=until_finished)
     else:

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 TEACHINGS = range(60_100, 60_110)
 """The teaching seeds of the published result: nobody had looked at any of them before."""
 AS_GOOD, WITHOUT = 0.8, 0.7
+WEIGHTS = (1, 4, 10)
+"""Crates that a container may count as: one box as any, the robots that it takes, what it holds."""
 SURVIVORS = 1 - 1 / FAILING
 KEPT = 0.8 * SURVIVORS
 SAID = {
@@ -82,6 +84,14 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 ],
             ),
             Table(
+                "Of what all three levels gather, taught, if a container counted as so many crates",
+                ("coordinators of", *(f"#{weight}" for weight in WEIGHTS)),
+                [
+                    (SAID[way], *(told(_weighted(rows, way, weight), 2) for weight in WEIGHTS))
+                    for way in (ONE, ANSWERING, ALONE)
+                ],
+            ),
+            Table(
                 "What each automaton took: median (least–most)",
                 ("who", "automaton", "#examples", "#seconds", "#states", "#features"),
                 lessons_in(rows),
@@ -108,6 +118,23 @@ def _of_by_hand(rows: Sequence[Row], way: str) -> list[float]:
 
 def _of_taught(rows: Sequence[Row], way: str) -> list[float]:
     return _ratio(_rates(rows, way), _rates(rows, THREE))
+
+
+def _counted(row: Row, way: str, weight: int) -> float:
+    """What is gathered in an hour, with a container counted as so many crates."""
+    return float(row["taught"][way]["crates"] + weight * row["taught"][way]["containers"])
+
+
+def _weighted(rows: Sequence[Row], way: str, weight: int) -> list[float]:
+    return _ratio(
+        [_counted(row, way, weight) for row in rows], [_counted(row, THREE, weight) for row in rows]
+    )
+
+
+def _of_the_better(rows: Sequence[Row], way: str, weight: int) -> float:
+    """What is gathered one way, as a share of what squads alone or all three levels do, whichever is more; median."""
+    better = [max(_counted(row, ONE, weight), _counted(row, THREE, weight)) for row in rows]
+    return float(np.median(_ratio([_counted(row, way, weight) for row in rows], better)))
 
 
 def _large(rows: Sequence[Row]) -> list[float]:
@@ -148,13 +175,24 @@ def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
 
 
 def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
-    squads, platoons = (np.median(_of_taught(rows, way)) for way in (ONE, TWO))
+    squads, platoons = (float(np.median(_of_taught(rows, way))) for way in (ONE, TWO))
+    least = max(_of_the_better(rows, way, weight) for way in (ANSWERING, ALONE) for weight in WEIGHTS)
+    crates = [
+        (row["taught"][THREE]["crates"] / row["by_hand"]["crates"], row["task"]["seed"]) for row in rows
+    ]
+    alone = [(share, row["task"]["seed"]) for share, row in zip(_of_by_hand(rows, ALONE), rows, strict=True)]
     return (
         f"What each level brings: with coordinators of squads alone {squads:.2f} of what all three levels gather, with "
-        f"those of platoons too {platoons:.2f}. The coordinator of all only begins the work: with it, one order moves "
-        "everybody.",
+        f"those of platoons too {platoons:.2f}. The coordinator of all costs what is between: it lets everybody spread "
+        "out first, and all it is good for here is that one order moves two hundred robots.",
+        f"That a container holds {LOADS['container']} crates is how this world is made, and decides whether platoons "
+        "pay: counted as the four squads that it takes, or as one box, coordinators of squads alone gather more, since "
+        "mustering sixteen robots costs the crates that they leave. Whatever it counts of these, robots without "
+        f"coordinators gather at most {least:.2f} of what the better of the two does (median).",
+        f"The worst teachings: crates at {min(crates)[0]:.2f} of by hand under three levels (seed {min(crates)[1]}), "
+        f"and robots alone at {min(alone)[0]:.2f} (seed {min(alone)[1]}): there a lesson never came right.",
         f"Each of {LARGE} robots, in 400 platoons, gathers {told(_large(rows), 2)} times as much in five minutes as "
-        "each of the two hundred that were taught for.",
+        "each of the two hundred that were taught for. They pass through each other, as the two hundred do.",
     )
 
 
