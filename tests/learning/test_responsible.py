@@ -191,3 +191,26 @@ def test_by_hand_and_by_classifier_nobody_is() -> None:
     )
     (done,) = moved(before, Taught(learned(lesson), lesson))
     assert (done.what, done.examples) == ("vanished", ())
+
+
+def test_without_features_it_is_who_has_the_majority() -> None:
+    """Nothing is asked, so nothing can bound a condition: the state is left always, or never."""
+    examples = [
+        Example(number, "go", (), following, ExampleKind.DIRECTIVE)
+        for number, following in enumerate(("turn", "done", "done"), 1)
+    ]
+    before, after = (
+        Taught(learned(lesson), lesson)
+        for lesson in (
+            Lesson(
+                Automaton("walk", (START, State("go", "forward"), State("turn", "left"), State("done"))),
+                shown,
+            )
+            for shown in (tuple(examples[:1]), tuple(examples))
+        )
+    )
+    assert [(each.next, each.what) for each in moved(before, after)] == [
+        ("turn", "vanished"),
+        ("done", "appeared"),
+    ]
+    assert [[who.number for who in each.examples] for each in moved(before, after)] == [[2, 3], [2, 3]]

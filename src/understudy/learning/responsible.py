@@ -168,8 +168,8 @@ class _State:
         features, tree = taught.automaton.features, taught.automaton.transitions.get(self.state)
         cuts = self._cuts(self.before if taught is self.after else self.after)
         for index, node in enumerate(tree.nodes if isinstance(tree, Tree) else ()):
-            ends = {end for box in boxes.values() for part in box[node.feature].parts for end in part}
             for cut in _ends(node):
+                ends = {end for box in boxes.values() for part in box[node.feature].parts for end in part}
                 if cut in ends and (str(features[node.feature]), cut) not in cuts:
                     reach = [each for each in mine.values() if _passes(tree, each, index)]
                     kind = features[node.feature].kind
