@@ -12,11 +12,12 @@ from tests.learning.lessons import lesson, tables, tree_of
 from tests.learning.reference import Row
 
 from understudy.errors import DefinitionError
+from understudy.learning import simplify
 from understudy.learning.arrays import Shown
 from understudy.learning.pruning import links, pruned
 from understudy.learning.simplify import ENOUGH, suggestion, with_pruning
 from understudy.learning.transitions import learn
-from understudy.model.kinds import Kind
+from understudy.model.kinds import Categorical, Kind
 from understudy.model.lesson import Lesson, Options, Scikit, Trees
 from understudy.model.tree import Test, Tree
 
@@ -171,3 +172,23 @@ def test_too_few_examples_and_classifiers_get_no_advice() -> None:
 def test_never_on_by_default() -> None:
     assert Trees().pruning == 0.0
     assert Options().learner == Trees()
+
+
+def test_of_a_larger_lesson_several_are_left_out_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is left out just once, whoever is left out with it."""
+    for most in (1, 7, 40):
+        monkeypatch.setattr(simplify, "MOST_TRIALS", most)
+        found = suggestion(noisy())
+        assert found is not None
+        assert found.examples == 40
+        assert (found.wrong_pruned == 3) == (most > 1), "of all at once nothing is left to learn from"
+
+
+def test_in_a_stateless_lesson_what_was_never_shown_is_told_by_each_state() -> None:
+    """A label that only one example has leads nowhere without it: whoever is there stays."""
+    rows: list[tuple[Any, ...]] = [("go", (0,), "stop", "directive"), ("stop", (1,), "go", "directive")] * 15
+    kinds: list[Kind] = [Categorical(("a", "b", "c"))]
+    for state, wrong in (("go", 1), ("stop", 0)):
+        found = suggestion(lesson([*rows, (state, (2,), "stop", "directive")], kinds, stateless=True))
+        assert found is not None
+        assert (found.examples, found.wrong) == (31, wrong)
