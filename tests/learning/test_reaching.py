@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
 
@@ -12,6 +12,7 @@ from understudy.model.kinds import Kind
 from understudy.model.tree import STAY
 
 
+@settings(deadline=None)
 @given(tables(watched=True), tables())
 def test_as_each_goes_down_by_itself(
     drawn: tuple[list[Row], list[Kind]], others: tuple[list[Row], list[Kind]]

@@ -13,6 +13,7 @@ from tests.training.lessons import play, session
 from understudy.experiments.novices.novice import Novice
 from understudy.experiments.novices.traits import drawn
 from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
 from understudy.model.feature import BoundFeature, Feature
 from understudy.model.kinds import Continuous, Kind, Toroidal
@@ -107,6 +108,34 @@ def test_absence_tells_of_no_boundary() -> None:
     found = lateness(replace(lesson, record=replace(lesson.record, values=values)))
     assert found is not None
     assert found.reaction_s == pytest.approx(0.3, abs=0.051)
+
+
+def test_whatever_a_parameter_stood_for() -> None:
+    """Half of the presses were for one target, half for the other, which was elsewhere then."""
+    lesson = demonstrated(0.3)
+    values = np.column_stack([lesson.record.values[:, 0], 50 * np.sin(7.0 * np.arange(len(lesson.record)))])
+    values[len(values) // 2 :] = values[len(values) // 2 :, ::-1]
+    near = Feature("near", Continuous(), reading="range", of="what")
+    automaton = replace(
+        lesson.automaton, features=(BoundFeature(near, Binding(what="A")),), parameters=("A",)
+    )
+    examples = tuple(
+        replace(each, values=each.values[:1], binding=Binding(A="ball" if each.number < 10 else "goal"))
+        for each in lesson.examples
+    )
+    record = Record((("range", "ball"), ("range", "goal")), values, lesson.record.seconds)
+    found = lateness(replace(lesson, automaton=automaton, examples=examples, record=record))
+    assert found is not None
+    assert found.reaction_s == pytest.approx(0.3, abs=0.051)
+    assert "from go to done lie about 0.0" in found.evidence
+
+
+def test_what_was_not_recorded_says_nothing() -> None:
+    """A feature whose reading the body of that time did not have; another one still tells."""
+    lesson = demonstrated(0.3)
+    record = replace(lesson.record, keys=(("x", None), ("z", None)))
+    assert lateness(replace(lesson, record=record)) == lateness(lesson)
+    assert lateness(replace(lesson, record=replace(record, keys=(("w", None), ("z", None))))) is None
 
 
 def test_a_novice_who_reacts_in_half_a_second() -> None:
