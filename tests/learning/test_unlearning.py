@@ -121,6 +121,21 @@ def test_corrections_that_contradict_each_other_are_both_kept() -> None:
     assert found.reason == "Correction 7 contradicts example 6: both are kept."
 
 
+def test_what_was_recorded_beside_a_correction_contradicts_none() -> None:
+    """Who corrects to a state, and at once, seeing the very same, on to another, has contradicted nobody."""
+    shown = [*DRIVING, ARRIVING, ("go", [55], "go", "default"), ("go", [55], "turn", "directive")]
+    assert judged(shown, corrections=2).verdict is not Verdict.CONTRADICTION
+
+
+def test_what_is_like_a_correction_may_agree_with_it() -> None:
+    """It was all said near by; what was learned has the boundary elsewhere."""
+    found = judged([*DRIVING, ("go", [3], "turn", "directive"), ("go", [79], "go", "confirmation")])
+    assert found.verdict is Verdict.FEW
+    assert found.reason == "What is like correction 6 agrees with it: it shows where the boundary is not."
+    alone = judged([*DRIVING, ARRIVING, ("go", [200], "done", "directive")])
+    assert alone.reason == "Nothing like correction 6 had been shown: it adds what was missing."
+
+
 def test_the_learner_makes_no_difference() -> None:
     given_, correction = _corrected([*DRIVING, ARRIVING, WRONG, RIGHT])
     other = replace(given_, options=Options(learner=Scikit("SVC")))

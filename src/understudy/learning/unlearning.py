@@ -110,9 +110,13 @@ def _pool(lesson: Lesson, correction: Example) -> tuple[Example, ...]:
 
 
 def _rivals(pool: Sequence[Example], correction: Example) -> list[Example]:
-    """Other corrections with the very same feature vector that say otherwise."""
+    """Other corrections with the very same feature vector that say otherwise; defaults beside them said nothing."""
     alike = next(group for group in vectors(pool).values() if correction in group)
-    return [example for example in alike if example.correction and example.next != correction.next]
+    return [
+        example
+        for example in alike
+        if example.correction and example.shown and example.next != correction.next
+    ]
 
 
 def _noise(example: Example) -> float:
@@ -135,11 +139,12 @@ def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: Hindsight
     if itself >= DOUBTED:
         reason = f"What is like {said} agrees on something else, so either it is wrong or a boundary runs close by."
         return Judgement(correction, Verdict.UNSURE, reason)
-    if not against.any():
-        return Judgement(
-            correction, Verdict.FEW, f"Nothing like {said} had been shown: it adds what was missing."
-        )
-    reason = f"Too little had been shown around {said}, and no example there is clearly bad."
+    if against.any():
+        reason = f"Too little had been shown around {said}, and no example there is clearly bad."
+    elif reach.sum() > 1:  # itself
+        reason = f"What is like {said} agrees with it: it shows where the boundary is not."
+    else:
+        reason = f"Nothing like {said} had been shown: it adds what was missing."
     return Judgement(correction, Verdict.FEW, reason)
 
 
