@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -120,15 +121,31 @@ def test_only_corrections_of_wrong_decisions_are_judged() -> None:
     assert taught.judgement is not None
 
 
-def test_a_resumed_session_has_the_same_in_quarantine(tmp_path: Path) -> None:
+@pytest.mark.parametrize("options", [Options(unlearning=True), Options()])
+@pytest.mark.parametrize("went_wrong", [corrected, taken_back])
+def test_a_resumed_session_has_the_same_in_quarantine(
+    went_wrong: Callable[[Session], Session], options: Options, tmp_path: Path
+) -> None:
+    """And it knows who is to blame: what it was told before it was cut off can still be acted on."""
     journal = tmp_path / "session.journal"
-    taught = corrected(misled(journal=journal))
+    taught = went_wrong(misled(options, journal=journal))
     taught.close()
     resumed = Session.resume(journal, Scripted(), Library(kit))
     assert resumed.examples == taught.examples
-    assert resumed.lesson.options.unlearning
-    assert resumed.undo() == "forward → forward, quarantine 1 example"
+    assert resumed.lesson.options == options
+    assert resumed.judgement == taught.judgement
+    assert resumed.judgement is not None
+    assert list(resumed.judgement.reasons) == [WRONG]
+    play(resumed, "train", "confirm", 1)  # a press that corrects nothing leaves it as it is
     resumed.close()
+    again = Session.resume(journal, Scripted(), Library(kit))
+    assert again.judgement == taught.judgement
+    again.undo()
+    assert again.undo() == taught.screen().undoable
+    assert again.judgement is None
+    again.redo()
+    assert again.judgement == taught.judgement
+    again.close()
 
 
 @pytest.mark.parametrize("unlearning", [True, False])
