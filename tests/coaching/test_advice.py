@@ -212,6 +212,14 @@ def test_a_classifier_is_advised_on_as_trees_are() -> None:
     assert AdviceKind.GAP in {each.kind for each in advised(lesson)}
 
 
+def test_a_classifier_that_has_just_enough_to_learn_from_is_advised_on() -> None:
+    """Without one of the three examples of a state, three neighbors cannot be found."""
+    rows = (*GOTO, ("forward", "left", "directive", 3.0, 90), ("start", "left", "directive", 2.0, 200))
+    rows += (("left", "forward", "directive", 1.0, 10),)
+    knn = Scikit("KNeighborsClassifier", {"n_neighbors": 3})
+    assert advised(replace(goto(rows), options=Options(learner=knn)))
+
+
 @pytest.mark.parametrize("stateless", [False, True])
 def test_advice_on_two_hundred_examples_takes_fifty_milliseconds_at_most(stateless: bool) -> None:
     draws = np.random.default_rng(3)

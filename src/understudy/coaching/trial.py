@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.errors import DefinitionError
 from understudy.learning.arrays import Shown, arrays, teaching
 from understudy.learning.transitions import fitting
 from understudy.model.automaton import Transition
@@ -45,14 +46,19 @@ class Learner:
         return np.flatnonzero([example.pressed for example in self.examples])
 
     def learned(self, kept: Chosen) -> Transition:
-        """The transition function from the rows kept [n]; it stays where none of those was press-made."""
+        """The transition function from the rows kept [n]; it stays where none of those was press-made, or where they are
+        too few for the classifier.
+        """
         shown = self.shown
         if not kept[self.pressed].any():
             return Tree((leaf(STAY),))
         values, outcomes, groups = shown.values[kept], shown.outcomes[kept], shown.groups[kept]
-        return self.fit(
-            Shown((), values, outcomes, groups, shown.current)
-        )  # arrays are all that is fitted to
+        try:
+            return self.fit(
+                Shown((), values, outcomes, groups, shown.current)
+            )  # arrays are all that is fitted to
+        except DefinitionError:
+            return Tree((leaf(STAY),))
 
     def without(self, *rows: int) -> Transition:
         """The transition function had these rows never been shown."""
