@@ -53,6 +53,22 @@ def test_no_example_of_the_state_lies_in_a_gap(
             assert not all(value in part for value, part in zip(example.values, each.region, strict=True))
 
 
+def test_what_is_in_quarantine_was_shown_all_the_same() -> None:
+    shown = goto()
+    held = replace(shown, examples=tuple(replace(each, quarantined="slipped") for each in shown.examples))
+    said = "{}: show me more, and then I can tell you what is missing."
+    for lesson, begins in (
+        (goto(()), "You showed me nothing yet"),
+        (goto(GOTO[:2]), "You pressed once so far"),
+        (held, "You showed me nothing, beside what is in quarantine"),
+        (
+            replace(held, examples=(*shown.examples[:1], *held.examples[1:])),
+            "You pressed once, beside what is in quarantine",
+        ),
+    ):
+        assert [each.sentence for each in advised(lesson, AdviceKind.FEW)] == [said.format(begins)]
+
+
 def test_a_boundary_held_by_one_example_names_it() -> None:
     (first, *_) = [each for each in advised(goto(), AdviceKind.SINGLE) if each.state == "forward"]
     assert first.examples == (2,)

@@ -184,6 +184,8 @@ def test_quarantine_and_back() -> None:
     assert taught.taught().automaton.transitions.get(state) != before.automaton.transitions[state]
     taught.quarantine({number: ""})
     assert taught.taught() == before
+    taught.quarantine({number: ""})  # it teaches already: there is nothing to undo
+    taught.quarantine({})
     assert (taught.undo(), taught.undo()) == ("release 1 example", "quarantine 1 example")
     assert taught.taught() == before
 

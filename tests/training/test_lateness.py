@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from math import nan
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,8 +17,8 @@ from understudy.experiments.novices.traits import drawn
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature, Feature
-from understudy.model.kinds import Continuous, Kind, Toroidal
+from understudy.model.feature import BoundFeature, Feature, TimeInState
+from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import Lesson, Options, Record
 from understudy.training.lateness import lateness
 from understudy.training.values import steady_readings
@@ -51,13 +53,50 @@ def demonstrated(
 
 
 @pytest.mark.parametrize("kind", [Continuous(), Toroidal()])
-@pytest.mark.parametrize("late_s", [0.0, 0.1, 0.3, 0.5])
+@pytest.mark.parametrize("late_s", [0.0, 0.1, 0.3, 0.5, 0.7])
 def test_a_known_reaction_time_is_found(late_s: float, kind: Kind) -> None:
     found = lateness(demonstrated(late_s, kind=kind))
     assert found is not None
     assert found.reaction_s == pytest.approx(late_s, abs=0.051)
-    assert found.least_s <= found.reaction_s <= found.most_s
     assert found.presses == 20
+    assert found.least_s <= late_s <= found.most_s
+    assert found.most_s - found.least_s == pytest.approx(0.2, abs=0.11)
+
+
+@pytest.mark.parametrize("kind", [Continuous(), Toroidal()])
+def test_the_evidence_says_how_far_apart(kind: Kind) -> None:
+    """Who is 0.03 s off on either side, at 0.6 m/s, is about 2 cm off; half of what a tick changes comes on top. Who
+    is 0.3 s late at between 0.2 and 1 m/s, is 10 cm off."""
+    then, now = re.findall(r"(0\.\d+) m", str(lateness(demonstrated(0.3, kind=kind))))
+    assert float(then) == pytest.approx(0.03, abs=0.015)
+    assert float(now) == pytest.approx(0.1, abs=0.05)
+
+
+def test_even_of_a_machine() -> None:
+    """None undercuts half of what a tick changes, so that a single shift that fits to the digit is not everything."""
+    found = lateness(demonstrated(0.3, spread_s=0.0))
+    assert found is not None
+    assert found.reaction_s == 0.3
+
+
+def test_what_tells_most_is_the_evidence() -> None:
+    """Three sorts of presses, one of them by somebody who hardly knows what they want."""
+    parts = [
+        demonstrated(0.3, 10, spread_s=0.2, seed=4),
+        demonstrated(0.3, 10, seed=5),
+        demonstrated(0.3, 6, seed=6),
+    ]
+    examples, values, seconds = [], [], []
+    for part, state in zip(parts, ("go", "on", "by"), strict=True):
+        rows = sum(map(len, seconds))
+        examples += [replace(each, state=state, moment=(each.moment or 0) + rows) for each in part.examples]
+        values.append(part.record.values)
+        seconds.append(part.record.seconds)
+    record = Record(parts[0].record.keys, np.vstack(values), np.concatenate(seconds))
+    found = lateness(replace(parts[0], examples=tuple(examples), record=record))
+    assert found is not None
+    assert found.presses == 26
+    assert "the 10 presses from on to done" in found.evidence
 
 
 def test_the_evidence_says_by_what() -> None:
@@ -71,6 +110,9 @@ def test_the_evidence_says_by_what() -> None:
 
 def test_too_little_gives_no_estimate() -> None:
     assert lateness(demonstrated(0.3, presses=7)) is None
+    lesson = demonstrated(0.3)
+    of_many_sorts = tuple(replace(each, next=f"to {each.number % 7}") for each in lesson.examples)
+    assert lateness(replace(lesson, examples=of_many_sorts)) is None
     assert lateness(Lesson(demonstrated(0.3).automaton)) is None
     assert lateness(session().lesson) is None
 
@@ -86,7 +128,14 @@ def test_what_never_scatters_gives_no_estimate() -> None:
 
 def test_what_is_in_quarantine_edited_or_without_record_says_nothing() -> None:
     lesson = demonstrated(0.3)
-    for change in ({"quarantined": "slipped"}, {"edited": True}, {"moment": None}, {"window": 3}):
+    changes: tuple[dict[str, Any], ...] = (
+        {"quarantined": "slipped"},
+        {"edited": True},
+        {"moment": None},
+        {"window": 7},
+        {"kind": ExampleKind.CONFIRMATION},
+    )
+    for change in changes:
         examples = tuple(replace(each, **change) for each in lesson.examples)
         assert lateness(replace(lesson, examples=examples)) is None
 
@@ -128,6 +177,24 @@ def test_whatever_a_parameter_stood_for() -> None:
     assert found is not None
     assert found.reaction_s == pytest.approx(0.3, abs=0.051)
     assert "from go to done lie about 0.0" in found.evidence
+
+
+def test_labels_and_what_is_the_automatons_own_say_nothing() -> None:
+    lesson = demonstrated(0.3)
+    seen = np.tile([[0.0], [1.0]], (len(lesson.record) // 2, 1))
+    record = Record(
+        (*lesson.record.keys, ("seen", None)), np.hstack([lesson.record.values, seen]), lesson.record.seconds
+    )
+    more = (BoundFeature(Feature("seen", BOOLEAN, reading="seen")), BoundFeature(TimeInState()))
+    automaton = replace(lesson.automaton, features=(*lesson.automaton.features, *more))
+    examples = tuple(
+        replace(each, values=(*each.values, 0.0, 1.0), own={"time_in_state": 1.0}) for each in lesson.examples
+    )
+    assert lateness(replace(lesson, automaton=automaton, examples=examples, record=record)) == lateness(
+        lesson
+    )
+    only = replace(lesson.automaton, features=more[:1])
+    assert lateness(replace(lesson, automaton=only, record=record)) is None
 
 
 def test_what_was_not_recorded_says_nothing() -> None:

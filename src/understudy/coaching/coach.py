@@ -59,12 +59,9 @@ def advice(
 
 
 def _few(survey: Survey) -> Advice:
-    presses = survey.shown
-    said = (
-        "You showed me nothing yet"
-        if not presses
-        else f"You pressed {'once' if presses == 1 else 'twice'} so far"
-    )
+    presses, held = survey.shown, any(example.quarantined for example in survey.lesson.examples)
+    said = "You showed me nothing" if not presses else f"You pressed {'once' if presses == 1 else 'twice'}"
+    so_far = ", beside what is in quarantine" if held else " so far" if presses else " yet"
     return Advice(
-        AdviceKind.FEW, f"{said}: show me more, and then I can tell you what is missing.", "", UNSURE
+        AdviceKind.FEW, f"{said}{so_far}: show me more, and then I can tell you what is missing.", "", UNSURE
     )

@@ -46,8 +46,8 @@ class Learner:
         return np.flatnonzero([example.pressed for example in self.examples])
 
     def learned(self, kept: Chosen) -> Transition:
-        """The transition function from the rows kept [n]; it stays where none of those was press-made, or where they are
-        too few for the classifier.
+        """The transition function from the rows kept [n]; it stays where none of those was press-made, or where they
+        are too few for the classifier.
         """
         shown = self.shown
         if not kept[self.pressed].any():

@@ -111,7 +111,7 @@ def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -
         if isinstance(bound.kind, Categorical) or own_value(bound.feature, group[0].own) is not None:
             continue
         values = _shifted(bound, percept, group)
-        if values is None or np.isnan(values[0]).all() or np.nanmax(values) == np.nanmin(values):
+        if values is None or np.isnan(values[0]).all():
             continue
         scatter = _scatter(values, bound)
         if scatter.min() > 0:

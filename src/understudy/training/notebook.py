@@ -222,7 +222,12 @@ class Notebook:
         press: int | None = None,
         stay: Example | None = None,
     ) -> None:
-        """Change the lesson: on disk when this returns, unless a press did it, which is there already."""
+        """Change the lesson: on disk when this returns, unless a press did it, which is there already.
+
+        No step where nothing would change.
+        """
+        if lesson is self.lesson:
+            return
         design, different, gone = difference(self.lesson, lesson)
         rows = self.journal.new_rows(self._recorder.record)
         entry = Stepped(what, press, design, different, gone, rows, list(before), list(after), stay)
