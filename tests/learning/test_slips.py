@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.learning.lessons import lesson, tables
 
-from understudy.learning.slips import ODD, same_press, slips
+from understudy.learning.slips import same_press, slips
 from understudy.model.lesson import Lesson
 
 FAR = [("go", [value], "turn", "directive") for value in (60, 64, 68, 72)]
@@ -45,7 +45,7 @@ def test_reasons_name_those_who_speak_against_it() -> None:
     assert suspect.reason.endswith(", which are most like it, say turn.")
 
 
-def test_what_a_demonstrator_stands_by_is_not_asked_again_and_believed() -> None:
+def test_what_a_demonstrator_stands_by_is_not_asked_again() -> None:
     shown = [*FAR, *NEAR, SLIP, ("go", [67], "rest", "directive")]
     assert [suspect.example.number for suspect in slips(lesson(shown))] == [9, 8]
     assert not slips(lesson(shown), meant={8, 9})
@@ -95,4 +95,4 @@ def test_suspects_are_presses_each_once_in_any_order(table: Any, stateless: bool
 
 def test_a_lesson_without_examples_has_no_slips() -> None:
     empty: Lesson = replace(lesson([*NEAR]), examples=())
-    assert slips(empty) == () and ODD > 0
+    assert slips(empty) == ()

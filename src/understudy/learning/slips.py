@@ -13,7 +13,7 @@ import numpy as np
 from understudy.learning.arrays import arrays, heeded
 from understudy.learning.hindsight import hindsight
 from understudy.learning.likeness import unlikeness
-from understudy.learning.suspect import TRUST_CORRECTION, Suspect, evidence, noise
+from understudy.learning.suspect import Suspect, evidence, noise
 from understudy.model.example import Example, ExampleKind
 from understudy.model.lesson import Lesson
 
@@ -27,10 +27,9 @@ def slips(lesson: Lesson, *, least: float = ODD, meant: Set[int] = frozenset()) 
     """Directives and confirmations that look like slips, the most doubtful first, corrections too.
 
     Doubted from `least` on is the mean of both looks, about -1 to 1. Each suspect is left out before the others are
-    looked at again, so that slips hide no other. `meant` are the numbers of those that the demonstrator stands by:
-    they are not suspected, and trusted like corrections.
+    looked at again, so that slips hide no other. `meant` are the numbers of those that the demonstrator stands by.
     """
-    looks = [_Look(lesson, pool, meant) for pool in _pools(lesson) if len(pool) > ENOUGH]
+    looks = [_Look(lesson, pool) for pool in _pools(lesson) if len(pool) > ENOUGH]
     doubted = {each.number: each for each in heeded(lesson) if each.shown and each.number not in meant}
     found: list[Suspect] = []
     while doubted:
@@ -72,15 +71,14 @@ def _pools(lesson: Lesson) -> Iterator[Sequence[Example]]:
 class _Look:
     """Examples as each is seen from the others."""
 
-    def __init__(self, lesson: Lesson, pool: Sequence[Example], meant: Set[int]) -> None:
+    def __init__(self, lesson: Lesson, pool: Sequence[Example]) -> None:
         self._pool = sorted(pool, key=lambda example: example.number)
         self._places = {example.number: place for place, example in enumerate(self._pool)}
         shown = arrays(lesson, tuple(self._pool), self._pool[0].state)
         names, outcomes = np.unique(shown.outcomes, return_inverse=True)
         self._choices = len(names)
-        trusted = [TRUST_CORRECTION if each.number in meant else noise(each) for each in self._pool]
         unlike = unlikeness(shown.values, [bound.kind for bound in lesson.automaton.features])
-        self._seen = hindsight(unlike, outcomes, np.array(trusted))
+        self._seen = hindsight(unlike, outcomes, np.array([noise(each) for each in self._pool]))
 
     def doubts(self) -> Mapping[int, float]:
         """By how much the others speak against each example, by number; of none where all say one thing."""
