@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from tests.bodies import Scripted
 from tests.training.lessons import play, session
 
@@ -86,9 +87,11 @@ def test_what_tells_most_is_the_evidence() -> None:
         demonstrated(0.3, 10, seed=5),
         demonstrated(0.3, 6, seed=6),
     ]
-    examples, values, seconds = [], [], []
+    examples: list[Example] = []
+    values: list[NDArray[np.float64]] = []
+    seconds: list[NDArray[np.float64]] = []
     for part, state in zip(parts, ("go", "on", "by"), strict=True):
-        rows = sum(map(len, seconds))
+        rows = sum(len(each) for each in seconds)
         examples += [replace(each, state=state, moment=(each.moment or 0) + rows) for each in part.examples]
         values.append(part.record.values)
         seconds.append(part.record.seconds)
