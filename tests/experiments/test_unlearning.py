@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from understudy.experiments.experiment import Findings
-from understudy.experiments.unlearning import run
+from understudy.experiments.unlearning import correcting, run
 from understudy.experiments.unlearning.correcting import LEARNERS, compared, corrected
 from understudy.experiments.unlearning.run import SETTINGS, Setting, outcomes
 from understudy.experiments.unlearning.sparse import (
@@ -21,7 +21,9 @@ from understudy.experiments.unlearning.sparse import (
     lesson_of,
     sparse,
 )
-from understudy.model.lesson import Scikit
+from understudy.learning.unlearning import Judgement, judge
+from understudy.model.example import Example
+from understudy.model.lesson import Lesson, Scikit
 
 
 @pytest.mark.parametrize("name", DATA_SETS)
@@ -106,6 +108,24 @@ def test_bad_examples_are_found_one_after_the_other() -> None:
     assert (alone.corrections, alone.quarantined) == (4, frozenset())
     assert alone.accuracy < 1.0
     assert compared(MISLED, LEARNERS["trees"]) == [alone.accuracy, 1.0, 4, 2, 2, 2, 10, 0]
+
+
+def test_whom_a_correction_does_not_convince_is_not_corrected_again() -> None:
+    """Two of the three nearest still say otherwise."""
+    drawn = line({0.0: 0, 1.0: 0, 10.0: 1, 10.5: 1, 11.0: 1}, {10.2: 0, 0.5: 0}, {10.2: 0, 0.5: 0})
+    assert corrected(drawn, LEARNERS["k-NN"], unlearn=False) == (0.5, 1, frozenset())
+
+
+def test_what_is_judged_is_a_correction(monkeypatch: pytest.MonkeyPatch) -> None:
+    judged: list[Example] = []
+
+    def noted(lesson: Lesson, correction: Example) -> Judgement:
+        judged.append(correction)
+        return judge(lesson, correction)
+
+    monkeypatch.setattr(correcting, "judge", noted)
+    corrected(MISLED, LEARNERS["trees"], unlearn=True)
+    assert [(each.number, each.correction) for each in judged] == [(13, True), (14, True)]
 
 
 def test_good_ones_that_are_lost_are_counted() -> None:

@@ -182,9 +182,17 @@ def test_whatever_a_parameter_stood_for() -> None:
     assert "from go to done lie about 0.0" in found.evidence
 
 
+def test_what_never_changes_says_nothing() -> None:
+    lesson = demonstrated(0.3)
+    values = lesson.record.values.copy()
+    values[:, 1] = 5.0
+    found = lateness(replace(lesson, record=replace(lesson.record, values=values)))
+    assert found == lateness(lesson)
+
+
 def test_labels_and_what_is_the_automatons_own_say_nothing() -> None:
     lesson = demonstrated(0.3)
-    seen = np.tile([[0.0], [1.0]], (len(lesson.record) // 2, 1))
+    seen = np.where(np.tile(np.arange(11) > 7, 20), np.repeat(np.arange(20) % 2, 11), 0.0)[:, None]
     record = Record(
         (*lesson.record.keys, ("seen", None)), np.hstack([lesson.record.values, seen]), lesson.record.seconds
     )
