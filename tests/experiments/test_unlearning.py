@@ -134,6 +134,12 @@ def test_good_ones_that_are_lost_are_counted() -> None:
     assert compared(nobody, LEARNERS["trees"])[4:] == [0, 0, 12, 2]
 
 
+def test_a_lesson_is_without_states() -> None:
+    lesson = lesson_of(sparse("iris", SIZES[0], 0.2, 1), LEARNERS["trees"])
+    assert lesson.automaton.stateless
+    assert (len(lesson.examples), {each.state for each in lesson.examples}) == (12, {"start"})
+
+
 def test_corrections_are_few_and_right() -> None:
     drawn = sparse("digits", SIZES[0], 0.2, 3)
     alone = corrected(drawn, LEARNERS["trees"], unlearn=False)

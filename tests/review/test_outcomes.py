@@ -8,14 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cli.forage_parts import goto
+from tests.coaching.lessons import goto as goto_lesson
 from tests.training.lessons import session as scripted
 
 from understudy.errors import DefinitionError, SessionError
+from understudy.learning.transitions import learned
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.feature import BoundFeature, Feature, Readings
 from understudy.model.folder import open_document, save
 from understudy.model.kinds import Column, Continuous
+from understudy.model.lesson import Options, Scikit
 from understudy.model.library import Library, Taught
 from understudy.model.outcome import Outcome
 from understudy.model.tree import Node, Test, Tree, leaf
@@ -157,6 +160,24 @@ def test_above_and_below() -> None:
     assert above(library, "a") == ("b", "c")
     assert below(library, "c") == ("c", "b", "a")
     assert above(library, "d") == ()
+
+
+def test_a_classifier_that_was_fitted_to_the_same_is_the_same() -> None:
+    """Whatever was promised meanwhile, and whoever sits in quarantine."""
+    lesson = goto_lesson()
+    scikit = replace(lesson, options=Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1})))
+    former, now = (Taught(learned(each), each) for each in (scikit, replace(scikit)))
+    assert former.automaton != now.automaton, "each is fitted for itself"
+    held = replace(scikit.examples[-1], number=99, quarantined="slipped")
+    more = replace(scikit, examples=(*scikit.examples, held))
+    less = replace(scikit, examples=scikit.examples[:-1])
+    for other, expected in (
+        (now, False),
+        (Taught(learned(more), more), False),
+        (Taught(learned(less), less), True),
+    ):
+        library = Library.of(kit).with_taught(other)
+        assert examined(library, "goto", {"goto": former}).changed is expected
 
 
 def test_outcomes_are_compared() -> None:
