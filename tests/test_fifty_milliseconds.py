@@ -27,7 +27,12 @@ from understudy.review.moments import replayed
 from understudy.training.lateness import lateness
 
 WINDOW = 11
-KINDS: dict[str, Kind] = {"distance": Continuous(), "angle": Toroidal(), "battery": Continuous(), "full": BOOLEAN}
+KINDS: dict[str, Kind] = {
+    "distance": Continuous(),
+    "angle": Toroidal(),
+    "battery": Continuous(),
+    "full": BOOLEAN,
+}
 
 
 def two_hundred() -> Lesson:
