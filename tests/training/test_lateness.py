@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from tests.bodies import Scripted
 from tests.training.lessons import play, session
 
@@ -86,9 +87,11 @@ def test_what_tells_most_is_the_evidence() -> None:
         demonstrated(0.3, 10, seed=5),
         demonstrated(0.3, 6, seed=6),
     ]
-    examples, values, seconds = [], [], []
+    examples: list[Example] = []
+    values: list[NDArray[np.float64]] = []
+    seconds: list[NDArray[np.float64]] = []
     for part, state in zip(parts, ("go", "on", "by"), strict=True):
-        rows = sum(map(len, seconds))
+        rows = sum(len(each) for each in seconds)
         examples += [replace(each, state=state, moment=(each.moment or 0) + rows) for each in part.examples]
         values.append(part.record.values)
         seconds.append(part.record.seconds)
@@ -179,9 +182,17 @@ def test_whatever_a_parameter_stood_for() -> None:
     assert "from go to done lie about 0.0" in found.evidence
 
 
+def test_what_never_changes_says_nothing() -> None:
+    lesson = demonstrated(0.3)
+    values = lesson.record.values.copy()
+    values[:, 1] = 5.0
+    found = lateness(replace(lesson, record=replace(lesson.record, values=values)))
+    assert found == lateness(lesson)
+
+
 def test_labels_and_what_is_the_automatons_own_say_nothing() -> None:
     lesson = demonstrated(0.3)
-    seen = np.tile([[0.0], [1.0]], (len(lesson.record) // 2, 1))
+    seen = np.where(np.tile(np.arange(11) > 7, 20), np.repeat(np.arange(20) % 2, 11), 0.0)[:, None]
     record = Record(
         (*lesson.record.keys, ("seen", None)), np.hstack([lesson.record.values, seen]), lesson.record.seconds
     )

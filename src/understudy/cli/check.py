@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
+    from understudy.errors import UnderstudyError
     from understudy.model.kit import Kit
     from understudy.model.library import Library, Taught
     from understudy.review.lessons import Examined
@@ -70,7 +71,9 @@ def check(
 
 
 def _fitting(folder: Path, kit: str | None) -> str:
-    """The first scenario whose robots know all that the automata of a folder name."""
+    """The first scenario whose robots know all that the automata of a folder name; where there is none, what is wrong
+    is what is wrong in the one that comes nearest.
+    """
     from understudy.cli.parts import find_kit
     from understudy.cli.shelf import look
     from understudy.errors import SettingError
@@ -78,11 +81,16 @@ def _fitting(folder: Path, kit: str | None) -> str:
 
     if kit is not None:
         return WORLD
+    nearest: list[UnderstudyError] = []
     for world in dict.fromkeys((WORLD, *builtin_scenarios())):
         shelf = look(folder, find_kit(None, world), lambda _: {})
         if shelf.opened and not shelf.problems:
             return world
-    remedy = "name the scenario it was taught in, or your own --kit; understudy validate says what is wrong"
+        if not nearest or 0 < len(shelf.problems) < len(nearest):
+            nearest = list(shelf.problems.values())
+    if nearest:
+        raise nearest[0]
+    remedy = "name a folder with automata, or the scenario they were taught in"
     raise SettingError(where=str(folder), setting="--world", problem="cannot be found out", remedy=remedy)
 
 
@@ -152,7 +160,11 @@ def _facts(label: str, seen: Examined, former: int | None) -> dict[str, Any]:
             for each in seen.outcomes
         ],
         "failed": [
-            {"outcome": str(each.tried.outcome), "comes_with_former": list(each.since)}
+            {
+                "outcome": str(each.tried.outcome),
+                "problem": each.tried.problem or None,
+                "comes_with_former": list(each.since),
+            }
             for each in seen.failed
         ],
     }
@@ -186,10 +198,9 @@ def _lines(each: dict[str, Any]) -> Iterator[str]:
     from understudy.errors import listed
 
     yield from each["no_longer"]
-    problems = {row["outcome"]: row["problem"] for row in each["outcomes"]}
     for failed in each["failed"]:
         since = failed["comes_with_former"]
-        why = f": {problems[failed['outcome']]}" if problems[failed["outcome"]] else ""
+        why = f": {failed['problem']}" if failed["problem"] else ""
         why = f"; it does with the former version of {listed(since)}" if since else why
         yield f"promised, and did not come: {failed['outcome']}{why}"
     if each["otherwise"]:

@@ -19,7 +19,7 @@ from understudy.model.feature import BoundFeature, Percept
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import LONGEST_REACTION_S, Lesson, Record
 from understudy.runtime.sensing import feature_column
-from understudy.training.values import own_value, shifted_row
+from understudy.training.values import shifted_row
 
 STEP_S = 0.05
 """Reaction times that are tried lie so far apart."""
@@ -108,7 +108,7 @@ def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -
     """What a group tells by the feature that depends most on the shift; None where none moves."""
     percept, found = _percept(lesson.record, group, steady), []
     for bound in lesson.automaton.features:
-        if isinstance(bound.kind, Categorical) or own_value(bound.feature, group[0].own) is not None:
+        if bound.own or isinstance(bound.kind, Categorical):
             continue
         values = _shifted(bound, percept, group)
         if values is None or np.isnan(values[0]).all():
