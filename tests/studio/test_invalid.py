@@ -15,6 +15,7 @@ from tests.studio.pages import GOTO, studio
 
 from understudy.studio import messages as m
 from understudy.studio.directing import ACTIONS
+from understudy.studio.fields import Message
 from understudy.studio.studio import Studio
 from understudy.studio.viewers import Viewer
 
@@ -204,9 +205,9 @@ def test_its_answer_says_which_it_was(room: Room) -> None:
 
 
 def test_every_message_has_an_action() -> None:
-    tags = {kind.__struct_config__.tag for kind in m.Message.__subclasses__()}
+    tags = {kind.__struct_config__.tag for kind in Message.__subclasses__()}
     assert {kind.__struct_config__.tag for kind in ACTIONS} | {"take", "hand_over"} == tags
-    assert set(m.AnyMessage.__args__) == set(m.Message.__subclasses__())
+    assert set(m.AnyMessage.__args__) == set(Message.__subclasses__())
 
 
 VALID: list[dict[str, Any]] = [
