@@ -108,7 +108,8 @@ def set_up(desk: Desk, wanted: Advice | None = None) -> Staged:
         desk.drive()
     staged = stage(desk.session, chosen, seeds=range(desk.seed_after, desk.seed_after + OTHER_WORLDS))
     desk.seed = desk.seed if staged.seed is None else staged.seed
-    desk.moved(chosen.sentence + ("" if staged.there else f" {staged.sentence}"))
+    said = chosen.sentence if staged.there else f"{chosen.sentence} {staged.sentence}"
+    desk.moved(said.removesuffix("."))
     return staged
 
 

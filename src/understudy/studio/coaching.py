@@ -7,6 +7,7 @@ from understudy.coaching.asking import When
 from understudy.coaching.posing import Placeable
 from understudy.desk import coaching
 from understudy.desk.desk import Desk
+from understudy.desk.said import Said
 from understudy.errors import SessionError
 from understudy.studio import coach_messages as m
 from understudy.studio.reel import Frame
@@ -54,8 +55,9 @@ def set_up(stage: Stage, message: m.SetUp) -> Plain:
         raise SessionError("this advice is out of date: the lesson has changed since")
     stage.pause(True)
     staged = coaching.set_up(desk, wanted)
+    desk.said = Said("The robot is set up; nothing recorded")
     stage.anew()
-    return {"there": staged.there, "sentence": staged.sentence}
+    return {"sentence": staged.sentence, "run": stage.run["number"]}
 
 
 def ask_when(stage: Stage, message: m.AskWhen) -> None:
