@@ -57,12 +57,13 @@ def test_advice_with_a_place_is_set_up(person: Page, made: Studio) -> None:
     state = chosen["sentence"].split("do in ")[1].split(" ")[0]
     person.done("pause", paused=False)
     taught = made.stage.trained.screen.examples
+    run = made.stage.run["number"]
     answer = person.done("set_up", sentence=chosen["sentence"])
     assert answer["sentence"] == f"There it is, in {state}, as I meant it: show me what to do."
     desk = made.stage.trained
     assert (desk.screen.state, desk.screen.examples, made.stage.paused) == (state, taught, True)
     assert 2.3 < desk.screen.features["angle_to(A)"] < 4.0
-    assert made.stage.run["number"] == answer["run"]
+    assert made.stage.run["number"] == answer["run"] == run + 1  # one cannot go back beyond
     person.done("press", state="rotate_right")
     step(person)
     assert chosen["sentence"] not in sentences(person)
@@ -130,6 +131,7 @@ def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: St
     assert question["sentence"].startswith("I am not sure: I would ")
     desk = made.stage.trained
     known, state, now = len(desk.session.examples), desk.screen.state, desk.body.time_s
+    there = desk.session.instant()
     assert made.stage.paused
     person.done("press", state="rotate_right")
     screen = desk.screen
@@ -138,9 +140,27 @@ def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: St
     assert (screen.mode.value, screen.state, made.stage.paused) == ("testing", "rotate_right", False)
     assert desk.body.time_s == pytest.approx(now + 0.1)
     assert desk.coach.question is None
+    desk.session.rewind(there)
+    desk.session.tick()
+    assert desk.session.screen().state == "rotate_right"  # that was learned
     person.done("pause", paused=True)
     person.done("undo")
     assert len(desk.session.examples) == known
+
+
+def test_a_question_is_of_one_situation(person: Page, made: Studio) -> None:
+    person.done("ask_when", when="pause")
+    person.done("turn")
+    asked(person)
+    person.done("place", agent=0, x=5.0, y=5.0)
+    desk = made.stage.trained
+    assert desk.coach.question is None
+    person.done("press", state="rotate_right")
+    assert (desk.screen.waiting, desk.screen.mode.value, made.stage.paused) == (
+        "rotate_right",
+        "training",
+        True,
+    )
 
 
 @pytest.mark.parametrize("way", ["carry on", "keep"])
