@@ -19,8 +19,9 @@ from understudy.training.session import Session
 from understudy.worlds.forage import Forage, kit
 
 Snap = Callable[[Page, str], None]
-SHOWN, UNSURE = (4, 5), "13"
-"""The worlds in which the way was shown, always to the left, and one in which the robot is unsure three times."""
+SHOWN, AHEAD, UNSURE = (4, 5), "9", "13"
+"""The worlds in which the way was shown, always to the left; one in which A is not behind, and one in which the robot
+is unsure three times."""
 BEHIND = "Show me what to do in forward when A is behind you"
 
 
@@ -60,13 +61,14 @@ def teacher(visit: Callable[[], Page]) -> Teacher:
 
 def test_what_to_show_next_is_set_up_shown_and_said_no_more(teacher: Teacher, snap: Snap) -> None:
     page = teacher.page
+    goes_to(teacher, AHEAD)
     advice = page.get_by_role("list", name="Advice").get_by_role("listitem")
     behind = advice.filter(has_text=BEHIND)
     behind.get_by_role("button", name="Set up").click()
     expect(behind).to_contain_text("There it is, in forward, as I meant it")
     expect(teacher.directing("forward")).to_have_attribute("aria-pressed", "true")
     expect(page.get_by_role("button", name="Go on", exact=True)).to_be_visible()
-    assert abs(teacher.reading()[1]) > 130
+    expect(page.get_by_role("complementary")).to_contain_text(re.compile(r"angle_to\(A\)\s*−?1[3-8]\d°"))
     snap(page, "coach")
     before = teacher.examples
     teacher.press(KEYS["rotate_right"])

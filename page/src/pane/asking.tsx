@@ -34,7 +34,7 @@ export function AskingPart({ desk, studio }: { desk: Desk; studio: Studio }) {
       <p class="tiny">{WAYS[when][1]}</p>
       {marks.length > 0 && (
         <ol class="unsure-marks" aria-label="Moments at which it was unsure">
-          {[...marks].reverse().map(({ number, time_s, sentence }) => (
+          {[...marks].reverse().map(({ number, time_s, run, sentence }) => (
             <li key={number}>
               <button
                 type="button"
@@ -45,7 +45,10 @@ export function AskingPart({ desk, studio }: { desk: Desk; studio: Studio }) {
               >
                 {clock(time_s)}
               </button>
-              <span>{sentence.replace(/^I am not sure: | What is right\?$/g, "")}</span>
+              <span>
+                {run !== studio.told?.run.number && <span class="soft">in an earlier run: </span>}
+                {sentence.replace(/^I am not sure: | What is right\?$/g, "")}
+              </span>
             </li>
           ))}
         </ol>

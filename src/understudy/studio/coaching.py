@@ -53,8 +53,8 @@ def set_up(stage: Stage, message: m.SetUp) -> Plain:
     wanted = next((each for each in desk.coach.advice() if each.sentence == message.sentence), None)
     if wanted is None:
         raise SessionError("this advice is out of date: the lesson has changed since")
-    stage.pause(True)
     staged = coaching.set_up(desk, wanted)
+    stage.pause(True)
     desk.said = Said("The robot is set up; nothing recorded")
     stage.anew()
     return {"sentence": staged.sentence, "run": stage.run["number"]}
