@@ -33,6 +33,7 @@ SAID = [
     ([DISTANCE, ANGLE], [(0, 0), (6, 6)], {0: {0, 1}}, "A is not far (below 4 m)"),
     ([DISTANCE, ANGLE], [(0, 0), (6, 6)], {0: {0, 2}}, "A is close or far"),
     ([DISTANCE, ANGLE], [(0, 0), (6, 6)], {1: {1, 3}}, "A is to the left or to the right"),
+    ([DISTANCE, ANGLE], [(0, 0), (6, 6)], {1: {0, 1, 3}}, "A is not behind you"),
     ([DISTANCE], [(0,), (6,)], {0: {0, 1, 2}}, "A is there"),
     ([DISTANCE], [(0,), (6,)], {0: {0, NOT_THERE}}, "A is close (below 2 m) or absent"),
     ([X, SIZE], [(0, 0), (150, 9000)], {0: {NOT_THERE}, 1: {NOT_THERE}}, "ball is not seen"),

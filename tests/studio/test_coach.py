@@ -72,7 +72,7 @@ def test_advice_with_a_place_is_set_up(person: Page, made: Studio) -> None:
 
 def test_what_cannot_be_set_up_is_said(made: Studio) -> None:
     """A robot that carries nothing cannot be made to carry much."""
-    carry = {"do": "new", "name": "carry", "states": ["forward", "rotate_left"], "flags": []}
+    carry: dict[str, Any] = {"do": "new", "name": "carry", "states": ["forward", "rotate_left"], "flags": []}
     with served(made) as client, page(client) as person:
         person.done(**carry, features=["food_stored", "angle_to(station)"])
         person.done("pause", paused=True)

@@ -113,7 +113,9 @@ function AdviceItem({ advice, studio, outcome, setUp }: ItemProps) {
     if (examples.length === 1 && number !== undefined) panel.selectExample(number);
   };
   return (
-    <li class={className("advice", weight > PLAIN && "plainly", outcome !== null && "on")}>
+    <li
+      class={className("advice", (weight > PLAIN || kind === "few") && "plainly", outcome !== null && "on")}
+    >
       <div class="advice-head">
         <p>{sentence}</p>
         {place && (

@@ -77,7 +77,7 @@ export function Options({ draft, change }: PartProps) {
           checked={draft.unlearning}
           onChange={(event) => change({ unlearning: event.currentTarget.checked })}
         />
-        Unlearning: a correction puts the bad examples that misled it in quarantine by itself.
+        Unlearning: a correction puts bad examples behind the mistake in quarantine.
       </label>
       <label class="field">
         <span>Reaction time</span>

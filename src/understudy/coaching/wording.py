@@ -125,11 +125,13 @@ class Wording:
         absent = ABSENT_WORDS.get(self._reads, "absent")
         if present == list(self.cells):
             return "anything" if NOT_THERE in cells else PRESENT_WORDS.get(absent, "there")
-        words = (
-            [self._side(present)]
-            if self._ordered and len(present) > 1
-            else [self._word(each) for each in present]
-        )
+        missing = [cell for cell in self.cells if cell not in cells]
+        if self._ordered and len(present) > 1:
+            words = [self._side(present)]
+        elif len(missing) == 1 < len(present) == len(cells):
+            words = [f"not {self._word(missing[0])}"]
+        else:
+            words = [self._word(each) for each in present]
         return " or ".join([*words, *([absent] if NOT_THERE in cells else [])])
 
     @property
