@@ -91,6 +91,8 @@ export interface Answer {
   changes?: readonly Change[];
   advice?: readonly Advice[];
   late?: Late | null;
+  /** The lesson is large: ask again in a moment. */
+  later?: boolean;
   /** What came of setting up a situation, and the number of the run that begins there. */
   sentence?: string;
   run?: number;

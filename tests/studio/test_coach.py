@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pytest
 from tests.studio.pages import GOTO, Page, page, served, studio
 from tests.studio.test_lesson import step
 
+from understudy.coaching.coach import advice
 from understudy.desk import coaching
 from understudy.studio.studio import Studio
 from understudy.training.lateness import Lateness
@@ -106,6 +108,22 @@ def test_advice_is_asked_for_again_only_when_the_lesson_changed(person: Page, ma
         person.hear()
     coach = made.stage.trained.coach
     assert coach.advice() is coach.advice()
+
+
+def test_a_large_lesson_is_looked_over_beside_the_world(
+    person: Page, made: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go = Event()
+    monkeypatch.setattr(coaching, "advice", lambda *all, **named: go.wait(10) and advice(*all, **named))
+    for _ in range(2):
+        answer = person.done("advise")
+        assert answer["later"]
+        assert "advice" not in answer
+    step(person)
+    go.set()
+    while (answer := person.done("advise")).get("later"):
+        pass
+    assert answer["advice"]
 
 
 def asked(person: Page) -> dict[str, Any]:

@@ -9,6 +9,8 @@ import { AskingPart } from "./asking";
 
 /** So long after the coach was asked it is not asked again: a watched lesson changes all the time. */
 const REST_MS = 1_000;
+/** A large lesson takes longer; so long after it is looked again. */
+const AGAIN_MS = 300;
 const FIRST = 8;
 /** From here on it is plainly worth following. */
 const PLAIN = 0.5;
@@ -38,12 +40,14 @@ function useCoach(studio: Studio, edition: number): Coached | null {
   const last = useRef(-REST_MS);
   useEffect(() => {
     let over = false;
+    let due = setTimeout(() => void ask(), last.current + REST_MS - performance.now());
     const ask = async (): Promise<void> => {
       last.current = performance.now();
-      const { advice, late } = await studio.ask({ do: "advise" });
-      if (!over && advice !== undefined) setCoached({ advice, late: late ?? null });
+      const { advice, late, later } = await studio.ask({ do: "advise" });
+      if (over) return;
+      if (later === true) due = setTimeout(() => void ask(), AGAIN_MS);
+      if (advice !== undefined) setCoached({ advice, late: late ?? null });
     };
-    const due = setTimeout(() => void ask(), last.current + REST_MS - performance.now());
     return () => {
       over = true;
       clearTimeout(due);

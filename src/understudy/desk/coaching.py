@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from concurrent.futures import Executor, Future
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from understudy.coaching.advice import Advice
 from understudy.coaching.asking import Asking, Question, When
@@ -12,6 +14,9 @@ from understudy.coaching.staging import Staged, stage
 from understudy.desk.said import Said
 from understudy.desk.why import Why
 from understudy.errors import SessionError
+from understudy.model.automaton import Transition
+from understudy.model.kit import Kit
+from understudy.model.lesson import Lesson
 from understudy.training.lateness import Lateness, lateness
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -30,40 +35,65 @@ AS_GOOD_S = 0.1
 """A reaction time so near to what the lesson has is no news."""
 
 
+class Advised(NamedTuple):
+    """What the coach says of a lesson: advice, most useful first, and how late presses seem to come."""
+
+    lesson: Lesson
+    advice: tuple[Advice, ...]
+    late: Lateness | None
+
+    @property
+    def news(self) -> Lateness | None:
+        """How late presses seem to come, where the lesson does not take that for granted already."""
+        late, now = self.late, self.lesson.options.reaction_s
+        fits = late is None or late.least_s <= now <= late.most_s or abs(late.reaction_s - now) < AS_GOOD_S
+        return None if fits else late
+
+
+def _advised(
+    lesson: Lesson, transitions: Mapping[str, Transition], kit: Kit, steady: frozenset[str]
+) -> Advised:
+    return Advised(lesson, advice(lesson, transitions, kit=kit), lateness(lesson, steady=steady))
+
+
 class Coach:
     """Advice on one session's lesson, made again only when the lesson changed; `asking` is off at first."""
 
     def __init__(self, session: Session, why: Why) -> None:
         self.asking = Asking(session, When.NEVER)
         self._session, self._why = session, why
-        self._for: object = None
-        self._advice: tuple[Advice, ...] = ()
-        self._late: Lateness | None = None
+        self.said: Advised | None = None  # last
+        self._making: tuple[Lesson, Future[Advised]] | None = None
         self._next = 0
         self._question: Question | None = None
 
     # What the lesson lacks
 
+    def advised(self, beside: Executor | None = None, *, patience_s: float | None = None) -> Advised | None:
+        """What there is to say of the lesson as it stands.
+
+        A large lesson takes a while: `beside` something else it is waited for so long only, and None while it is made.
+        """
+        lesson, transitions = self._why.learned()
+        if self.said is not None and self.said.lesson is lesson:
+            return self.said
+        given = lesson, transitions, self._session.library.kit, steady_readings(self._session.body)
+        if beside is None:
+            self.said = _advised(*given)
+        else:
+            if self._making is None or self._making[0] is not lesson:
+                self._making = lesson, beside.submit(_advised, *given)
+            try:
+                self.said = self._making[1].result(patience_s)
+            except TimeoutError:
+                return None
+        self._next = 0
+        return self.said
+
     def advice(self) -> tuple[Advice, ...]:
         """What the lesson lacks as it stands, most useful first."""
-        self._look()
-        return self._advice
-
-    def late(self) -> Lateness | None:
-        """How late presses seem to come, where that is news."""
-        self._look()
-        found, now = self._late, self._session.lesson.options.reaction_s
-        fits = (
-            found is None or found.least_s <= now <= found.most_s or abs(found.reaction_s - now) < AS_GOOD_S
-        )
-        return None if fits else found
-
-    def _look(self) -> None:
-        lesson, transitions = self._why.learned()
-        if self._for is not lesson:
-            self._for, self._next = lesson, 0
-            self._advice = advice(lesson, transitions, kit=self._session.library.kit)
-            self._late = lateness(lesson, steady=steady_readings(self._session.body))
+        said = self.advised()
+        return () if said is None else said.advice
 
     def next_place(self) -> Advice:
         """The next advice that is about a place, in turn; SessionError where there is none."""

@@ -6,6 +6,7 @@ from understudy.coaching.advice import Advice
 from understudy.coaching.asking import When
 from understudy.coaching.posing import Placeable
 from understudy.desk import coaching
+from understudy.desk.coaching import Advised
 from understudy.desk.desk import Desk
 from understudy.desk.said import Said
 from understudy.errors import SessionError
@@ -13,17 +14,18 @@ from understudy.studio import coach_messages as m
 from understudy.studio.reel import Frame
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
-from understudy.training.lateness import Lateness
+
+PATIENCE_S = 0.05
+"""So long a page's question is waited at; a large lesson takes longer, and is looked over beside the world."""
 
 
 def told(stage: Stage) -> Plain:
-    """What the lesson lacks, most useful first, and how late presses seem to come."""
+    """What the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
     desk = stage.trained
-    late = desk.coach.late()
-    return {
-        "advice": [_advice(desk, each) for each in desk.coach.advice()],
-        "late": None if late is None else {"reaction_s": late.reaction_s, "sentence": _late(desk, late)},
-    }
+    said = desk.coach.advised(stage.beside, patience_s=PATIENCE_S)
+    if said is None:
+        return {"later": True}
+    return {"advice": [_advice(desk, each) for each in said.advice], "late": _late(said)}
 
 
 def _advice(desk: Desk, advice: Advice) -> Plain:
@@ -36,21 +38,25 @@ def _advice(desk: Desk, advice: Advice) -> Plain:
     }
 
 
-def _late(desk: Desk, late: Lateness) -> str:
-    now = desk.session.lesson.options.reaction_s
+def _late(said: Advised) -> Plain | None:
+    late, now = said.news, said.lesson.options.reaction_s
+    if late is None:
+        return None
     but = f", not {now:g} s" if now else ""
     seems = (
         f"You seem to press {late.reaction_s:g} s late{but}."
         if late.reaction_s
         else "You seem to press in time."
     )
-    return f"{seems} {late.evidence}"
+    return {"reaction_s": late.reaction_s, "sentence": f"{seems} {late.evidence}"}
 
 
 def set_up(stage: Stage, message: m.SetUp) -> Plain:
     """Put the robot where the advice of a sentence is about, and let time stand still there."""
     desk = stage.trained
-    wanted = next((each for each in desk.coach.advice() if each.sentence == message.sentence), None)
+    said = desk.coach.said
+    given = () if said is None or said.lesson.automaton is not desk.session.automaton else said.advice
+    wanted = next((each for each in given if each.sentence == message.sentence), None)
     if wanted is None:
         raise SessionError("this advice is out of date: the lesson has changed since")
     staged = coaching.set_up(desk, wanted)

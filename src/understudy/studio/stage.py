@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
@@ -71,6 +72,7 @@ class Stage:
         self._said = Said(NOTHING)
         self._picture: Picture | None = None
         self.reel, self.unsure = Reel(), Unsure()
+        self.beside = ThreadPoolExecutor(1)  # for what takes longer than a tick may
         self.run: Plain = {"number": 0, "from_s": 0.0}
         self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
         self.look_for_cut_off()
@@ -334,6 +336,7 @@ class Stage:
 
     def close(self) -> None:
         """Put everything on disk; what is not saved is offered next time."""
+        self.beside.shutdown(wait=False, cancel_futures=True)
         if self.opened is None:
             return
         if self.opened.desk.unsaved:
