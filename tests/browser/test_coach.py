@@ -7,11 +7,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import KEYS, Teacher
 from tests.browser.test_doubt import show
 
+from understudy.experiments.novices.novice import Novice
+from understudy.experiments.novices.traits import drawn
 from understudy.model.folder import save
 from understudy.model.library import Library
 from understudy.training.design import new_lesson
@@ -50,12 +52,13 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
 @pytest.fixture
 def teacher(visit: Callable[[], Page]) -> Teacher:
     """Somebody who has opened goto, lets time stand still, and looks at what the coach says."""
-    teacher = Teacher(visit())
+    page = visit()
+    teacher = Teacher(page)
     teacher.click("Open one of the library")
     teacher.click("Open goto")
-    expect(teacher.directing("forward")).to_be_visible()
+    expect(page.get_by_role("tab", name="Automaton", selected=True)).to_be_visible()
     teacher.press("Space")
-    teacher.page.get_by_role("tab", name="Coach").click()
+    page.get_by_role("tab", name="Coach").click()
     return teacher
 
 
@@ -136,3 +139,32 @@ def goes_to(teacher: Teacher, seed: str) -> None:
     field.press("Enter")
     field.blur()
     expect(teacher.page.get_by_title("Time in the world")).to_have_text("0:00.0")
+
+
+def test_late_presses_are_noticed_and_taken_earlier_on_a_click(
+    chromium: Browser, tmp_path: Path, snap: Snap
+) -> None:
+    """A novice whose presses come half a second late."""
+    save(tmp_path / "late", Novice(drawn(1), 1).teach())
+    made = Studio(tmp_path / "late", "soccer")
+    made.start()
+    try:
+        page = chromium.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(made.address)
+        teacher = Teacher(page)
+        teacher.click("Open one of the library")
+        page.get_by_role("button", name=re.compile("^Open ")).last.click()
+        expect(page.get_by_role("tab", name="Automaton", selected=True)).to_be_visible()
+        page.get_by_role("tab", name="Coach").click()
+        late = page.get_by_role("region", name="Reaction time")
+        expect(late).to_contain_text(
+            re.compile(r"You seem to press 0\.\d+ s late\. Taken 0\.\d+ s earlier, the")
+        )
+        snap(page, "late")
+        late.get_by_role("button", name=re.compile("Use 0")).click()
+        expect(late).to_have_count(0)
+        expect(page.get_by_text(re.compile(r"Presses count 0\.\d+ s earlier from now on"))).to_be_visible()
+        teacher.click("undo")
+        expect(late).to_be_visible()
+    finally:
+        made.stop()
