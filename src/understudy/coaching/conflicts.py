@@ -30,10 +30,9 @@ def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
             place = survey.place(state)
             box, when = _where(survey, state, group[0])
             numbers = tuple(example.number for example in group)
-            said = listed(f"example {example.number} says {_wish(example)}" for example in group)
             yield Advice(
                 AdviceKind.CONTRADICTION,
-                f"Tell me which is right{_in(place)}{when}: {said}; delete what you did not mean.",
+                f"Tell me which is right{_in(place)}{when}: {_wishes(group)}; delete what you did not mean.",
                 place,
                 0.95,
                 box,
@@ -44,8 +43,8 @@ def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
                 for bound in separating(survey, group, kit)[:1]:
                     yield Advice(
                         AdviceKind.SEPARATING,
-                        f"Let me look at {bound}, too: it tells {listed(map(str, numbers))} apart, which are all one "
-                        "to me now.",
+                        f"Let me look at {bound}, too: it tells examples {listed(map(str, numbers))} apart, which are "
+                        "all one to me now.",
                         place,
                         0.9,
                         box,
@@ -137,6 +136,17 @@ def _where(survey: Survey, state: str, example: Example) -> tuple[Box, str]:
     }
     said = survey.said(state, cells)
     return box_of(survey.words, cells), f" when {said}" if said else ""
+
+
+def _wishes(group: Sequence[Example]) -> str:
+    """What examples say: "examples 3 and 47 say right and example 71 says left"."""
+    by_wish: dict[str, list[str]] = {}
+    for example in group:
+        by_wish.setdefault(_wish(example), []).append(str(example.number))
+    return listed(
+        f"example {numbers[0]} says {wish}" if len(numbers) == 1 else f"examples {listed(numbers)} say {wish}"
+        for wish, numbers in by_wish.items()
+    )
 
 
 def _wish(example: Example) -> str:
