@@ -15,6 +15,7 @@ from tests.studio.pages import GOTO, studio
 
 from understudy.studio import messages as m
 from understudy.studio.directing import ACTIONS
+from understudy.studio.fields import Message
 from understudy.studio.studio import Studio
 from understudy.studio.viewers import Viewer
 
@@ -155,6 +156,13 @@ BAD = [
     '{"id": 1, "do": "remove_object", "slot": 77}',
     '{"id": 1, "do": "add_obstacle", "x": 1, "y": 1, "radius": 0}',
     '{"id": 1, "do": "add_obstacle", "x": 6, "y": 6, "radius": 40}',
+    '{"id": 1, "do": "set_up", "sentence": "Show me how to fly."}',
+    '{"id": 1, "do": "set_up", "sentence": ""}',
+    '{"id": 1, "do": "ask_when", "when": "always"}',
+    '{"id": 1, "do": "go_to_mark", "number": 1}',
+    '{"id": 1, "do": "use_reaction", "reaction_s": 7}',
+    '{"id": 1, "do": "use_reaction", "reaction_s": -0.1}',
+    '{"id": 1, "do": "choose", "states": ["forward"], "features": ["done"], "unlearning": 1}',
     '{"id": 1, "do": "redo"}',
     '{"id": 1, "do": "undo"' + " " * 70_000 + "}",
     b'{"id": 1, "do": "undo"}',
@@ -204,9 +212,9 @@ def test_its_answer_says_which_it_was(room: Room) -> None:
 
 
 def test_every_message_has_an_action() -> None:
-    tags = {kind.__struct_config__.tag for kind in m.Message.__subclasses__()}
+    tags = {kind.__struct_config__.tag for kind in Message.__subclasses__()}
     assert {kind.__struct_config__.tag for kind in ACTIONS} | {"take", "hand_over"} == tags
-    assert set(m.AnyMessage.__args__) == set(m.Message.__subclasses__())
+    assert set(m.AnyMessage.__args__) == set(Message.__subclasses__())
 
 
 VALID: list[dict[str, Any]] = [
@@ -242,6 +250,9 @@ VALID: list[dict[str, Any]] = [
     {"do": "add_obstacle", "x": 2, "y": 2, "radius": 0.2},
     {"do": "move_obstacle", "index": 0, "x": 3, "y": 2},
     {"do": "remove_obstacle", "index": 0},
+    {"do": "advise"},
+    {"do": "ask_when", "when": "pause"},
+    {"do": "use_reaction", "reaction_s": 0.2},
 ]
 ODD = st.one_of(
     st.none(),

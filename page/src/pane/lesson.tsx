@@ -39,7 +39,7 @@ export function LessonTab() {
       <Kinds desk={desk} />
       {panel.shown.size > 0 && (
         <p class="tiny shown">
-          {counted(panel.shown.size, "example")} marked, behind one transition.{" "}
+          {counted(panel.shown.size, "example")} marked.{" "}
           <button type="button" class="link" onClick={() => panel.showExamples([])}>
             unmark
           </button>

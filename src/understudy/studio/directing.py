@@ -10,8 +10,10 @@ from understudy.desk import quarantine, words
 from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
 from understudy.errors import SettingError, UnknownName
-from understudy.studio import company, former, keeping, moments, naming, openings
+from understudy.studio import coach_messages as c
+from understudy.studio import coaching, company, former, keeping, moments, naming, openings
 from understudy.studio import messages as m
+from understudy.studio.fields import Message
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
 
@@ -65,6 +67,7 @@ def _new(stage: Stage, message: m.New) -> None:
         targets=message.targets,
         watched=message.watched,
         reaction_s=message.reaction_s,
+        unlearning=message.unlearning,
     )
     openings.begin(stage, message.name, choices, discard=message.discard)
 
@@ -77,6 +80,7 @@ def _choose(stage: Stage, message: m.Choose) -> None:
         renamed=message.renamed,
         watched=message.watched,
         reaction_s=message.reaction_s,
+        unlearning=message.unlearning,
     )
     stage.trained.choose(choices)
     stage.moved += 1
@@ -156,10 +160,10 @@ def _desk(action: Callable[[Any, Any], object]) -> Action:
     return act
 
 
-ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
+ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
     {
-        m.Press: _desk(lambda desk, message: desk.press(message.state)),
-        m.Confirm: _desk(lambda desk, _: desk.confirm()),
+        m.Press: lambda stage, message: coaching.press(stage, message.state),
+        m.Confirm: lambda stage, _: coaching.press(stage, None),
         m.Turn: _desk(lambda desk, _: desk.turn()),
         m.Undo: _desk(lambda desk, _: desk.undo()),
         m.Redo: _desk(lambda desk, _: desk.redo()),
@@ -200,5 +204,10 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.MoveObstacle: _move_obstacle,
         m.RemoveObstacle: _remove_obstacle,
         m.Why: _why,
+        c.Advise: lambda stage, _: coaching.told(stage),
+        c.SetUp: coaching.set_up,
+        c.AskWhen: coaching.ask_when,
+        c.GoToMark: coaching.go_to_mark,
+        c.UseReaction: coaching.use_reaction,
     }
 )

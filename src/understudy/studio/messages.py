@@ -5,31 +5,15 @@ from __future__ import annotations
 from typing import Annotated, Literal, TypeAlias
 
 import msgspec
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, field
 
 from understudy.errors import UnderstudyError
+from understudy.studio.coach_messages import CoachMessage
+from understudy.studio.fields import Call, Calls, Id, Index, Message, Name, Names, Seed, Targets, Value
 from understudy.studio.mistakes import said
 
 MOST_BYTES = 64 * 1024
 """How long a message may be."""
-
-Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
-Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
-Call: TypeAlias = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
-"""What a state runs, or a feature of targets: a name and what it is called with, as goto(station)."""
-Value: TypeAlias = Annotated[str, Meta(max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
-"""A feature's value as it is shown: 3.42 m, −31°, yes, or nothing."""
-Calls: TypeAlias = Annotated[list[Call], Meta(max_length=200)]
-Names: TypeAlias = Annotated[list[Name], Meta(max_length=200)]
-Targets: TypeAlias = dict[Name, Name]
-Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
-Index: TypeAlias = Annotated[int, Meta(ge=0, le=2**31 - 1)]
-
-
-class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="do"):
-    """What all messages have: a number that the answer repeats."""
-
-    id: Id
 
 
 class Press(Message, frozen=True, kw_only=True, tag="press"):
@@ -106,11 +90,12 @@ class New(Message, frozen=True, kw_only=True, tag="new"):
     name: Name
     states: Calls
     features: Calls
-    parameters: Names = []
-    flags: Names = []
-    targets: Targets = {}
+    parameters: Names = field(default_factory=list)
+    flags: Names = field(default_factory=list)
+    targets: Targets = field(default_factory=dict)
     watched: bool | None = None
     reaction_s: float | None = None
+    unlearning: bool | None = None
     discard: bool = False
 
 
@@ -119,10 +104,11 @@ class Choose(Message, frozen=True, kw_only=True, tag="choose"):
 
     states: Calls
     features: Calls
-    flags: Names = []
-    renamed: dict[Call, Call] = {}
+    flags: Names = field(default_factory=list)
+    renamed: dict[Call, Call] = field(default_factory=dict)
     watched: bool | None = None
     reaction_s: float | None = None
+    unlearning: bool | None = None
 
 
 class Delete(Message, frozen=True, kw_only=True, tag="delete"):
@@ -149,7 +135,7 @@ class Edit(Message, frozen=True, kw_only=True, tag="edit"):
     number: Index
     state: Call | None = None
     next: Call | None = None
-    values: dict[Call, Value] = {}
+    values: dict[Call, Value] = field(default_factory=dict)
 
 
 class Save(Message, frozen=True, kw_only=True, tag="save"):
@@ -229,7 +215,7 @@ class Others(Message, frozen=True, kw_only=True, tag="others"):
     """What the robots do meanwhile that are not trained: idle, or a behavior of the library."""
 
     behavior: Name | None
-    targets: Targets = {}
+    targets: Targets = field(default_factory=dict)
 
 
 class Watch(Message, frozen=True, kw_only=True, tag="watch"):
@@ -344,6 +330,7 @@ AnyMessage: TypeAlias = (
     | Why
     | Take
     | HandOver
+    | CoachMessage
 )
 
 

@@ -64,6 +64,8 @@ class Picture:
                 "nested": self._nested.below(automaton, self._desk.session.library),
                 "watched": lesson.options.watched,
                 "reaction_s": lesson.options.reaction_s,
+                "unlearning": lesson.options.unlearning,
+                "edition": self._lesson.get("edition", 0) + 1,
             }
         return self._lesson
 
