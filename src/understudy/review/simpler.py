@@ -53,7 +53,7 @@ def simpler(taught: Taught, pruning: float | None = None) -> Simpler:
 
     SettingError where it was not taught with trees.
     """
-    lesson = _lesson(taught)
+    lesson = simplifiable(taught)
     found = suggestion(lesson)
     asked = pruning if pruning is not None else UNTOLD if found is None else found.pruning
     pruned = with_pruning(lesson, asked)
@@ -61,7 +61,8 @@ def simpler(taught: Taught, pruning: float | None = None) -> Simpler:
     return Simpler(asked, found, taught, after, replayed(after, taught))
 
 
-def _lesson(taught: Taught) -> Lesson:
+def simplifiable(taught: Taught) -> Lesson:
+    """The lesson of an automaton that was taught with trees; SettingError of another."""
     if taught.lesson is None:
         raise refused(taught.automaton.name, "was written by hand", "name one that was taught")
     if not isinstance(taught.lesson.options.learner, Trees):
