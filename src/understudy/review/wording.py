@@ -13,12 +13,22 @@ MOST_CHANGES = 6
 
 def lines(seen: Examined, former: str) -> Iterator[str]:
     """What there is to say of it, the worst first; `former` is what the former version is called ("version 3")."""
+    yield from worse(seen)
+    yield from otherwise(seen, former)
+
+
+def worse(seen: Examined) -> Iterator[str]:
+    """What worked and no longer does, and promises that are not kept."""
     yield from sentences(seen.replayed)
     yield from map(failed, seen.failed)
-    otherwise = [str(each.number) for each in seen.replayed.otherwise]
-    if otherwise:
-        many = f"{len(otherwise)} example{'s' * (len(otherwise) != 1)}"
-        yield f"{many} decided otherwise than shown: {', '.join(otherwise)}"
+
+
+def otherwise(seen: Examined, former: str) -> Iterator[str]:
+    """What else is not as shown, or not as it was, and whom that affects."""
+    numbers = [str(each.number) for each in seen.replayed.otherwise]
+    if numbers:
+        many = f"{len(numbers)} example{'s' * (len(numbers) != 1)}"
+        yield f"{many} decided otherwise than shown: {', '.join(numbers)}"
     if seen.replayed.changes:
         yield _anew(seen.replayed)
     if seen.changed:
