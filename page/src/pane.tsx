@@ -6,6 +6,7 @@ import { ChoiceForm } from "./pane/choice";
 import { DoubtCard } from "./pane/doubt";
 import { LessonTab } from "./pane/lesson";
 import { LibraryTab } from "./pane/library";
+import { SavingCard } from "./pane/saving";
 import { TABS, type Panel, type Tab } from "./panel";
 
 const NAMES: Readonly<Record<Tab, string>> = { automaton: "Automaton", lesson: "Lesson", library: "Library" };
@@ -37,6 +38,7 @@ export function Pane() {
         ))}
       </div>
       <DoubtCard />
+      <SavingCard />
       <div class="tab" id="tab-panel" role="tabpanel" aria-labelledby={`tab-${panel.tab}`} tabIndex={-1}>
         {panel.form !== null ? (
           <ChoiceForm form={panel.form} key={panel.form} />

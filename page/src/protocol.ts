@@ -1,5 +1,7 @@
 /** What the page and the server say to each other as text; the binary frames are in frame.ts. */
 
+import type { ReviewAnswer, ReviewRequest } from "./review";
+
 export type Kind = "continuous" | "toroidal" | "categorical";
 export type Mode = "training" | "testing";
 export type Tone = "" | "recorded" | "correction" | "error";
@@ -9,7 +11,7 @@ export type Targets = Readonly<Record<string, string>>;
 /** What the page asks for. The link gives each a number, and the server answers it by that number. */
 export type Request =
   | { do: "press"; state: string }
-  | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "why" | "take" | "hand_over" }
+  | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "take" | "hand_over" }
   | { do: "pause"; paused: boolean }
   | { do: "speed"; speed: Speed }
   | { do: "reset"; seed: number | null }
@@ -30,11 +32,8 @@ export type Request =
       /** As they are shown, by feature label. */
       values: Readonly<Record<string, string>>;
     }
-  | { do: "save"; name: string | null }
   | { do: "remove" | "restore" | "discard" | "recall"; name: string }
   | { do: "rename" | "duplicate"; name: string; to: string }
-  | { do: "versions"; name: string }
-  | { do: "changes"; name: string; version: number; next: boolean }
   | { do: "go_back"; name: string; version: number }
   | { do: "agent"; agent: number; sort?: string | null; discard?: boolean }
   | { do: "others"; behavior: string | null; targets: Targets }
@@ -45,7 +44,8 @@ export type Request =
   | { do: "remove_object"; slot: number }
   | { do: "add_obstacle"; x: number; y: number; radius: number }
   | { do: "move_obstacle"; index: number; x: number; y: number }
-  | { do: "remove_obstacle"; index: number };
+  | { do: "remove_obstacle"; index: number }
+  | ReviewRequest;
 
 export interface Beginning {
   do: "new";
@@ -71,26 +71,11 @@ export interface Choice {
   reaction_s: number | null;
 }
 
-export interface Answer {
+export interface Answer extends ReviewAnswer {
   re: number;
   ok?: boolean;
   error?: string;
   ms?: number;
-  lines?: readonly string[];
-  versions?: readonly Version[];
-  changes?: readonly Change[];
-}
-
-/** A former version of a behavior, and when it was saved. */
-export interface Version {
-  number: number;
-  saved: string | null;
-}
-
-/** What changed in one respect: lines that begin with + (new), - (gone), or neither. */
-export interface Change {
-  topic: string;
-  lines: readonly string[];
 }
 
 export interface RobotType {
@@ -270,6 +255,14 @@ export interface Desk {
   /** What robots do that a trained coordinator orders about, by the numbers in frames. */
   doing: readonly string[];
   reaction_s: number;
+  /** What it can raise: done, failed, or any name. */
+  flags: readonly string[];
+  /** What the lesson promises: "done within 20 s in forage, A = station". */
+  outcomes: readonly string[];
+  /** How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees. */
+  pruning: number | null;
+  /** Grows whenever the lesson changes. */
+  edition: number;
   undoable: string | null;
   redoable: string | null;
   unsaved: boolean;

@@ -30,9 +30,12 @@ def told(stage: Stage, name: str, number: int, to: int | None) -> Plain:
     """
     before = _version(stage, name, number)
     after = stage.shelf.of(name) if to is None else _version(stage, name, to)
+    found, switches = changes(before, after), moved(before, after)
+    if switches:
+        found.pop("conditions", None)  # they say which, and why
     return {
-        "changes": [{"topic": topic, "lines": lines} for topic, lines in changes(before, after).items()],
-        "moved": [_moved(each) for each in moved(before, after)],
+        "changes": [{"topic": topic, "lines": lines} for topic, lines in found.items()],
+        "moved": [_moved(each) for each in switches],
     }
 
 
