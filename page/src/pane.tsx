@@ -7,6 +7,7 @@ import { CoachTab } from "./pane/coach";
 import { DoubtCard } from "./pane/doubt";
 import { LessonTab } from "./pane/lesson";
 import { LibraryTab } from "./pane/library";
+import { SavingCard } from "./pane/saving";
 import { TABS, type Panel, type Tab } from "./panel";
 
 const NAMES: Readonly<Record<Tab, string>> = {
@@ -45,6 +46,7 @@ export function Pane() {
         ))}
       </div>
       <DoubtCard />
+      <SavingCard />
       <div class="tab" id="tab-panel" role="tabpanel" aria-labelledby={`tab-${panel.tab}`} tabIndex={-1}>
         {panel.form !== null ? (
           <ChoiceForm form={panel.form} key={panel.form} />

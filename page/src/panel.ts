@@ -41,6 +41,13 @@ export class Panel {
     this.news.tell();
   }
 
+  /** Show one example in the lesson, open. */
+  openExample(number: number): void {
+    this.shown = new Set([number]);
+    this.example = number;
+    this.open("lesson");
+  }
+
   showBehavior(name: string): void {
     this.behavior = { name };
     this.open("library");

@@ -6,13 +6,26 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from understudy.desk import quarantine, words
+from understudy.desk import outcomes, quarantine, words
 from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
+from understudy.desk.simplifying import prune
 from understudy.errors import SettingError, UnknownName
 from understudy.studio import coach_messages as c
-from understudy.studio import coaching, company, former, keeping, moments, naming, openings
+from understudy.studio import (
+    coaching,
+    company,
+    former,
+    keeping,
+    moments,
+    naming,
+    openings,
+    reasons,
+    simplifying,
+    testing,
+)
 from understudy.studio import messages as m
+from understudy.studio import review_messages as r
 from understudy.studio.fields import Message
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
@@ -145,11 +158,6 @@ def _remove_obstacle(stage: Stage, message: m.RemoveObstacle) -> None:
     stage.changed()
 
 
-def _why(stage: Stage, message: m.Why) -> Plain:
-    desk = stage.trained
-    return {"lines": desk.why.lines(desk.screen)}
-
-
 def _desk(action: Callable[[Any, Any], object]) -> Action:
     """What the desk does without moving the world."""
 
@@ -181,17 +189,12 @@ ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
         m.New: _new,
         m.Choose: _choose,
         m.Edit: _edit,
-        m.Save: lambda stage, message: keeping.save(stage, message.name),
         m.Remove: lambda stage, message: keeping.remove(stage, message.name),
         m.Restore: lambda stage, message: keeping.restore(stage, message.name),
         m.Discard: lambda stage, message: keeping.discard(stage, message.name),
         m.Recall: lambda stage, message: keeping.recall(stage, message.name),
         m.Rename: lambda stage, message: naming.rename(stage, message.name, message.to),
         m.Duplicate: lambda stage, message: naming.duplicate(stage, message.name, message.to),
-        m.Versions: lambda stage, message: former.listed(stage, message.name),
-        m.Changes: lambda stage, message: former.told(
-            stage, message.name, message.version, to_next=message.next
-        ),
         m.GoBack: lambda stage, message: former.go_back(stage, message.name, message.version),
         m.Agent: _agent,
         m.Others: lambda stage, message: company.occupy(stage, message.behavior, message.targets),
@@ -203,7 +206,16 @@ ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
         m.AddObstacle: _add_obstacle,
         m.MoveObstacle: _move_obstacle,
         m.RemoveObstacle: _remove_obstacle,
-        m.Why: _why,
+        r.Why: lambda stage, _: reasons.told(stage),
+        r.Promise: _desk(lambda desk, message: outcomes.promise(desk, message.flag, message.within_s)),
+        r.Withdraw: _desk(lambda desk, message: outcomes.withdraw(desk, message.outcome)),
+        r.Visit: lambda stage, message: testing.visit(stage, message.outcome),
+        r.Test: lambda stage, message: testing.told(stage, message.name),
+        r.Save: lambda stage, message: keeping.save(stage, message.name, anyway=message.anyway),
+        r.Simplify: lambda stage, message: simplifying.told(stage, message.pruning),
+        r.Prune: _desk(lambda desk, message: prune(desk, message.pruning)),
+        r.Versions: lambda stage, message: former.listed(stage, message.name),
+        r.Changes: lambda stage, message: former.told(stage, message.name, message.version, message.to),
         c.Advise: lambda stage, _: coaching.told(stage),
         c.SetUp: coaching.set_up,
         c.AskWhen: coaching.ask_when,

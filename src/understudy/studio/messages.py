@@ -11,6 +11,7 @@ from understudy.errors import UnderstudyError
 from understudy.studio.coach_messages import CoachMessage
 from understudy.studio.fields import Call, Calls, Id, Index, Message, Name, Names, Seed, Targets, Value
 from understudy.studio.mistakes import said
+from understudy.studio.review_messages import ReviewMessage
 
 MOST_BYTES = 64 * 1024
 """How long a message may be."""
@@ -138,12 +139,6 @@ class Edit(Message, frozen=True, kw_only=True, tag="edit"):
     values: dict[Call, Value] = field(default_factory=dict)
 
 
-class Save(Message, frozen=True, kw_only=True, tag="save"):
-    """Save the automaton; a name saves a copy under it."""
-
-    name: Name | None = None
-
-
 class Remove(Message, frozen=True, kw_only=True, tag="remove"):
     """Move a trained behavior to the trash."""
 
@@ -180,20 +175,6 @@ class Duplicate(Message, frozen=True, kw_only=True, tag="duplicate"):
 
     name: Name
     to: Name
-
-
-class Versions(Message, frozen=True, kw_only=True, tag="versions"):
-    """List the former versions of a trained behavior."""
-
-    name: Name
-
-
-class Changes(Message, frozen=True, kw_only=True, tag="changes"):
-    """Tell what changed from a former version to the next, or to the present one."""
-
-    name: Name
-    version: Index
-    next: bool = False
 
 
 class GoBack(Message, frozen=True, kw_only=True, tag="go_back"):
@@ -275,10 +256,6 @@ class RemoveObstacle(Message, frozen=True, kw_only=True, tag="remove_obstacle"):
     index: Index
 
 
-class Why(Message, frozen=True, kw_only=True, tag="why"):
-    """Explain the last decision."""
-
-
 class Take(Message, frozen=True, kw_only=True, tag="take"):
     """Become director where nobody is, or where the present one has been silent for long."""
 
@@ -307,15 +284,12 @@ AnyMessage: TypeAlias = (
     | Quarantine
     | Release
     | Edit
-    | Save
     | Remove
     | Restore
     | Discard
     | Recall
     | Rename
     | Duplicate
-    | Versions
-    | Changes
     | GoBack
     | Agent
     | Others
@@ -327,10 +301,10 @@ AnyMessage: TypeAlias = (
     | AddObstacle
     | MoveObstacle
     | RemoveObstacle
-    | Why
     | Take
     | HandOver
     | CoachMessage
+    | ReviewMessage
 )
 
 

@@ -258,7 +258,9 @@ class Stage:
 
     def rewind(self, frame: Frame) -> None:
         """Go back to a moment of the run, and stand still there; the lesson stays."""
+        switches = self.trained.why.before(frame.time_s)
         self._back(frame.instant)
+        self.trained.why.remember(switches)
 
     def go_back(self, instant: Instant) -> None:
         """Go back to a moment of this session that may be of another run."""

@@ -97,7 +97,8 @@ def teach(name: str, way: str, seed: int, chance: float) -> Course:
         looks_back=looks_back,
     ).teach(topic)
     course.asked, course.slipped = len(people[0].answered), people[0].slipped
-    course.held = sum(bool(example.quarantined) for example in course.taught[-1].lesson.examples)
+    lesson = course.taught[-1].lesson
+    course.held = sum(bool(example.quarantined) for example in lesson.examples) if lesson else 0
     return course
 
 
@@ -117,7 +118,7 @@ def _ask(session: Session, person: Slipping, topic: Topic) -> None:
             _, *default = same_press(session.lesson, example.number)
             session.edit(example.number, next=said)
             if default:
-                session.quarantine({number: f"Example {example.number} was a slip." for number in default})
+                session.quarantine(dict.fromkeys(default, f"Example {example.number} was a slip."))
 
 
 def _press_earlier(session: Session) -> None:
