@@ -72,7 +72,8 @@ class Coach:
     def advised(self, beside: Executor | None = None, *, patience_s: float | None = None) -> Advised | None:
         """What there is to say of the lesson as it stands.
 
-        A large lesson takes a while: `beside` something else it is waited for so long only, and None while it is made.
+        A large lesson takes a while. Given where to make it `beside` the world, it is waited for `patience_s` at most,
+        and None until it is made.
         """
         lesson, transitions = self._why.learned()
         if self.said is not None and self.said.lesson is lesson:
@@ -81,10 +82,13 @@ class Coach:
         if beside is None:
             self.said = _advised(*given)
         else:
-            if self._making is None or self._making[0] is not lesson:
-                self._making = lesson, beside.submit(_advised, *given)
+            making = self._making
+            if making is None or making[0] is not lesson:
+                making = self._making = lesson, beside.submit(_advised, *given)
+            else:
+                patience_s = 0.0  # that was waited for already
             try:
-                self.said = self._making[1].result(patience_s)
+                self.said = making[1].result(patience_s)
             except TimeoutError:
                 return None
         self._next = 0
