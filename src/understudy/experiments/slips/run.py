@@ -55,7 +55,7 @@ def of(rows: Sequence[Row], name: str, way: str, chance: float) -> list[Row]:
 
 
 def means(rows: Sequence[Row]) -> list[float]:
-    """The share of trials that succeed, over all robots, after 0, 1, ... corrections; who is content corrects no more."""
+    """The share of trials that succeed, over all robots, after 0, 1, ... corrections."""
     padded = [row["shares"] + [row["shares"][-1]] * (MOST + 1 - len(row["shares"])) for row in rows]
     return [float(np.mean(shares)) for shares in zip(*(each[: MOST + 1] for each in padded), strict=True)]
 
@@ -85,8 +85,8 @@ def conclude(rows: Sequence[Row]) -> Findings:
         headline=" ".join(_headline(found, "goto", chance) for chance in CHANCES[:2]),
         tables=(
             Table(
-                f"Trials that succeed after so many corrections; and medians with least and most until {IN_A_ROW} tries "
-                "in a row needed none",
+                f"Trials that succeed after so many corrections; and until {IN_A_ROW} tries in a row needed none, medians "
+                "with least and most",
                 (
                     "task",
                     "slips",
@@ -137,8 +137,8 @@ def _headline(found: Found, name: str, chance: float) -> str:
     clean = found[name, CLEAN, chance]
     asked, plain = (needed(found[name, way, chance], clean) for way in (ASKED, PLAIN))
     return (
-        f"Teachers of {name} who slip in {chance:.0%} of presses and press late come within {100 * SHORT:.0f} points of "
-        f"a teacher without faults {_said(asked)} where they are asked about odd presses, and {_said(plain)} where not."
+        f"Teachers of {name} who slip in {chance:.0%} of presses and press late come within {100 * SHORT:.0f} points "
+        f"of a teacher without faults {_said(asked)} where they are asked about odd presses, and {_said(plain)} where not."
     )
 
 
