@@ -50,6 +50,8 @@ export type Request =
   | { do: "ask_when"; when: AskWhen }
   | { do: "go_to_mark"; number: number }
   | { do: "use_reaction"; reaction_s: number }
+  | { do: "mend"; number: number; next: string }
+  | { do: "stand_by"; number: number }
   | ReviewRequest;
 
 /** What the robot does in testing where it is unsure: nothing, wait for an answer, or go on and mark the moment. */
@@ -102,6 +104,8 @@ export interface Advice {
   /** From 0 to 1; above 0.5 it is plainly worth following. */
   weight: number;
   examples: readonly number[];
+  /** What a press says that looks like a slip. */
+  says: { state: string; next: string } | null;
   place: boolean;
 }
 

@@ -13,6 +13,7 @@ from tests.studio.test_lesson import step
 
 from understudy.coaching.coach import advice
 from understudy.desk import coaching
+from understudy.desk.desk import Desk
 from understudy.studio.studio import Studio
 from understudy.training.lateness import Lateness
 
@@ -295,3 +296,36 @@ def test_unlearning_is_chosen_among_the_options(made: Studio) -> None:
         assert made.stage.trained.session.lesson.options.unlearning
         person.done("choose", **chosen, unlearning=False)
         assert not made.stage.trained.session.lesson.options.unlearning
+
+
+def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: Studio) -> None:
+    """Eight times it turned where A was to the left and went on where it was ahead; once the wrong button was hit."""
+    desk = made.stage.trained
+    desk.session.quarantine(dict.fromkeys((each.number for each in desk.session.examples), "in the way"))
+    for far, angle, says in [*((far, 1.5, "rotate_left") for far in (3, 3.3, 3.6, 3.9)), (3.4, 1.6, "done")]:
+        shown(desk, "forward", (far, angle), says)
+    for far in (0.2, 0.25, 0.3):
+        shown(desk, "forward", (far, 0.1), "done")
+    odd = [each for each in person.done("advise")["advice"] if each["kind"] == "slip"]
+    assert [each["says"] for each in odd] == [{"state": "forward", "next": "done"}]
+    (number, *_) = odd[0]["examples"]
+    person.done("stand_by", number=number)
+    assert "slip" not in [each["kind"] for each in person.done("advise")["advice"]]
+    assert "nobody asked" in person.say("stand_by", number=number)["error"]
+    person.done("mend", number=number, next="rotate_left")
+    assert next(each.next for each in desk.session.examples if each.number == number) == "rotate_left"
+    assert "no state 'fly'" in person.say("mend", number=number, next="fly")["error"]
+
+
+def shown(desk: Desk, state: str, values: tuple[float, float], says: str) -> None:
+    """An example as if it had been shown just so."""
+    session = desk.session
+    session.direct(state)
+    session.tick()
+    session.direct(says)
+    session.tick()
+    number = next(
+        each.number for each in reversed(session.examples) if (each.state, each.next) == (state, says)
+    )
+    session.edit(number, values=dict(zip(("distance_to(A)", "angle_to(A)"), values, strict=True)))
+    desk.changed()

@@ -35,8 +35,9 @@ interface Coached {
 }
 
 /** What the coach says of the lesson; asked again when that has changed. */
-function useCoach(studio: Studio, edition: number): Coached | null {
+function useCoach(studio: Studio, edition: number): readonly [Coached | null, () => void] {
   const [coached, setCoached] = useState<Coached | null>(null);
+  const [asked, setAsked] = useState(0);
   const last = useRef(-REST_MS);
   useEffect(() => {
     let over = false;
@@ -52,8 +53,12 @@ function useCoach(studio: Studio, edition: number): Coached | null {
       over = true;
       clearTimeout(due);
     };
-  }, [edition]);
-  return coached;
+  }, [edition, asked]);
+  const again = (): void => {
+    last.current = -REST_MS;
+    setAsked((count) => count + 1);
+  };
+  return [coached, again];
 }
 
 interface Part {
@@ -62,7 +67,7 @@ interface Part {
 }
 
 function Advised({ desk, studio }: Part) {
-  const coached = useCoach(studio, desk.edition);
+  const [coached, again] = useCoach(studio, desk.edition);
   const [all, setAll] = useState(false);
   const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
   if (coached === null) return null;
@@ -83,7 +88,9 @@ function Advised({ desk, studio }: Part) {
           <AdviceItem
             key={each.sentence}
             advice={each}
+            desk={desk}
             studio={studio}
+            again={again}
             outcome={there?.of === each.sentence ? there.outcome : null}
             setUp={() => void place(each.sentence)}
           />
@@ -102,19 +109,22 @@ function Advised({ desk, studio }: Part) {
 
 interface ItemProps {
   advice: Advice;
+  desk: Desk;
   studio: Studio;
+  /** Ask the coach again, where the lesson has not changed. */
+  again: () => void;
   /** What came of setting it up, where that was the last. */
   outcome: string | null;
   setUp: () => void;
 }
 
-function AdviceItem({ advice, studio, outcome, setUp }: ItemProps) {
+function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) {
   const panel = usePanel();
-  const { sentence, examples, kind, weight, place } = advice;
+  const { sentence, examples, says, kind, weight, place } = advice;
   const show = (): void => {
     const [number] = examples;
     panel.showExamples(examples);
-    if (examples.length === 1 && number !== undefined) panel.selectExample(number);
+    if ((examples.length === 1 || says !== null) && number !== undefined) panel.selectExample(number);
   };
   return (
     <li
@@ -134,10 +144,16 @@ function AdviceItem({ advice, studio, outcome, setUp }: ItemProps) {
           </button>
         )}
       </div>
+      {says !== null && (
+        <MeantPart number={examples[0] ?? 0} says={says} desk={desk} studio={studio} again={again} />
+      )}
       <p class="advice-more">
         {examples.length > 0 && (
           <button type="button" class="link" onClick={show}>
-            show {examples.length === 1 ? `example ${examples[0]}` : `${examples.length} examples`}
+            show{" "}
+            {examples.length === 1 || says !== null
+              ? `example ${examples[0]}`
+              : `${examples.length} examples`}
           </button>
         )}
         {OF_FEATURES.has(kind) && (
@@ -153,6 +169,45 @@ function AdviceItem({ advice, studio, outcome, setUp }: ItemProps) {
       </p>
       {outcome !== null && <p class="outcome">{outcome}</p>}
     </li>
+  );
+}
+
+interface MeantProps extends Part {
+  number: number;
+  says: { state: string; next: string };
+  again: () => void;
+}
+
+/** Whether a press that looks like a slip was meant, and if not, what was. */
+function MeantPart({ number, says, desk, studio, again }: MeantProps) {
+  const others = desk.states.slice(1).flatMap(({ name }) => (name === says.next ? [] : [name]));
+  const mend = (next: string): void => {
+    if (next !== "") void studio.change({ do: "mend", number, next }, { do: "undo" });
+  };
+  const stand = async (): Promise<void> => {
+    await studio.ask({ do: "stand_by", number });
+    again();
+  };
+  return (
+    <p class="choices">
+      <button type="button" class="small" disabled={!studio.directs} onClick={() => void stand()}>
+        Yes, I meant {says.next}
+      </button>
+      <select
+        aria-label={`What example ${number} was meant to say`}
+        class="small"
+        disabled={!studio.directs}
+        value=""
+        onChange={(event) => mend(event.currentTarget.value)}
+      >
+        <option value="">No, I meant …</option>
+        {others.map((name) => (
+          <option key={name} value={name}>
+            {name === says.state ? `stay in ${name}` : name}
+          </option>
+        ))}
+      </select>
+    </p>
   );
 }
 

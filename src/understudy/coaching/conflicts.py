@@ -10,7 +10,6 @@ import numpy as np
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.survey import Survey
-from understudy.coaching.wording import box_of, cells_of
 from understudy.errors import UnderstudyError, listed
 from understudy.learning.arrays import vectors
 from understudy.learning.report import contradictions
@@ -19,7 +18,6 @@ from understudy.model.example import Example, ExampleKind
 from understudy.model.feature import BoundFeature, Feature
 from understudy.model.kinds import Categorical
 from understudy.model.kit import Kit
-from understudy.model.regions import Box
 from understudy.training.values import values_of
 
 
@@ -28,7 +26,7 @@ def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
     for state in survey.learners:
         for group in contradictions(survey.lesson, state):
             place = survey.place(state)
-            box, when = _where(survey, state, group[0])
+            box, when = survey.where(state, group[0])
             numbers = tuple(example.number for example in group)
             yield Advice(
                 AdviceKind.CONTRADICTION,
@@ -64,7 +62,7 @@ def disagreeing(survey: Survey) -> Iterator[Advice]:
             ]
             if not defaults or not leaving:
                 continue
-            box, when = _where(survey, state, group[0])
+            box, when = survey.where(state, group[0])
             first, stays = leaving[0], defaults[0]
             yield Advice(
                 AdviceKind.DISAGREEMENT,
@@ -125,17 +123,6 @@ def _clearness(bound: BoundFeature, values: Sequence[float], wishes: Sequence[st
     if spread <= 1e-9 * max(1.0, abs(pairs[-1][0])) or len(parted) != len(set(wishes)) - 1:
         return 0.0
     return 0.99 * float(np.min(parted)) / spread
-
-
-def _where(survey: Survey, state: str, example: Example) -> tuple[Box, str]:
-    row = cells_of(survey.words, np.array([example.values], np.float64).reshape(1, -1))[0]
-    cells = {
-        feature: frozenset({int(cell)})
-        for feature, cell in enumerate(row)
-        if survey.words[feature].cells != (cell,)  # it tells nothing: all values that were seen are one
-    }
-    said = survey.said(state, cells)
-    return box_of(survey.words, cells), f" when {said}" if said else ""
 
 
 def _wishes(group: Sequence[Example]) -> str:

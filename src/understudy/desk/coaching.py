@@ -7,7 +7,7 @@ from concurrent.futures import Executor, Future
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from understudy.coaching.advice import Advice
+from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.asking import Asking, Question, When
 from understudy.coaching.coach import advice
 from understudy.coaching.staging import Staged, stage
@@ -51,9 +51,14 @@ class Advised(NamedTuple):
 
 
 def _advised(
-    lesson: Lesson, transitions: Mapping[str, Transition], kit: Kit, steady: frozenset[str]
+    lesson: Lesson,
+    transitions: Mapping[str, Transition],
+    kit: Kit,
+    steady: frozenset[str],
+    meant: Mapping[int, float],
 ) -> Advised:
-    return Advised(lesson, advice(lesson, transitions, kit=kit), lateness(lesson, steady=steady))
+    said = advice(lesson, transitions, kit=kit, meant=meant)
+    return Advised(lesson, said, lateness(lesson, steady=steady))
 
 
 class Coach:
@@ -64,6 +69,7 @@ class Coach:
         self._session, self._why = session, why
         self.said: Advised | None = None  # last
         self._making: tuple[Lesson, Future[Advised]] | None = None
+        self._meant: dict[int, float] = {}
         self._next = 0
         self._question: Question | None = None
 
@@ -78,7 +84,8 @@ class Coach:
         lesson, transitions = self._why.learned()
         if self.said is not None and self.said.lesson is lesson:
             return self.said
-        given = lesson, transitions, self._session.library.kit, steady_readings(self._session.body)
+        session = self._session
+        given = lesson, transitions, session.library.kit, steady_readings(session.body), dict(self._meant)
         if beside is None:
             self.said = _advised(*given)
         else:
@@ -107,6 +114,15 @@ class Coach:
             raise SessionError(f"there is no place to go to: {said[0]}")
         self._next += 1
         return places[(self._next - 1) % len(places)]
+
+    def stand_by(self, number: int) -> None:
+        """A press that looks like a slip was meant: it is asked about again only once more speaks against it."""
+        said = () if self.said is None else self.said.advice
+        doubts = {each.examples[0]: each.doubt for each in said if each.kind is AdviceKind.SLIP}
+        if number not in doubts:
+            raise SessionError(f"nobody asked whether example {number} was meant")
+        self._meant[number] = doubts[number]
+        self.said = self._making = None
 
     # Asking
 
@@ -179,6 +195,19 @@ def use_reaction(desk: Desk, reaction_s: float) -> None:
     desk.session.choose(options=replace(desk.session.lesson.options, reaction_s=reaction_s))
     desk.changed()
     desk.said = Said(f"Presses count {reaction_s:g} s earlier from now on; undo takes that back")
+
+
+def mend(desk: Desk, number: int, next: str) -> None:
+    """Say what a press was meant for."""
+    desk.session.mend(number, next)
+    desk.changed()
+    desk.said = Said(f"Example {number} says {next} now; undo takes that back")
+
+
+def stand_by(desk: Desk, number: int) -> None:
+    """Say that a press that looks like a slip was meant."""
+    desk.coach.stand_by(number)
+    desk.said = Said(f"Example {number} was meant")
 
 
 def ask_when(desk: Desk, when: When) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta
 
-from understudy.studio.fields import Index, Message
+from understudy.studio.fields import Call, Index, Message
 
 Sentence: TypeAlias = Annotated[str, Meta(min_length=1, max_length=10_000)]
 
@@ -39,4 +39,17 @@ class UseReaction(Message, frozen=True, kw_only=True, tag="use_reaction"):
     reaction_s: float
 
 
-CoachMessage: TypeAlias = Advise | SetUp | AskWhen | GoToMark | UseReaction
+class Mend(Message, frozen=True, kw_only=True, tag="mend"):
+    """Say what the press of an example was meant for: it slipped."""
+
+    number: Index
+    next: Call
+
+
+class StandBy(Message, frozen=True, kw_only=True, tag="stand_by"):
+    """Say that the press of an example was meant, odd as it looks."""
+
+    number: Index
+
+
+CoachMessage: TypeAlias = Advise | SetUp | AskWhen | GoToMark | UseReaction | Mend | StandBy

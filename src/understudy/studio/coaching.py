@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from understudy.coaching.advice import Advice
+from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.asking import When
 from understudy.coaching.posing import Placeable
 from understudy.desk import coaching
@@ -34,8 +34,15 @@ def _advice(desk: Desk, advice: Advice) -> Plain:
         "sentence": advice.sentence,
         "weight": round(advice.weight, 3),
         "examples": list(advice.examples),
+        "says": _says(desk, advice) if advice.kind is AdviceKind.SLIP else None,
         "place": advice.region is not None and isinstance(desk.session.body, Placeable),
     }
+
+
+def _says(desk: Desk, advice: Advice) -> Plain:
+    """The state and the next state of the press that looks like a slip."""
+    example = next(each for each in desk.session.examples if each.number == advice.examples[0])
+    return {"state": example.state, "next": example.next}
 
 
 def _late(said: Advised) -> Plain | None:
@@ -102,3 +109,14 @@ def use_reaction(stage: Stage, message: m.UseReaction) -> None:
     """Choose how late presses come."""
     coaching.use_reaction(stage.trained, message.reaction_s)
     stage.moved += 1
+
+
+def mend(stage: Stage, message: m.Mend) -> None:
+    """Say what a press was meant for."""
+    coaching.mend(stage.trained, message.number, message.next)
+    stage.moved += 1
+
+
+def stand_by(stage: Stage, message: m.StandBy) -> None:
+    """Say that a press was meant."""
+    coaching.stand_by(stage.trained, message.number)

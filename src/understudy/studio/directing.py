@@ -221,5 +221,7 @@ ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
         c.AskWhen: coaching.ask_when,
         c.GoToMark: coaching.go_to_mark,
         c.UseReaction: coaching.use_reaction,
+        c.Mend: coaching.mend,
+        c.StandBy: coaching.stand_by,
     }
 )

@@ -85,8 +85,8 @@ def conclude(rows: Sequence[Row]) -> Findings:
         headline=" ".join(_headline(found, "goto", chance) for chance in CHANCES[:2]),
         tables=(
             Table(
-                f"Trials that succeed after so many corrections; and until {IN_A_ROW} tries in a row needed none, medians "
-                "with least and most",
+                f"Trials that succeed after so many corrections; and until {IN_A_ROW} tries in a row needed none, "
+                "medians with least and most",
                 (
                     "task",
                     "slips",
@@ -138,7 +138,8 @@ def _headline(found: Found, name: str, chance: float) -> str:
     asked, plain = (needed(found[name, way, chance], clean) for way in (ASKED, PLAIN))
     return (
         f"Teachers of {name} who slip in {chance:.0%} of presses and press late come within {100 * SHORT:.0f} points "
-        f"of a teacher without faults {_said(asked)} where they are asked about odd presses, and {_said(plain)} where not."
+        f"of a teacher without faults {_said(asked)} where they are asked about odd presses, and {_said(plain)} "
+        "where not."
     )
 
 

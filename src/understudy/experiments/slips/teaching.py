@@ -12,7 +12,7 @@ from understudy.experiments.coached.exercises import EXERCISES
 from understudy.experiments.novices.traits import ALIKE, RANGES
 from understudy.experiments.servoing.trials import search_side
 from understudy.experiments.slips.slipping import Slipping
-from understudy.learning.slips import same_press, slips
+from understudy.learning.slips import slips
 from understudy.model.lesson import Options
 from understudy.model.library import Library, Taught
 from understudy.runtime.body import Body
@@ -115,10 +115,7 @@ def _ask(session: Session, person: Slipping, topic: Topic) -> None:
         example = odd[0].example
         said = person.answer(odd[0], session.automaton, topic.show)
         if said != example.next:
-            _, *default = same_press(session.lesson, example.number)
-            session.edit(example.number, next=said)
-            if default:
-                session.quarantine(dict.fromkeys(default, f"Example {example.number} was a slip."))
+            session.mend(example.number, said)
 
 
 def _press_earlier(session: Session) -> None:
