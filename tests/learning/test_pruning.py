@@ -87,6 +87,13 @@ def test_of_equally_weak_questions_the_topmost_goes_first() -> None:
 def test_a_tie_stays() -> None:
     made = go((9.0, "go"), (1.0, "stop"))
     assert decided(made, 1.0, [1.0, 9.0]) == ["go", "go"]
+    first = ("stop", (5.0,), "go", "directive")  # so that stop is declared before go
+    rows: list[tuple[Any, ...]] = [
+        first,
+        ("go", (9.0,), "go", "confirmation"),
+        ("go", (1.0,), "stop", "directive"),
+    ]
+    assert decided(lesson(rows), 1.0, [1.0, 9.0]) == ["go", "go"]
 
 
 def test_what_makes_no_sense_is_refused() -> None:
