@@ -113,8 +113,8 @@ function Saving({ studio }: { studio: Studio }) {
       {desk !== null && (
         <button
           type="button"
-          disabled={!studio.directs || !desk.unsaved}
-          onClick={() => void studio.ask({ do: "save", name: null })}
+          disabled={!studio.directs || !desk.unsaved || studio.trial.saving}
+          onClick={() => void studio.trial.save()}
         >
           Save
         </button>

@@ -2,7 +2,7 @@
 
 import { News } from "./news";
 
-export const TABS = ["automaton", "lesson", "library"] as const;
+export const TABS = ["automaton", "lesson", "coach", "library"] as const;
 export type Tab = (typeof TABS)[number];
 /** A form beside the running world: a new automaton, or other states and features for the present one. */
 export type Form = "new" | "choose";
@@ -39,6 +39,13 @@ export class Panel {
   selectExample(example: number | null): void {
     this.example = this.example === example ? null : example;
     this.news.tell();
+  }
+
+  /** Show one example in the lesson, open. */
+  openExample(number: number): void {
+    this.shown = new Set([number]);
+    this.example = number;
+    this.open("lesson");
   }
 
   showBehavior(name: string): void {

@@ -1,5 +1,7 @@
 /** What the page and the server say to each other as text; the binary frames are in frame.ts. */
 
+import type { ReviewAnswer, ReviewRequest } from "./review";
+
 export type Kind = "continuous" | "toroidal" | "categorical";
 export type Mode = "training" | "testing";
 export type Tone = "" | "recorded" | "correction" | "error";
@@ -9,7 +11,7 @@ export type Targets = Readonly<Record<string, string>>;
 /** What the page asks for. The link gives each a number, and the server answers it by that number. */
 export type Request =
   | { do: "press"; state: string }
-  | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "why" | "take" | "hand_over" }
+  | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "take" | "hand_over" }
   | { do: "pause"; paused: boolean }
   | { do: "speed"; speed: Speed }
   | { do: "reset"; seed: number | null }
@@ -30,11 +32,8 @@ export type Request =
       /** As they are shown, by feature label. */
       values: Readonly<Record<string, string>>;
     }
-  | { do: "save"; name: string | null }
   | { do: "remove" | "restore" | "discard" | "recall"; name: string }
   | { do: "rename" | "duplicate"; name: string; to: string }
-  | { do: "versions"; name: string }
-  | { do: "changes"; name: string; version: number; next: boolean }
   | { do: "go_back"; name: string; version: number }
   | { do: "agent"; agent: number; sort?: string | null; discard?: boolean }
   | { do: "others"; behavior: string | null; targets: Targets }
@@ -45,7 +44,16 @@ export type Request =
   | { do: "remove_object"; slot: number }
   | { do: "add_obstacle"; x: number; y: number; radius: number }
   | { do: "move_obstacle"; index: number; x: number; y: number }
-  | { do: "remove_obstacle"; index: number };
+  | { do: "remove_obstacle"; index: number }
+  | { do: "advise" }
+  | { do: "set_up"; sentence: string }
+  | { do: "ask_when"; when: AskWhen }
+  | { do: "go_to_mark"; number: number }
+  | { do: "use_reaction"; reaction_s: number }
+  | ReviewRequest;
+
+/** What the robot does in testing where it is unsure: nothing, wait for an answer, or go on and mark the moment. */
+export type AskWhen = "never" | "pause" | "mark";
 
 export interface Beginning {
   do: "new";
@@ -57,6 +65,7 @@ export interface Beginning {
   targets: Targets;
   watched: boolean;
   reaction_s: number | null;
+  unlearning: boolean;
   discard: boolean;
 }
 
@@ -69,28 +78,52 @@ export interface Choice {
   flags: readonly string[];
   watched: boolean | null;
   reaction_s: number | null;
+  unlearning: boolean | null;
 }
 
-export interface Answer {
+export interface Answer extends ReviewAnswer {
   re: number;
   ok?: boolean;
   error?: string;
   ms?: number;
-  lines?: readonly string[];
-  versions?: readonly Version[];
-  changes?: readonly Change[];
+  advice?: readonly Advice[];
+  late?: Late | null;
+  /** The lesson is large: ask again in a moment. */
+  later?: boolean;
+  /** What came of setting up a situation, and the number of the run that begins there. */
+  sentence?: string;
+  run?: number;
 }
 
-/** A former version of a behavior, and when it was saved. */
-export interface Version {
+/** One thing the coach says of a lesson; `place`: it can be set up. */
+export interface Advice {
+  kind: string;
+  sentence: string;
+  /** From 0 to 1; above 0.5 it is plainly worth following. */
+  weight: number;
+  examples: readonly number[];
+  place: boolean;
+}
+
+/** How late presses seem to come. */
+export interface Late {
+  reaction_s: number;
+  sentence: string;
+}
+
+/** A moment at which it was unsure and went on; `run` is null where that run was left. */
+export interface UnsureMark {
   number: number;
-  saved: string | null;
+  time_s: number;
+  run: number | null;
+  sentence: string;
 }
 
-/** What changed in one respect: lines that begin with + (new), - (gone), or neither. */
-export interface Change {
-  topic: string;
-  lines: readonly string[];
+export interface Asking {
+  when: AskWhen;
+  /** What waits for an answer, and what it would do. */
+  question: { sentence: string; next: string } | null;
+  marks: readonly UnsureMark[];
 }
 
 export interface RobotType {
@@ -270,6 +303,17 @@ export interface Desk {
   /** What robots do that a trained coordinator orders about, by the numbers in frames. */
   doing: readonly string[];
   reaction_s: number;
+  /** Whether a correction puts bad examples in quarantine by itself. */
+  unlearning: boolean;
+  asking: Asking;
+  /** What it can raise: done, failed, or any name. */
+  flags: readonly string[];
+  /** What the lesson promises: "done within 20 s in forage, A = station". */
+  outcomes: readonly string[];
+  /** How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees. */
+  pruning: number | null;
+  /** Grows whenever the lesson changes. */
+  edition: number;
   undoable: string | null;
   redoable: string | null;
   unsaved: boolean;

@@ -5,6 +5,7 @@ import { Link, type Listener } from "./link";
 import { Memory } from "./memory";
 import { News } from "./news";
 import { Past } from "./past";
+import { Trial } from "./trial";
 import type { Answer, Desk, DeskNews, News as ServerNews, Request, Said, Scene } from "./protocol";
 import { Motion } from "./world/motion";
 
@@ -36,12 +37,18 @@ export class Studio implements Listener {
   readonly motion = new Motion();
   readonly memory = new Memory();
   readonly past = new Past();
+  readonly trial = new Trial(this);
   scene: Scene | null = null;
   told: DeskNews | null = null;
 
   /** The sort of squads whose coordinator is trained; null: a robot is. */
   get sort(): string | null {
     return this.told?.sort ?? null;
+  }
+
+  /** The automata of the library that can be tested. */
+  get testable(): readonly string[] {
+    return this.told?.library.trained.flatMap(({ name, complete }) => (complete ? [name] : [])) ?? [];
   }
 
   /** Whether there is a connection; null before there was ever one. */

@@ -9,7 +9,7 @@ from time import thread_time
 import numpy as np
 import pytest
 from hypothesis import given
-from tests.coaching.lessons import DISTANCE, GOTO, Row, goto
+from tests.coaching.lessons import DISTANCE, DONE, GOTO, Row, goto
 from tests.learning.lessons import lesson as lesson_of
 from tests.learning.lessons import tables
 from tests.model.lessons import goto as recorded
@@ -113,12 +113,29 @@ def test_a_leaf_that_reaches_far_beyond_its_examples_is_asked_about() -> None:
     assert not advised(told_by_distance, AdviceKind.STRETCHED)
 
 
+def test_a_usual_flag_goes_without_saying() -> None:
+    """Nearly always nothing is done when it drives: only what is out of the ordinary there is said."""
+    lesson = goto()
+    automaton = replace(lesson.automaton, features=(*lesson.automaton.features, DONE))
+    shown = [replace(each, values=(*each.values, 0.0)) for each in lesson.examples * 2]
+    raised = replace(lesson.examples[2], values=(0.3, 0.0, 1.0), next="left")
+    examples = [replace(each, number=number) for number, each in enumerate([*shown, raised])]
+    found = [
+        each.sentence for each in advised(replace(lesson, automaton=automaton, examples=tuple(examples)))
+    ]
+    assert any("done is raised" in sentence for sentence in found)
+    assert not any("done is not raised" in sentence for sentence in found)
+
+
 def test_contradicting_examples_are_named() -> None:
     lesson = goto((*GOTO, ("forward", "left", "directive", 0.3, 350)))
     (first,) = advised(lesson, AdviceKind.CONTRADICTION)
     assert first == advised(lesson)[0]
     assert first.examples == (2, 7)
     assert "example 2 says done and example 7 says left" in first.sentence
+    again = goto((*GOTO, *[("forward", "left", "directive", 0.3, 350)] * 2))
+    (first,) = advised(again, AdviceKind.CONTRADICTION)
+    assert "example 2 says done and examples 7 and 8 say left; delete" in first.sentence
 
 
 def test_one_in_quarantine_contradicts_nobody() -> None:

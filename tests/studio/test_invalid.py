@@ -15,6 +15,7 @@ from tests.studio.pages import GOTO, studio
 
 from understudy.studio import messages as m
 from understudy.studio.directing import ACTIONS
+from understudy.studio.fields import Message
 from understudy.studio.studio import Studio
 from understudy.studio.viewers import Viewer
 
@@ -139,6 +140,15 @@ BAD = [
     '{"id": 1, "do": "duplicate", "name": "nobody", "to": "a"}',
     '{"id": 1, "do": "versions", "name": "../goto"}',
     '{"id": 1, "do": "changes", "name": "goto", "version": 9}',
+    '{"id": 1, "do": "changes", "name": "goto", "version": 1, "to": 9}',
+    '{"id": 1, "do": "promise", "flag": "failed", "within_s": 5}',
+    '{"id": 1, "do": "promise", "flag": "done", "within_s": 0}',
+    '{"id": 1, "do": "promise", "flag": "done", "within_s": 1e9}',
+    '{"id": 1, "do": "withdraw", "outcome": 0}',
+    '{"id": 1, "do": "visit", "outcome": 3}',
+    '{"id": 1, "do": "test", "name": "../goto"}',
+    '{"id": 1, "do": "simplify", "pruning": -1}',
+    '{"id": 1, "do": "prune", "pruning": 1e400}',
     '{"id": 1, "do": "go_back", "name": "goto", "version": 9}',
     '{"id": 1, "do": "agent", "agent": 9}',
     '{"id": 1, "do": "agent", "agent": -1}',
@@ -155,6 +165,13 @@ BAD = [
     '{"id": 1, "do": "remove_object", "slot": 77}',
     '{"id": 1, "do": "add_obstacle", "x": 1, "y": 1, "radius": 0}',
     '{"id": 1, "do": "add_obstacle", "x": 6, "y": 6, "radius": 40}',
+    '{"id": 1, "do": "set_up", "sentence": "Show me how to fly."}',
+    '{"id": 1, "do": "set_up", "sentence": ""}',
+    '{"id": 1, "do": "ask_when", "when": "always"}',
+    '{"id": 1, "do": "go_to_mark", "number": 1}',
+    '{"id": 1, "do": "use_reaction", "reaction_s": 7}',
+    '{"id": 1, "do": "use_reaction", "reaction_s": -0.1}',
+    '{"id": 1, "do": "choose", "states": ["forward"], "features": ["done"], "unlearning": 1}',
     '{"id": 1, "do": "redo"}',
     '{"id": 1, "do": "undo"' + " " * 70_000 + "}",
     b'{"id": 1, "do": "undo"}',
@@ -184,6 +201,9 @@ TYPED = [
     ),
     ('{"id": 1, "do": "save", "name": ""}', "The name is empty"),
     ('{"id": 1, "do": "save", "name": "a\\nb"}', "The name has a letter without a shape"),
+    ('{"id": 1, "do": "promise", "flag": "done", "within_s": 0}', "The time is 0 or less"),
+    ('{"id": 1, "do": "promise", "flag": "done", "within_s": 1e9}', "The time is more than 86400"),
+    ('{"id": 1, "do": "promise", "flag": "done", "within_s": "soon"}', "The time is no number"),
     ('{"id": 1, "do": "reset", "seed": 1e30}', "The seed is no whole number"),
     ('{"id": 1, "do": "reset", "seed": 9007199254740993}', "The seed is more than 9007199254740991"),
     (
@@ -204,9 +224,9 @@ def test_its_answer_says_which_it_was(room: Room) -> None:
 
 
 def test_every_message_has_an_action() -> None:
-    tags = {kind.__struct_config__.tag for kind in m.Message.__subclasses__()}
+    tags = {kind.__struct_config__.tag for kind in Message.__subclasses__()}
     assert {kind.__struct_config__.tag for kind in ACTIONS} | {"take", "hand_over"} == tags
-    assert set(m.AnyMessage.__args__) == set(m.Message.__subclasses__())
+    assert set(m.AnyMessage.__args__) == set(Message.__subclasses__())
 
 
 VALID: list[dict[str, Any]] = [
@@ -230,7 +250,13 @@ VALID: list[dict[str, Any]] = [
     {"do": "rename", "name": "goto", "to": "goto 2"},
     {"do": "duplicate", "name": "goto", "to": "goto 2"},
     {"do": "versions", "name": "goto"},
-    {"do": "changes", "name": "goto", "version": 1},
+    {"do": "changes", "name": "goto", "version": 1, "to": 2},
+    {"do": "promise", "flag": "done", "within_s": 2},
+    {"do": "withdraw", "outcome": 0},
+    {"do": "visit", "outcome": 0},
+    {"do": "test", "name": "goto"},
+    {"do": "simplify", "pruning": 1},
+    {"do": "prune", "pruning": 1},
     {"do": "go_back", "name": "goto", "version": 1},
     {"do": "agent", "agent": 0},
     {"do": "others", "behavior": "goto", "targets": {"A": "station"}},
@@ -242,6 +268,9 @@ VALID: list[dict[str, Any]] = [
     {"do": "add_obstacle", "x": 2, "y": 2, "radius": 0.2},
     {"do": "move_obstacle", "index": 0, "x": 3, "y": 2},
     {"do": "remove_obstacle", "index": 0},
+    {"do": "advise"},
+    {"do": "ask_when", "when": "pause"},
+    {"do": "use_reaction", "reaction_s": 0.2},
 ]
 ODD = st.one_of(
     st.none(),

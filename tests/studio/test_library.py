@@ -192,7 +192,7 @@ def test_choosing_anew_keeps_the_examples(made: Studio, person: Page) -> None:
     assert [feature["label"] for feature in desk["features"]] == ["angle_to(A)"]
     assert (desk["reaction_s"], desk["watched"], desk["taught"]) == (0.2, False, 4)
     person.done("edit", number=1, next="rotate_left")
-    assert person.done("why")["lines"]
+    assert person.done("why")["levels"]
     person.done("delete", number=2)
     person.done("undo")
     person.done("redo")

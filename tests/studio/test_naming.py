@@ -102,16 +102,19 @@ def test_versions_and_what_changed(made: Studio, person: Page) -> None:
     assert [each["number"] for each in person.done("versions", name="goto")["versions"]] == [2, 1]
     ((topic, lines),) = [
         (each["topic"], each["lines"])
-        for each in person.done("changes", name="goto", version=1, next=True)["changes"]
+        for each in person.done("changes", name="goto", version=1, to=2)["changes"]
         if each["topic"] == "examples"
     ]
     assert topic == "examples"
     assert [line[:2] for line in lines] == ["+ ", "+ "]
     assert "go to rotate_left (directive)" in lines[0]
-    since = person.done("changes", name="goto", version=1)["changes"]
-    assert len(next(each for each in since if each["topic"] == "examples")["lines"]) == 4
-    because = next(each for each in since if each["topic"] == "because of")["lines"]
-    assert any(line.startswith("  forward → rotate_left appeared: example ") for line in because), because
+    since = person.done("changes", name="goto", version=1)
+    assert len(next(each for each in since["changes"] if each["topic"] == "examples")["lines"]) == 4
+    (appeared,) = (
+        each for each in since["moved"] if (each["from"], each["to"]) == ("forward", "rotate_left")
+    )
+    assert (appeared["what"], appeared["gone"], len(appeared["new"])) == ("appeared", [], 1)
+    assert {"number": 3, "happened": "new", "how": "shows it"} in appeared["examples"], appeared
     assert "no version '7'" in person.say("changes", name="goto", version=7)["error"]
 
 

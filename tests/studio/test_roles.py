@@ -17,7 +17,7 @@ def test_the_first_page_directs_and_the_second_watches(tmp_path: Path) -> None:
         first.done(**GOTO)
         assert "only watches" in second.say("press", state="forward")["error"]
         assert "another page directs" in second.say("take")["error"]
-        assert second.done("why")["lines"]
+        assert second.done("why")["levels"]
         while not second.desk["desk"]:
             second.hear()
         assert second.desk["desk"]["waiting"] is None

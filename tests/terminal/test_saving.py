@@ -11,6 +11,7 @@ from tests.terminal.desks import GOTO, Wall, plan
 
 from understudy.desk.desk import Desk
 from understudy.desk.opening import begun
+from understudy.desk.outcomes import promise
 from understudy.desk.plan import checked
 from understudy.desk.saving import told
 from understudy.errors import SessionError
@@ -61,7 +62,7 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         press(here, "done")
         here.again()
         here.save()
-        here.promise("done", 1.0)
+        promise(here, "done", 1.0)
         assert here.said.text.startswith("Promised from here: done within 1 s in forage, A = station")
         assert here.unsaved
         here.save()
@@ -72,7 +73,7 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         assert here.said.tone == "error"
         assert "goto no longer comes to done within 1 s in forage, A = station" in here.said.text
         with pytest.raises(SessionError, match="its flags are done"):
-            here.promise("failed", 1.0)
+            promise(here, "failed", 1.0)
     taught = open_library(tmp_path, kit).library.taught["goto"]
     assert taught.lesson is not None
     assert len(taught.lesson.outcomes) == 1

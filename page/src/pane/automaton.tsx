@@ -1,16 +1,19 @@
 /** The tab Automaton: the graph, the rules in words, and why it does what it does. */
 
-import { useEffect, useState } from "preact/hooks";
+import { useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
 import { edgeId, innerEdge } from "../graph";
 import type { Panel } from "../panel";
 import type { Edge, Way } from "../protocol";
 import { className } from "../words";
 import { GraphView } from "./graph";
+import { Pruned, SimplerCard } from "./simpler";
+import { Why } from "./why";
 
 export function AutomatonTab() {
   const studio = useStudio();
   const panel = usePanel();
+  const [simplifying, simplify] = useState(false);
   const { desk } = studio;
   if (desk === null) {
     return (
@@ -40,7 +43,11 @@ export function AutomatonTab() {
             show all
           </button>
         )}
+        {picked === undefined && inner === null && !simplifying && (
+          <Pruned desk={desk} studio={studio} show={() => simplify(true)} />
+        )}
       </div>
+      {simplifying && <SimplerCard desk={desk} panel={panel} studio={studio} close={() => simplify(false)} />}
       {desk.edges.length === 0 && (
         <p class="empty">
           Nothing yet. Press a state below the world to direct the robot: each press is an example, and from
@@ -116,50 +123,5 @@ function When({ text }: { text: string }) {
         </span>
       ))}
     </>
-  );
-}
-
-function Why() {
-  const studio = useStudio();
-  const [lines, setLines] = useState<readonly string[] | null>(null);
-  const name = studio.desk?.name;
-  useEffect(() => setLines(null), [name]);
-  const ask = async (): Promise<void> => {
-    const answer = await studio.ask({ do: "why" });
-    setLines(answer.lines ?? null);
-  };
-  return (
-    <div class="why" aria-live="polite">
-      <button
-        type="button"
-        class="small"
-        title="Explains what it decides now, and why it last switched"
-        onClick={() => void ask()}
-      >
-        why?
-      </button>
-      {lines === null ? (
-        <button
-          type="button"
-          class="small"
-          disabled={!studio.directs}
-          title="The automaton from its start state, the robot where it is"
-          onClick={() => void studio.ask({ do: "restart" })}
-        >
-          start afresh
-        </button>
-      ) : (
-        <div class="reasons">
-          {lines.map((each) => (
-            <p key={each}>{each}</p>
-          ))}
-        </div>
-      )}
-      {lines !== null && (
-        <button type="button" class="link" aria-label="Close the explanation" onClick={() => setLines(null)}>
-          ×
-        </button>
-      )}
-    </div>
   );
 }

@@ -33,8 +33,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
     if (answer.error === undefined) panel.open("automaton");
   };
   const saveFirst = async (): Promise<void> => {
-    const answer = await studio.ask({ do: "save", name: null });
-    if (answer.error === undefined) await send(true);
+    if (await studio.trial.save()) await send(true);
   };
   return (
     <form

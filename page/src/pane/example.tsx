@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import type { Desk, Example, Feature } from "../protocol";
 import type { Studio } from "../studio";
+import { clock } from "../words";
 import type { TableProps } from "./examples";
 
 type Part = { state: string } | { next: string } | { values: Readonly<Record<string, string>> };
@@ -67,6 +68,7 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
           values
         </button>
       )}
+      {example.time_s !== null && <span class="tiny">shown at {clock(example.time_s)}</span>}
       {asked && <Values example={example} desk={desk} studio={studio} edit={edit} />}
       {example.quarantined !== "" && <p class="tiny warn">In quarantine. {example.quarantined}</p>}
       {example.contradicts && <p class="tiny warn">Another press shows otherwise for the same reading.</p>}

@@ -18,7 +18,7 @@ export const KINDS: Readonly<Record<Kind, readonly [sign: string, word: string]>
   watched: ["◌", "watched"],
 };
 
-export function kindOf({ kind, correction }: Example): Kind {
+export function kindOf({ kind, correction }: Pick<Example, "kind" | "correction">): Kind {
   return correction ? "correction" : kind;
 }
 

@@ -4,6 +4,7 @@ import { usePanel, useStudio } from "../context";
 import type { Desk } from "../protocol";
 import { counted } from "../words";
 import { Examples, KINDS, kindOf } from "./examples";
+import { Outcomes } from "./outcomes";
 
 export function LessonTab() {
   const studio = useStudio();
@@ -15,7 +16,6 @@ export function LessonTab() {
     <>
       <div class="lesson-head">
         <span>{counted(desk.examples.length, "example")}</span>
-        {contradictions > 0 && <span class="warn">{contradictions} contradict each other</span>}
         <span class="space" />
         <button
           type="button"
@@ -37,9 +37,11 @@ export function LessonTab() {
         </button>
       </div>
       <Kinds desk={desk} />
+      {contradictions > 0 && <p class="tiny kinds warn">≠ {contradictions} contradict each other</p>}
+      {(desk.examples.length > 0 || desk.outcomes.length > 0) && <Outcomes desk={desk} studio={studio} />}
       {panel.shown.size > 0 && (
         <p class="tiny shown">
-          {counted(panel.shown.size, "example")} marked, behind one transition.{" "}
+          {counted(panel.shown.size, "example")} marked.{" "}
           <button type="button" class="link" onClick={() => panel.showExamples([])}>
             unmark
           </button>

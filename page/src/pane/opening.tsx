@@ -25,8 +25,7 @@ export function useOpening(studio: Studio, name: string, left?: CutOff): Opening
   };
   const settled = (): void => (left === undefined ? void send() : setAsked("cut off"));
   const saveFirst = async (): Promise<void> => {
-    const answer = await studio.ask({ do: "save", name: null });
-    if (answer.error === undefined) settled();
+    if (await studio.trial.save()) settled();
   };
   const openSaved = async (): Promise<void> => {
     const answer = await studio.ask({ do: "discard", name });

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from understudy.review.lessons import Examined
     from understudy.worlds.scenario import Scenario
 
-MOST_CHANGES = 6
-
 
 def check(
     folder: Annotated[
@@ -60,6 +58,7 @@ def check(
     from understudy.errors import SettingError
     from understudy.model.folder import documents
     from understudy.review.lessons import examined
+    from understudy.review.wording import lines
 
     if folder is not None and same not in (None, folder):
         remedy = "name one of them"
@@ -76,11 +75,13 @@ def check(
         formers = {name: taught for name, (_, taught) in former.items()}
         for name in of.taught:
             seen = examined(of, name, formers, known)
+            version = former[name][0] if name in former else None
             label = str(place.relative_to(library) / name)
-            found.append(_facts(label, seen, former[name][0] if name in former else None))
-    told = {"library": str(library), "world": where.name, "works": all(each["works"] for each in found)}
+            found.append((_facts(label, seen, version), list(lines(seen, f"version {version}"))))
+    facts = [each for each, _ in found]
+    told = {"library": str(library), "world": where.name, "works": all(each["works"] for each in facts)}
     if as_json:
-        print_json({**told, "automata": found})
+        print_json({**told, "automata": facts})
     else:
         _show(told, found, console())
     raise typer.Exit(0 if told["works"] else 1)
@@ -186,14 +187,13 @@ def _facts(label: str, seen: Examined, former: int | None) -> dict[str, Any]:
     }
 
 
-def _show(told: dict[str, Any], found: list[dict[str, Any]], out: Console) -> None:
+def _show(told: dict[str, Any], found: list[tuple[dict[str, Any], list[str]]], out: Console) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
     from understudy.cli.output import count
 
-    for each in found:
-        lines = list(_lines(each))
+    for each, lines in found:
         mark = "[red]✗[/]" if not each["works"] else "[yellow]•[/]" if lines else "[green]✓[/]"
         about = count(each["examples"], "example") if each["examples"] else "nothing recorded"
         if each["outcomes"]:
@@ -201,36 +201,8 @@ def _show(told: dict[str, Any], found: list[dict[str, Any]], out: Console) -> No
         out.print(f"{mark} [bold]{escape(each['name'])}[/] [dim]{about}[/]")
         for line in lines:
             out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
-    bad = sum(not each["works"] for each in found)
+    bad = sum(not each["works"] for each, _ in found)
     said = f"[red]{count(bad, 'does', 'do')} not do what was shown[/]" if bad else "[green]all as shown[/]"
     out.print(
         f"{escape(told['library'])}: {count(len(found), 'automaton', 'automata')}, {said}", soft_wrap=True
     )
-
-
-def _lines(each: dict[str, Any]) -> Iterator[str]:
-    """What there is to say of one automaton, the worst first."""
-    from understudy.cli.output import count
-    from understudy.errors import listed
-
-    yield from each["no_longer"]
-    for failed in each["failed"]:
-        since = failed["comes_with_former"]
-        why = f": {failed['problem']}" if failed["problem"] else ""
-        why = f"; it does with the former version of {listed(since)}" if since else why
-        yield f"promised, and did not come: {failed['outcome']}{why}"
-    if each["otherwise"]:
-        numbers = ", ".join(map(str, each["otherwise"]))
-        yield f"{count(len(each['otherwise']), 'example')} decided otherwise than shown: {numbers}"
-    changes = each["changes_before"]
-    if changes:
-        total = sum(row["moments"] for row in changes)
-        said = listed(
-            f"{row['now']} instead of {row['formerly']} in {row['state']} ({row['moments']})"
-            for row in changes[:MOST_CHANGES]
-        )
-        yield f"at {total} of {each['moments_before']} moments before presses it decides anew: {said}"
-    if each["changed"]:
-        affected = f", which {listed(each['affected'])} run" if each["affected"] else ""
-        affected = affected.replace(" run", " runs") if len(each["affected"]) == 1 else affected
-        yield f"changed since version {each['former']}{affected}"

@@ -9,9 +9,7 @@ import typer
 from understudy.cli.parts import LIBRARY, Json, KitName, Library, SomeWorld
 
 if TYPE_CHECKING:
-    from understudy.model.automaton import Automaton
-    from understudy.model.lesson import Lesson
-    from understudy.model.library import Taught
+    from understudy.review.simpler import Simpler
 
 MOST_DECISIONS = 12
 
@@ -42,93 +40,49 @@ def simplify(
     """
     from understudy.cli.output import print_json
     from understudy.cli.parts import learner, some_kit
-    from understudy.learning.simplify import suggestion, with_pruning
-    from understudy.learning.transitions import learned
     from understudy.model.filenames import stem
     from understudy.model.folder import read_document, save
-    from understudy.model.library import Taught
+    from understudy.review.simpler import refused, simpler
 
     path = library / f"{stem(name)}.json"
     taught = read_document(path, some_kit(kit, world), learner()).taught
-    lesson = _lesson(taught, name)
-    found = suggestion(lesson)
-    if pruning is None and found is None and keep:
-        raise _refused(name, "has too few examples to tell what could go", "say how much with --pruning")
-    asked = pruning if pruning is not None else found.pruning if found is not None else 1.0
-    simpler = with_pruning(lesson, asked)
-    after = Taught(learned(simpler), simpler)
-    told = {
-        "name": name,
-        "pruning": asked,
-        "suggested": None
-        if found is None
-        else {
-            "pruning": found.pruning,
-            "left_out": found.examples,
-            "wrong": found.wrong,
-            "wrong_pruned": found.wrong_pruned,
-        },
-        "leaves": {"before": leaves(taught.automaton), "after": leaves(after.automaton)},
-        **_differences(taught, after),
-        "kept": keep,
-    }
+    found = simpler(taught, pruning)
+    if pruning is None and found.suggested is None and keep:
+        problem, remedy = "has too few examples to tell what could go", "say how much with --pruning"
+        raise refused(name, problem, remedy)
+    told = {**_facts(found), "kept": keep}
     if keep:
-        save(library, after)
+        save(library, found.after)
     if as_json:
         print_json(told)
     else:
         _show(told, chosen=pruning is not None)
 
 
-def _lesson(taught: Taught, name: str) -> Lesson:
-    from understudy.model.lesson import Trees
-
-    if taught.lesson is None:
-        raise _refused(name, "was written by hand", "name one that was taught")
-    if not isinstance(taught.lesson.options.learner, Trees):
-        raise _refused(
-            name, "is decided by a classifier, which has no questions", "learn it with trees first"
-        )
-    return taught.lesson
-
-
-def _refused(name: str, problem: str, remedy: str) -> Exception:
-    from understudy.errors import SettingError
-
-    return SettingError(where="simplify", setting=f"automaton {name!r}", problem=problem, remedy=remedy)
-
-
-def leaves(automaton: Automaton) -> int:
-    """How many answers all its trees have."""
-    from understudy.model.tree import Test, Tree
-
-    trees = [tree for tree in automaton.transitions.values() if isinstance(tree, Tree)]
-    return sum(node.test == Test.LEAF for tree in trees for node in tree.nodes)
-
-
-def _differences(before: Taught, after: Taught) -> dict[str, Any]:
+def _facts(found: Simpler) -> dict[str, Any]:
     """Conditions before and after, and the decisions on recorded moments that would change."""
-    from understudy.model.account import conditions
-    from understudy.review.moments import replayed
-
-    replay = replayed(after, before)
-    said = {
-        state: {"before": lines, "after": []}
-        for state, lines in conditions(before.automaton, before.lesson).items()
-    }
-    for state, lines in conditions(after.automaton, after.lesson).items():
-        said.setdefault(state, {"before": [], "after": []})["after"] = lines
+    suggested, replay, leaves = found.suggested, found.replayed, found.leaves
     return {
+        "name": found.before.automaton.name,
+        "pruning": found.pruning,
+        "suggested": None
+        if suggested is None
+        else {
+            "pruning": suggested.pruning,
+            "left_out": suggested.examples,
+            "wrong": suggested.wrong,
+            "wrong_pruned": suggested.wrong_pruned,
+        },
+        "leaves": {"before": leaves[0], "after": leaves[1]},
         "conditions": {
-            state: both for state, both in said.items() if both["before"] != both["after"]
+            state: {"before": before, "after": after} for state, (before, after) in found.conditions.items()
         },
         "decisions": [
             {
                 "number": each.number, "kind": each.kind, "state": each.state,
                 "shown": each.shown, "before": each.formerly, "after": each.now,
             }
-            for each in replay.different
-            if each.formerly != each.now
+            for each in found.decisions
         ],
         "examples": replay.examples,
         "changes_before_presses": [

@@ -99,6 +99,14 @@ class Asking:
         self._mark(question)
         return None
 
+    def still(self, question: Question) -> bool:
+        """Whether it would be unsure there now, too: the lesson may have changed since."""
+        self._learn()
+        automaton = self.session.automaton
+        if question.state not in automaton.state_names or len(question.values) != len(automaton.features):
+            return False
+        return self._doubts.doubt(question.state, question.values).amount >= self.unsure
+
     def _mark(self, question: Question) -> None:
         session = self.session
         instant = session.instant() if isinstance(session.body, Rewindable) else None

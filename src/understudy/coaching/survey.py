@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from understudy.coaching.nearness import Nearness
 from understudy.coaching.situations import completed, imagined, vectors_of
 from understudy.coaching.trial import Learner, Trial, learners, trials
-from understudy.coaching.wording import Wording, cells_of, wordings
+from understudy.coaching.wording import Cells, Wording, cells_of, situation, usual_of, wordings
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
 
@@ -80,6 +80,11 @@ class Survey:
     def nearness(self, state: str) -> Nearness:
         """How near situations are to one another in a state."""
         return Nearness(self.words, self.transitions.get(state))
+
+    def said(self, state: str, cells: Cells) -> str:
+        """A situation of a state in words; what is usual in its examples goes without saying."""
+        rows = self.learners[state].shown.values
+        return situation(self.words, cells, usual_of(cells_of(self.words, rows), self.words))
 
     def place(self, state: str) -> str:
         """Where a state's advice belongs: the state, or anywhere in a stateless automaton."""

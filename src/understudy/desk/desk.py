@@ -18,12 +18,13 @@ from understudy.desk.memory import Memory
 from understudy.desk.pace import Pace, known_speed
 from understudy.desk.plan import Choices
 from understudy.desk.said import Said as Said
-from understudy.desk.saving import saved, told
-from understudy.desk.why import Switch, Why
+from understudy.desk.saving import lost_since, told
+from understudy.desk.why import Why
 from understudy.errors import SessionError
 from understudy.model.feature import BoundFeature
+from understudy.model.folder import save
 from understudy.model.lesson import Lesson
-from understudy.review.outcomes import promise
+from understudy.model.library import Taught
 from understudy.training.edits import Edit
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -132,6 +133,8 @@ class Desk:
         for _ in self.pace.ticks():
             self.tick()
             yield
+            if self.paused:  # it asks
+                return
 
     def tick(self) -> None:
         """One tick, and what it showed."""
@@ -140,6 +143,7 @@ class Desk:
             return
         before, session = self.screen, self.session
         known = len(session.examples)
+        self.why.follow()
         session.tick()
         self.screen = after = session.screen()
         robot = self.body.state.robots[session.agent]
@@ -152,15 +156,10 @@ class Desk:
             self.said = Said(
                 f"{before.state} → {after.state}, and nothing recorded: a directed flag has no examples"
             )
-        elif after.state != before.state and not self.driving:
-            self.why.switch = Switch(
-                before.time_s, before.state, after.state, tuple(before.features.values())
+        elif after.state != before.state and not self.driving and after.flag is not None:
+            self.said = Said(
+                f"{self.name} raised {after.flag}. Right? Try another world. Wrong? Press what was right"
             )
-            if after.flag is not None:
-                text = (
-                    f"{self.name} raised {after.flag}. Right? Try another world. Wrong? Press what was right"
-                )
-                self.said = Said(text)
 
     def pause(self) -> None:
         """Let time stand still, or go on."""
@@ -276,7 +275,7 @@ class Desk:
         self.session.reset(seed)
         self.seed = seed
         self.memory.forget()
-        self.why.switch = None
+        self.why.forget()
         self.said = Said(f"{what}; nothing recorded")
         self._look()
 
@@ -308,7 +307,7 @@ class Desk:
         """Something in the world was put elsewhere by hand, which is said."""
         self.session.moved()
         self.memory.forget()
-        self.why.switch = None
+        self.why.forget()
         self.said = Said(f"{what}; nothing recorded")
         self._look()
 
@@ -328,7 +327,7 @@ class Desk:
         self.steering = None if name == self.steering else name
         if self.steering is not None:
             self.session.drive(name)
-            self.why.switch = None
+            self.why.forget()
         self._set_pace()
         self.said = Said(
             f"Driving: {name} (the same key stops it)" if self.steering else "Driving: it stands still"
@@ -375,15 +374,15 @@ class Desk:
     def save(self) -> None:
         """Save the automaton into the library, keeping the former version; says what worked and no longer does."""
         taught = self.session.taught()
-        path, worse = saved(self.folder, self.session.library, taught)
-        self._saved = taught.lesson
+        worse = lost_since(self.folder, self.session.library, taught)
+        path = self.keep(taught)
         self.said = Said(told(path, worse), "error" if worse else "recorded")
 
-    def promise(self, flag: str, within_s: float) -> None:
-        """Let the lesson promise that from here on, started afresh, the automaton raises a flag in time."""
-        outcome = promise(self.session, flag=flag, within_s=within_s)
-        self.said = Said(f"Promised from here: {outcome}; understudy test tries it, and undo takes it back")
-        self.changed()
+    def keep(self, taught: Taught) -> Path:
+        """Save the automaton into the library, keeping the former version, without another look at what it does."""
+        path = save(self.folder, taught)
+        self._saved = taught.lesson
+        return path
 
     def changed(self) -> None:
         """See the lesson as it is now, after something changed it."""

@@ -1,4 +1,4 @@
-"""Saving at the desk: into the library, with a word of what worked and no longer does."""
+"""Saving at the desk: a word of what worked and no longer does."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from pathlib import Path
 from understudy.errors import UnderstudyError
 from understudy.learning.transitions import learn
 from understudy.model.filenames import stem
-from understudy.model.folder import read_document, save
+from understudy.model.folder import read_document
 from understudy.model.library import Library, Taught
-from understudy.review.lessons import lost
+from understudy.review.lessons import NOBODY, lost
+from understudy.worlds.teams import Libraries
 
 MOST_SAID = 2
 
 
-def saved(folder: Path, library: Library, taught: Taught) -> tuple[Path, tuple[str, ...]]:
-    """Save an automaton: the file, and what worked with the version before and no longer does, a sentence each."""
-    path = folder / f"{stem(taught.automaton.name)}.json"
-    former = _former(path, library)
-    worse = lost(library, taught, former)
-    return save(folder, taught), worse
+def lost_since(
+    folder: Path, library: Library, taught: Taught, libraries: Libraries = NOBODY
+) -> tuple[str, ...]:
+    """What worked with the version in the folder and no longer does with this one, a sentence each: see `lost`."""
+    return lost(library, taught, _former(folder / f"{stem(taught.automaton.name)}.json", library), libraries)
 
 
 def _former(path: Path, library: Library) -> Taught | None:

@@ -128,13 +128,17 @@ def above(library: Library, name: str, libraries: Libraries = NOBODY) -> tuple[s
         each = waiting.pop()
         waiting += [user for user in library.users(each) if user not in found]
         found |= dict.fromkeys(library.users(each))
-    runs = {name, *found}
+    ordering = (f"{sort}/{user}" for sort, user in _ordering({name, *found}, library, libraries))
+    return (*found, *ordering)
+
+
+def _ordering(runs: set[str], library: Library, libraries: Libraries) -> Iterator[tuple[str, str]]:
+    """The automata of coordinators, by their sort, that order one of these of a library, directly or through others."""
     for sort, other in libraries.items():
         if other is not library:
             ordering = {key for key in other.taught if runs & set(_ordered(other, key))}
             users = {user for key in ordering for user in (key, *above(other, key))}
-            found |= dict.fromkeys(f"{sort}/{user}" for user in other.taught if user in users)
-    return tuple(found)
+            yield from ((sort, user) for user in other.taught if user in users)
 
 
 def _ordered(library: Library, name: str) -> Iterator[str]:
@@ -145,23 +149,47 @@ def _ordered(library: Library, name: str) -> Iterator[str]:
             yield from (duty.behavior for duty in behavior.order.duties)
 
 
-def lost(library: Library, taught: Taught, former: Taught | None) -> tuple[str, ...]:
+def lost(
+    library: Library, taught: Taught, former: Taught | None, libraries: Libraries = NOBODY
+) -> tuple[str, ...]:
     """What worked with the former version of an automaton and no longer does with the new one, a sentence each:
-    presses, its outcomes, and those of the automata above it. Coordinators' outcomes are left to `understudy test`.
+    presses, its outcomes, and those of the automata above it.
+
+    `libraries` has what everybody knows, by sort of agents, `library` itself among it; without it, what coordinators
+    promised is left to `understudy test`.
     """
     if former is None:
         return ()
-    name = taught.automaton.name
     found = list(sentences(replayed(taught, former)))
-    now = library.with_taught(taught)
-    before = library.with_taught(former)
-    for each in (name, *above(now, name)):
-        for outcome in _outcomes(now.taught[each]):
-            if outcome.sort or tried(outcome, each, now).came:
-                continue
-            if tried(outcome, each, before).came:
-                found.append(f"{each} no longer comes to {outcome}")
+    now, before = (_Everybody(library, each, libraries) for each in (taught, former))
+    for sort, each in now.above(taught.automaton.name):
+        for outcome in _outcomes(now.of(sort).taught[each]):
+            known = not outcome.sort or libraries
+            if known and not now.comes(outcome, sort, each) and before.comes(outcome, sort, each):
+                found.append(f"{f'{sort}/' if sort else ''}{each} no longer comes to {outcome}")
     return tuple(found)
+
+
+class _Everybody:
+    """What everybody knows, with one version of an automaton in the library it belongs to, whose sort is ""."""
+
+    def __init__(self, library: Library, taught: Taught, libraries: Libraries) -> None:
+        self._own = library.with_taught(taught)
+        self._known = {sort: self._own if each is library else each for sort, each in libraries.items()}
+
+    def of(self, sort: str) -> Library:
+        """What one sort knows."""
+        return self._known[sort] if sort else self._own
+
+    def above(self, name: str) -> Iterator[tuple[str, str]]:
+        """An automaton and all those that run or order it, each with its sort."""
+        running = (name, *above(self._own, name))
+        yield from (("", each) for each in running)
+        yield from _ordering(set(running), self._own, self._known)
+
+    def comes(self, outcome: Outcome, sort: str, name: str) -> bool:
+        """Whether an outcome comes, as all is known now."""
+        return tried(outcome, name, self.of(sort), self._known).came
 
 
 def sentences(replay: Replayed) -> Iterator[str]:

@@ -127,7 +127,7 @@ def why(run: Recorded, scenario: Scenario, libraries: Libraries) -> Why:
     last = None
     if latest is not None:
         machine, query, taught = latest
-        last = _reason(str(machine.instance), query, taught[machine.automaton.name])
+        last = reason(str(machine.instance), query, taught[machine.automaton.name])
     return Why(run.row.time_s, decided_s, agents, last)
 
 
@@ -170,17 +170,18 @@ def _level(stood: Stood, taught: Mapping[str, Taught]) -> Level:
         name,
         machine.state_name,
         stood.entered_s,
-        None if stood.asked is None else _reason(name, stood.asked, known),
-        None if stood.entry is None else _reason(name, stood.entry, known),
+        None if stood.asked is None else reason(name, stood.asked, known),
+        None if stood.entry is None else reason(name, stood.entry, known),
         rests,
     )
 
 
-def _reason(name: str, query: Query, taught: Taught) -> Reason:
+def reason(name: str, query: Query, taught: Taught) -> Reason:
+    """What was behind the answer to a query of an automaton, which ran as `name`: goto(station)."""
     automaton = taught.automaton
     state = automaton.states[query.before].name
     lesson = taught.lesson or Lesson(replace(automaton, transitions={}))
-    found = explain(lesson, state, query.values, automaton.transitions[state])
+    found = explain(lesson, state, query.values, automaton.transitions.get(state))
     values = {str(bound): value for bound, value in zip(automaton.features, query.values, strict=True)}
     return Reason(query.time_s, name, found, values, _moments(lesson, found.examples), taught)
 

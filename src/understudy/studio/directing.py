@@ -6,12 +6,27 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from understudy.desk import quarantine, words
+from understudy.desk import outcomes, quarantine, words
 from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
+from understudy.desk.simplifying import prune
 from understudy.errors import SettingError, UnknownName
-from understudy.studio import company, former, keeping, moments, naming, openings
+from understudy.studio import coach_messages as c
+from understudy.studio import (
+    coaching,
+    company,
+    former,
+    keeping,
+    moments,
+    naming,
+    openings,
+    reasons,
+    simplifying,
+    testing,
+)
 from understudy.studio import messages as m
+from understudy.studio import review_messages as r
+from understudy.studio.fields import Message
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
 
@@ -65,6 +80,7 @@ def _new(stage: Stage, message: m.New) -> None:
         targets=message.targets,
         watched=message.watched,
         reaction_s=message.reaction_s,
+        unlearning=message.unlearning,
     )
     openings.begin(stage, message.name, choices, discard=message.discard)
 
@@ -77,6 +93,7 @@ def _choose(stage: Stage, message: m.Choose) -> None:
         renamed=message.renamed,
         watched=message.watched,
         reaction_s=message.reaction_s,
+        unlearning=message.unlearning,
     )
     stage.trained.choose(choices)
     stage.moved += 1
@@ -141,11 +158,6 @@ def _remove_obstacle(stage: Stage, message: m.RemoveObstacle) -> None:
     stage.changed()
 
 
-def _why(stage: Stage, message: m.Why) -> Plain:
-    desk = stage.trained
-    return {"lines": desk.why.lines(desk.screen)}
-
-
 def _desk(action: Callable[[Any, Any], object]) -> Action:
     """What the desk does without moving the world."""
 
@@ -156,10 +168,10 @@ def _desk(action: Callable[[Any, Any], object]) -> Action:
     return act
 
 
-ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
+ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
     {
-        m.Press: _desk(lambda desk, message: desk.press(message.state)),
-        m.Confirm: _desk(lambda desk, _: desk.confirm()),
+        m.Press: lambda stage, message: coaching.press(stage, message.state),
+        m.Confirm: lambda stage, _: coaching.press(stage, None),
         m.Turn: _desk(lambda desk, _: desk.turn()),
         m.Undo: _desk(lambda desk, _: desk.undo()),
         m.Redo: _desk(lambda desk, _: desk.redo()),
@@ -177,17 +189,12 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.New: _new,
         m.Choose: _choose,
         m.Edit: _edit,
-        m.Save: lambda stage, message: keeping.save(stage, message.name),
         m.Remove: lambda stage, message: keeping.remove(stage, message.name),
         m.Restore: lambda stage, message: keeping.restore(stage, message.name),
         m.Discard: lambda stage, message: keeping.discard(stage, message.name),
         m.Recall: lambda stage, message: keeping.recall(stage, message.name),
         m.Rename: lambda stage, message: naming.rename(stage, message.name, message.to),
         m.Duplicate: lambda stage, message: naming.duplicate(stage, message.name, message.to),
-        m.Versions: lambda stage, message: former.listed(stage, message.name),
-        m.Changes: lambda stage, message: former.told(
-            stage, message.name, message.version, to_next=message.next
-        ),
         m.GoBack: lambda stage, message: former.go_back(stage, message.name, message.version),
         m.Agent: _agent,
         m.Others: lambda stage, message: company.occupy(stage, message.behavior, message.targets),
@@ -199,6 +206,20 @@ ACTIONS: Mapping[type[m.Message], Action] = MappingProxyType(
         m.AddObstacle: _add_obstacle,
         m.MoveObstacle: _move_obstacle,
         m.RemoveObstacle: _remove_obstacle,
-        m.Why: _why,
+        r.Why: lambda stage, _: reasons.told(stage),
+        r.Promise: _desk(lambda desk, message: outcomes.promise(desk, message.flag, message.within_s)),
+        r.Withdraw: _desk(lambda desk, message: outcomes.withdraw(desk, message.outcome)),
+        r.Visit: lambda stage, message: testing.visit(stage, message.outcome),
+        r.Test: lambda stage, message: testing.told(stage, message.name),
+        r.Save: lambda stage, message: keeping.save(stage, message.name, anyway=message.anyway),
+        r.Simplify: lambda stage, message: simplifying.told(stage, message.pruning),
+        r.Prune: _desk(lambda desk, message: prune(desk, message.pruning)),
+        r.Versions: lambda stage, message: former.listed(stage, message.name),
+        r.Changes: lambda stage, message: former.told(stage, message.name, message.version, message.to),
+        c.Advise: lambda stage, _: coaching.told(stage),
+        c.SetUp: coaching.set_up,
+        c.AskWhen: coaching.ask_when,
+        c.GoToMark: coaching.go_to_mark,
+        c.UseReaction: coaching.use_reaction,
     }
 )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from understudy.learning.responsible import moved
+from understudy.desk import words
+from understudy.learning.responsible import Moved, moved
 from understudy.learning.transitions import learn
 from understudy.model.changes import changes
 from understudy.model.folder import load_version, save, versions
@@ -23,18 +24,32 @@ def listed(stage: Stage, name: str) -> Plain:
     }
 
 
-def told(stage: Stage, name: str, number: int, *, to_next: bool) -> Plain:
-    """What changed from a former version to the one after it, or to the present one, and which examples are behind it:
-    lines by topic.
+def told(stage: Stage, name: str, number: int, to: int | None) -> Plain:
+    """What changed from a former version to another, or to the present one: lines by topic, and how switches moved,
+    with the examples responsible.
     """
-    later = [each.number for each in versions(stage.shelf.folder, name) if each.number > number]
     before = _version(stage, name, number)
-    after = _version(stage, name, later[0]) if to_next and later else stage.shelf.of(name)
-    found = changes(before, after)
-    because = [f"  {each}" for each in moved(before, after)]
-    if because:
-        found["because of"] = because
-    return {"changes": [{"topic": topic, "lines": lines} for topic, lines in found.items()]}
+    after = stage.shelf.of(name) if to is None else _version(stage, name, to)
+    found, switches = changes(before, after), moved(before, after)
+    if switches:
+        found.pop("conditions", None)  # they say which, and why
+    return {
+        "changes": [{"topic": topic, "lines": lines} for topic, lines in found.items()],
+        "moved": [_moved(each) for each in switches],
+    }
+
+
+def _moved(each: Moved) -> Plain:
+    return {
+        "from": each.state,
+        "to": each.next,
+        "what": each.what,
+        "gone": [words.signed(line) for line in each.gone],
+        "new": [words.signed(line) for line in each.new],
+        "examples": [
+            {"number": who.number, "happened": who.happened, "how": who.how} for who in each.examples
+        ],
+    }
 
 
 def go_back(stage: Stage, name: str, number: int) -> None:

@@ -6,23 +6,31 @@ from understudy.desk import journals
 from understudy.desk.desk import Said
 from understudy.errors import SessionError, UnknownName
 from understudy.model.filenames import alike
-from understudy.studio import shelf
+from understudy.studio import shelf, testing
+from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage
 
 
-def save(stage: Stage, name: str | None) -> None:
-    """Save what is trained; under another name, a copy of it."""
+def save(stage: Stage, name: str | None, *, anyway: bool = False) -> Plain:
+    """Save what is trained; under another name, a copy of it. Where something that worked no longer does, that is
+    answered instead, unless it is to be saved `anyway`.
+    """
     desk = stage.trained
     if name is None or name == desk.name:
-        desk.save()
-        if desk.said.tone != "error":  # otherwise it says what no longer works
-            desk.said = Said(f"{desk.name} is saved", "recorded")
+        stage.look()
+        worse = () if anyway else testing.worse(stage)
+        if worse:
+            desk.said = Said(f"{desk.name} is not saved yet: something that worked no longer does")
+            return {"worse": list(worse)}
+        desk.keep(desk.session.taught())
+        desk.said = Said(f"{desk.name} is saved", "recorded")
     else:
         stage.look()
         stage.shelf.refuse_new(name, remedy="give another name")
         shelf.save_copy(stage.shelf, desk.session.taught(), name)
         desk.said = Said(f"A copy of {desk.name} is saved as {name}", "recorded")
     stage.look()
+    return {}
 
 
 def remove(stage: Stage, name: str) -> None:

@@ -5,31 +5,16 @@ from __future__ import annotations
 from typing import Annotated, Literal, TypeAlias
 
 import msgspec
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, field
 
 from understudy.errors import UnderstudyError
+from understudy.studio.coach_messages import CoachMessage
+from understudy.studio.fields import Call, Calls, Id, Index, Message, Name, Names, Seed, Targets, Value
 from understudy.studio.mistakes import said
+from understudy.studio.review_messages import ReviewMessage
 
 MOST_BYTES = 64 * 1024
 """How long a message may be."""
-
-Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
-Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
-Call: TypeAlias = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
-"""What a state runs, or a feature of targets: a name and what it is called with, as goto(station)."""
-Value: TypeAlias = Annotated[str, Meta(max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
-"""A feature's value as it is shown: 3.42 m, −31°, yes, or nothing."""
-Calls: TypeAlias = Annotated[list[Call], Meta(max_length=200)]
-Names: TypeAlias = Annotated[list[Name], Meta(max_length=200)]
-Targets: TypeAlias = dict[Name, Name]
-Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
-Index: TypeAlias = Annotated[int, Meta(ge=0, le=2**31 - 1)]
-
-
-class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="do"):
-    """What all messages have: a number that the answer repeats."""
-
-    id: Id
 
 
 class Press(Message, frozen=True, kw_only=True, tag="press"):
@@ -106,11 +91,12 @@ class New(Message, frozen=True, kw_only=True, tag="new"):
     name: Name
     states: Calls
     features: Calls
-    parameters: Names = []
-    flags: Names = []
-    targets: Targets = {}
+    parameters: Names = field(default_factory=list)
+    flags: Names = field(default_factory=list)
+    targets: Targets = field(default_factory=dict)
     watched: bool | None = None
     reaction_s: float | None = None
+    unlearning: bool | None = None
     discard: bool = False
 
 
@@ -119,10 +105,11 @@ class Choose(Message, frozen=True, kw_only=True, tag="choose"):
 
     states: Calls
     features: Calls
-    flags: Names = []
-    renamed: dict[Call, Call] = {}
+    flags: Names = field(default_factory=list)
+    renamed: dict[Call, Call] = field(default_factory=dict)
     watched: bool | None = None
     reaction_s: float | None = None
+    unlearning: bool | None = None
 
 
 class Delete(Message, frozen=True, kw_only=True, tag="delete"):
@@ -149,13 +136,7 @@ class Edit(Message, frozen=True, kw_only=True, tag="edit"):
     number: Index
     state: Call | None = None
     next: Call | None = None
-    values: dict[Call, Value] = {}
-
-
-class Save(Message, frozen=True, kw_only=True, tag="save"):
-    """Save the automaton; a name saves a copy under it."""
-
-    name: Name | None = None
+    values: dict[Call, Value] = field(default_factory=dict)
 
 
 class Remove(Message, frozen=True, kw_only=True, tag="remove"):
@@ -196,20 +177,6 @@ class Duplicate(Message, frozen=True, kw_only=True, tag="duplicate"):
     to: Name
 
 
-class Versions(Message, frozen=True, kw_only=True, tag="versions"):
-    """List the former versions of a trained behavior."""
-
-    name: Name
-
-
-class Changes(Message, frozen=True, kw_only=True, tag="changes"):
-    """Tell what changed from a former version to the next, or to the present one."""
-
-    name: Name
-    version: Index
-    next: bool = False
-
-
 class GoBack(Message, frozen=True, kw_only=True, tag="go_back"):
     """Make a former version of a trained behavior the present one again."""
 
@@ -229,7 +196,7 @@ class Others(Message, frozen=True, kw_only=True, tag="others"):
     """What the robots do meanwhile that are not trained: idle, or a behavior of the library."""
 
     behavior: Name | None
-    targets: Targets = {}
+    targets: Targets = field(default_factory=dict)
 
 
 class Watch(Message, frozen=True, kw_only=True, tag="watch"):
@@ -289,10 +256,6 @@ class RemoveObstacle(Message, frozen=True, kw_only=True, tag="remove_obstacle"):
     index: Index
 
 
-class Why(Message, frozen=True, kw_only=True, tag="why"):
-    """Explain the last decision."""
-
-
 class Take(Message, frozen=True, kw_only=True, tag="take"):
     """Become director where nobody is, or where the present one has been silent for long."""
 
@@ -321,15 +284,12 @@ AnyMessage: TypeAlias = (
     | Quarantine
     | Release
     | Edit
-    | Save
     | Remove
     | Restore
     | Discard
     | Recall
     | Rename
     | Duplicate
-    | Versions
-    | Changes
     | GoBack
     | Agent
     | Others
@@ -341,9 +301,10 @@ AnyMessage: TypeAlias = (
     | AddObstacle
     | MoveObstacle
     | RemoveObstacle
-    | Why
     | Take
     | HandOver
+    | CoachMessage
+    | ReviewMessage
 )
 
 

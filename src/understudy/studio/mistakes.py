@@ -12,9 +12,11 @@ _SENTENCES = (
     (r"`array` of length <= (\d+)", "{what} are more than {0}: leave some out"),
     (r"`int` <= (\d+)", "{what} is more than {0}: give a smaller one"),
     (r"`int` >= 0|`int.*, got .*", "{what} is no whole number of 0 or more: give one"),
+    (r"`float` > 0.0", "{what} is 0 or less: give more"),
+    (r"`float` <= ([\d.]+)", "{what} is more than {0}: give less"),
     (r"`float.*, got .*", "{what} is no number: give one"),
 )
-_CALLED = {"to": "the new name", "reaction_s": "the reaction time"}
+_CALLED = {"to": "the new name", "reaction_s": "the reaction time", "within_s": "the time"}
 _KEYS = {"targets": "a parameter", "values": "a feature", "renamed": "a state"}
 
 

@@ -11,7 +11,7 @@ from understudy.model.account import shown
 from understudy.model.automaton import State, Transition
 from understudy.model.binding import called
 from understudy.model.example import Example
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Lesson, Trees
 from understudy.studio.nested import Nested, ways
 from understudy.studio.scene import Plain, described
 
@@ -64,6 +64,13 @@ class Picture:
                 "nested": self._nested.below(automaton, self._desk.session.library),
                 "watched": lesson.options.watched,
                 "reaction_s": lesson.options.reaction_s,
+                "unlearning": lesson.options.unlearning,
+                "flags": list(dict.fromkeys(state.flag for state in automaton.states if state.flag)),
+                "outcomes": list(map(str, lesson.outcomes)),
+                "pruning": lesson.options.learner.pruning
+                if isinstance(lesson.options.learner, Trees)
+                else None,
+                "edition": self._lesson.get("edition", 0) + 1,
             }
         return self._lesson
 

@@ -70,6 +70,15 @@ class Ranks:
         )  # fmt: skip
         return Troop(team, sort)
 
+    def known(self, sort: str | None, agent: int, library: Library) -> Libraries:
+        """What everybody knows, by sort of agents, with `library` as that of a robot (None) or of a sort of squads."""
+        if sort is not None:
+            return {**self._known(), sort: library}
+        places = folders_of(self._scenario, self._folder, self._kit)
+        here = places[self.type_of(agent)][0]
+        same = {name: library for name, (where, _) in places.items() if where == here}
+        return {**(self._known() if self.squads else {}), **same}
+
     def _known(self) -> Libraries:
         def look(where: Path, kit: Kit) -> Library:
             return shelf.look(where, kit).library

@@ -96,9 +96,9 @@ class Session:
         self._driving: Interpreter | None = None
         self._percept: Percept | None = None
         check_names(library, self.automaton)
-        self._trainee = self._new_trainee(self._notebook.lesson, past.mode)
-        self._trainee.restore(past.run, now=body.time_s)
-        self._trainee.keep(past.waiting, past.raised.entry if past.raised else None)
+        self.trainee = self._new_trainee(self._notebook.lesson, past.mode)  # another one after each change
+        self.trainee.restore(past.run, now=body.time_s)
+        self.trainee.keep(past.waiting, past.raised.entry if past.raised else None)
         self._run = self._new_run()
 
     # What there is to see
@@ -121,12 +121,12 @@ class Session:
     @property
     def mode(self) -> Mode:
         """Training: the demonstrator decides. Testing: what was learned decides."""
-        return self._trainee.mode
+        return self.trainee.mode
 
     @property
     def run_state(self) -> tuple[Level, ...]:
         """The run state of the automaton under training and of those below."""
-        return self._trainee.snapshot(self.body.time_s)
+        return self.trainee.snapshot(self.body.time_s)
 
     @property
     def percept(self) -> Percept:
@@ -151,13 +151,13 @@ class Session:
 
     def screen(self) -> Screen:
         """What a person sees now."""
-        machine, press = self._trainee.taught, self._trainee.press
+        machine, press = self.trainee.taught, self.trainee.press
         own = own_readings(machine, self.body.time_s)
         return Screen(
             time_s=self.body.time_s,
             mode=self.mode,
             state=machine.state_name,
-            path=self._trainee.path,
+            path=self.trainee.path,
             flag=machine.flag,
             features=shown(self.automaton.features, own, self._targets, self.percept, self.body, self.agent),
             states=self.automaton.state_names,
@@ -182,17 +182,17 @@ class Session:
     def _press(self, state: str | None) -> int:
         if self._driving is not None:
             self.drive(None)
-        waiting = self._trainee.press
+        waiting = self.trainee.press
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
         press = Press(self._notebook.presses + 1, state, correction, self.paused)
         self._keep_snapshot()
         self._notebook.press(press)
-        self._trainee.press, self._trainee.mode = press, Mode.TRAINING
+        self.trainee.press, self.trainee.mode = press, Mode.TRAINING
         return press.number
 
     def tick(self) -> None:
         """One tick: sense, decide, act, and write down what a press showed."""
-        percept, trainee, notebook = self.percept, self._trainee, self._notebook
+        percept, trainee, notebook = self.percept, self.trainee, self._notebook
         if notebook.journal.wants_snapshot(self.body.tick_s):
             self._keep_snapshot()
         readings = tuple(float(percept[key][self.agent]) for key in self._keys)
@@ -211,7 +211,7 @@ class Session:
             self._notebook.record(outcome, outcome.press, binding, before=before, after=self.run_state)
             return
         if outcome.raised:
-            self._trainee.entry = self._notebook.raised(outcome)
+            self.trainee.entry = self._notebook.raised(outcome)
         self._notebook.see(outcome, moment, binding)
 
     def run_for(self, seconds: float) -> None:
@@ -230,14 +230,14 @@ class Session:
 
     def train(self) -> None:
         """Switch to training: the robot goes on with what it is doing until directed."""
-        self._trainee.mode = Mode.TRAINING
+        self.trainee.mode = Mode.TRAINING
         self._turned()
 
     def restart(self) -> None:
         """Start the automaton under training afresh; records nothing."""
         self._notebook.begin_episode()
-        self._trainee.press = None
-        self._trainee.start(self.body.time_s)
+        self.trainee.press = None
+        self.trainee.start(self.body.time_s)
         self._turned()
 
     def reset(self, seed: int) -> None:
@@ -258,8 +258,8 @@ class Session:
         rewindable(self.body).restore(instant.body)
         self.company.restore(instant.others)
         self.moved()
-        self._trainee.press, self._trainee.mode = None, instant.mode
-        self._trainee.restore(instant.run, now=self.body.time_s)
+        self.trainee.press, self.trainee.mode = None, instant.mode
+        self.trainee.restore(instant.run, now=self.body.time_s)
         self._turned()
         self._keep_snapshot()
 
@@ -272,7 +272,7 @@ class Session:
         if behavior is not None:
             self._driving = Interpreter(link(self.library, behavior, binding or {}), now=self.body.time_s)
         self._notebook.begin_episode()
-        self._trainee.press = None
+        self.trainee.press = None
         self._turned()
         self._run = self._new_run()
 
@@ -312,9 +312,9 @@ class Session:
         return self._went(*self._notebook.redo())
 
     def _went(self, what: str, run: tuple[Level, ...]) -> str:
-        self._trainee.press = None
+        self.trainee.press = None
         self._relink(self._new_trainee(self._notebook.lesson, self.mode))
-        self._trainee.restore(run, now=self.body.time_s)
+        self.trainee.restore(run, now=self.body.time_s)
         return what
 
     def delete(self, *numbers: int) -> None:
@@ -373,7 +373,7 @@ class Session:
         self._notebook.journal.close()
 
     def _turned(self) -> None:
-        self._notebook.turned(self.mode, self.run_state, self._targets, self._trainee.press)
+        self._notebook.turned(self.mode, self.run_state, self._targets, self.trainee.press)
 
     def _keep_snapshot(self) -> None:
         if self._notebook.journal.path is not None and isinstance(self.body, Rewindable):
@@ -381,7 +381,7 @@ class Session:
 
     def _relink(self, trainee: Trainee) -> None:
         """Another trainee goes on where the one before is."""
-        old, self._trainee = self._trainee, trainee
+        old, self.trainee = self.trainee, trainee
         trainee.restore(old.snapshot(self.body.time_s), now=self.body.time_s)
         trainee.keep(old.press, old.entry)
         self._run = self._new_run()
@@ -395,4 +395,4 @@ class Session:
         return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)
 
     def _new_run(self) -> Run:
-        return self.company.run(self.agent, self._driving or self._trainee)
+        return self.company.run(self.agent, self._driving or self.trainee)

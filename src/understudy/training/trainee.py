@@ -12,8 +12,11 @@ from enum import StrEnum
 
 from understudy.errors import SessionError
 from understudy.model.example import ExampleKind
+from understudy.model.feature import Percept
+from understudy.runtime.body import Body
 from understudy.runtime.interpreter import Interpreter, Machine, Row
 from understudy.runtime.program import Program
+from understudy.runtime.sensing import Sensing
 from understudy.training.values import own_readings
 
 
@@ -110,6 +113,13 @@ class Trainee(Interpreter):
             outcome.raised = machine.flag is not None and outcome.next != before
         self.outcome = outcome
         return basic
+
+    def queries(self, percept: Percept, body: Body, agent: int) -> tuple[tuple[Machine, Row], ...]:
+        """The running automata, from the one under training down, each with the feature vector that its state would be
+        asked with now.
+        """
+        row = Sensing(self.program.features, body).columns(percept)[:, agent].tolist()
+        return tuple((machine, machine.values(row, body.time_s)) for machine in self.active)
 
     def _obey(self, press: Press, outcome: Outcome, now: float) -> None:
         machine, automaton = self.taught, self.taught.automaton

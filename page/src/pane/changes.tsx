@@ -1,0 +1,118 @@
+/** What changed between two versions: when it switches, because of whom, and all else. */
+
+import { useEffect, useState } from "preact/hooks";
+import { usePanel } from "../context";
+import type { Answer } from "../protocol";
+import type { Moved, Version } from "../review";
+import type { Studio } from "../studio";
+import { className, counted, minus } from "../words";
+
+const MOST_EXAMPLES = 6;
+
+interface ChangesProps {
+  name: string;
+  version: number;
+  /** How many former versions there are. */
+  count: number;
+  versions: readonly Version[];
+  studio: Studio;
+}
+
+export function Changes({ name, version, count, versions, studio }: ChangesProps) {
+  const [to, setTo] = useState<number | null>(null);
+  const [told, setTold] = useState<Answer | null>(null);
+  useEffect(() => {
+    void studio.ask({ do: "changes", name, version, to }).then(setTold);
+  }, [name, version, to, count]);
+  if (told?.changes === undefined || told.moved === undefined) return null;
+  const { changes, moved } = told;
+  const lines = changes.flatMap((each) => each.lines).filter((line) => /^[+-]/.test(line)).length;
+  const others = versions.filter(({ number }) => number !== version);
+  return (
+    <div class="changes" role="region" aria-label={`What changed since version ${version}`}>
+      <p class="tiny">
+        {lines + moved.length === 0 ? "Nothing changed" : counted(lines + moved.length, "change")} up to{" "}
+        <select
+          aria-label={`What version ${version} is compared with`}
+          value={to ?? ""}
+          onChange={(event) => {
+            const { value } = event.currentTarget;
+            setTo(value === "" ? null : Number(value));
+          }}
+        >
+          <option value="">the present version</option>
+          {others.map(({ number }) => (
+            <option key={number} value={number}>
+              version {number}
+            </option>
+          ))}
+        </select>
+      </p>
+      {moved.length > 0 && <h4>When it switches</h4>}
+      {moved.map((each) => (
+        <Switch
+          key={`${each.from} ${each.to}`}
+          moved={each}
+          here={studio.desk?.name === name}
+          studio={studio}
+        />
+      ))}
+      {changes.map(({ topic, lines: said }) => (
+        <div key={topic}>
+          <h4>{topic}</h4>
+          {said.map((line, index) => (
+            <p key={index} class={className("change", /^\+/.test(line) && "new", /^-/.test(line) && "gone")}>
+              {line.startsWith("-") ? minus(line) : line.trim()}
+            </p>
+          ))}
+        </div>
+      ))}
+    </div>
+  );
+}
+
+/** One switch that moved, appeared or vanished; its examples open in the lesson where that is the one in training. */
+function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: Studio }) {
+  const panel = usePanel();
+  const known = new Set(here ? studio.desk?.examples.map(({ number }) => number) : []);
+  const { examples } = moved;
+  return (
+    <div class="moved">
+      <p>
+        <b>
+          {moved.from} → {moved.to}
+        </b>{" "}
+        {moved.what}
+      </p>
+      {moved.gone.map((line) => (
+        <p key={line} class="change gone">
+          − {line}
+        </p>
+      ))}
+      {moved.new.map((line) => (
+        <p key={line} class="change new">
+          + {line}
+        </p>
+      ))}
+      <p class="tiny">
+        {examples.length === 0
+          ? "it is learned otherwise"
+          : `because of example${examples.length > 1 ? "s" : ""} `}
+        {examples.slice(0, MOST_EXAMPLES).map(({ number, happened, how }, index) => (
+          <span key={number}>
+            {index > 0 && ", "}
+            {known.has(number) ? (
+              <button type="button" class="link" onClick={() => panel.openExample(number)}>
+                {number}
+              </button>
+            ) : (
+              number
+            )}{" "}
+            ({happened}, {how})
+          </span>
+        ))}
+        {examples.length > MOST_EXAMPLES && ` and ${examples.length - MOST_EXAMPLES} more`}
+      </p>
+    </div>
+  );
+}

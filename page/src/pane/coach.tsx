@@ -1,0 +1,177 @@
+/** The tab Coach: whether the robot asks in testing, how late presses come, and what to show next. */
+
+import { useEffect, useRef, useState } from "preact/hooks";
+import { usePanel, useStudio } from "../context";
+import type { Advice, Desk, Late } from "../protocol";
+import type { Studio } from "../studio";
+import { className } from "../words";
+import { AskingPart } from "./asking";
+
+/** So long after the coach was asked it is not asked again: a watched lesson changes all the time. */
+const REST_MS = 1_000;
+/** A large lesson takes longer; so long after it is looked again. */
+const AGAIN_MS = 300;
+const FIRST = 8;
+/** From here on it is plainly worth following. */
+const PLAIN = 0.5;
+/** What a change of the features would settle. */
+const OF_FEATURES: ReadonlySet<string> = new Set(["separating", "disagreement", "idle"]);
+
+export function CoachTab() {
+  const studio = useStudio();
+  const { desk } = studio;
+  if (desk === null) return <p class="empty">Here a coach will say what to show the robot next.</p>;
+  return (
+    <>
+      <AskingPart desk={desk} studio={studio} />
+      <Advised key={desk.name} desk={desk} studio={studio} />
+    </>
+  );
+}
+
+interface Coached {
+  advice: readonly Advice[];
+  late: Late | null;
+}
+
+/** What the coach says of the lesson; asked again when that has changed. */
+function useCoach(studio: Studio, edition: number): Coached | null {
+  const [coached, setCoached] = useState<Coached | null>(null);
+  const last = useRef(-REST_MS);
+  useEffect(() => {
+    let over = false;
+    let due = setTimeout(() => void ask(), last.current + REST_MS - performance.now());
+    const ask = async (): Promise<void> => {
+      last.current = performance.now();
+      const { advice, late, later } = await studio.ask({ do: "advise" });
+      if (over) return;
+      if (later === true) due = setTimeout(() => void ask(), AGAIN_MS);
+      if (advice !== undefined) setCoached({ advice, late: late ?? null });
+    };
+    return () => {
+      over = true;
+      clearTimeout(due);
+    };
+  }, [edition]);
+  return coached;
+}
+
+interface Part {
+  desk: Desk;
+  studio: Studio;
+}
+
+function Advised({ desk, studio }: Part) {
+  const coached = useCoach(studio, desk.edition);
+  const [all, setAll] = useState(false);
+  const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
+  if (coached === null) return null;
+  const { advice, late } = coached;
+  const there = setUp !== null && (studio.told?.run.number ?? 0) <= setUp.run ? setUp : null; // else it is elsewhere by now
+  const listed = all ? advice : advice.slice(0, FIRST);
+  const place = async (of: string): Promise<void> => {
+    const { sentence, run } = await studio.ask({ do: "set_up", sentence: of });
+    if (sentence !== undefined && run !== undefined) setSetUp({ of, outcome: sentence, run });
+  };
+  return (
+    <>
+      {late !== null && <LateCard late={late} studio={studio} />}
+      <h3>What to show next</h3>
+      {advice.length === 0 && <p class="empty">Nothing comes to mind: what was shown hangs together.</p>}
+      <ol class="advices" aria-label="Advice">
+        {listed.map((each) => (
+          <AdviceItem
+            key={each.sentence}
+            advice={each}
+            studio={studio}
+            outcome={there?.of === each.sentence ? there.outcome : null}
+            setUp={() => void place(each.sentence)}
+          />
+        ))}
+      </ol>
+      {listed.length < advice.length && (
+        <p class="earlier">
+          <button type="button" class="link" onClick={() => setAll(true)}>
+            {advice.length - listed.length} more, less useful
+          </button>
+        </p>
+      )}
+    </>
+  );
+}
+
+interface ItemProps {
+  advice: Advice;
+  studio: Studio;
+  /** What came of setting it up, where that was the last. */
+  outcome: string | null;
+  setUp: () => void;
+}
+
+function AdviceItem({ advice, studio, outcome, setUp }: ItemProps) {
+  const panel = usePanel();
+  const { sentence, examples, kind, weight, place } = advice;
+  const show = (): void => {
+    const [number] = examples;
+    panel.showExamples(examples);
+    if (examples.length === 1 && number !== undefined) panel.selectExample(number);
+  };
+  return (
+    <li
+      class={className("advice", (weight > PLAIN || kind === "few") && "plainly", outcome !== null && "on")}
+    >
+      <div class="advice-head">
+        <p>{sentence}</p>
+        {place && (
+          <button
+            type="button"
+            class="small"
+            disabled={!studio.directs}
+            title="Put the robot into this situation; nothing is recorded"
+            onClick={setUp}
+          >
+            Set up
+          </button>
+        )}
+      </div>
+      <p class="advice-more">
+        {examples.length > 0 && (
+          <button type="button" class="link" onClick={show}>
+            show {examples.length === 1 ? `example ${examples[0]}` : `${examples.length} examples`}
+          </button>
+        )}
+        {OF_FEATURES.has(kind) && (
+          <button
+            type="button"
+            class="link"
+            disabled={!studio.directs}
+            onClick={() => panel.choose("choose")}
+          >
+            choose features
+          </button>
+        )}
+      </p>
+      {outcome !== null && <p class="outcome">{outcome}</p>}
+    </li>
+  );
+}
+
+function LateCard({ late, studio }: { late: Late; studio: Studio }) {
+  const { reaction_s, sentence } = late;
+  return (
+    <section class="advice plainly late" aria-label="Reaction time">
+      <p>{sentence}</p>
+      <p class="choices">
+        <button
+          type="button"
+          class="small primary"
+          disabled={!studio.directs}
+          title="Takes all presses that much earlier; undo takes it back"
+          onClick={() => void studio.change({ do: "use_reaction", reaction_s }, { do: "undo" })}
+        >
+          Use {reaction_s} s
+        </button>
+      </p>
+    </section>
+  );
+}

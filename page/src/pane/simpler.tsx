@@ -1,0 +1,197 @@
+/** The automaton with fewer questions beside the one there is: keep it so, or leave it. */
+
+import { useEffect, useState } from "preact/hooks";
+import type { Panel } from "../panel";
+import type { Desk } from "../protocol";
+import type { Simpler } from "../review";
+import type { Studio } from "../studio";
+import { counted } from "../words";
+
+const MOST_DECISIONS = 8;
+
+interface PrunedProps {
+  desk: Desk;
+  studio: Studio;
+  show: () => void;
+}
+
+/** How much is pruned, and a way to see what less or more would come to. */
+export function Pruned({ desk, studio, show }: PrunedProps) {
+  if (desk.pruning === null || desk.edges.length === 0) return null;
+  return (
+    <span class="pruned">
+      <button
+        type="button"
+        class="link"
+        title="Shows the automaton with fewer questions, and what it would decide otherwise"
+        onClick={show}
+      >
+        {desk.pruning > 0 ? "simplified …" : "simplify …"}
+      </button>
+      {desk.pruning > 0 && (
+        <button
+          type="button"
+          class="link"
+          disabled={!studio.directs}
+          aria-label="Take simplifying back"
+          title="All questions again"
+          onClick={() => void studio.change({ do: "prune", pruning: 0 }, { do: "undo" })}
+        >
+          ×
+        </button>
+      )}
+    </span>
+  );
+}
+
+interface CardProps {
+  desk: Desk;
+  panel: Panel;
+  studio: Studio;
+  close: () => void;
+}
+
+export function SimplerCard({ desk, panel, studio, close }: CardProps) {
+  const [wanted, want] = useState<number | null>(null);
+  const [found, setFound] = useState<Simpler | null>(null);
+  useEffect(() => {
+    let current = true;
+    void studio.ask({ do: "simplify", pruning: wanted }).then(({ simpler }) => {
+      if (!current) return;
+      if (simpler === undefined) close();
+      else setFound(simpler);
+    });
+    return () => {
+      current = false;
+    };
+  }, [wanted, desk.edition, desk.name]);
+  if (found === null) return null;
+  const changes = found.states.length > 0;
+  const keep = async (): Promise<void> => {
+    const answer = await studio.change({ do: "prune", pruning: found.pruning }, { do: "undo" });
+    if (answer.error === undefined) close();
+  };
+  return (
+    <section class="simpler" aria-label="Simplify">
+      <p>
+        <b>
+          {changes ? `${found.leaves.before} answers become ${found.leaves.after}.` : "Nothing would change."}
+        </b>{" "}
+        <Advice found={found} suggest={() => want(null)} />
+      </p>
+      <label class="tiny">
+        A question stays if each of its answers sets more than{" "}
+        <input
+          type="number"
+          min="0"
+          step="0.5"
+          value={found.pruning}
+          aria-label="examples"
+          onChange={(event) => {
+            const number = Number(event.currentTarget.value);
+            if (event.currentTarget.value !== "" && number >= 0) want(number);
+          }}
+        />{" "}
+        examples right.
+      </label>
+      {found.states.map(({ state, before, after }) => (
+        <Conditions key={state} state={state} before={before} after={after} />
+      ))}
+      {changes && <Decisions found={found} panel={panel} />}
+      <p class="choices">
+        {changes && (
+          <button type="button" class="small primary" disabled={!studio.directs} onClick={() => void keep()}>
+            Keep
+          </button>
+        )}
+        <button type="button" class="small" onClick={close}>
+          Leave
+        </button>
+      </p>
+    </section>
+  );
+}
+
+/** What examples that were left out of learning say of it. */
+function Advice({ found, suggest }: { found: Simpler; suggest: () => void }) {
+  const { suggested, enough, pruning } = found;
+  if (suggested === null) {
+    return <>It has fewer than {enough} examples, and each of them was meant: better leave it as it is.</>;
+  }
+  const { left_out: all, wrong, wrong_pruned: pruned } = suggested;
+  if (suggested.pruning !== pruning) {
+    return (
+      <button type="button" class="link" onClick={suggest}>
+        as suggested
+      </button>
+    );
+  }
+  return (
+    <>
+      Each of {counted(all, "example")} left out in turn: {pruned} decided wrongly so, {wrong} with all
+      questions.
+    </>
+  );
+}
+
+function Conditions({ state, before, after }: Simpler["states"][number]) {
+  return (
+    <div class="changes">
+      <h4>{state}</h4>
+      {before
+        .filter((line) => after.includes(line))
+        .map((line) => (
+          <p key={line} class="change">
+            {line}
+          </p>
+        ))}
+      {before
+        .filter((line) => !after.includes(line))
+        .map((line) => (
+          <p key={line} class="change gone">
+            − {line}
+          </p>
+        ))}
+      {after
+        .filter((line) => !before.includes(line))
+        .map((line) => (
+          <p key={line} class="change new">
+            + {line}
+          </p>
+        ))}
+    </div>
+  );
+}
+
+/** The recorded moments at which it would decide otherwise. */
+function Decisions({ found, panel }: { found: Simpler; panel: Panel }) {
+  const { decisions, examples, moments } = found;
+  return (
+    <div class="decisions">
+      <p>
+        {decisions.length} of {counted(examples, "example")} would be decided otherwise
+        {moments.all > 0 && `, and ${moments.changed} of ${moments.all} moments before presses`}.
+      </p>
+      {decisions.slice(0, MOST_DECISIONS).map(({ number, state, shown, before, after }) => (
+        <p key={number} class="tiny">
+          <button type="button" class="link" onClick={() => panel.openExample(number)}>
+            {number}
+          </button>{" "}
+          in {state}: {before} → {after} ({after === shown ? "as shown" : `shown: ${shown}`})
+        </p>
+      ))}
+      {decisions.length > MOST_DECISIONS && (
+        <p class="tiny">
+          and{" "}
+          <button
+            type="button"
+            class="link"
+            onClick={() => panel.showExamples(decisions.map(({ number }) => number))}
+          >
+            {decisions.length - MOST_DECISIONS} more
+          </button>
+        </p>
+      )}
+    </div>
+  );
+}

@@ -1,0 +1,1 @@
+"""Novices who follow the coach, beside the same novices left to themselves."""
