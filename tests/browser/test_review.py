@@ -112,7 +112,7 @@ def test_a_promise_is_kept_and_a_broken_one_is_told_before_it_is_saved(teacher: 
     outcomes.get_by_role("button", name="Test lessons").click()
     tested = page.get_by_role("region", name="Tested")
     expect(tested).to_contain_text("Not as it was: 2 of 2")
-    expect(tested).to_contain_text("changed since what is saved, which fetch runs")
+    expect(tested).to_contain_text("changed since it was saved; fetch runs it")
     expect(tested).to_contain_text("done within 60 s in forage; it does with the former version of goto")
     snap(page, "tested")
     saving.click()

@@ -78,7 +78,7 @@ def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
         "promised, and did not come: done within 60 s in forage; it does with the former version of goto"
         in text
     )
-    assert "changed since version 1, which deposit, fetch, harvest and forage run" in text
+    assert "changed since version 1; deposit, fetch, harvest and forage run it" in text
     assert "5 automata, 1 does not do what was shown" in text
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from tests.cli.forage_parts import goto
 from tests.training.lessons import session as scripted
+from tests.worlds.patrollers import ROBOTS, SCENARIO, lead
 
 from understudy.errors import DefinitionError, SessionError
 from understudy.model.automaton import START, Automaton, State
@@ -21,6 +22,7 @@ from understudy.review.outcomes import here, promise, tried
 from understudy.training.design import new_lesson
 from understudy.training.session import Session
 from understudy.worlds.forage import Forage, kit
+from understudy.worlds.teams import libraries_of, troop_of
 
 LIBRARY = Library.of(kit, goto)
 SITS = replace(goto, transitions={"start": Tree((leaf(0),))})
@@ -121,6 +123,33 @@ def test_a_change_below_is_found_from_above() -> None:
     assert said == "fetch no longer comes to done within 60 s in forage"
     assert lost(library, Taught(goto), Taught(goto)) == ()
     assert lost(library, Taught(goto), None) == ()
+
+
+def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None:
+    """Their own change, or one of their robots: told only where it is known what everybody knows."""
+    known = dict(libraries_of(SCENARIO, ROBOTS, lambda name, kit: Library.of(kit, lead())))
+    lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
+    made = Session(troop_of(SCENARIO, "patrol", known), known["patrol"], lesson)
+    made.direct("wander")
+    made.run_for(1.0)
+    made.direct("done")
+    made.tick()
+    promise(made, flag="done", within_s=3.0)
+    former = made.taught()
+    made.delete(max(example.number for example in made.examples))
+    coordinators = known["patrol"]
+    assert lost(coordinators, made.taught(), former) == ()
+    assert lost(coordinators, made.taught(), former, known) == (
+        "out no longer comes to done within 3 s in patrol",
+    )
+    known["patrol"] = coordinators.with_taught(former)
+    wander = ROBOTS.taught["wander"]
+    unbound = Taught(replace(wander.automaton, parameters=("A",)))
+    assert lost(ROBOTS, unbound, wander) == ()
+    assert lost(ROBOTS, unbound, wander, known) == (
+        "patrol/out no longer comes to done within 3 s in patrol",
+    )
+    assert lost(ROBOTS, wander, wander, known) == ()
 
 
 def test_above_and_below() -> None:

@@ -85,3 +85,25 @@ def test_there_are_only_so_many(made: Studio, person: Page) -> None:
     assert "patrol" in refused(person, "agent", agent=0, sort="scouts")
     assert "from 1 to 4" in refused(person, "agent", agent=4)
     assert (made.stage.sort, made.stage.agent) == (None, 0)
+
+
+def test_a_coordinator_promises_and_says_why(made: Studio, person: Page) -> None:
+    person.done("agent", agent=0, sort="patrol")
+    person.done(
+        "new", name="out", states=["wander"], features=["someone_sees(intruder)"], flags=["done"], targets={}
+    )
+    person.done("pause", paused=True)
+    for state in ("wander", "done"):
+        person.done("press", state=state)
+        person.done("step")
+    person.done("restart")
+    person.done("promise", flag="done", within_s=1)
+    person.done("save")
+    tested = person.done("test", name="out")["tested"]
+    assert (tested["works"], len(tested["outcomes"])) == (True, 1)
+    (level,) = person.done("why")["levels"]
+    assert (level["automaton"], level["says"]) == ("out", "It goes from start to wander, always.")
+    last = (made.stage.picture() or {})["examples"][-1]["number"]
+    person.done("delete", number=last)
+    (said,) = person.done("save")["worse"]
+    assert said.startswith("out no longer comes to done within 1 s in patrol")

@@ -156,7 +156,7 @@ def test_what_a_test_finds(made: Studio, person: Page) -> None:
     person.done("delete", number=3)  # it is never done
     goto = person.done("test", name="goto")["tested"]
     assert goto["works"]
-    assert goto["else"] == ["changed since what is saved, which fetch runs"]
+    assert goto["else"] == ["changed since it was saved; fetch runs it"]
     fetch = person.done("test", name="fetch")["tested"]
     assert fetch["worse"] == [
         "promised, and did not come: done within 3 s in forage; it does with the former version of goto"
@@ -167,7 +167,7 @@ def test_what_a_test_finds(made: Studio, person: Page) -> None:
     assert "not saved yet" in made.stage.said.text
     assert "worse" not in person.done("save", anyway=True)
     assert not desk(made)["unsaved"]
-    assert person.done("test", name="goto")["tested"]["else"] == ["changed since version 1, which fetch runs"]
+    assert person.done("test", name="goto")["tested"]["else"] == ["changed since version 1; fetch runs it"]
 
 
 def test_nothing_is_simpler_before_it_is_kept(made: Studio, person: Page) -> None:
@@ -195,7 +195,16 @@ def test_nothing_is_simpler_before_it_is_kept(made: Studio, person: Page) -> Non
 def test_those_who_look_on_may_ask_but_not_change(made: Studio) -> None:
     with served(made) as client, page(client) as first, page(client) as second:
         begin(first)
-        for do, fields in (("why", {}), ("test", {"name": "goto"}), ("simplify", {})):
+        looking: list[tuple[str, dict[str, Any]]] = [
+            ("why", {}),
+            ("test", {"name": "goto"}),
+            ("simplify", {}),
+        ]
+        for do, fields in looking:
             second.done(do, **fields)
-        for do, fields in (("promise", {"flag": "done", "within_s": 1}), ("prune", {"pruning": 1})):
+        changing: list[tuple[str, dict[str, Any]]] = [
+            ("promise", {"flag": "done", "within_s": 1}),
+            ("prune", {"pruning": 1}),
+        ]
+        for do, fields in changing:
             assert "only watches" in second.say(do, **fields)["error"]

@@ -33,8 +33,7 @@ def otherwise(seen: Examined, former: str) -> Iterator[str]:
         yield _anew(seen.replayed)
     if seen.changed:
         run = "runs" if len(seen.affected) == 1 else "run"
-        affected = f", which {listed(seen.affected)} {run}" if seen.affected else ""
-        yield f"changed since {former}{affected}"
+        yield f"changed since {former}" + (f"; {listed(seen.affected)} {run} it" if seen.affected else "")
 
 
 def failed(each: Failed) -> str:

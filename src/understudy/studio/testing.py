@@ -17,7 +17,7 @@ from understudy.studio.stage import Stage
 from understudy.training.company import Instant
 from understudy.worlds.scenario_files import dump_scenario
 
-SAVED = "what is saved"
+SAVED = "it was saved"
 
 
 def told(stage: Stage, name: str) -> Plain:
