@@ -78,13 +78,39 @@ def _questions(tree: Tree, shown: Shown, reach: Sequence[NDArray[np.intp]]) -> l
 
 
 def _reaching(tree: Tree, shown: Shown) -> list[NDArray[np.intp]]:
-    """The examples that come by each node."""
-    passing: list[list[int]] = [[] for _ in tree.nodes]
-    for row, values in enumerate(shown.values.tolist()):
-        steps, last = tree.path(values)
-        for index in (*(step.node for step in steps), *([] if last == STAY else [last])):
-            passing[index].append(row)
-    return [np.array(rows, np.intp) for rows in passing]
+    """The examples that come by each node, in their order."""
+    coming: list[list[NDArray[np.intp]]] = [[] for _ in tree.nodes]
+    coming[0] = [np.arange(len(shown.values))]
+    reach: list[NDArray[np.intp]] = []
+    for node, parts in zip(tree.nodes, coming, strict=True):  # children come after their parents
+        rows = np.sort(np.concatenate(parts)) if parts else np.empty(0, np.intp)
+        reach.append(rows)
+        for following, there in _parted(node, shown.values[rows, node.feature]):
+            if following != STAY:
+                coming[following].append(rows[there])
+    return reach
+
+
+def _parted(node: Node, values: NDArray[np.float64]) -> Iterator[tuple[int, NDArray[np.bool_]]]:
+    """Where a question leads, and which of these values go there."""
+    absent = np.isnan(values)
+    match node.test:
+        case Test.LEAF:
+            return
+        case Test.LABEL:
+            yield from ((following, values == label) for label, following in enumerate(node.branches))
+        case Test.ABSENT:
+            yield node.yes, absent
+            yield node.no, ~absent
+            return
+        case _:
+            inside = values < node.high
+            if node.test == Test.ARC:
+                since = values >= node.low
+                inside = inside & since if node.low <= node.high else inside | since
+            yield node.yes, inside
+            yield node.no, ~inside & ~absent
+    yield node.absent, absent
 
 
 def _outcome(rows: NDArray[np.intp], shown: Shown) -> int | None:

@@ -5,15 +5,22 @@ Nothing here changes a lesson: it says what pruning would come to, and a person 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
-from understudy.learning.arrays import arrays, teaching
+import numpy as np
+
+from understudy.learning._kernels import WATCHED
+from understudy.learning.arrays import Shown, arrays, teaching
 from understudy.learning.pruning import SAME, links
-from understudy.learning.transitions import learn_state
+from understudy.learning.transitions import fitting, learn_state
+from understudy.model.automaton import Transition
 from understudy.model.example import Example
 from understudy.model.lesson import Lesson, Trees
 from understudy.model.tree import STAY, Tree
 
+Fit: TypeAlias = Callable[[Shown], Transition]
 ENOUGH = 30
 """Fewer press-made examples say too little about examples to come; and each of them was meant."""
 
@@ -49,12 +56,15 @@ def suggestion(lesson: Lesson) -> Suggestion | None:
         return None
     steps = sorted({0.0, *(worth for state in teaching(bare) for worth in _worths(bare, state))})
     wrong = [0] * len(steps)
-    left_out = 0
+    left_out, fit = 0, fitting(bare)
     for state, examples in list(teaching(bare).items())[: 1 if bare.automaton.stateless else None]:
-        for example in examples:
+        shown = arrays(bare, examples, state)
+        for row, example in enumerate(examples):
             if example.pressed:
                 left_out += 1
-                for step, decided in enumerate(_decided(bare, state, examples, example, steps)):
+                for step, decided in enumerate(
+                    _decided(bare, fit, state, _without(shown, row), example, steps)
+                ):
                     wrong[step] += decided != example.next
     best = max(step for step in range(len(steps)) if wrong[step] == min(wrong))
     return Suggestion(steps[best], left_out, wrong[0], wrong[best])
@@ -68,17 +78,27 @@ def _worths(lesson: Lesson, state: str) -> list[float]:
     return [worth for worth, _ in links(tree, shown)] if isinstance(tree, Tree) else []
 
 
+def _without(shown: Shown, row: int) -> Shown:
+    """All examples but one."""
+    return Shown(
+        (*shown.examples[:row], *shown.examples[row + 1 :]),
+        np.delete(shown.values, row, axis=0),
+        np.delete(shown.outcomes, row),
+        np.delete(shown.groups, row),
+        shown.current,
+    )
+
+
 def _decided(
-    lesson: Lesson, state: str, examples: tuple[Example, ...], example: Example, steps: list[float]
+    lesson: Lesson, fit: Fit, state: str, others: Shown, example: Example, steps: list[float]
 ) -> list[str]:
-    """What is decided at an example that was left out, by each pruning."""
-    others = tuple(each for each in examples if each is not example)
-    if not any(each.pressed for each in others):
+    """What is decided at an example that was left out of `others`, by each pruning."""
+    if (others.groups == WATCHED).all():
         return [state] * len(steps)
-    tree = learn_state(lesson, state, others)
+    tree = fit(others)
     if not isinstance(tree, Tree):
         return [state] * len(steps)
-    trees, pruning = [], links(tree, arrays(lesson, others, state))
+    trees, pruning = [], links(tree, others)
     waiting = next(pruning, None)
     for step in steps:
         while waiting is not None and waiting[0] <= step + SAME and step > 0.0:
