@@ -41,10 +41,10 @@ def main(folder: Path) -> None:
 
         goto(person, take)
         harvest(person, take)
-        outcomes(person, take)
         curriculum.teach_deposit(person)
         curriculum.teach_forage(person)
         forage(person, take)
+        outcomes(person, take)
 
 
 def goto(person: Forager, take: Take) -> None:
@@ -91,6 +91,21 @@ def harvest(person: Forager, take: Take) -> None:
     person.save()
 
 
+def forage(person: Forager, take: Take) -> None:
+    """By itself, on its way home the second time."""
+    person.world(ANYWHERE + 1)
+    person.speed(8)
+    person.page.get_by_role("button", name="What harvest runs").click()
+    person.test()
+    person.watch(_content, until=lambda screen: person.food[0] > 0 and screen.state == "harvest", limit_s=400)
+    person.watch(_content, until=lambda screen: screen.state == "deposit", limit_s=400)
+    person.page.get_by_role("button", name="What deposit runs").click()
+    person.speed(1)
+    person.watch(_content, until=lambda screen: screen.path[-1] == "forward", limit_s=100)
+    person.page.wait_for_timeout(1_500)
+    take("studio-forage")
+
+
 def outcomes(person: Forager, take: Take) -> None:
     """Goto promises to arrive, forgets when it is there, and is not saved so."""
     page = person.page
@@ -120,21 +135,6 @@ def outcomes(person: Forager, take: Take) -> None:
         page.keyboard.press("Control+z")
         expect(flags).to_have_count(left + 1)
     person.save()
-
-
-def forage(person: Forager, take: Take) -> None:
-    """By itself, on its way home the second time."""
-    person.world(ANYWHERE + 1)
-    person.speed(8)
-    person.page.get_by_role("button", name="What harvest runs").click()
-    person.test()
-    person.watch(_content, until=lambda screen: person.food[0] > 0 and screen.state == "harvest", limit_s=400)
-    person.watch(_content, until=lambda screen: screen.state == "deposit", limit_s=400)
-    person.page.get_by_role("button", name="What deposit runs").click()
-    person.speed(1)
-    person.watch(_content, until=lambda screen: screen.path[-1] == "forward", limit_s=100)
-    person.page.wait_for_timeout(1_500)
-    take("studio-forage")
 
 
 def _content(screen: Screen) -> str | None:
