@@ -6,7 +6,8 @@ since a wrong button is mostly wrong there, too. Both predict it from the other 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -23,26 +24,29 @@ ENOUGH = 6
 """So many others it takes to doubt a press."""
 
 
-def slips(lesson: Lesson, *, least: float = ODD, meant: Set[int] = frozenset()) -> tuple[Suspect, ...]:
+def slips(
+    lesson: Lesson, *, least: float = ODD, meant: Mapping[int, float] = MappingProxyType({})
+) -> tuple[Suspect, ...]:
     """Directives and confirmations that look like slips, the most doubtful first, corrections too.
 
     Doubted from `least` on is the mean of both looks, about -1 to 1. Each suspect is left out before the others are
-    looked at again, so that slips hide no other. `meant` are the numbers of those that the demonstrator stands by.
+    looked at again, so that slips hide no other. `meant` are those that the demonstrator stands by, each with the
+    doubt at that time: they are suspected again once it has grown by `least`.
     """
     looks = [_Look(lesson, pool) for pool in _pools(lesson) if len(pool) > ENOUGH]
-    doubted = {each.number: each for each in heeded(lesson) if each.shown and each.number not in meant}
+    doubted = {each.number: each for each in heeded(lesson) if each.shown}
     found: list[Suspect] = []
-    while doubted:
+    while True:
         seen = [look.doubts() for look in looks]
         doubts = {number: sum(each.get(number, 0.0) for each in seen) / 2 for number in doubted}
-        number = max(doubts, key=lambda each: (doubts[each], -each))
-        if doubts[number] < least:
-            break
+        odd = [number for number, doubt in doubts.items() if doubt >= meant.get(number, 0.0) + least]
+        if not odd:
+            return tuple(found)
+        number = max(odd, key=lambda each: (doubts[each], -each))
         reason = next(said for look in looks if (said := look.against(number)))
-        found.append(Suspect(doubted.pop(number), reason, round(min(doubts[number], 1.0), 3)))
+        found.append(Suspect(doubted.pop(number), reason, round(doubts[number], 3)))
         for look in looks:
             look.leave_out(number)
-    return tuple(found)
 
 
 def same_press(lesson: Lesson, number: int) -> tuple[int, ...]:

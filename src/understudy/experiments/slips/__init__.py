@@ -1,1 +1,1 @@
-"""Novices who follow the coach, beside the same novices left to themselves."""
+"""Teachers who slip and press late, corrected with unlearning and without."""

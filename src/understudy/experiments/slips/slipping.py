@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from understudy.learning.suspect import Suspect
 from understudy.model.automaton import Automaton
 from understudy.model.example import Example
 from understudy.training.demonstrators.person import Person, Reaction, Wish
@@ -19,15 +20,18 @@ class Slipping(Person):
         super().__init__(draws, reaction)
         self._chance = chance
         self.slipped = 0
-        self.answered: set[int] = set()
-        """The numbers of examples they were asked about."""
+        self.asked = 0
+        self.meant: dict[int, float] = {}
+        """The examples that they were asked about, with the doubt about each then."""
 
-    def answer(self, example: Example, automaton: Automaton, wish: Wish) -> str:
+    def answer(self, suspect: Suspect, automaton: Automaton, wish: Wish) -> str:
         """What they meant there, asked about an example: the state that it says, or another.
 
         It is right to them if they wish the same in its situation, as the robot was or at the start.
         """
-        self.answered.add(example.number)
+        example = suspect.example
+        self.asked += 1
+        self.meant[example.number] = suspect.doubt
         screen = _seen(example, automaton)
         wished = wish(screen) or example.state
         if wished != example.next:

@@ -96,7 +96,7 @@ def teach(name: str, way: str, seed: int, chance: float) -> Course:
         person=person,
         looks_back=looks_back,
     ).teach(topic)
-    course.asked, course.slipped = len(people[0].answered), people[0].slipped
+    course.asked, course.slipped = people[0].asked, people[0].slipped
     lesson = course.taught[-1].lesson
     course.held = sum(bool(example.quarantined) for example in lesson.examples) if lesson else 0
     return course
@@ -111,9 +111,9 @@ def _late(draws: np.random.Generator) -> Reaction:
 
 def _ask(session: Session, person: Slipping, topic: Topic) -> None:
     """Ask about what looks like a slip, the oddest first: what was meant is noted, or that it is right."""
-    while odd := slips(session.lesson, meant=person.answered):
+    while odd := slips(session.lesson, meant=person.meant):
         example = odd[0].example
-        said = person.answer(example, session.automaton, topic.show)
+        said = person.answer(odd[0], session.automaton, topic.show)
         if said != example.next:
             _, *default = same_press(session.lesson, example.number)
             session.edit(example.number, next=said)
