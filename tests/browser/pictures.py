@@ -1,6 +1,6 @@
 """Takes the pictures of the documents at the real page, in a lesson of foraging: `python -m tests.browser.pictures`.
 
-It takes two minutes. With --out FOLDER they go there.
+It takes three minutes. With --out FOLDER they go there.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeAlias
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, expect, sync_playwright
 from tests.browser import curriculum
 from tests.browser.conftest import NAMES, QUIET
 from tests.browser.foraging import GOTO, HARVEST, WAYS, Forager, on_its_way
@@ -46,6 +46,7 @@ def main(folder: Path) -> None:
         curriculum.teach_deposit(person)
         curriculum.teach_forage(person)
         forage(person, take)
+        outcomes(person, take)
 
 
 def goto(person: Forager, take: Take) -> None:
@@ -124,6 +125,37 @@ def forage(person: Forager, take: Take) -> None:
     person.watch(_content, until=lambda screen: screen.path[-1] == "forward", limit_s=100)
     person.page.wait_for_timeout(1_500)
     take("studio-forage")
+
+
+def outcomes(person: Forager, take: Take) -> None:
+    """Goto promises to arrive, forgets when it is there, and is not saved so."""
+    page = person.page
+    page.get_by_role("tab", name="Library").click()
+    page.get_by_role("button", name="Open goto", exact=True).click()
+    person.world(ANYWHERE + 2, "station")
+    page.get_by_role("tab", name="Lesson").click()
+    page.get_by_role("button", name="+ promise").click()
+    page.get_by_label("seconds").fill("60")
+    page.get_by_role("button", name="Promise", exact=True).click()
+    person.save()
+    flags = page.get_by_role("row").filter(has=page.get_by_role("cell", name="done", exact=True))
+    forgotten = flags.count()
+    for _ in range(forgotten):
+        left = flags.count()
+        flags.first.get_by_role("button").click()
+        page.get_by_role("button", name="Delete", exact=True).click()
+        expect(flags).to_have_count(left - 1)
+    page.get_by_role("button", name="Test lessons").click()
+    expect(page.get_by_role("region", name="Tested")).to_contain_text("Not as shown or promised")
+    page.get_by_role("button", name="Save", exact=True).click()
+    expect(page.get_by_role("alert", name="Before it is saved")).to_be_visible()
+    page.locator("#tab-panel").evaluate("each => each.scrollTo(0, 0)")
+    page.wait_for_timeout(600)
+    take("studio-outcomes")
+    for left in range(forgotten):
+        page.keyboard.press("Control+z")
+        expect(flags).to_have_count(left + 1)
+    person.save()
 
 
 def _content(screen: Screen) -> str | None:

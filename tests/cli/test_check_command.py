@@ -136,6 +136,14 @@ def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     assert found(tmp_path)["wander"]["affected"] == ["patrol", "patrol/out"]
 
 
+def test_the_folder_as_an_option(fetching: Path, tmp_path: Path) -> None:
+    """As all other commands have it."""
+    assert said("test", "-l", fetching) == said("test", fetching) == said("test", fetching, "-l", fetching)
+    refused = run("test", fetching, "-l", tmp_path)
+    assert refused.exit_code == 2
+    assert "name one of them" in " ".join(refused.output.split())
+
+
 def test_mistakes(tmp_path: Path, library: Path) -> None:
     refused = run("test", tmp_path / "nothing")
     assert (refused.exit_code, "opening the library" in refused.output) == (2, True)

@@ -16,6 +16,7 @@ from tests.model.lessons import goto as recorded
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.coach import UNSURE, advice
+from understudy.learning.scikit import ALLOWED
 from understudy.learning.transitions import learn
 from understudy.model.example import Example, ExampleKind
 from understudy.model.kinds import Categorical, Kind
@@ -251,6 +252,16 @@ def test_a_classifier_that_has_just_enough_to_learn_from_is_advised_on() -> None
     rows += (("left", "forward", "directive", 1.0, 10),)
     knn = Scikit("KNeighborsClassifier", {"n_neighbors": 3})
     assert advised(replace(goto(rows), options=Options(learner=knn)))
+
+
+@pytest.mark.parametrize("classifier", ALLOWED)
+def test_only_of_classifiers_that_learn_soon_it_says_whether_more_would_help(classifier: str) -> None:
+    rows = [("forward", "forward", "confirmation", 2.0, float(angle)) for angle in range(0, 40, 8)]
+    rows += [("forward", "left", "directive", 2.0, float(angle)) for angle in range(50, 90, 8)]
+    parameters = {"n_neighbors": 1} if classifier == "KNeighborsClassifier" else {}
+    lesson = replace(goto((*GOTO, *rows)), options=Options(learner=Scikit(classifier, parameters)))
+    slow = classifier in ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
+    assert bool(advised(lesson, AdviceKind.OUTLOOK)) is not slow
 
 
 @pytest.mark.parametrize("stateless", [False, True])

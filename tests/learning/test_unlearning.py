@@ -85,6 +85,13 @@ def test_reasons_name_examples() -> None:
     assert str(found) == f"{found.reason} {reason}"
 
 
+@pytest.mark.parametrize("others", range(3, 8))
+def test_with_fewer_than_six_others_it_is_too_early(others: int) -> None:
+    found = judged([*DRIVING[: others - 2], ARRIVING, WRONG, RIGHT])
+    assert ("too early to doubt any" in found.reason) == (others < 6)
+    assert f"With {others} other examples beside" in found.reason or others >= 6
+
+
 def test_no_suspect_speaks_against_another() -> None:
     """Two buttons were hit wrongly at one place: each is doubted by those that are not."""
     found = judged([*DRIVING, ARRIVING, WRONG, ("go", [56.2], "rest", "directive"), RIGHT])
@@ -174,6 +181,7 @@ def test_no_correction_is_ever_suspected_and_order_makes_no_difference(table: An
     found = judge(given_, correction)
     assert not any(each.example.correction or each.example.next == correction.next for each in found.suspects)
     assert (found.verdict is Verdict.BAD) == bool(found.suspects)
+    assert all(0.5 <= each.doubt <= 1.0 for each in found.suspects)
     mixed = list(given_.examples)
     random.shuffle(mixed)
     assert judge(replace(given_, examples=tuple(mixed)), correction) == found
@@ -194,6 +202,12 @@ UNLIKE = [  # a kind, two values, how far apart they are where 0 and 10 are also
 def test_unlikeness(kind: Kind, first: float, second: float, apart: float) -> None:
     column = [[first], [second], [0.0], [2.0 if kind == LIGHT else 10.0]]
     assert unlikeness(np.array(column), [kind])[0, 1] == pytest.approx(apart**2)
+
+
+def test_features_count_alike() -> None:
+    """Half of the way by one, all of it by the other: the mean of the squares."""
+    values = np.array([[0.0, 0.0], [5.0, 180.0], [10.0, 0.0]])
+    assert unlikeness(values, [Continuous(), Toroidal(360)])[0, 1] == pytest.approx((0.25 + 1.0) / 2)
 
 
 def test_a_feature_that_never_changes_says_nothing() -> None:

@@ -70,6 +70,15 @@ def test_it_comes_or_it_does_not() -> None:
     assert not tried(promised, "fetch", library.with_taught(Taught(SITS))).came
 
 
+def test_another_flag_is_not_what_was_promised() -> None:
+    """It gives up at once instead."""
+    promised = here(taught(), flag="done", within_s=5.0)
+    states = (START, State("done", flag="done"), State("failed", flag="failed"))
+    for index, came in ((1, True), (2, False)):
+        fetch = Automaton("fetch", states, transitions={"start": Tree((leaf(index),))})
+        assert tried(promised, "fetch", LIBRARY.with_taught(Taught(fetch))).came is came
+
+
 def test_what_cannot_be_tried_says_why() -> None:
     made = taught()
     promised = here(made, flag="done", within_s=5.0)

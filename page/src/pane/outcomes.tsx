@@ -138,8 +138,8 @@ function Results({ studio }: { studio: Studio }) {
           {trial.testing !== null
             ? "Testing"
             : bad === 0
-              ? "All as it was"
-              : `Not as it was: ${bad} of ${found.length}`}
+              ? "All as shown and promised"
+              : `Not as shown or promised: ${bad} of ${found.length}`}
         </b>
         {trial.testing === null && !trial.fresh && (
           <span class="tiny">before the lesson changed; test it again</span>

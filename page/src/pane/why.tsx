@@ -45,7 +45,6 @@ export function Why() {
 function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
   useSlowNews(studio.framed, EVERY_MS);
   const [told, setTold] = useState<Answer | null>(null);
-  const waiting = useRef(false);
   const { desk, past } = studio;
   const now = [
     past.now,
@@ -55,13 +54,21 @@ function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
     desk?.waiting,
     studio.told?.run.number,
   ].join();
+  const shown = useRef(now);
+  const waiting = useRef(false);
+  shown.current = now;
   useEffect(() => {
-    if (waiting.current) return;
-    waiting.current = true;
-    void studio.ask({ do: "why" }).then((answer) => {
+    const look = async (): Promise<void> => {
+      if (waiting.current) return; // the last moment counts, when the server is ready for it
+      waiting.current = true;
+      let asked = "";
+      while (asked !== shown.current) {
+        asked = shown.current;
+        setTold(await studio.ask({ do: "why" }));
+      }
       waiting.current = false;
-      setTold(answer);
-    });
+    };
+    void look();
   }, [now]);
   if (told === null || told.levels === undefined) return null;
   const { levels, last } = told;

@@ -22,7 +22,17 @@ if TYPE_CHECKING:
 
 
 def check(
-    library: Annotated[Path, typer.Argument(help="The folder the automata are in.")] = LIBRARY,
+    folder: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[LIBRARY]",
+            help="The folder the automata are in; library if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    same: Annotated[
+        Path | None, typer.Option("--library", "-l", help="The folder, as an option.", show_default=False)
+    ] = None,
     world: Annotated[
         str | None,
         typer.Option(
@@ -45,10 +55,16 @@ def check(
     """
     from understudy.cli.output import console, print_json
     from understudy.cli.parts import find_kit, find_world, team_for
+    from understudy.errors import SettingError
     from understudy.model.folder import documents
     from understudy.review.lessons import examined
     from understudy.review.wording import lines
 
+    if folder is not None and same not in (None, folder):
+        remedy = "name one of them"
+        problem = f"is another folder than {folder}"
+        raise SettingError(where="--library", setting=str(same), problem=problem, remedy=remedy)
+    library = folder or same or LIBRARY
     documents(library)  # a folder that is not there is the first thing to say
     named = world or _fitting(library, kit)
     where, parts = find_world(named), find_kit(kit, named)
