@@ -87,6 +87,14 @@ def test_there_are_only_so_many(made: Studio, person: Page) -> None:
     assert (made.stage.sort, made.stage.agent) == (None, 0)
 
 
+def test_what_everybody_knows_has_what_is_trained_as_it_stands(made: Studio) -> None:
+    ranks, mine = made.stage.ranks, made.stage.shelf.library
+    robots = ranks.known(None, 0, mine)
+    assert [sort for sort, library in robots.items() if library is mine] == ["pioneer"]
+    assert set(ranks.known("patrol", 0, mine)) == set(robots)
+    assert ranks.known("patrol", 0, mine)["patrol"] is mine
+
+
 def test_a_coordinator_promises_and_says_why(made: Studio, person: Page) -> None:
     person.done("agent", agent=0, sort="patrol")
     person.done(

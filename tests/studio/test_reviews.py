@@ -91,6 +91,9 @@ def test_why_goes_back_with_time(made: Studio, person: Page) -> None:
         person.done("step")
     assert person.done("why")["levels"][0]["says"] == "done is raised, and never left by itself"
     assert person.done("why")["last"]["says"].startswith("It went from forward to done")
+    person.done("rewind", time_s=made.stage.world.time_s - 0.1)
+    now = made.stage.world.time_s
+    assert person.done("why")["last"]["time_s"] < now, "what happened before then has happened"
     began = made.stage.reel.at(0.0).time_s
     person.done("rewind", time_s=began)
     back = person.done("why")

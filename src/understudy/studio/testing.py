@@ -85,5 +85,4 @@ def visit(stage: Stage, number: int) -> None:
     stage.go_back(Instant(outcome.snapshot, (), desk.session.mode, others))
     if dict(outcome.targets) != dict(desk.screen.targets):
         desk.bind(outcome.targets)
-    desk.restart()
     stage.said = Said(f"Here it was promised: {outcome}")
