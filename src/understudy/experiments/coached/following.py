@@ -20,6 +20,8 @@ from understudy.coaching.posing import situations_in
 from understudy.coaching.staging import stage
 from understudy.experiments.coached.exercises import Exercise, drawn
 from understudy.experiments.novices.novice import Novice
+from understudy.experiments.slips.slipping import seen_at
+from understudy.learning.slips import slips
 from understudy.learning.transitions import learn
 from understudy.model.library import Library, Taught
 from understudy.training.demonstrators.teacher import FIRST_SEED
@@ -33,6 +35,8 @@ TWICE = 2
 """They follow the same sentence so often at most."""
 ANSWER_S = 1.0
 """An answer to a question takes so long, while the world stands still."""
+LOOK_S = 2.0
+"""So long they look at an example that may be a slip."""
 MOST_QUESTIONS = 8
 """So many in one try."""
 STEPS = (6, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100)
@@ -48,6 +52,8 @@ class Course:
     followed: Counter[str] = field(default_factory=Counter)
     """By kind, and by sentence."""
     pressed: set[int] = field(default_factory=set)
+    meant: dict[int, float] = field(default_factory=dict)
+    """Presses that look like slips, which they stood by, with the doubt then."""
 
     @property
     def made(self) -> int:
@@ -80,6 +86,8 @@ def teach(novice: Novice, exercise: Exercise, way: str) -> Course:
         novice.seconds = min(limit_s, novice.seconds + novice.traits.carry_s)
         novice.look_afresh()
         coached, tries = way == COACHED and course.made > 0, turn % 2 > 0
+        if coached:
+            _mend(novice, course)
         first = _first(course, exercise, situations) if coached and not tries else None
         if first is None or first.kind is AdviceKind.NEVER_ENTERED:
             exercise.put_down(novice, session, novice.traits.situations[put % len(novice.traits.situations)])
@@ -92,7 +100,7 @@ def teach(novice: Novice, exercise: Exercise, way: str) -> Course:
         else:
             course.followed[first.kind.value] += 1
             stage(session, first, draw=int(novice.draws.integers(2**30)))
-            _answer(novice, session, first, limit_s - novice.seconds)
+            _answer(novice, course, first, limit_s - novice.seconds)
         course.look()
         turn += 1
     return course
@@ -127,10 +135,25 @@ def _situations(exercise: Exercise, session: Session) -> NDArray[np.float64]:
     return situations_in(body, session.automaton.features, exercise.targets)
 
 
+def _mend(novice: Novice, course: Course) -> None:
+    """Say of presses that look like slips whether they were meant, or what was, the oddest first."""
+    session = course.session
+    while novice.seconds < novice.habits.given_s and (odd := slips(session.lesson, meant=course.meant)):
+        example = odd[0].example
+        wished = novice.wish(seen_at(example, session.automaton)) or example.state
+        course.meant[example.number] = odd[0].doubt
+        course.followed[AdviceKind.SLIP.value] += 1
+        novice.seconds += LOOK_S
+        if wished != example.next:
+            session.mend(example.number, wished)
+
+
 def _first(course: Course, exercise: Exercise, situations: NDArray[np.float64]) -> Advice | None:
     """The first advice about something to show that they did not follow twice in vain."""
     lesson = course.session.lesson
-    for each in advice(lesson, learn(lesson), kit=exercise.kit, situations=situations):
+    for each in advice(lesson, learn(lesson), kit=exercise.kit, situations=situations, meant=course.meant):
+        if each.kind is AdviceKind.SLIP:
+            continue
         place = each.region is not None or each.kind in (AdviceKind.NEVER_LEFT, AdviceKind.NEVER_ENTERED)
         if place and course.followed[each.sentence] < TWICE:
             course.followed[each.sentence] += 1
@@ -138,8 +161,9 @@ def _first(course: Course, exercise: Exercise, situations: NDArray[np.float64]) 
     return None
 
 
-def _answer(novice: Novice, session: Session, advised: Advice, left_s: float) -> None:
+def _answer(novice: Novice, course: Course, advised: Advice, left_s: float) -> None:
     """Show what they think right there: direct the robot, or confirm; of what contradicts it, delete the rest."""
+    session = course.session
     screen = session.screen()
     wished = novice.wish(screen) or screen.state
     if advised.kind in (AdviceKind.CONTRADICTION, AdviceKind.DISAGREEMENT, AdviceKind.SINGLE):

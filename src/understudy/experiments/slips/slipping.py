@@ -32,10 +32,10 @@ class Slipping(Person):
         example = suspect.example
         self.asked += 1
         self.meant[example.number] = suspect.doubt
-        screen = _seen(example, automaton)
+        screen = seen_at(example, automaton)
         wished = wish(screen) or example.state
         if wished != example.next:
-            afresh = wish(_seen(example, automaton, automaton.states[0].name))
+            afresh = wish(seen_at(example, automaton, automaton.states[0].name))
             wished = example.next if afresh == example.next else wished
         return self._hit(automaton, wished)
 
@@ -50,7 +50,7 @@ class Slipping(Person):
         return others[int(self._draws.integers(len(others)))]
 
 
-def _seen(example: Example, automaton: Automaton, state: str = "") -> Screen:
+def seen_at(example: Example, automaton: Automaton, state: str = "") -> Screen:
     """What the screen showed at an example's moment, or would have shown in another state."""
     return Screen(
         time_s=0.0,
