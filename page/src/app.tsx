@@ -2,6 +2,7 @@
 
 import { useEffect, useMemo } from "preact/hooks";
 import { Bars } from "./bars";
+import { Asked } from "./asked";
 import { AroundContext } from "./context";
 import { Directing } from "./directing";
 import { Guide } from "./guide";
@@ -29,6 +30,7 @@ export function App({ studio, panel, tour }: { studio: Studio; panel: Panel; tou
         <main class="center">
           <WorldView />
           <Guide />
+          <Asked />
           <Directing />
           <Timeline />
         </main>

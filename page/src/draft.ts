@@ -24,6 +24,7 @@ export interface Draft {
   features: readonly string[];
   watched: boolean;
   reaction: string;
+  unlearning: boolean;
 }
 
 const FIRST_STATES = ["forward", "rotate_left", "rotate_right"];
@@ -42,6 +43,7 @@ export function drafted(form: Form, studio: Studio, scene: Scene): Draft {
       features: desk.features.map(({ label }) => label),
       watched: desk.watched,
       reaction: String(desk.reaction_s),
+      unlearning: desk.unlearning,
     };
   }
   const offered = new Set(scene.features.map(({ label }) => label.replace(/\(.*/, "")));
@@ -56,6 +58,7 @@ export function drafted(form: Form, studio: Studio, scene: Scene): Draft {
     features: first ? FIRST_FEATURES : [],
     watched: false,
     reaction: "0",
+    unlearning: false,
   };
   return { ...draft, ...kept(draft, studio, scene) };
 }
@@ -85,7 +88,8 @@ function kept(draft: Draft, studio: Studio, scene: Scene): Pick<Draft, "states" 
 export function request(form: Form, draft: Draft, studio: Studio, scene: Scene, discard: boolean): Request {
   const flags = listed(draft.flags);
   const reaction = Number(draft.reaction);
-  const options = { watched: draft.watched, reaction_s: Number.isFinite(reaction) ? reaction : null };
+  const { watched, unlearning } = draft;
+  const options = { watched, unlearning, reaction_s: Number.isFinite(reaction) ? reaction : null };
   if (form === "choose") {
     return {
       do: "choose",

@@ -10,6 +10,7 @@ import "./style/header.css";
 import "./style/side.css";
 import "./style/world.css";
 import "./style/panel.css";
+import "./style/coach.css";
 import "./style/review.css";
 import "./style/tour.css";
 import "./style/narrow.css";

@@ -1,25 +1,33 @@
-/** The right column: a form while one is open, else the tabs Automaton, Lesson, Library. */
+/** The right column: a form while one is open, else the tabs Automaton, Lesson, Coach, Library. */
 
 import { usePanel, useStudio } from "./context";
 import { AutomatonTab } from "./pane/automaton";
 import { ChoiceForm } from "./pane/choice";
+import { CoachTab } from "./pane/coach";
 import { DoubtCard } from "./pane/doubt";
 import { LessonTab } from "./pane/lesson";
 import { LibraryTab } from "./pane/library";
 import { SavingCard } from "./pane/saving";
 import { TABS, type Panel, type Tab } from "./panel";
 
-const NAMES: Readonly<Record<Tab, string>> = { automaton: "Automaton", lesson: "Lesson", library: "Library" };
+const NAMES: Readonly<Record<Tab, string>> = {
+  automaton: "Automaton",
+  lesson: "Lesson",
+  coach: "Coach",
+  library: "Library",
+};
 
 export function Pane() {
   const panel = usePanel();
   const studio = useStudio();
+  const unsure = studio.desk?.asking.marks.length ?? 0;
   const counts: Partial<Record<Tab, number>> = {
+    ...(unsure === 0 ? {} : { coach: unsure }),
     ...(studio.desk === null ? {} : { lesson: studio.desk.examples.length }),
     ...(studio.told === null ? {} : { library: studio.told.library.trained.length }),
   };
   return (
-    <section class="pane" aria-label="Automaton, lesson and library">
+    <section class="pane" aria-label="Automaton, lesson, coach and library">
       <div class="tabs" role="tablist" onKeyDown={(event) => turnPage(panel, event)}>
         {TABS.map((tab) => (
           <button
@@ -46,6 +54,8 @@ export function Pane() {
           <AutomatonTab />
         ) : panel.tab === "lesson" ? (
           <LessonTab />
+        ) : panel.tab === "coach" ? (
+          <CoachTab />
         ) : (
           <LibraryTab />
         )}

@@ -2,7 +2,7 @@
 
 import { News } from "./news";
 
-export const TABS = ["automaton", "lesson", "library"] as const;
+export const TABS = ["automaton", "lesson", "coach", "library"] as const;
 export type Tab = (typeof TABS)[number];
 /** A form beside the running world: a new automaton, or other states and features for the present one. */
 export type Form = "new" | "choose";

@@ -45,7 +45,17 @@ export type Request =
   | { do: "add_obstacle"; x: number; y: number; radius: number }
   | { do: "move_obstacle"; index: number; x: number; y: number }
   | { do: "remove_obstacle"; index: number }
+  | { do: "advise" }
+  | { do: "set_up"; sentence: string }
+  | { do: "ask_when"; when: AskWhen }
+  | { do: "go_to_mark"; number: number }
+  | { do: "use_reaction"; reaction_s: number }
+  | { do: "mend"; number: number; next: string }
+  | { do: "stand_by"; number: number }
   | ReviewRequest;
+
+/** What the robot does in testing where it is unsure: nothing, wait for an answer, or go on and mark the moment. */
+export type AskWhen = "never" | "pause" | "mark";
 
 export interface Beginning {
   do: "new";
@@ -57,6 +67,7 @@ export interface Beginning {
   targets: Targets;
   watched: boolean;
   reaction_s: number | null;
+  unlearning: boolean;
   discard: boolean;
 }
 
@@ -69,6 +80,7 @@ export interface Choice {
   flags: readonly string[];
   watched: boolean | null;
   reaction_s: number | null;
+  unlearning: boolean | null;
 }
 
 export interface Answer extends ReviewAnswer {
@@ -76,6 +88,46 @@ export interface Answer extends ReviewAnswer {
   ok?: boolean;
   error?: string;
   ms?: number;
+  advice?: readonly Advice[];
+  late?: Late | null;
+  /** The lesson is large: ask again in a moment. */
+  later?: boolean;
+  /** What came of setting up a situation, and the number of the run that begins there. */
+  sentence?: string;
+  run?: number;
+}
+
+/** One thing the coach says of a lesson; `place`: it can be set up. */
+export interface Advice {
+  kind: string;
+  sentence: string;
+  /** From 0 to 1; above 0.5 it is plainly worth following. */
+  weight: number;
+  examples: readonly number[];
+  /** What a press says that looks like a slip. */
+  says: { state: string; next: string } | null;
+  place: boolean;
+}
+
+/** How late presses seem to come. */
+export interface Late {
+  reaction_s: number;
+  sentence: string;
+}
+
+/** A moment at which it was unsure and went on; `run` is null where that run was left. */
+export interface UnsureMark {
+  number: number;
+  time_s: number;
+  run: number | null;
+  sentence: string;
+}
+
+export interface Asking {
+  when: AskWhen;
+  /** What waits for an answer, and what it would do. */
+  question: { sentence: string; next: string } | null;
+  marks: readonly UnsureMark[];
 }
 
 export interface RobotType {
@@ -255,6 +307,9 @@ export interface Desk {
   /** What robots do that a trained coordinator orders about, by the numbers in frames. */
   doing: readonly string[];
   reaction_s: number;
+  /** Whether a correction puts bad examples in quarantine by itself. */
+  unlearning: boolean;
+  asking: Asking;
   /** What it can raise: done, failed, or any name. */
   flags: readonly string[];
   /** What the lesson promises: "done within 20 s in forage, A = station". */

@@ -1,4 +1,4 @@
-/** The run so far as a line to go back on, with a mark for each press that was recorded. */
+/** The run so far as a line to go back on, with a mark for each press that was recorded, and where it was unsure. */
 
 import { useRef } from "preact/hooks";
 import { useStudio } from "./context";
@@ -33,6 +33,16 @@ export function Timeline() {
             title={`example ${mark.number}, at ${clock(mark.time)}`}
           />
         ))}
+        {desk.asking.marks
+          .filter(({ run, time_s }) => run === studio.told?.run.number && time_s <= past.latest)
+          .map((mark) => (
+            <span
+              key={`unsure ${mark.number}`}
+              class="mark unsure"
+              style={{ left: share(past, mark.time_s) }}
+              title={`unsure at ${clock(mark.time_s)}`}
+            />
+          ))}
         <input
           type="range"
           aria-label="Rewind"

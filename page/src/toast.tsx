@@ -7,9 +7,11 @@ export function Toast() {
   const studio = useStudio();
   const { notice } = studio;
   const { undo } = notice;
+  const asked = studio.desk?.asking.question?.sentence;
+  const shown = notice.text !== "" && (asked === undefined || !notice.text.startsWith(asked)); // it has its card
   return (
     <div class="toasts" role="status" aria-live="polite">
-      {notice.text !== "" && (
+      {shown && (
         <div class={className("toast", notice.tone)} key={studio.notices}>
           <span>{notice.text}</span>
           {undo !== undefined && studio.directs && (

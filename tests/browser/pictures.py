@@ -23,6 +23,8 @@ from understudy.training.screen import Screen
 
 PICTURES = Path(__file__).parents[2] / "docs" / "pictures"
 ANYWHERE = 1_000
+FEW, UNSURE = 2, 11
+"""So many ways do not tell enough, and a world in which that shows."""
 
 
 Take: TypeAlias = Callable[[str], None]
@@ -48,9 +50,11 @@ def main(folder: Path) -> None:
 
 
 def goto(person: Forager, take: Take) -> None:
-    """On its way while it is shown, and while it decides."""
+    """Unsure after two ways, on its way while it is shown, and while it decides."""
     person.begin(GOTO)
     for number in range(len(WAYS) - 1):
+        if number == FEW:
+            coach(person, take)
         person.way(number)
     seed, target, away = WAYS[-1]
     person.world(seed, target)
@@ -66,6 +70,23 @@ def goto(person: Forager, take: Take) -> None:
     person.watch(_content, until=lambda screen: screen.state == "forward" and _way(screen) < 2.0, limit_s=60)
     take("studio")
     person.save()
+
+
+def coach(person: Forager, take: Take) -> None:
+    """What to show next, and a robot that asks."""
+    page = person.page
+    page.get_by_role("tab", name="Coach").click()
+    person.click("pause")
+    person.world(UNSURE, "station")
+    person.speed(1)
+    person.test()
+    carry_on = page.get_by_role("button", name="Carry on")
+    carry_on.wait_for()
+    take("studio-coach")
+    person.click("no")
+    carry_on.click()
+    person.press("t")
+    page.get_by_role("tab", name="Automaton").click()
 
 
 def harvest(person: Forager, take: Take) -> None:

@@ -55,3 +55,6 @@ def test_what_cannot_be_advised_on(folder: Path, library: Path) -> None:
     by_hand = run("advise", "goto", "-l", library)
     assert by_hand.exit_code == 2
     assert "it was written by hand" in by_hand.output
+    nowhere = run("advise", "goto", "-l", folder, "--bind", "A=station")
+    assert nowhere.exit_code == 2
+    assert "--bind: A=station means nothing without a world" in " ".join(nowhere.output.split())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.cli.commands import run, said
@@ -38,11 +39,11 @@ def fetching(library: Path) -> Path:
     return library
 
 
-def found(folder: Path, *arguments: object) -> dict[str, dict[str, object]]:
+def found(folder: Path, *arguments: object) -> dict[str, dict[str, Any]]:
     return {each["name"]: each for each in said("test", folder, *arguments)["automata"]}
 
 
-def failed(folder: Path) -> tuple[dict[str, dict[str, object]], str]:
+def failed(folder: Path) -> tuple[dict[str, dict[str, Any]], str]:
     result = run("test", folder, "--json")
     assert result.exit_code == 1, result.output
     text = run("test", folder)
@@ -70,7 +71,7 @@ def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
     save(fetching, Taught(replace(goto, transitions={"start": Tree((leaf(0),))})))
     told, text = failed(fetching)
     assert told["fetch"]["failed"] == [
-        {"outcome": "done within 60 s in forage", "comes_with_former": ["goto"]}
+        {"outcome": "done within 60 s in forage", "problem": None, "comes_with_former": ["goto"]}
     ]
     assert (told["goto"]["works"], told["goto"]["former"]) == (True, 1)
     assert told["goto"]["affected"] == ["deposit", "fetch", "harvest", "forage"]
@@ -80,6 +81,19 @@ def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
     )
     assert "changed since version 1; deposit, fetch, harvest and forage run it" in text
     assert "5 automata, 1 does not do what was shown" in text
+
+
+def test_two_outcomes_of_one_wording(fetching: Path) -> None:
+    """Each says what is wrong with itself."""
+    taught = open_library(fetching, kit).library.taught["fetch"]
+    assert taught.lesson is not None
+    (fine,) = taught.lesson.outcomes
+    slow, broken = replace(fine, within_s=0.2), replace(fine, within_s=0.2, snapshot=b"nothing")
+    save(fetching, Taught(taught.automaton, replace(taught.lesson, outcomes=(slow, broken))))
+    told, text = failed(fetching)
+    first, second = told["fetch"]["failed"]
+    assert (first["problem"], "snapshot" in second["problem"]) == (None, True)
+    assert text.count("is not a snapshot") == 1
 
 
 def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
@@ -122,10 +136,27 @@ def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     assert found(tmp_path)["wander"]["affected"] == ["patrol", "patrol/out"]
 
 
+def test_the_folder_as_an_option(fetching: Path, tmp_path: Path) -> None:
+    """As all other commands have it."""
+    assert said("test", "-l", fetching) == said("test", fetching) == said("test", fetching, "-l", fetching)
+    refused = run("test", fetching, "-l", tmp_path)
+    assert refused.exit_code == 2
+    assert "name one of them" in " ".join(refused.output.split())
+
+
 def test_mistakes(tmp_path: Path, library: Path) -> None:
     refused = run("test", tmp_path / "nothing")
     assert (refused.exit_code, "opening the library" in refused.output) == (2, True)
+    (tmp_path / "nothing").mkdir()
+    refused = run("test", tmp_path / "nothing")
+    assert refused.exit_code == 2
+    assert "name a folder with automata" in " ".join(refused.output.split())
+
+
+def test_the_one_bad_file_is_named(library: Path) -> None:
+    """All others are of the foraging world: what is wrong elsewhere is nobody's business."""
     (library / "goto.json").write_text("{")
     refused = run("test", library)
     assert refused.exit_code == 2
-    assert "cannot be found out" in " ".join(refused.output.split())
+    assert "goto.json" in refused.output
+    assert "feature" not in refused.output

@@ -6,13 +6,18 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from tests.cli.commands import ROOT, run, said
+from tests.coaching.lessons import goto
 from tests.model.lessons import goto as taught_goto
 
+from understudy.learning.transitions import learned
 from understudy.model.folder import save
+from understudy.model.lesson import Options, Trees
+from understudy.model.library import Taught
 
 TABLE = """state,next,kind,distance:continuous,ready:categorical(no|yes)
 start,forward,directive,5,yes
@@ -64,6 +69,16 @@ def test_show(lessons: Path, library: Path) -> None:
     assert "beside 2 watched examples" in text
     assert max(map(len, text.splitlines())) <= 80
     assert "goto(nearest_food)" in run("show", "harvest", "-l", library).stdout
+
+
+def test_show_says_why_examples_are_in_quarantine_and_what_was_pruned(tmp_path: Path) -> None:
+    lesson, reasons = goto(), {2: "too [late]", 3: "slipped", 5: "slipped"}
+    examples = tuple(replace(each, quarantined=reasons.get(each.number, "")) for each in lesson.examples)
+    held = replace(lesson, examples=examples, options=Options(learner=Trees(pruning=0.5)))
+    save(tmp_path, Taught(learned(held), held))
+    text = run("show", "goto", "-l", tmp_path).stdout
+    assert "‡ in quarantine: it teaches nothing\n  2: too [late]\n  3, 5: slipped\n" in text
+    assert "learns decision trees, pruned by 0.5\n" in text
 
 
 def test_validate(library: Path) -> None:

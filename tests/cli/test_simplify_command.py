@@ -71,6 +71,15 @@ def test_a_small_lesson_is_better_left_as_it_is(tmp_path: Path) -> None:
     assert said("simplify", "walk", "-l", small, "--keep", "-p", "9")["leaves"]["after"] == 1
 
 
+def test_how_to_keep_it_all_the_same(tmp_path: Path) -> None:
+    """Nothing was suggested, so it has to be said how much; one of the ten was pressed wrong."""
+    small = learned(tmp_path, TABLE[:11])
+    assert (
+        "Nothing was changed: --pruning 1 --keep saves it so" in run("simplify", "walk", "-l", small).stdout
+    )
+    assert said("simplify", "walk", "-l", small, "--pruning", "1", "--keep")["leaves"]["after"] == 1
+
+
 def test_what_has_no_questions(library: Path, tmp_path: Path) -> None:
 
     save(tmp_path / "other", Taught(goto))

@@ -205,6 +205,19 @@ def test_other_files(library: Path, tmp_path: Path) -> None:
         assert told in " ".join(refused.output.split())
 
 
+def test_a_run_that_was_killed(library: Path) -> None:
+    """Its trace ends within a line: what is before that can be asked all the same."""
+    path = record(library, "--seconds", "3")
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[:21]) + lines[21][:30])
+    assert said("why", path, "--time", "2")["time_s"] == 2.0
+    assert run("why", path, "--time", "2.1").exit_code == 2
+    path.write_bytes(lines[0] + lines[1][:30])
+    refused = run("why", path, "--time", "0")
+    assert refused.exit_code == 2
+    assert "says nothing of robot 0" in " ".join(refused.output.split())
+
+
 def test_parquet(library: Path) -> None:
     pytest.importorskip("duckdb")
     lines = record(library, "--seconds", "3")

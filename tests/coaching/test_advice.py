@@ -9,13 +9,14 @@ from time import thread_time
 import numpy as np
 import pytest
 from hypothesis import given
-from tests.coaching.lessons import DISTANCE, GOTO, Row, goto
+from tests.coaching.lessons import DISTANCE, DONE, GOTO, Row, goto
 from tests.learning.lessons import lesson as lesson_of
 from tests.learning.lessons import tables
 from tests.model.lessons import goto as recorded
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.coach import UNSURE, advice
+from understudy.learning.scikit import ALLOWED
 from understudy.learning.transitions import learn
 from understudy.model.example import Example, ExampleKind
 from understudy.model.kinds import Categorical, Kind
@@ -51,6 +52,22 @@ def test_no_example_of_the_state_lies_in_a_gap(
         assert each.region is not None
         for example in found.examples:
             assert not all(value in part for value, part in zip(example.values, each.region, strict=True))
+
+
+def test_what_is_in_quarantine_was_shown_all_the_same() -> None:
+    shown = goto()
+    held = replace(shown, examples=tuple(replace(each, quarantined="slipped") for each in shown.examples))
+    said = "{}: show me more, and then I can tell you what is missing."
+    for lesson, begins in (
+        (goto(()), "You showed me nothing yet"),
+        (goto(GOTO[:2]), "You pressed once so far"),
+        (held, "You showed me nothing, beside what is in quarantine"),
+        (
+            replace(held, examples=(*shown.examples[:1], *held.examples[1:])),
+            "You pressed once, beside what is in quarantine",
+        ),
+    ):
+        assert [each.sentence for each in advised(lesson, AdviceKind.FEW)] == [said.format(begins)]
 
 
 def test_a_boundary_held_by_one_example_names_it() -> None:
@@ -96,12 +113,29 @@ def test_a_leaf_that_reaches_far_beyond_its_examples_is_asked_about() -> None:
     assert not advised(told_by_distance, AdviceKind.STRETCHED)
 
 
+def test_a_usual_flag_goes_without_saying() -> None:
+    """Nearly always nothing is done when it drives: only what is out of the ordinary there is said."""
+    lesson = goto()
+    automaton = replace(lesson.automaton, features=(*lesson.automaton.features, DONE))
+    shown = [replace(each, values=(*each.values, 0.0)) for each in lesson.examples * 2]
+    raised = replace(lesson.examples[2], values=(0.3, 0.0, 1.0), next="left")
+    examples = [replace(each, number=number) for number, each in enumerate([*shown, raised])]
+    found = [
+        each.sentence for each in advised(replace(lesson, automaton=automaton, examples=tuple(examples)))
+    ]
+    assert any("done is raised" in sentence for sentence in found)
+    assert not any("done is not raised" in sentence for sentence in found)
+
+
 def test_contradicting_examples_are_named() -> None:
     lesson = goto((*GOTO, ("forward", "left", "directive", 0.3, 350)))
     (first,) = advised(lesson, AdviceKind.CONTRADICTION)
     assert first == advised(lesson)[0]
     assert first.examples == (2, 7)
     assert "example 2 says done and example 7 says left" in first.sentence
+    again = goto((*GOTO, *[("forward", "left", "directive", 0.3, 350)] * 2))
+    (first,) = advised(again, AdviceKind.CONTRADICTION)
+    assert "example 2 says done and examples 7 and 8 say left; delete" in first.sentence
 
 
 def test_one_in_quarantine_contradicts_nobody() -> None:
@@ -210,6 +244,24 @@ def test_advice_on_a_stateless_lesson_is_about_no_state() -> None:
 def test_a_classifier_is_advised_on_as_trees_are() -> None:
     lesson = replace(goto(), options=Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1})))
     assert AdviceKind.GAP in {each.kind for each in advised(lesson)}
+
+
+def test_a_classifier_that_has_just_enough_to_learn_from_is_advised_on() -> None:
+    """Without one of the three examples of a state, three neighbors cannot be found."""
+    rows = (*GOTO, ("forward", "left", "directive", 3.0, 90), ("start", "left", "directive", 2.0, 200))
+    rows += (("left", "forward", "directive", 1.0, 10),)
+    knn = Scikit("KNeighborsClassifier", {"n_neighbors": 3})
+    assert advised(replace(goto(rows), options=Options(learner=knn)))
+
+
+@pytest.mark.parametrize("classifier", ALLOWED)
+def test_only_of_classifiers_that_learn_soon_it_says_whether_more_would_help(classifier: str) -> None:
+    rows = [("forward", "forward", "confirmation", 2.0, float(angle)) for angle in range(0, 40, 8)]
+    rows += [("forward", "left", "directive", 2.0, float(angle)) for angle in range(50, 90, 8)]
+    parameters = {"n_neighbors": 1} if classifier == "KNeighborsClassifier" else {}
+    lesson = replace(goto((*GOTO, *rows)), options=Options(learner=Scikit(classifier, parameters)))
+    slow = classifier in ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
+    assert bool(advised(lesson, AdviceKind.OUTLOOK)) is not slow
 
 
 @pytest.mark.parametrize("stateless", [False, True])

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
+import pytest
 from tests.coaching.lessons import GOTO, goto
 
 from understudy.coaching.asking import Asking, Question, When
+from understudy.errors import DefinitionError
+from understudy.model.lesson import Options, Scikit
 from understudy.model.library import Library
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -43,6 +47,24 @@ def test_it_asks_once_and_goes_on_when_let() -> None:
     assert later.look() is not None
     later._last_s = -9.0
     assert later.look() is None
+
+
+def test_where_nothing_can_be_learned_any_more_it_asks_nothing() -> None:
+    """Three neighbors cannot be found among two examples; the undo that left so few has said so."""
+    lesson = goto((*GOTO, ("left", "forward", "directive", 1.0, 10)))
+    learner = Scikit("KNeighborsClassifier", {"n_neighbors": 3})
+    body = World(find_world("forage"), [5])
+    session = Session(
+        body, Library(kit), replace(lesson, options=Options(learner=learner)), targets={"A": "station"}
+    )
+    session.direct("forward")
+    session.tick()
+    session.test()
+    asking = Asking(session)
+    with pytest.raises(DefinitionError, match="n_neighbors"):
+        session.undo()
+    assert session.mode is Mode.TESTING
+    assert asking.look() is None
 
 
 def test_after_a_question_it_rests() -> None:

@@ -10,11 +10,12 @@ from hypothesis import given
 from tests.coaching.lessons import ANGLE, DISTANCE, DONE, FOOD
 from tests.learning.lessons import tables
 
-from understudy.coaching.wording import NOT_THERE, Cells, cells_of, situation, within, wordings
+from understudy.coaching.wording import NOT_THERE, Cells, cells_of, situation, usual_of, within, wordings
 from understudy.model.binding import Binding
 from understudy.model.feature import BoundFeature, Feature
 from understudy.model.kinds import Continuous, Toroidal
 from understudy.worlds.catalog import find_world
+from understudy.worlds.forage import kit as forage
 from understudy.worlds.kits import kit_of
 
 soccer = kit_of(find_world("soccer"))
@@ -22,6 +23,7 @@ BALL = Binding(A="ball")
 X, SIZE = BoundFeature(soccer.features["blob_x"], BALL), BoundFeature(soccer.features["blob_size"], BALL)
 HEADING = BoundFeature(Feature("heading", Toroidal(), "heading", unit="rad"))
 HOUR = BoundFeature(Feature("hour", Toroidal(24.0), "hour"))
+STATION = BoundFeature(forage.features["at_station"])
 WEIGHT = BoundFeature(Feature("weight", Continuous(), "weight", unit="kg"))
 
 SAID = [
@@ -31,14 +33,20 @@ SAID = [
     ([DISTANCE, ANGLE], [(0, 0), (6, 6)], {0: {0, 1}}, "A is not far (below 4 m)"),
     ([DISTANCE, ANGLE], [(0, 0), (6, 6)], {0: {0, 2}}, "A is close or far"),
     ([DISTANCE, ANGLE], [(0, 0), (6, 6)], {1: {1, 3}}, "A is to the left or to the right"),
-    ([DISTANCE], [(0,), (6,)], {0: {0, 1, 2}}, "A is not absent"),
+    ([DISTANCE, ANGLE], [(0, 0), (6, 6)], {1: {0, 1, 3}}, "A is not behind you"),
+    ([DISTANCE], [(0,), (6,)], {0: {0, 1, 2}}, "A is there"),
     ([DISTANCE], [(0,), (6,)], {0: {0, NOT_THERE}}, "A is close (below 2 m) or absent"),
     ([X, SIZE], [(0, 0), (150, 9000)], {0: {NOT_THERE}, 1: {NOT_THERE}}, "ball is not seen"),
     ([X, SIZE], [(0, 0), (150, 9000)], {0: {0}}, "ball is in the left of the picture (below 50 px)"),
     ([X, SIZE], [(0, 0), (150, 9000)], {1: {0, 1, 2}}, "ball is seen"),
     ([FOOD, DONE], [(0, 0), (1, 1)], {0: {0}, 1: {1}}, "food_left is no and done is raised"),
     ([HEADING, HOUR], [(0, 0), (6, 23)], {0: {1}, 1: {2}}, "heading is around 90° and hour is around 12"),
-    ([WEIGHT], [(0,), (0.3,)], {0: {2}}, "weight is high (above 0.2 kg)"),
+    ([WEIGHT], [(0,), (0.3,)], {0: {2}}, "weight is above 0.2 kg"),
+    ([WEIGHT], [(0,), (0.3,)], {0: {1}}, "weight is 0.1 to 0.2 kg"),
+    ([WEIGHT], [(0,), (0.3,)], {0: {0, 1}}, "weight is below 0.2 kg"),
+    ([WEIGHT], [(0,), (0.3,)], {0: {1, 2}}, "weight is above 0.1 kg"),
+    ([WEIGHT], [(0,), (0.3,)], {0: {0, 2}}, "weight is below 0.1 kg or above 0.2 kg"),
+    ([FOOD, STATION], [(0, 0), (1, 1)], {0: {1}, 1: {1}}, "food_left and at_station are yes"),
     ([WEIGHT], [(0,), (0.3,)], {}, ""),
 ]  # fmt: skip
 
@@ -49,6 +57,29 @@ def test_a_situation_is_said_in_words(
 ) -> None:
     words = wordings(features, np.array(seen, np.float64))
     assert situation(words, {feature: frozenset(chosen) for feature, chosen in cells.items()}) == said
+
+
+def test_what_is_usual_goes_without_saying() -> None:
+    """Of ten examples seven have food_left, three of four do not; a number is never usual."""
+    words = wordings([FOOD, DONE, WEIGHT], np.array([(0, 0, 0), (1, 1, 0.3)], np.float64))
+    rows = np.array([(1, each % 4 == 0, 2) for each in range(10)], np.int64)
+    rows[:3, 0] = 0
+    usual = usual_of(rows, words)
+    assert usual == {0: {1}, 1: {0}}
+    chosen: Cells = {0: frozenset({1}), 1: frozenset({0}), 2: frozenset({2})}
+    assert situation(words, chosen, usual) == "weight is above 0.2 kg"
+    assert (
+        situation(words, {**chosen, 1: frozenset({1})}, usual) == "done is raised and weight is above 0.2 kg"
+    )
+    rows[3, 0] = 0
+    assert 0 not in usual_of(rows, words)
+
+
+def test_where_all_is_usual_all_is_said() -> None:
+    words = wordings([FOOD, DONE], np.array([(0, 0), (1, 1)], np.float64))
+    usual: Cells = {0: frozenset({1}), 1: frozenset({0})}
+    assert situation(words, usual, usual) == "food_left is yes and done is not raised"
+    assert usual_of(np.zeros((0, 2), np.int64), words) == {}
 
 
 AROUND = [(0, 0), (44, 0), (46, 1), (134, 1), (136, 2), (224, 2), (226, 3), (314, 3), (316, 0), (359, 0)]

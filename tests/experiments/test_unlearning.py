@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from typing import Any
+
 import numpy as np
 import pytest
 
+from understudy.experiments.experiment import Findings
+from understudy.experiments.unlearning import correcting, run
 from understudy.experiments.unlearning.correcting import LEARNERS, compared, corrected
 from understudy.experiments.unlearning.run import SETTINGS, Setting, outcomes
-from understudy.experiments.unlearning.sparse import DATA_SETS, NOISES, SIZES, data_set, lesson_of, sparse
+from understudy.experiments.unlearning.sparse import (
+    DATA_SETS,
+    NOISES,
+    SIZES,
+    Sparse,
+    data_set,
+    lesson_of,
+    sparse,
+)
+from understudy.learning.unlearning import Judgement, judge
+from understudy.model.example import Example
+from understudy.model.lesson import Lesson, Scikit
 
 
 @pytest.mark.parametrize("name", DATA_SETS)
@@ -34,6 +50,96 @@ def test_so_many_labels_are_wrong() -> None:
     assert (np.not_equal(truth, drawn.labels) == drawn.bad).all()
 
 
+def test_features_are_in_units_of_their_spread() -> None:
+    for name in DATA_SETS:
+        vectors, _ = data_set(name)
+        np.testing.assert_allclose(vectors.mean(axis=0), 0.0, atol=1e-9)
+        spread = vectors.std(axis=0)
+        np.testing.assert_allclose(spread[spread > 0], 1.0)
+
+
+def test_nothing_is_shown_twice() -> None:
+    assert len(np.unique(data_set("wine")[0], axis=0)) == 178, "all of them differ"
+    for seed in range(5):
+        assert len(np.unique(sparse("wine", SIZES[1], 0.0, seed).shown, axis=0)) == 60
+
+
+def line(
+    shown: dict[float, int], met: dict[float, int], test: dict[float, int], bad: Collection[float] = ()
+) -> Sparse:
+    """A lesson of one feature: labels by what was shown, what the robot meets, and what it is judged on."""
+
+    def columns(of: dict[float, int]) -> tuple[Any, Any]:
+        return np.array(list(of), np.float64).reshape(-1, 1), np.array(list(of.values()), np.int64)
+
+    wrong = np.array([each in bad for each in shown])
+    return Sparse(*columns(shown), wrong, *columns(met), *columns(test))
+
+
+SPLIT = line(
+    {0.0: 0, 1.0: 0, 2.0: 0, 10.0: 1, 11.0: 1, 12.0: 1},
+    {0.5: 0, 6.5: 0, 10.5: 1, 7.0: 0, 9.2: 0, 9.1: 0, 9.7: 1},
+    {8.9: 0, 9.65: 1, 9.4: 0, 30.0: 0},
+)
+"""The boundary is between 9.2 and 9.7. Trees have it at 6 first: wrong about 6.5. Then at 8.25: right about 7, and
+wrong about 9.2. Then at 9.6, and right from there on. Of what they are judged on the last goes astray."""
+
+
+@pytest.mark.parametrize("learner", ["trees", "k-NN 1"])
+def test_one_is_met_after_another(learner: str) -> None:
+    """The nearest neighbor has the boundary at the very same places."""
+    learners = {**LEARNERS, "k-NN 1": Scikit("KNeighborsClassifier", {"n_neighbors": 1})}
+    assert corrected(SPLIT, learners[learner], unlearn=False) == (0.75, 2, frozenset())
+
+
+MISLED = line(
+    {0.0: 0, 1.0: 0, 2.0: 0, 3.0: 0, 4.0: 0, 2.5: 1, 20.0: 1, 21.0: 1, 22.0: 1, 23.0: 1, 24.0: 1, 22.5: 0},
+    {2.4: 0, 2.6: 0, 22.4: 1, 22.6: 1},
+    {2.45: 0, 2.55: 0, 22.45: 1, 22.55: 1},
+    bad={2.5, 22.5},
+)
+"""Two were labeled wrong, at 2.5 and 22.5. Each misleads the robot on either side of it, unless it is found out."""
+
+
+def test_bad_examples_are_found_one_after_the_other() -> None:
+    unlearned = corrected(MISLED, LEARNERS["trees"], unlearn=True)
+    assert unlearned == (1.0, 2, frozenset({6, 12}))
+    alone = corrected(MISLED, LEARNERS["trees"], unlearn=False)
+    assert (alone.corrections, alone.quarantined) == (4, frozenset())
+    assert alone.accuracy < 1.0
+    assert compared(MISLED, LEARNERS["trees"]) == [alone.accuracy, 1.0, 4, 2, 2, 2, 10, 0]
+
+
+def test_whom_a_correction_does_not_convince_is_not_corrected_again() -> None:
+    """Two of the three nearest still say otherwise."""
+    drawn = line({0.0: 0, 1.0: 0, 10.0: 1, 10.5: 1, 11.0: 1}, {10.2: 0, 0.5: 0}, {10.2: 0, 0.5: 0})
+    assert corrected(drawn, LEARNERS["k-NN"], unlearn=False) == (0.5, 1, frozenset())
+
+
+def test_what_is_judged_is_a_correction(monkeypatch: pytest.MonkeyPatch) -> None:
+    judged: list[Example] = []
+
+    def noted(lesson: Lesson, correction: Example) -> Judgement:
+        judged.append(correction)
+        return judge(lesson, correction)
+
+    monkeypatch.setattr(correcting, "judge", noted)
+    corrected(MISLED, LEARNERS["trees"], unlearn=True)
+    assert [(each.number, each.correction) for each in judged] == [(13, True), (14, True)]
+
+
+def test_good_ones_that_are_lost_are_counted() -> None:
+    """Nobody slipped, but it is the same lesson."""
+    nobody = MISLED._replace(bad=np.zeros(12, np.bool_))
+    assert compared(nobody, LEARNERS["trees"])[4:] == [0, 0, 12, 2]
+
+
+def test_a_lesson_is_without_states() -> None:
+    lesson = lesson_of(sparse("iris", SIZES[0], 0.2, 1), LEARNERS["trees"])
+    assert lesson.automaton.stateless
+    assert (len(lesson.examples), {each.state for each in lesson.examples}) == (12, {"start"})
+
+
 def test_corrections_are_few_and_right() -> None:
     drawn = sparse("digits", SIZES[0], 0.2, 3)
     alone = corrected(drawn, LEARNERS["trees"], unlearn=False)
@@ -58,3 +164,54 @@ def test_outcomes_are_means_and_sums_by_setting() -> None:
     first = found[Setting("iris", "4 a class", 0.05, "trees")]
     assert (first.alone, first.unlearned, first.gain) == (0.5, 0.8, 0.3)
     assert (first.corrections_unlearned, first.bad, first.found, first.lost) == (11, 6, 5, 1)
+
+
+def test_every_setting_has_its_own_lesson_and_learner(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run, "sparse", lambda *which: which)
+    monkeypatch.setattr(run, "compared", lambda lesson, learner: (lesson, learner))
+    assert run.work({"seed": 5})["outcomes"] == [
+        ((setting.data, setting.size, setting.noise, 5), LEARNERS[setting.learner]) for setting in SETTINGS
+    ]
+
+
+def concluded(*rows: list[float]) -> Findings:
+    """What is concluded where the first settings come out so, and all others like the first."""
+    outcomes = [*rows, *[rows[0]] * (len(SETTINGS) - len(rows))]
+    return run.conclude([{"task": {"seed": 61_000}, "outcomes": outcomes}])
+
+
+BETTER, SAME, WORSE = ([0.5, after, 20, 12, 10, 7, 50, 4] for after in (0.6, 0.5, 0.48))
+
+
+def test_what_is_concluded() -> None:
+    found = concluded(BETTER, WORSE, SAME)
+    assert [(goal.measured, goal.held) for goal in found.goals] == [
+        ("97%", True),
+        ("-2.00 points", False),
+        ("70%", True),
+        ("8.0%", True),
+    ]
+    assert found.headline.startswith(
+        "With unlearning, corrections lead to more right decisions in 70 of 72 settings, "
+    )
+    assert (
+        "the worst setting loses 2.0. Of the examples with wrong labels it finds 70%, and puts 8%"
+        in found.headline
+    )
+    learners, settings = found.tables
+    assert learners.rows[0] == ("trees", "24 of 24", "+10.0", "+10.0", "70%", "8.0%")
+    assert learners.rows[1] == ("k-NN", "23 of 24", "+9.5", "-2.0", "70%", "8.0%")
+    assert [row[0] for row in learners.rows[-4:]] == ["5% wrong", "10% wrong", "20% wrong", "all"]
+    assert [row[1] for row in learners.rows[-4:]] == ["22 of 24", "24 of 24", "24 of 24", "70 of 72"]
+    assert settings.rows[0] == ("iris, 4 a class", "5%", "50.0 → 60.0", "50.0 → 48.0", "50.0 → 50.0")
+    assert found.notes[0].startswith("Corrected 12.0 times in the mean with unlearning, 20.0 times without")
+    assert found.notes[1] == "Not better: k-NN on iris, 4 a class, 5%; SVM on iris, 4 a class, 5%."
+
+
+def test_what_is_not_held() -> None:
+    found = concluded(SAME)
+    assert [goal.held for goal in found.goals] == [False, True, True, True]
+    assert found.notes[1] == "Not better in 72 settings."
+    lost = concluded([0.5, 0.6, 20, 12, 10, 5, 50, 6])
+    assert [goal.held for goal in lost.goals] == [True, True, False, False]
+    assert lost.notes[1] == "Not better in 0 settings."

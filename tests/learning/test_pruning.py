@@ -12,11 +12,13 @@ from tests.learning.lessons import lesson, tables, tree_of
 from tests.learning.reference import Row
 
 from understudy.errors import DefinitionError
-from understudy.learning.arrays import Shown
+from understudy.learning import simplify
+from understudy.learning.arrays import Shown, arrays, teaching
 from understudy.learning.pruning import links, pruned
 from understudy.learning.simplify import ENOUGH, suggestion, with_pruning
 from understudy.learning.transitions import learn
-from understudy.model.kinds import Kind
+from understudy.model.example import ExampleKind
+from understudy.model.kinds import Categorical, Kind
 from understudy.model.lesson import Lesson, Options, Scikit, Trees
 from understudy.model.tree import Test, Tree
 
@@ -75,15 +77,35 @@ def test_what_counts_is_how_much_for_each_leaf() -> None:
     assert decided(made, 0.5, [5.0]) == ["go"]
 
 
+def test_of_equally_weak_questions_the_topmost_goes_first() -> None:
+    """Turning sets one right with one leaf more, both together two with two: all goes in one step."""
+    made = go((1.0, "stop"), (5.0, "go"), (5.5, "go"), (6.0, "go"), (9.0, "turn"))
+    shown = arrays(made, teaching(made)["go"], "go")
+    assert [worth for worth, _ in links(tree_in(made), shown)] == [1.0]
+
+
 def test_a_tie_stays() -> None:
     made = go((9.0, "go"), (1.0, "stop"))
     assert decided(made, 1.0, [1.0, 9.0]) == ["go", "go"]
+    first = ("stop", (5.0,), "go", "directive")  # so that stop is declared before go
+    rows: list[tuple[Any, ...]] = [
+        first,
+        ("go", (9.0,), "go", "confirmation"),
+        ("go", (1.0,), "stop", "directive"),
+    ]
+    assert decided(lesson(rows), 1.0, [1.0, 9.0]) == ["go", "go"]
 
 
 def test_what_makes_no_sense_is_refused() -> None:
     for pruning in (-1.0, float("nan"), float("inf")):
         with pytest.raises(DefinitionError, match="0 prunes nothing"):
             Trees(pruning=pruning)
+
+
+def tree_in(made: Lesson) -> Tree:
+    tree = learn(made)["go"]
+    assert isinstance(tree, Tree)
+    return tree
 
 
 def shown_of(rows: list[Row], kinds: list[Kind]) -> Shown:
@@ -144,6 +166,24 @@ def test_a_suggestion_takes_what_costs_nothing() -> None:
     assert decided(noisy(), found.pruning, [1.5, 8.25, 1.0, 9.0]) == ["stop", "go", "stop", "go"]
 
 
+def test_watched_examples_are_not_left_out() -> None:
+    made = noisy()
+    watched = tuple(
+        replace(each, number=100 + each.number, kind=ExampleKind.WATCHED) for each in made.examples
+    )
+    found = suggestion(replace(made, examples=made.examples + watched))
+    assert found is not None
+    assert found.examples == 40
+
+
+def test_of_several_that_are_as_good_the_simplest_is_suggested() -> None:
+    """A wrong press at either end costs nothing, whether it goes or not."""
+    found = suggestion(noisy())
+    assert found is not None
+    worths = [worth for worth, _ in links(tree_in(noisy()), arrays(noisy(), teaching(noisy())["go"], "go"))]
+    assert found.pruning == max(worth for worth in worths if worth < 5)
+
+
 def test_a_suggestion_gives_nothing_up_for_simplicity() -> None:
     """Three in a row that go on where it stops are no mistake: without them it would still be less wrong (6) than
     without any pruning (7), but not as right as it can be (5)."""
@@ -171,3 +211,23 @@ def test_too_few_examples_and_classifiers_get_no_advice() -> None:
 def test_never_on_by_default() -> None:
     assert Trees().pruning == 0.0
     assert Options().learner == Trees()
+
+
+def test_of_a_larger_lesson_several_are_left_out_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is left out just once, whoever is left out with it."""
+    for most in (1, 7, 40):
+        monkeypatch.setattr(simplify, "MOST_TRIALS", most)
+        found = suggestion(noisy())
+        assert found is not None
+        assert found.examples == 40
+        assert (found.wrong_pruned == 3) == (most > 1), "of all at once nothing is left to learn from"
+
+
+def test_in_a_stateless_lesson_what_was_never_shown_is_told_by_each_state() -> None:
+    """A label that only one example has leads nowhere without it: whoever is there stays."""
+    rows: list[tuple[Any, ...]] = [("go", (0,), "stop", "directive"), ("stop", (1,), "go", "directive")] * 15
+    kinds: list[Kind] = [Categorical(("a", "b", "c"))]
+    for state, wrong in (("go", 1), ("stop", 0)):
+        found = suggestion(lesson([*rows, (state, (2,), "stop", "directive")], kinds, stateless=True))
+        assert found is not None
+        assert (found.examples, found.wrong) == (31, wrong)

@@ -8,6 +8,7 @@ from math import nan
 
 import pytest
 
+from understudy.learning import responsible
 from understudy.learning.responsible import moved
 from understudy.learning.transitions import learned
 from understudy.model.automaton import START, Automaton, State
@@ -191,3 +192,53 @@ def test_by_hand_and_by_classifier_nobody_is() -> None:
     )
     (done,) = moved(before, Taught(learned(lesson), lesson))
     assert (done.what, done.examples) == ("vanished", ())
+
+
+def test_without_features_it_is_who_has_the_majority() -> None:
+    """Nothing is asked, so nothing can bound a condition: the state is left always, or never."""
+    examples = [
+        Example(number, "go", (), following, ExampleKind.DIRECTIVE)
+        for number, following in enumerate(("turn", "done", "done"), 1)
+    ]
+    before, after = (
+        Taught(learned(lesson), lesson)
+        for lesson in (
+            Lesson(
+                Automaton("walk", (START, State("go", "forward"), State("turn", "left"), State("done"))),
+                shown,
+            )
+            for shown in (tuple(examples[:1]), tuple(examples))
+        )
+    )
+    assert [(each.next, each.what) for each in moved(before, after)] == [
+        ("turn", "vanished"),
+        ("done", "appeared"),
+    ]
+    assert [[who.number for who in each.examples] for each in moved(before, after)] == [[2, 3], [2, 3]]
+
+
+def test_where_no_single_example_is_it_is_all_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of many that changed none is tried as it was; of two that each would do, neither alone."""
+    bare = Automaton("walk", (START, *taught(BASE).automaton.states[1:]), (FAR, FULL))
+    rows = [
+        ((4.0, 1.0), "turn", ExampleKind.DIRECTIVE),
+        ((2.0, 1.0), "go", ExampleKind.CONFIRMATION),
+        ((2.0, 0.0), "done", ExampleKind.DIRECTIVE),
+        ((6.0, 1.0), "go", ExampleKind.CONFIRMATION),
+    ]
+
+    def made(more: int) -> Taught:
+        examples = tuple(
+            Example(number, "go", *row) for number, row in enumerate([*rows[:3], *rows[3:] * more], 1)
+        )
+        lesson = Lesson(bare, examples)
+        return Taught(learned(lesson), lesson)
+
+    def who(more: int) -> list[tuple[int, str]]:
+        (done,) = (each for each in moved(made(0), made(more)) if each.next == "done")
+        return [(each.number, each.how) for each in done.examples]
+
+    assert who(1) == [(4, "elsewhere, without it this would not be")]
+    assert who(2) == [(4, "elsewhere, with the others"), (5, "elsewhere, with the others")]
+    monkeypatch.setattr(responsible, "MOST_TRIED", 0)
+    assert who(1) == [(4, "elsewhere, with the others")]

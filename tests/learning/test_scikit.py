@@ -61,6 +61,8 @@ def test_deciding_together_is_deciding_alone(classifier: str) -> None:
         [[near, angle, label] for near in (0, 3, 4.5, nan) for angle in (0, 2) for label in (0, 1)]
     )
     assert function.decide_all(rows).tolist() == [function.decide(row) for row in rows.tolist()]
+    assert function.decide_at_once(rows).tolist() == [function.decide(row) for row in rows.tolist()]
+    assert function.decide_at_once(rows[:0]).tolist() == []
 
 
 def test_report_and_explanation() -> None:

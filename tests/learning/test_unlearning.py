@@ -85,6 +85,13 @@ def test_reasons_name_examples() -> None:
     assert str(found) == f"{found.reason} {reason}"
 
 
+@pytest.mark.parametrize("others", range(3, 8))
+def test_with_fewer_than_six_others_it_is_too_early(others: int) -> None:
+    found = judged([*DRIVING[: others - 2], ARRIVING, WRONG, RIGHT])
+    assert ("too early to doubt any" in found.reason) == (others < 6)
+    assert f"With {others} other examples beside" in found.reason or others >= 6
+
+
 def test_no_suspect_speaks_against_another() -> None:
     """Two buttons were hit wrongly at one place: each is doubted by those that are not."""
     found = judged([*DRIVING, ARRIVING, WRONG, ("go", [56.2], "rest", "directive"), RIGHT])
@@ -119,6 +126,21 @@ def test_corrections_that_contradict_each_other_are_both_kept() -> None:
     found = judged(shown, corrections=2)
     assert (found.verdict, found.suspects) == (Verdict.CONTRADICTION, ())
     assert found.reason == "Correction 7 contradicts example 6: both are kept."
+
+
+def test_what_was_recorded_beside_a_correction_contradicts_none() -> None:
+    """Who corrects to a state, and at once, seeing the very same, on to another, has contradicted nobody."""
+    shown = [*DRIVING, ARRIVING, ("go", [55], "go", "default"), ("go", [55], "turn", "directive")]
+    assert judged(shown, corrections=2).verdict is not Verdict.CONTRADICTION
+
+
+def test_what_is_like_a_correction_may_agree_with_it() -> None:
+    """It was all said near by; what was learned has the boundary elsewhere."""
+    found = judged([*DRIVING, ("go", [3], "turn", "directive"), ("go", [79], "go", "confirmation")])
+    assert found.verdict is Verdict.FEW
+    assert found.reason == "What is like correction 6 agrees with it: it shows where the boundary is not."
+    alone = judged([*DRIVING, ARRIVING, ("go", [200], "done", "directive")])
+    assert alone.reason == "Nothing like correction 6 had been shown: it adds what was missing."
 
 
 def test_the_learner_makes_no_difference() -> None:
@@ -159,6 +181,7 @@ def test_no_correction_is_ever_suspected_and_order_makes_no_difference(table: An
     found = judge(given_, correction)
     assert not any(each.example.correction or each.example.next == correction.next for each in found.suspects)
     assert (found.verdict is Verdict.BAD) == bool(found.suspects)
+    assert all(0.5 <= each.doubt <= 1.0 for each in found.suspects)
     mixed = list(given_.examples)
     random.shuffle(mixed)
     assert judge(replace(given_, examples=tuple(mixed)), correction) == found
@@ -179,6 +202,12 @@ UNLIKE = [  # a kind, two values, how far apart they are where 0 and 10 are also
 def test_unlikeness(kind: Kind, first: float, second: float, apart: float) -> None:
     column = [[first], [second], [0.0], [2.0 if kind == LIGHT else 10.0]]
     assert unlikeness(np.array(column), [kind])[0, 1] == pytest.approx(apart**2)
+
+
+def test_features_count_alike() -> None:
+    """Half of the way by one, all of it by the other: the mean of the squares."""
+    values = np.array([[0.0, 0.0], [5.0, 180.0], [10.0, 0.0]])
+    assert unlikeness(values, [Continuous(), Toroidal(360)])[0, 1] == pytest.approx((0.25 + 1.0) / 2)
 
 
 def test_a_feature_that_never_changes_says_nothing() -> None:

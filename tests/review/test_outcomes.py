@@ -5,18 +5,24 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.cli.forage_parts import goto
+from tests.coaching.lessons import goto as goto_lesson
 from tests.training.lessons import session as scripted
 from tests.worlds.patrollers import ROBOTS, SCENARIO, lead
 
 from understudy.errors import DefinitionError, SessionError
+from understudy.learning.transitions import learned
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
+from understudy.model.feature import BoundFeature, Feature, Readings
 from understudy.model.folder import open_document, save
+from understudy.model.kinds import Column, Continuous
+from understudy.model.lesson import Options, Scikit
 from understudy.model.library import Library, Taught
 from understudy.model.outcome import Outcome
-from understudy.model.tree import Tree, leaf
+from understudy.model.tree import Node, Test, Tree, leaf
 from understudy.review.lessons import above, below, examined, lost
 from understudy.review.outcomes import here, promise, tried
 from understudy.training.design import new_lesson
@@ -64,6 +70,15 @@ def test_it_comes_or_it_does_not() -> None:
     assert not tried(promised, "fetch", library.with_taught(Taught(SITS))).came
 
 
+def test_another_flag_is_not_what_was_promised() -> None:
+    """It gives up at once instead."""
+    promised = here(taught(), flag="done", within_s=5.0)
+    states = (START, State("done", flag="done"), State("failed", flag="failed"))
+    for index, came in ((1, True), (2, False)):
+        fetch = Automaton("fetch", states, transitions={"start": Tree((leaf(index),))})
+        assert tried(promised, "fetch", LIBRARY.with_taught(Taught(fetch))).came is came
+
+
 def test_what_cannot_be_tried_says_why() -> None:
     made = taught()
     promised = here(made, flag="done", within_s=5.0)
@@ -71,6 +86,29 @@ def test_what_cannot_be_tried_says_why() -> None:
     library = LIBRARY.with_taught(made.taught())
     assert "snapshot" in tried(replace(promised, snapshot=b"nothing"), "fetch", library).problem
     assert "TOML" in tried(replace(promised, scenario="nothing ="), "fetch", library).problem
+    for agent in (1, -1):
+        assert (
+            f"no agent {agent} in its world"
+            in tried(replace(promised, agent=agent), "fetch", library).problem
+        )
+    assert "sort 'forager'" in tried(replace(promised, sort="patrol"), "fetch", library).problem
+
+
+def test_what_breaks_on_the_way_says_why() -> None:
+    """A feature of somebody's own that works at first: the outcome does not come, and others can still be tried."""
+    calls: list[Readings] = []
+
+    def worn(robot: Readings) -> Column:
+        calls.append(robot)
+        return np.full(1, np.inf if len(calls) > 5 else 1.0)
+
+    feature = BoundFeature(Feature("worn", Continuous(), function=worn))
+    cut = Tree((Node(Test.BELOW, 0, high=9.0, yes=1, no=2), leaf(1), leaf(2)))
+    states = (START, State("forward", "forward"), State("done", flag="done"))
+    fetch = Automaton("fetch", states, (feature,), transitions={"start": cut, "forward": cut})
+    found = tried(here(taught(), flag="done", within_s=5.0), "fetch", LIBRARY.with_taught(Taught(fetch)))
+    assert not found.came
+    assert "worn" in found.problem
 
 
 def test_a_promise_is_a_step_that_is_kept_and_undone(tmp_path: Path) -> None:
@@ -160,6 +198,24 @@ def test_above_and_below() -> None:
     assert above(library, "a") == ("b", "c")
     assert below(library, "c") == ("c", "b", "a")
     assert above(library, "d") == ()
+
+
+def test_a_classifier_that_was_fitted_to_the_same_is_the_same() -> None:
+    """Whatever was promised meanwhile, and whoever sits in quarantine."""
+    lesson = goto_lesson()
+    scikit = replace(lesson, options=Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1})))
+    former, now = (Taught(learned(each), each) for each in (scikit, replace(scikit)))
+    assert former.automaton != now.automaton, "each is fitted for itself"
+    held = replace(scikit.examples[-1], number=99, quarantined="slipped")
+    more = replace(scikit, examples=(*scikit.examples, held))
+    less = replace(scikit, examples=scikit.examples[:-1])
+    for other, expected in (
+        (now, False),
+        (Taught(learned(more), more), False),
+        (Taught(learned(less), less), True),
+    ):
+        library = Library.of(kit).with_taught(other)
+        assert examined(library, "goto", {"goto": former}).changed is expected
 
 
 def test_outcomes_are_compared() -> None:

@@ -165,6 +165,13 @@ BAD = [
     '{"id": 1, "do": "remove_object", "slot": 77}',
     '{"id": 1, "do": "add_obstacle", "x": 1, "y": 1, "radius": 0}',
     '{"id": 1, "do": "add_obstacle", "x": 6, "y": 6, "radius": 40}',
+    '{"id": 1, "do": "set_up", "sentence": "Show me how to fly."}',
+    '{"id": 1, "do": "set_up", "sentence": ""}',
+    '{"id": 1, "do": "ask_when", "when": "always"}',
+    '{"id": 1, "do": "go_to_mark", "number": 1}',
+    '{"id": 1, "do": "use_reaction", "reaction_s": 7}',
+    '{"id": 1, "do": "use_reaction", "reaction_s": -0.1}',
+    '{"id": 1, "do": "choose", "states": ["forward"], "features": ["done"], "unlearning": 1}',
     '{"id": 1, "do": "redo"}',
     '{"id": 1, "do": "undo"' + " " * 70_000 + "}",
     b'{"id": 1, "do": "undo"}',
@@ -261,6 +268,9 @@ VALID: list[dict[str, Any]] = [
     {"do": "add_obstacle", "x": 2, "y": 2, "radius": 0.2},
     {"do": "move_obstacle", "index": 0, "x": 3, "y": 2},
     {"do": "remove_obstacle", "index": 0},
+    {"do": "advise"},
+    {"do": "ask_when", "when": "pause"},
+    {"do": "use_reaction", "reaction_s": 0.2},
 ]
 ODD = st.one_of(
     st.none(),

@@ -184,8 +184,21 @@ def test_quarantine_and_back() -> None:
     assert taught.taught().automaton.transitions.get(state) != before.automaton.transitions[state]
     taught.quarantine({number: ""})
     assert taught.taught() == before
+    taught.quarantine({number: ""})  # it teaches already: there is nothing to undo
+    taught.quarantine({})
     assert (taught.undo(), taught.undo()) == ("release 1 example", "quarantine 1 example")
     assert taught.taught() == before
+
+
+def test_a_slip_is_mended_with_what_it_recorded_on_its_way() -> None:
+    """Example 1 led from start to left, with default 2 there; what was meant was forward, so 2 shows nothing."""
+    taught = begun()
+    before = taught.examples
+    taught.mend(1, "forward")
+    assert rows(taught)[0] == (*rows(taught)[0][:-2], "forward", "directive")
+    assert [each.quarantined for each in taught.examples[:2]] == ["", "Example 1 was a slip."]
+    assert taught.undo() == "mend example 1"
+    assert taught.examples == before
 
 
 EDITS = [  # what is given for example 2, (left, 97 m, left, default); what it is then

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from math import nan
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from tests.bodies import Scripted
 from tests.training.lessons import play, session
 
 from understudy.experiments.novices.novice import Novice
 from understudy.experiments.novices.traits import drawn
 from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature, Feature
-from understudy.model.kinds import Continuous, Kind, Toroidal
+from understudy.model.feature import BoundFeature, Feature, TimeInState
+from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import Lesson, Options, Record
 from understudy.training.lateness import lateness
 from understudy.training.values import steady_readings
@@ -50,13 +54,52 @@ def demonstrated(
 
 
 @pytest.mark.parametrize("kind", [Continuous(), Toroidal()])
-@pytest.mark.parametrize("late_s", [0.0, 0.1, 0.3, 0.5])
+@pytest.mark.parametrize("late_s", [0.0, 0.1, 0.3, 0.5, 0.7])
 def test_a_known_reaction_time_is_found(late_s: float, kind: Kind) -> None:
     found = lateness(demonstrated(late_s, kind=kind))
     assert found is not None
     assert found.reaction_s == pytest.approx(late_s, abs=0.051)
-    assert found.least_s <= found.reaction_s <= found.most_s
     assert found.presses == 20
+    assert found.least_s <= late_s <= found.most_s
+    assert found.most_s - found.least_s == pytest.approx(0.2, abs=0.11)
+
+
+@pytest.mark.parametrize("kind", [Continuous(), Toroidal()])
+def test_the_evidence_says_how_far_apart(kind: Kind) -> None:
+    """Who is 0.03 s off on either side, at 0.6 m/s, is about 2 cm off; half of what a tick changes comes on top. Who
+    is 0.3 s late at between 0.2 and 1 m/s, is 10 cm off."""
+    then, now = re.findall(r"(0\.\d+) m", str(lateness(demonstrated(0.3, kind=kind))))
+    assert float(then) == pytest.approx(0.03, abs=0.015)
+    assert float(now) == pytest.approx(0.1, abs=0.05)
+
+
+def test_even_of_a_machine() -> None:
+    """None undercuts half of what a tick changes, so that a single shift that fits to the digit is not everything."""
+    found = lateness(demonstrated(0.3, spread_s=0.0))
+    assert found is not None
+    assert found.reaction_s == 0.3
+
+
+def test_what_tells_most_is_the_evidence() -> None:
+    """Three sorts of presses, one of them by somebody who hardly knows what they want."""
+    parts = [
+        demonstrated(0.3, 10, spread_s=0.2, seed=4),
+        demonstrated(0.3, 10, seed=5),
+        demonstrated(0.3, 6, seed=6),
+    ]
+    examples: list[Example] = []
+    values: list[NDArray[np.float64]] = []
+    seconds: list[NDArray[np.float64]] = []
+    for part, state in zip(parts, ("go", "on", "by"), strict=True):
+        rows = sum(len(each) for each in seconds)
+        examples += [replace(each, state=state, moment=(each.moment or 0) + rows) for each in part.examples]
+        values.append(part.record.values)
+        seconds.append(part.record.seconds)
+    record = Record(parts[0].record.keys, np.vstack(values), np.concatenate(seconds))
+    found = lateness(replace(parts[0], examples=tuple(examples), record=record))
+    assert found is not None
+    assert found.presses == 26
+    assert "the 10 presses from on to done" in found.evidence
 
 
 def test_the_evidence_says_by_what() -> None:
@@ -70,6 +113,9 @@ def test_the_evidence_says_by_what() -> None:
 
 def test_too_little_gives_no_estimate() -> None:
     assert lateness(demonstrated(0.3, presses=7)) is None
+    lesson = demonstrated(0.3)
+    of_many_sorts = tuple(replace(each, next=f"to {each.number % 7}") for each in lesson.examples)
+    assert lateness(replace(lesson, examples=of_many_sorts)) is None
     assert lateness(Lesson(demonstrated(0.3).automaton)) is None
     assert lateness(session().lesson) is None
 
@@ -85,7 +131,14 @@ def test_what_never_scatters_gives_no_estimate() -> None:
 
 def test_what_is_in_quarantine_edited_or_without_record_says_nothing() -> None:
     lesson = demonstrated(0.3)
-    for change in ({"quarantined": "slipped"}, {"edited": True}, {"moment": None}, {"window": 3}):
+    changes: tuple[dict[str, Any], ...] = (
+        {"quarantined": "slipped"},
+        {"edited": True},
+        {"moment": None},
+        {"window": 7},
+        {"kind": ExampleKind.CONFIRMATION},
+    )
+    for change in changes:
         examples = tuple(replace(each, **change) for each in lesson.examples)
         assert lateness(replace(lesson, examples=examples)) is None
 
@@ -107,6 +160,60 @@ def test_absence_tells_of_no_boundary() -> None:
     found = lateness(replace(lesson, record=replace(lesson.record, values=values)))
     assert found is not None
     assert found.reaction_s == pytest.approx(0.3, abs=0.051)
+
+
+def test_whatever_a_parameter_stood_for() -> None:
+    """Half of the presses were for one target, half for the other, which was elsewhere then."""
+    lesson = demonstrated(0.3)
+    values = np.column_stack([lesson.record.values[:, 0], 50 * np.sin(7.0 * np.arange(len(lesson.record)))])
+    values[len(values) // 2 :] = values[len(values) // 2 :, ::-1]
+    near = Feature("near", Continuous(), reading="range", of="what")
+    automaton = replace(
+        lesson.automaton, features=(BoundFeature(near, Binding(what="A")),), parameters=("A",)
+    )
+    examples = tuple(
+        replace(each, values=each.values[:1], binding=Binding(A="ball" if each.number < 10 else "goal"))
+        for each in lesson.examples
+    )
+    record = Record((("range", "ball"), ("range", "goal")), values, lesson.record.seconds)
+    found = lateness(replace(lesson, automaton=automaton, examples=examples, record=record))
+    assert found is not None
+    assert found.reaction_s == pytest.approx(0.3, abs=0.051)
+    assert "from go to done lie about 0.0" in found.evidence
+
+
+def test_what_never_changes_says_nothing() -> None:
+    lesson = demonstrated(0.3)
+    values = lesson.record.values.copy()
+    values[:, 1] = 5.0
+    found = lateness(replace(lesson, record=replace(lesson.record, values=values)))
+    assert found == lateness(lesson)
+
+
+def test_labels_and_what_is_the_automatons_own_say_nothing() -> None:
+    lesson = demonstrated(0.3)
+    seen = np.where(np.tile(np.arange(11) > 7, 20), np.repeat(np.arange(20) % 2, 11), 0.0)[:, None]
+    record = Record(
+        (*lesson.record.keys, ("seen", None)), np.hstack([lesson.record.values, seen]), lesson.record.seconds
+    )
+    more = (BoundFeature(Feature("seen", BOOLEAN, reading="seen")), BoundFeature(TimeInState()))
+    automaton = replace(lesson.automaton, features=(*lesson.automaton.features, *more))
+    examples = tuple(
+        replace(each, values=(*each.values, 0.0, 1.0), own={"time_in_state": 1.0}) for each in lesson.examples
+    )
+    assert lateness(replace(lesson, automaton=automaton, examples=examples, record=record)) == lateness(
+        lesson
+    )
+    only = replace(lesson.automaton, features=more[:1])
+    assert lateness(replace(lesson, automaton=only, record=record)) is None
+
+
+def test_what_was_not_recorded_says_nothing() -> None:
+    """A feature whose reading the body of that time did not have; another one still tells."""
+    lesson = demonstrated(0.3)
+    record = replace(lesson.record, keys=(("x", None), ("z", None)))
+    assert lateness(replace(lesson, record=record)) == lateness(lesson)
+    assert lateness(replace(lesson, record=replace(record, keys=(("w", None), ("z", None))))) is None
 
 
 def test_a_novice_who_reacts_in_half_a_second() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -9,19 +10,30 @@ from tests.bodies import Scripted, kit
 from tests.training.lessons import play, session
 
 from understudy.learning.unlearning import Verdict
+from understudy.model.binding import Binding
 from understudy.model.document import decode, encode
+from understudy.model.example import Example, ExampleKind
 from understudy.model.lesson import Options
 from understudy.model.library import Library
 from understudy.training import unlearning
+from understudy.training.recorder import Moment
 from understudy.training.session import Session
+from understudy.training.trainee import Outcome
+from understudy.training.unlearning import Switched
 
 WRONG = 6
 """The number of the example that the wrong button made: left, at 84 m."""
 
 
-def misled(options: Options = Options(unlearning=True), *, journal: Path | None = None) -> Session:
+def misled(
+    options: Options = Options(unlearning=True),
+    *,
+    states: Sequence[str] = ("forward", "left"),
+    features: Sequence[str] = ("range_of(ball)",),
+    journal: Path | None = None,
+) -> Session:
     """A robot that is to go on, was told so from 100 m to 70 m, and once, by mistake, to turn left."""
-    taught = session(["forward", "left"], options=options, journal=journal)
+    taught = session(states, features, options=options, journal=journal)
     play(
         taught,
         "forward",
@@ -68,13 +80,18 @@ def test_a_correction_and_its_quarantine_are_one_step() -> None:
     assert taught.judgement is not None
 
 
-def taken_back(taught: Session) -> Session:
-    """Tested until it has turned left, and sent back."""
+def turned(taught: Session) -> Session:
+    """Tested until it has turned left."""
     taught.reset(0)
     taught.test()
     while taught.screen().path != ("left",):
         taught.tick()
-    return play(taught, "forward", 1)
+    return taught
+
+
+def taken_back(taught: Session) -> Session:
+    """Tested until it has turned left, and sent back."""
+    return play(turned(taught), "forward", 1)
 
 
 def test_sent_back_soon_after_it_switched_the_switch_is_judged() -> None:
@@ -85,6 +102,43 @@ def test_sent_back_soon_after_it_switched_the_switch_is_judged() -> None:
     assert (correction.state, correction.next, correction.correction) == ("left", "forward", True)
     assert taught.judgement is not None
     assert taught.judgement.verdict is Verdict.BAD
+
+
+def test_sent_back_a_second_later_the_switch_is_judged_all_the_same() -> None:
+    taught = misled()
+    taught.delete(WRONG + 2)  # that it is to go on again: now it turns until somebody sends it back
+    play(turned(taught), 10, "forward", 1)
+    assert [each.number for each in taught.examples if each.quarantined] == [WRONG]
+
+
+def test_sent_elsewhere_the_switch_is_not_judged() -> None:
+    """Who turns it right now does not say that it should have gone on; nor who restarts it, or sends it back from where
+    somebody put it."""
+    for steps in (("right", 1), ("restart", "forward", 1), ("moved", "forward", 1)):
+        taught = play(turned(misled(states=("forward", "left", "right"))), *steps)
+        assert not any(each.quarantined for each in taught.examples)
+
+
+def test_of_too_few_examples_it_is_the_correction_that_is_judged() -> None:
+    taught = session(["forward", "left"])
+    play(taught, "forward", 16, "left", 1)
+    play(turned(taught), "forward", 1)
+    assert taught.judgement is not None
+    assert (taught.judgement.verdict, taught.judgement.suspects) == (Verdict.UNSURE, ())
+    assert taught.judgement.correction.state == "left"
+
+
+def test_what_belongs_to_the_automaton_is_as_it_was_then() -> None:
+    """At 84 m it had been going on for 1.6 s, whatever the time is when it is sent back."""
+    lesson = misled(features=("range_of(ball)", "time_in_state")).lesson
+    switched = Switched((("range", "ball"),), frozenset())
+    switched.see(Outcome("forward", "left", {"time_in_state": 1.6}), Moment(7.0, (84.0,)), Binding())
+    switched.see(Outcome("left", "left", {"time_in_state": 0.1}), Moment(7.1, (83.0,)), Binding())
+    correction = Example(12, "left", (82.0, 0.2), "forward", ExampleKind.DIRECTIVE, correction=True)
+    stay = switched.undone_by(correction, lesson, 7.2)
+    assert stay is not None
+    assert (stay.state, stay.values, stay.next) == ("forward", (84.0, 1.6), "forward")
+    assert switched.undone_by(correction, lesson, 9.1) is None
 
 
 def test_sent_back_late_nothing_is_held_against_the_switch(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,15 +174,31 @@ def test_only_corrections_of_wrong_decisions_are_judged() -> None:
     assert taught.judgement is not None
 
 
-def test_a_resumed_session_has_the_same_in_quarantine(tmp_path: Path) -> None:
+@pytest.mark.parametrize("options", [Options(unlearning=True), Options()])
+@pytest.mark.parametrize("went_wrong", [corrected, taken_back])
+def test_a_resumed_session_has_the_same_in_quarantine(
+    went_wrong: Callable[[Session], Session], options: Options, tmp_path: Path
+) -> None:
+    """And it knows who is to blame: what it was told before it was cut off can still be acted on."""
     journal = tmp_path / "session.journal"
-    taught = corrected(misled(journal=journal))
+    taught = went_wrong(misled(options, journal=journal))
     taught.close()
     resumed = Session.resume(journal, Scripted(), Library(kit))
     assert resumed.examples == taught.examples
-    assert resumed.lesson.options.unlearning
-    assert resumed.undo() == "forward → forward, quarantine 1 example"
+    assert resumed.lesson.options == options
+    assert resumed.judgement == taught.judgement
+    assert resumed.judgement is not None
+    assert list(resumed.judgement.reasons) == [WRONG]
+    play(resumed, "train", "confirm", 1)  # a press that corrects nothing leaves it as it is
     resumed.close()
+    again = Session.resume(journal, Scripted(), Library(kit))
+    assert again.judgement == taught.judgement
+    again.undo()
+    assert again.undo() == taught.screen().undoable
+    assert again.judgement is None
+    again.redo()
+    assert again.judgement == taught.judgement
+    again.close()
 
 
 @pytest.mark.parametrize("unlearning", [True, False])

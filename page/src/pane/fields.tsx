@@ -71,6 +71,14 @@ export function Options({ draft, change }: PartProps) {
         />
         Silence is consent: while you watch and do not press, it is doing right.
       </label>
+      <label class="option">
+        <input
+          type="checkbox"
+          checked={draft.unlearning}
+          onChange={(event) => change({ unlearning: event.currentTarget.checked })}
+        />
+        Unlearning: a correction puts bad examples behind the mistake in quarantine.
+      </label>
       <label class="field">
         <span>Reaction time</span>
         <input

@@ -38,6 +38,8 @@ def advise(
     from understudy.coaching.coach import advice
     from understudy.learning.transitions import learn
 
+    if bind and world is None:
+        raise _refused("--bind", bind[0], "means nothing without a world", "add --world SCENARIO")
     parts = some_kit(kit, world)
     shelf = look(library, parts, learner())
     if name not in shelf.opened and (error := shelf.problems.get(f"{name}.json")):
@@ -45,7 +47,9 @@ def advise(
     shelf.library.automaton(name)
     lesson = shelf.opened[name].taught.lesson
     if lesson is None:
-        raise _by_hand(name)
+        raise _refused(
+            f"automaton {name!r}", "its lesson", "is missing: it was written by hand", "name a taught one"
+        )
     compile_once(learner=True, quiet=as_json)
     situations = None if world is None else _situations(lesson, world, bind)
     found = advice(lesson, learn(lesson), kit=parts, situations=situations)
@@ -55,15 +59,10 @@ def advise(
         _show(name, found, most)
 
 
-def _by_hand(name: str) -> Exception:
+def _refused(where: str, setting: str, problem: str, remedy: str) -> Exception:
     from understudy.errors import SettingError
 
-    return SettingError(
-        where=f"automaton {name!r}",
-        setting="its lesson",
-        problem="is missing: it was written by hand",
-        remedy="name one that was taught",
-    )
+    return SettingError(where=where, setting=setting, problem=problem, remedy=remedy)
 
 
 def _situations(lesson: Lesson, world: str, bind: list[str] | None) -> Any:

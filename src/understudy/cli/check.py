@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
+    from understudy.errors import UnderstudyError
     from understudy.model.kit import Kit
     from understudy.model.library import Library, Taught
     from understudy.review.lessons import Examined
@@ -21,7 +22,17 @@ if TYPE_CHECKING:
 
 
 def check(
-    library: Annotated[Path, typer.Argument(help="The folder the automata are in.")] = LIBRARY,
+    folder: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[LIBRARY]",
+            help="The folder the automata are in; library if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    same: Annotated[
+        Path | None, typer.Option("--library", "-l", help="The folder, as an option.", show_default=False)
+    ] = None,
     world: Annotated[
         str | None,
         typer.Option(
@@ -44,10 +55,16 @@ def check(
     """
     from understudy.cli.output import console, print_json
     from understudy.cli.parts import find_kit, find_world, team_for
+    from understudy.errors import SettingError
     from understudy.model.folder import documents
     from understudy.review.lessons import examined
     from understudy.review.wording import lines
 
+    if folder is not None and same not in (None, folder):
+        remedy = "name one of them"
+        problem = f"is another folder than {folder}"
+        raise SettingError(where="--library", setting=str(same), problem=problem, remedy=remedy)
+    library = folder or same or LIBRARY
     documents(library)  # a folder that is not there is the first thing to say
     named = world or _fitting(library, kit)
     where, parts = find_world(named), find_kit(kit, named)
@@ -71,7 +88,9 @@ def check(
 
 
 def _fitting(folder: Path, kit: str | None) -> str:
-    """The first scenario whose robots know all that the automata of a folder name."""
+    """The first scenario whose robots know all that the automata of a folder name; where there is none, what is wrong
+    is what is wrong in the one that comes nearest.
+    """
     from understudy.cli.parts import find_kit
     from understudy.cli.shelf import look
     from understudy.errors import SettingError
@@ -79,11 +98,16 @@ def _fitting(folder: Path, kit: str | None) -> str:
 
     if kit is not None:
         return WORLD
+    nearest: list[UnderstudyError] = []
     for world in dict.fromkeys((WORLD, *builtin_scenarios())):
         shelf = look(folder, find_kit(None, world), lambda _: {})
         if shelf.opened and not shelf.problems:
             return world
-    remedy = "name the scenario it was taught in, or your own --kit; understudy validate says what is wrong"
+        if not nearest or 0 < len(shelf.problems) < len(nearest):
+            nearest = list(shelf.problems.values())
+    if nearest:
+        raise nearest[0]
+    remedy = "name a folder with automata, or the scenario they were taught in"
     raise SettingError(where=str(folder), setting="--world", problem="cannot be found out", remedy=remedy)
 
 
@@ -153,7 +177,11 @@ def _facts(label: str, seen: Examined, former: int | None) -> dict[str, Any]:
             for each in seen.outcomes
         ],
         "failed": [
-            {"outcome": str(each.tried.outcome), "comes_with_former": list(each.since)}
+            {
+                "outcome": str(each.tried.outcome),
+                "problem": each.tried.problem or None,
+                "comes_with_former": list(each.since),
+            }
             for each in seen.failed
         ],
     }

@@ -67,7 +67,8 @@ def _head(facts: dict[str, Any], out: Console) -> None:
         late = f", presses taken {chosen['reaction_s']:g} s earlier" if chosen["reaction_s"] else ""
         silence = ", silence is consent" if chosen["watched"] else ""
         unlearns = ", corrections quarantine bad examples" if chosen["unlearning"] else ""
-        lines.append(f"learns {learns}{late}{silence}{unlearns}")
+        pruned = f", pruned by {chosen['pruning']:.3g}" if chosen.get("pruning") else ""
+        lines.append(f"learns {learns}{pruned}{late}{silence}{unlearns}")
     out.print(f"[dim]{escape('; '.join(lines))}[/]")
 
 
@@ -134,8 +135,22 @@ def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
     ):
         if any(row[key] for row in rows):
             out.print(f"[dim]{mark} {what}[/]")
+    _reasons(rows, out)
     if not everything and len(rows) > SHOWN:
         out.print(f"[dim]{len(rows) - SHOWN} more: --all[/]")
+
+
+def _reasons(rows: list[dict[str, Any]], out: Console) -> None:
+    """Why examples are in quarantine, a line for each reason."""
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    why: dict[str, list[str]] = {}
+    for row in rows:
+        if row["quarantined"]:
+            why.setdefault(row["quarantined"], []).append(str(row["number"]))
+    for reason, numbers in why.items():
+        out.print(Padding(f"[dim]{', '.join(numbers)}: {escape(reason)}[/]", (0, 0, 0, 2), expand=False))
 
 
 def _value(value: float | str | None, unit: str) -> str:

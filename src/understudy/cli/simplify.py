@@ -130,7 +130,8 @@ def _show(told: dict[str, Any], *, chosen: bool) -> None:
     for line in _decisions(told):
         out.print(Padding(escape(line), (0, 0, 0, 2), expand=False))
     if told["conditions"] and not told["kept"]:
-        out.print("[dim]Nothing was changed: --keep saves it so.[/]")
+        how = "--keep" if found is not None else f"--pruning {told['pruning']:g} --keep"
+        out.print(f"[dim]Nothing was changed: {how} saves it so.[/]")
     elif told["conditions"] and told["pruning"]:
         out.print("Kept; --pruning 0 --keep takes it back")
 

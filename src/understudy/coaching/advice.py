@@ -13,6 +13,7 @@ class AdviceKind(StrEnum):
 
     CONTRADICTION = "contradiction"  # directives or confirmations of one situation that say different things
     DISAGREEMENT = "disagreement"  # a directive and an automatic default of one situation
+    SLIP = "slip"  # a press that the others speak against
     SEPARATING = "separating"  # a feature that would tell contradicting examples apart
     NEVER_LEFT = "never left"
     NEVER_ENTERED = "never entered"
@@ -31,7 +32,7 @@ class Advice:
     `state` is where to show something ("" for the lesson as a whole), `region` the feature vectors it is about, one
     part for each of the lesson's features (None: no place in particular), `at` one of them that is best looked at,
     `examples` the numbers of those concerned, `weight` how useful it is to follow, from 0 to 1; above 0.5 it is
-    plainly so.
+    plainly so. `doubt` is how much speaks against a press that looks like a slip.
     """
 
     kind: AdviceKind
@@ -41,3 +42,4 @@ class Advice:
     region: Box | None = None
     examples: tuple[int, ...] = ()
     at: tuple[float, ...] | None = None
+    doubt: float = 0.0

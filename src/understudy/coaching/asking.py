@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from understudy.coaching.doubt import Doubt, Doubts
+from understudy.errors import DefinitionError
 from understudy.learning.transitions import learn
 from understudy.runtime.body import Rewindable
 from understudy.training.company import Instant
@@ -79,7 +80,10 @@ class Asking:
         rests = 0.0 <= screen.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
         if screen.flag is not None or screen.waiting is not None or rests:
             return None
-        self._learn()
+        try:
+            self._learn()
+        except DefinitionError:
+            return None  # a classifier has too few examples left: whoever tests anew is told
         values = tuple(screen.features.values())
         doubt = self._doubts.doubt(screen.state, values)
         if doubt.amount < self.unsure or (screen.state, doubt.reason) in self._asked:
@@ -94,6 +98,14 @@ class Asking:
             return question
         self._mark(question)
         return None
+
+    def still(self, question: Question) -> bool:
+        """Whether it would be unsure there now, too: the lesson may have changed since."""
+        self._learn()
+        automaton = self.session.automaton
+        if question.state not in automaton.state_names or len(question.values) != len(automaton.features):
+            return False
+        return self._doubts.doubt(question.state, question.values).amount >= self.unsure
 
     def _mark(self, question: Question) -> None:
         session = self.session

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from understudy.coaching.conflicts import contradicting, disagreeing
 from understudy.coaching.gaps import gaps
 from understudy.coaching.hanging import single
 from understudy.coaching.outlook import outlook
+from understudy.coaching.slipped import slipped
 from understudy.coaching.stretched import stretched
 from understudy.coaching.survey import Survey
 from understudy.coaching.unused import idle, never_entered, never_left
@@ -34,13 +36,17 @@ def advice(
     *,
     kit: Kit | None = None,
     situations: NDArray[np.float64] | None = None,
+    meant: Mapping[int, float] = MappingProxyType({}),
 ) -> tuple[Advice, ...]:
     """What a lesson lacks, most useful first, given what was learned from it.
 
     With a `kit`, its other features are tried on contradictions. `situations` [M, F] are feature vectors that the
-    robot may come into (see `situations_in`); without them, they are imagined from the examples.
+    robot may come into (see `situations_in`); without them, they are imagined from the examples. `meant` are
+    presses that the demonstrator stands by, by number, with the `doubt` about each then.
     """
     survey = Survey.of(lesson, transitions, situations)
+    odd = list(slipped(survey, meant))
+    doubted = {number for each in odd for number in each.examples}
     found = [
         *contradicting(survey, kit),
         *disagreeing(survey),
@@ -48,7 +54,8 @@ def advice(
         *never_entered(survey),
         *gaps(survey),
         *stretched(survey),
-        *single(survey),
+        *odd,
+        *(each for each in single(survey) if each.examples[0] not in doubted),
         *outlook(survey),
         *idle(survey),
     ]
@@ -59,12 +66,9 @@ def advice(
 
 
 def _few(survey: Survey) -> Advice:
-    presses = survey.shown
-    said = (
-        "You showed me nothing yet"
-        if not presses
-        else f"You pressed {'once' if presses == 1 else 'twice'} so far"
-    )
+    presses, held = survey.shown, any(example.quarantined for example in survey.lesson.examples)
+    said = "You showed me nothing" if not presses else f"You pressed {'once' if presses == 1 else 'twice'}"
+    so_far = ", beside what is in quarantine" if held else " so far" if presses else " yet"
     return Advice(
-        AdviceKind.FEW, f"{said}: show me more, and then I can tell you what is missing.", "", UNSURE
+        AdviceKind.FEW, f"{said}{so_far}: show me more, and then I can tell you what is missing.", "", UNSURE
     )

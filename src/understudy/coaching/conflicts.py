@@ -10,7 +10,6 @@ import numpy as np
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.survey import Survey
-from understudy.coaching.wording import box_of, cells_of, situation
 from understudy.errors import UnderstudyError, listed
 from understudy.learning.arrays import vectors
 from understudy.learning.report import contradictions
@@ -19,7 +18,6 @@ from understudy.model.example import Example, ExampleKind
 from understudy.model.feature import BoundFeature, Feature
 from understudy.model.kinds import Categorical
 from understudy.model.kit import Kit
-from understudy.model.regions import Box
 from understudy.training.values import values_of
 
 
@@ -28,12 +26,11 @@ def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
     for state in survey.learners:
         for group in contradictions(survey.lesson, state):
             place = survey.place(state)
-            box, when = _where(survey, group[0])
+            box, when = survey.where(state, group[0])
             numbers = tuple(example.number for example in group)
-            said = listed(f"example {example.number} says {_wish(example)}" for example in group)
             yield Advice(
                 AdviceKind.CONTRADICTION,
-                f"Tell me which is right{_in(place)}{when}: {said}; delete what you did not mean.",
+                f"Tell me which is right{_in(place)}{when}: {_wishes(group)}; delete what you did not mean.",
                 place,
                 0.95,
                 box,
@@ -44,8 +41,8 @@ def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
                 for bound in separating(survey, group, kit)[:1]:
                     yield Advice(
                         AdviceKind.SEPARATING,
-                        f"Let me look at {bound}, too: it tells {listed(map(str, numbers))} apart, which are all one "
-                        "to me now.",
+                        f"Let me look at {bound}, too: it tells examples {listed(map(str, numbers))} apart, which are "
+                        "all one to me now.",
                         place,
                         0.9,
                         box,
@@ -65,7 +62,7 @@ def disagreeing(survey: Survey) -> Iterator[Advice]:
             ]
             if not defaults or not leaving:
                 continue
-            box, when = _where(survey, group[0])
+            box, when = survey.where(state, group[0])
             first, stays = leaving[0], defaults[0]
             yield Advice(
                 AdviceKind.DISAGREEMENT,
@@ -128,15 +125,15 @@ def _clearness(bound: BoundFeature, values: Sequence[float], wishes: Sequence[st
     return 0.99 * float(np.min(parted)) / spread
 
 
-def _where(survey: Survey, example: Example) -> tuple[Box, str]:
-    row = cells_of(survey.words, np.array([example.values], np.float64).reshape(1, -1))[0]
-    cells = {
-        feature: frozenset({int(cell)})
-        for feature, cell in enumerate(row)
-        if survey.words[feature].cells != (cell,)  # it tells nothing: all values that were seen are one
-    }
-    said = situation(survey.words, cells)
-    return box_of(survey.words, cells), f" when {said}" if said else ""
+def _wishes(group: Sequence[Example]) -> str:
+    """What examples say: "examples 3 and 47 say right and example 71 says left"."""
+    by_wish: dict[str, list[str]] = {}
+    for example in group:
+        by_wish.setdefault(_wish(example), []).append(str(example.number))
+    return listed(
+        f"example {numbers[0]} says {wish}" if len(numbers) == 1 else f"examples {listed(numbers)} say {wish}"
+        for wish, numbers in by_wish.items()
+    )
 
 
 def _wish(example: Example) -> str:

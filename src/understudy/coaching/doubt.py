@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,12 +103,16 @@ class _State:
         outcomes = learner.shown.outcomes
         masks = {int(outcome): outcomes == outcome for outcome in np.unique(outcomes)}
         self._same = {outcome: mask for outcome, mask in masks.items() if not mask.all()}
-        self._others: list[tuple[int, Transition]] = []
-        self._split: dict[int, tuple[float, tuple[int, ...]]] = {}
-        if isinstance(transition, Tree):
-            rows = [row for row in learner.pressed.tolist() if learner.examples[row].shown]
-            self._others = [(row, learner.without(row)) for row in rows[:: -(-len(rows) // MOST_OTHERS) or 1]]
-            self._split = _split(learner, transition)
+        self._split = _split(learner, transition) if isinstance(transition, Tree) else {}
+
+    @cached_property
+    def _others(self) -> list[tuple[int, Transition]]:
+        """What a tree's state would have learned without one example; made when it is first asked."""
+        learner = self._learner
+        if not isinstance(self._transition, Tree):
+            return []
+        rows = [row for row in learner.pressed.tolist() if learner.examples[row].shown]
+        return [(row, learner.without(row)) for row in rows[:: -(-len(rows) // MOST_OTHERS) or 1]]
 
     def doubt(self, values: Sequence[float]) -> Doubt:
         """The strongest of the reasons there are."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.nearness import FAR
 from understudy.coaching.survey import Survey
-from understudy.coaching.wording import box_of, cells_of, situation, within
+from understudy.coaching.wording import box_of, cells_of, within
 from understudy.model.feature import Flag
 
 MOST = 2
@@ -48,7 +48,7 @@ def _gaps(survey: Survey, state: str) -> Iterator[Advice]:
         share = float(there.mean())
         if share < LEAST_SHARE:
             continue
-        said = situation(survey.words, widest)
+        said = survey.said(state, widest)
         place = survey.place(state)
         where = f" in {place}" if place else ""
         once = BEGINNING if place == survey.lesson.automaton.states[0].name else 1.0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.survey import Survey
-from understudy.coaching.wording import Cells, box_of, cells_of, situation
+from understudy.coaching.wording import Cells, box_of, cells_of
 from understudy.model.example import Example
 from understudy.model.tree import Tree
 
@@ -72,7 +72,7 @@ def _is_alone(survey: Survey, state: str, example: Example) -> bool:
 
 def _advice(survey: Survey, state: str, example: Example, changed: NDArray[np.bool_], share: float) -> Advice:
     cells = _cells(survey, example, changed)
-    said = situation(survey.words, cells)
+    said = survey.said(state, cells)
     place = survey.place(state)
     when = f" when {said}" if said else ""
     if example.next == example.state:

@@ -16,7 +16,7 @@ from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.gaps import possible
 from understudy.coaching.nearness import FAR, Nearness
 from understudy.coaching.survey import Survey
-from understudy.coaching.wording import box_of, cells_of, situation
+from understudy.coaching.wording import box_of, cells_of
 from understudy.model.regions import Box, Region, boxes
 from understudy.model.tree import STAY, Tree
 
@@ -92,7 +92,7 @@ def _advice(
     start = f"go from {place} to {following}" if place else f"do {following}"
     return Advice(
         AdviceKind.STRETCHED,
-        f"Is it right that I {start} when {situation(survey.words, cells)}? The nearest example, {nearest.number}, "
+        f"Is it right that I {start} when {survey.said(state, cells)}? The nearest example, {nearest.number}, "
         f"says {wish}.",
         place,
         0.3 + 0.35 * amount,

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from understudy.coaching.nearness import Nearness
 from understudy.coaching.situations import completed, imagined, vectors_of
 from understudy.coaching.trial import Learner, Trial, learners, trials
-from understudy.coaching.wording import Wording, cells_of, wordings
+from understudy.coaching.wording import Cells, Wording, box_of, cells_of, situation, usual_of, wordings
 from understudy.model.automaton import Transition
+from understudy.model.example import Example
 from understudy.model.lesson import Lesson
+from understudy.model.regions import Box
 
 ENOUGH = 3
 """So many presses that said something are the least to say anything about what is missing."""
@@ -80,6 +82,22 @@ class Survey:
     def nearness(self, state: str) -> Nearness:
         """How near situations are to one another in a state."""
         return Nearness(self.words, self.transitions.get(state))
+
+    def said(self, state: str, cells: Cells) -> str:
+        """A situation of a state in words; what is usual in its examples goes without saying."""
+        rows = self.learners[state].shown.values
+        return situation(self.words, cells, usual_of(cells_of(self.words, rows), self.words))
+
+    def where(self, state: str, example: Example) -> tuple[Box, str]:
+        """The situation of an example, and how to say it: " when A is close"; nothing where it may be any."""
+        row = cells_of(self.words, np.array([example.values], np.float64).reshape(1, -1))[0]
+        cells = {
+            feature: frozenset({int(cell)})
+            for feature, cell in enumerate(row)
+            if self.words[feature].cells != (cell,)  # it tells nothing: all values that were seen are one
+        }
+        said = self.said(state, cells)
+        return box_of(self.words, cells), f" when {said}" if said else ""
 
     def place(self, state: str) -> str:
         """Where a state's advice belongs: the state, or anywhere in a stateless automaton."""

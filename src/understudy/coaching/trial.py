@@ -9,7 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.errors import DefinitionError
 from understudy.learning.arrays import Shown, arrays, teaching
+from understudy.learning.scikit import ScikitTransition
 from understudy.learning.transitions import fitting
 from understudy.model.automaton import Transition
 from understudy.model.example import Example
@@ -21,6 +23,8 @@ MOST_TRIALS = 64
 """So many trials in a lesson at most: of a larger one, each trial leaves out several examples at once."""
 MOST_SLOW_TRIALS = 8
 """The same for classifiers of scikit-learn, which take milliseconds each."""
+SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
+"""Those that take a second: there is no trial of them."""
 
 
 @dataclass(frozen=True)
@@ -45,14 +49,19 @@ class Learner:
         return np.flatnonzero([example.pressed for example in self.examples])
 
     def learned(self, kept: Chosen) -> Transition:
-        """The transition function from the rows kept [n]; it stays where none of those was press-made."""
+        """The transition function from the rows kept [n]; it stays where none of those was press-made, or where they
+        are too few for the classifier.
+        """
         shown = self.shown
         if not kept[self.pressed].any():
             return Tree((leaf(STAY),))
         values, outcomes, groups = shown.values[kept], shown.outcomes[kept], shown.groups[kept]
-        return self.fit(
-            Shown((), values, outcomes, groups, shown.current)
-        )  # arrays are all that is fitted to
+        try:
+            return self.fit(
+                Shown((), values, outcomes, groups, shown.current)
+            )  # arrays are all that is fitted to
+        except DefinitionError:
+            return Tree((leaf(STAY),))
 
     def without(self, *rows: int) -> Transition:
         """The transition function had these rows never been shown."""
@@ -62,7 +71,10 @@ class Learner:
 
     def decided(self, transition: Transition, vectors: Sequence[Sequence[float]]) -> NDArray[np.int64]:
         """The next state's index for each vector; where it stays, that of the state itself (STAY: stateless)."""
-        found = np.array([transition.decide(vector) for vector in vectors], np.int64)
+        if isinstance(transition, ScikitTransition):
+            found = transition.decide_at_once(np.array(vectors, np.float64).reshape(len(vectors), -1))
+        else:
+            found = np.array([transition.decide(vector) for vector in vectors], np.int64)
         return np.where(found == STAY, self.shown.current, found)
 
 
@@ -85,7 +97,11 @@ class Trial:
 def trials(
     lesson: Lesson, found: Mapping[str, Learner], *, most: int | None = None
 ) -> Mapping[str, list[Trial]]:
-    """By state, what it would have learned without each press-made example; of a large lesson, without some of them."""
+    """By state, what it would have learned without each press-made example; of a large lesson, without some of them at
+    a time, and nothing of a classifier that is SLOW.
+    """
+    if isinstance(lesson.options.learner, Scikit) and lesson.options.learner.classifier in SLOW:
+        return {name: [] for name in found}
     if most is None:
         most = MOST_SLOW_TRIALS if isinstance(lesson.options.learner, Scikit) else MOST_TRIALS
     total = sum(len(learner.pressed) for learner in found.values())

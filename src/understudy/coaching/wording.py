@@ -27,7 +27,8 @@ Cells: TypeAlias = Mapping[int, frozenset[int]]
 NOT_THERE = -1
 """The cell of an absent reading."""
 QUARTERS, THIRDS = 4, 3
-GRADES = ("low", "neither low nor high", "high")
+USUALLY = 0.7
+"""A label that this share of examples has, or more, is the usual one."""
 AROUND = ("ahead", "to the left", "behind you", "to the right")
 READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -49,6 +50,7 @@ READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
 USUAL: Mapping[str, str] = MappingProxyType({FEATURES.get(reading, reading): reading for reading in READ})
 """From how features are usually called to what they read."""
 ABSENT_WORDS: Mapping[str, str] = MappingProxyType({"blob_x": "not seen", "blob_size": "not seen"})
+PRESENT_WORDS: Mapping[str, str] = MappingProxyType({"not seen": "seen"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,12 +124,14 @@ class Wording:
         present = sorted(cells - {NOT_THERE})
         absent = ABSENT_WORDS.get(self._reads, "absent")
         if present == list(self.cells):
-            return "anything" if NOT_THERE in cells else f"not {absent}".replace("not not ", "")
-        words = (
-            [self._side(present)]
-            if self._ordered and len(present) > 1
-            else [self._word(each) for each in present]
-        )
+            return "anything" if NOT_THERE in cells else PRESENT_WORDS.get(absent, "there")
+        missing = [cell for cell in self.cells if cell not in cells]
+        if self._ordered and len(present) > 1:
+            words = [self._side(present)]
+        elif len(missing) == 1 < len(present) == len(cells):
+            words = [f"not {self._word(missing[0])}"]
+        else:
+            words = [self._word(each) for each in present]
         return " or ".join([*words, *([absent] if NOT_THERE in cells else [])])
 
     @property
@@ -136,16 +140,18 @@ class Wording:
 
     def _side(self, cells: Sequence[int]) -> str:
         """Two of the three cells of a number."""
-        grades, (low, high) = READ.get(self._reads, GRADES), self._bounds
-        if 0 not in cells:
-            return f"not {grades[0]} (above {low})"
-        return f"not {grades[2]} (below {high})" if 2 not in cells else f"{grades[0]} or {grades[2]}"
+        words, (low, _, high) = READ.get(self._reads), self._bounds
+        if 1 not in cells:
+            return f"{words[0]} or {words[2]}" if words else f"{low} or {high}"
+        bounds = high.replace("above", "below") if 0 in cells else low.replace("below", "above")
+        return f"not {words[2 if 0 in cells else 0]} ({bounds})" if words else bounds
 
     @property
-    def _bounds(self) -> tuple[str, str]:
+    def _bounds(self) -> tuple[str, str, str]:
+        """The three cells of a number as its values: below 1.3 m, 1.3 to 2.7 m, above 2.7 m."""
         unit = f" {self.bound.feature.unit}" if self.bound.feature.unit else ""
-        low, high = (f"{_short(step)}{unit}" for step in self.steps)
-        return low, high
+        low, high = map(_short, self.steps)
+        return f"below {low}{unit}", f"{low} to {high}{unit}", f"above {high}{unit}"
 
     @property
     def _reads(self) -> str:
@@ -167,9 +173,8 @@ class Wording:
             return f"around {degrees(middle):.0f}°" if feature.unit == "rad" else f"around {middle:.3g}"
         if len(self.cells) == 1:
             return "anything"
-        low, high = self._bounds
-        bounds = (f"below {low}", f"{low} to {high}", f"above {high}")[cell]
-        return f"{(words or GRADES)[cell]} ({bounds})"
+        bounds = self._bounds[cell]
+        return f"{words[cell]} ({bounds})" if words else bounds
 
 
 def _short(number: float) -> str:
@@ -212,12 +217,33 @@ def box_of(words: Sequence[Wording], cells: Cells) -> Box:
     )
 
 
-def situation(words: Sequence[Wording], cells: Cells) -> str:
-    """A situation in words: "A is behind you and close"; nothing where it may be any."""
+def usual_of(rows: NDArray[np.int64], words: Sequence[Wording]) -> Cells:
+    """By feature, the label that most of n situations [n, F] have, given as cells; of those that have one."""
+    found = {}
+    for feature, word in enumerate(words):
+        if isinstance(word.bound.kind, Categorical) and len(rows):
+            labels, counts = np.unique(rows[:, feature], return_counts=True)
+            if counts.max() >= USUALLY * len(rows):
+                found[feature] = frozenset({int(labels[counts.argmax()])})
+    return found
+
+
+def situation(words: Sequence[Wording], cells: Cells, usual: Cells = MappingProxyType({})) -> str:
+    """A situation in words: "A is behind you and close"; nothing where it may be any.
+
+    What is as usual goes without saying, unless nothing else is to be said.
+    """
+    telling = {feature: cells[feature] for feature in sorted(cells) if cells[feature] != usual.get(feature)}
     said: dict[str, list[str]] = {}
-    for feature in sorted(cells):
+    for feature, chosen in (telling or cells).items():
         parts = said.setdefault(words[feature].subject, [])
-        text = words[feature].says(cells[feature])
+        text = words[feature].says(chosen)
         if text not in parts:
             parts.append(text)
-    return listed(f"{subject} is {' and '.join(parts)}" for subject, parts in said.items()) if said else ""
+    alike: dict[str, list[str]] = {}
+    for subject, parts in said.items():
+        alike.setdefault(" and ".join(parts), []).append(subject)
+    verbs = (
+        (listed(subjects), "is" if len(subjects) == 1 else "are", text) for text, subjects in alike.items()
+    )
+    return listed(map(" ".join, verbs)) if said else ""

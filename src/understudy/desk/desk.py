@@ -133,6 +133,8 @@ class Desk:
         for _ in self.pace.ticks():
             self.tick()
             yield
+            if self.paused:  # it asks
+                return
 
     def tick(self) -> None:
         """One tick, and what it showed."""

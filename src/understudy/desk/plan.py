@@ -30,6 +30,7 @@ class Choices:
     renamed: Mapping[str, str] = field(default_factory=dict)
     watched: bool | None = None
     reaction_s: float | None = None
+    unlearning: bool | None = None
 
     def options(self, former: Options) -> Options:
         """A lesson's options with what was chosen."""
@@ -37,6 +38,7 @@ class Choices:
             former,
             watched=former.watched if self.watched is None else self.watched,
             reaction_s=former.reaction_s if self.reaction_s is None else self.reaction_s,
+            unlearning=former.unlearning if self.unlearning is None else self.unlearning,
         )
 
     def anew(self, former: Options) -> Choice:

@@ -24,6 +24,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "roles": "What is a team worth whose members differ, and what does its coordinator bring?",
         "swarm": "Can two hundred robots and three levels of coordinators be taught, and ten thousand run the same?",
         "unlearning": "Can bad examples be found by the corrections that they made necessary?",
+        "slips": "How many corrections does unlearning save those who hit wrong buttons and press late?",
         "small": "How small are the lessons that robots learn from?",
     }
 )

@@ -8,13 +8,14 @@ examples, so that people can say how much a leaf must be worth: with 1, whatever
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.learning._kernels import WATCHED
 from understudy.learning.arrays import Shown
+from understudy.learning.reaching import Rows, reaching
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 
 PRESSED, SEEN = 10, 1
@@ -36,19 +37,25 @@ def links(tree: Tree, shown: Shown) -> Iterator[tuple[float, Tree]]:
 
     No step is worth less than the one before it; of several equally weak questions the topmost goes first.
     """
-    worth, reach = 0.0, _reaching(tree, shown)
+    worth, answers = 0.0, _answers(tree, shown)
     while len(tree.nodes) > 1:
-        weakest = min(_questions(tree, shown, reach), key=lambda each: (each.worth, each.node), default=None)
+        weakest = min(_questions(tree, answers), key=lambda each: (each.worth, each.node), default=None)
         if weakest is None:
             return
         tree, kept = _without(tree, weakest)
-        reach = [reach[index] for index in kept]
+        answers = [answers[index] for index in kept]
         worth = max(worth, weakest.worth)
         yield worth, tree
 
 
-@dataclass(frozen=True, slots=True)
-class _Question:
+class _Answer(NamedTuple):
+    """What a node answers as a leaf, and the weight of the examples that show something else."""
+
+    outcome: int
+    wrong: int
+
+
+class _Question(NamedTuple):
     """A node that could become a leaf: with which outcome, and what it and those below it are worth."""
 
     node: int
@@ -56,64 +63,33 @@ class _Question:
     worth: float
 
 
-def _questions(tree: Tree, shown: Shown, reach: Sequence[NDArray[np.intp]]) -> list[_Question]:
-    """All questions at which something was pressed; `reach` has the examples that come by each node."""
+def _answers(tree: Tree, shown: Shown) -> list[_Answer | None]:
+    """By node; None for a question at which nothing was pressed."""
     weights = np.where(shown.groups == WATCHED, SEEN, PRESSED)
-    wrong = [0] * len(tree.nodes)
-    leaves: list[set[int]] = [set() for _ in tree.nodes]
     found = []
-    for index in reversed(range(len(tree.nodes))):  # children come after their parents
-        node, here = tree.nodes[index], reach[index]
-        if node.test == Test.LEAF:
-            leaves[index], wrong[index] = {index}, _wrong(node.yes, here, shown, weights)
-            continue
-        below = {following for following in _children(node) if following != STAY}
-        leaves[index] = set().union(*(leaves[following] for following in below))
-        wrong[index] = sum(wrong[each] for each in leaves[index])
-        outcome = _outcome(here, shown)
-        if outcome is not None:
-            lost = _wrong(outcome, here, shown, weights) - wrong[index]
-            found.append(_Question(index, outcome, lost / PRESSED / max(1, len(leaves[index]) - 1)))
+    for node, here in zip(tree.nodes, reaching(tree, shown.values), strict=True):
+        outcome = node.yes if node.test == Test.LEAF else _outcome(here, shown)
+        found.append(None if outcome is None else _Answer(outcome, _wrong(outcome, here, shown, weights)))
     return found
 
 
-def _reaching(tree: Tree, shown: Shown) -> list[NDArray[np.intp]]:
-    """The examples that come by each node, in their order."""
-    coming: list[list[NDArray[np.intp]]] = [[] for _ in tree.nodes]
-    coming[0] = [np.arange(len(shown.values))]
-    reach: list[NDArray[np.intp]] = []
-    for node, parts in zip(tree.nodes, coming, strict=True):  # children come after their parents
-        rows = np.sort(np.concatenate(parts)) if parts else np.empty(0, np.intp)
-        reach.append(rows)
-        for following, there in _parted(node, shown.values[rows, node.feature]):
-            if following != STAY:
-                coming[following].append(rows[there])
-    return reach
+def _questions(tree: Tree, answers: Sequence[_Answer | None]) -> Iterator[_Question]:
+    """All questions at which something was pressed."""
+    leaves, wrong = [1] * len(tree.nodes), [0] * len(tree.nodes)
+    for index in reversed(range(len(tree.nodes))):  # children come after their parents
+        node, answer = tree.nodes[index], answers[index]
+        if node.test == Test.LEAF:
+            wrong[index] = 0 if answer is None else answer.wrong
+            continue
+        below = {following for following in _children(node) if following != STAY}
+        leaves[index] = sum(leaves[following] for following in below)
+        wrong[index] = sum(wrong[following] for following in below)
+        if answer is not None:
+            lost = answer.wrong - wrong[index]
+            yield _Question(index, answer.outcome, lost / PRESSED / max(1, leaves[index] - 1))
 
 
-def _parted(node: Node, values: NDArray[np.float64]) -> Iterator[tuple[int, NDArray[np.bool_]]]:
-    """Where a question leads, and which of these values go there."""
-    absent = np.isnan(values)
-    match node.test:
-        case Test.LEAF:
-            return
-        case Test.LABEL:
-            yield from ((following, values == label) for label, following in enumerate(node.branches))
-        case Test.ABSENT:
-            yield node.yes, absent
-            yield node.no, ~absent
-            return
-        case _:
-            inside = values < node.high
-            if node.test == Test.ARC:
-                since = values >= node.low
-                inside = inside & since if node.low <= node.high else inside | since
-            yield node.yes, inside
-            yield node.no, ~inside & ~absent
-    yield node.absent, absent
-
-
-def _outcome(rows: NDArray[np.intp], shown: Shown) -> int | None:
+def _outcome(rows: Rows, shown: Shown) -> int | None:
     """What most press-made examples show; a tie stays, or is what is declared first. None where nothing was pressed."""
     pressed = shown.outcomes[rows[shown.groups[rows] != WATCHED]]
     if not len(pressed):
@@ -123,7 +99,7 @@ def _outcome(rows: NDArray[np.intp], shown: Shown) -> int | None:
     return shown.current if shown.current in tied else int(tied[0])
 
 
-def _wrong(outcome: int, rows: NDArray[np.intp], shown: Shown, weights: NDArray[np.int64]) -> int:
+def _wrong(outcome: int, rows: Rows, shown: Shown, weights: NDArray[np.int64]) -> int:
     """The weight of the examples that show something else."""
     decided = shown.current if outcome == STAY else outcome
     return int(weights[rows[shown.outcomes[rows] != decided]].sum())

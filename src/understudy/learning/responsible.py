@@ -10,14 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TypeAlias
+
+import numpy as np
 
 from understudy.errors import listed
 from understudy.learning.arrays import teaching
+from understudy.learning.reaching import reaching
 from understudy.learning.transitions import learn_state
 from understudy.model.account import shown
 from understudy.model.automaton import Transition
-from understudy.model.conditions import conditions, simplified
+from understudy.model.conditions import simplified, worded
 from understudy.model.example import Example
 from understudy.model.kinds import Toroidal
 from understudy.model.lesson import Lesson
@@ -29,6 +33,8 @@ Lines: TypeAlias = Mapping[str, Mapping[str, Box]]
 """By next state, the conditions under which a state is left for it, and the vectors that fulfill each."""
 Numbered: TypeAlias = Mapping[int, Example]
 MOST_NAMED = 6
+MOST_TRIED = 20
+"""Of more examples that changed, none is tried as it was."""
 SIGNIFICANT = 1e-9
 """Values this near are one: those of a cut may be the next float above."""
 
@@ -119,12 +125,10 @@ class _State:
         tree = automaton.transitions.get(self.state)
         if not isinstance(tree, Tree):
             return {}
-        said = conditions(tree, automaton.features, shown(lesson, self.state))
-        boxes = simplified(tree, automaton.features)
-        names = automaton.state_names
+        names, vectors = automaton.state_names, shown(lesson, self.state)
         return {
-            names[outcome]: dict(zip(said[outcome], boxes[outcome], strict=True))
-            for outcome in sorted(said)
+            names[outcome]: dict(zip(worded(tree, automaton.features, boxes, vectors), boxes, strict=True))
+            for outcome, boxes in simplified(tree, automaton.features).items()
             if names[outcome] != self.state
         }
 
@@ -141,7 +145,10 @@ class _State:
                 if number in self.happened:
                     found.setdefault(number, "bounds it" if mine is self.new else "bounded it")
         if not found:
-            found = dict.fromkeys(self._needed(following), "elsewhere, without it this would not be")
+            needed = self._needed(following)
+            found = dict.fromkeys(needed, "elsewhere, without it this would not be")
+        if not found:
+            found = dict.fromkeys(self.happened, "elsewhere, with the others")
         return tuple(Responsible(number, self.happened[number], found[number]) for number in sorted(found))
 
     def _reaching(self, following: str, box: Box, *, lost: bool) -> Iterator[tuple[int, str]]:
@@ -166,15 +173,19 @@ class _State:
     def _bounding(self, boxes: Mapping[str, Box], taught: Taught, mine: Numbered) -> Iterator[int]:
         """Examples next to a cut at which one of these conditions ends, and which the other version has not."""
         features, tree = taught.automaton.features, taught.automaton.transitions.get(self.state)
+        if not (isinstance(tree, Tree) and boxes):
+            return
         cuts = self._cuts(self.before if taught is self.after else self.after)
-        for index, node in enumerate(tree.nodes if isinstance(tree, Tree) else ()):
-            ends = {end for box in boxes.values() for part in box[node.feature].parts for end in part}
+        examples = list(mine.values())
+        vectors = np.array([each.values for each in examples]).reshape(len(examples), len(features))
+        reach = reaching(tree, vectors)
+        for node, rows in zip(tree.nodes, reach, strict=True):
             for cut in _ends(node):
+                ends = {end for box in boxes.values() for part in box[node.feature].parts for end in part}
                 if cut in ends and (str(features[node.feature]), cut) not in cuts:
-                    reach = [each for each in mine.values() if _passes(tree, each, index)]
                     kind = features[node.feature].kind
                     period = kind.period if isinstance(kind, Toroidal) else None
-                    yield from _nearest(reach, node.feature, cut, period)
+                    yield from _nearest([examples[row] for row in rows.tolist()], node.feature, cut, period)
 
     def _cuts(self, taught: Taught) -> set[tuple[str, float]]:
         tree = taught.automaton.transitions.get(self.state)
@@ -182,19 +193,23 @@ class _State:
         return {(str(taught.automaton.features[node.feature]), cut) for node in nodes for cut in _ends(node)}
 
     def _needed(self, following: str) -> list[int]:
-        """Changed examples, each of which as it was would leave other conditions; all, where none would alone."""
+        """Changed examples, each of which as it was would leave other conditions."""
         now = set(self._lines(self.after, self.new_lesson).get(following, {}))
-        needed = []
-        for number in self.happened if self.alike else ():
-            examples = {**self.new, **({number: self.old[number]} if number in self.old else {})}
-            if number not in self.old:
-                del examples[number]
-            without = self._without(tuple(examples.values()))
-            if without is not None and set(without.get(following, {})) != now:
-                needed.append(number)
-        return needed or list(self.happened)
+        return [number for number, lines in self._without.items() if set(lines.get(following, {})) != now]
 
-    def _without(self, examples: tuple[Example, ...]) -> Lines | None:
+    @cached_property
+    def _without(self) -> Mapping[int, Lines]:
+        """What would have been learned were one changed example as it was; nothing where so many changed that no single
+        one matters, or where a classifier learns."""
+        found = {}
+        for number in self.happened if self.alike and len(self.happened) <= MOST_TRIED else ():
+            examples = {**self.new, number: self.old.get(number)}
+            lines = self._lines_of(tuple(each for each in examples.values() if each is not None))
+            if lines is not None:
+                found[number] = lines
+        return found
+
+    def _lines_of(self, examples: tuple[Example, ...]) -> Lines | None:
         if not any(example.pressed for example in examples):
             return {}
         lesson = replace(self.new_lesson, examples=examples)
@@ -226,10 +241,6 @@ def _same(first: Sequence[float], second: Sequence[float]) -> bool:
 
 def _inside(example: Example, box: Box) -> bool:
     return all(value in region for value, region in zip(example.values, box, strict=True))
-
-
-def _passes(tree: Transition | None, example: Example, node: int) -> bool:
-    return tree is not None and any(step.node == node for step in tree.path(example.values)[0])
 
 
 def _ends(node: Node) -> tuple[float, ...]:

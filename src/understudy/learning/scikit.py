@@ -97,6 +97,13 @@ class ScikitTransition:
             return np.asarray(self.classifier.predict(rows), np.int64)
         return np.array([self.classifier.predict([row])[0] for row in rows], np.int64)
 
+    def decide_at_once(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
+        """As `decide_all`, in one go whatever the classifier, and many times as fast; a decision that hangs on the last
+        bit may be another one than `decide` makes.
+        """
+        rows = [encoded(row, self.kinds) for row in values.tolist()]
+        return np.asarray(self.classifier.predict(rows), np.int64) if rows else np.zeros(0, np.int64)
+
     def path(self, values: Sequence[float]) -> tuple[tuple[Step, ...], int]:
         """Nothing: a classifier passes no tests."""
         return (), STAY

@@ -5,24 +5,28 @@ Nothing here changes a lesson: it says what pruning would come to, and a person 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from understudy.learning._kernels import WATCHED
 from understudy.learning.arrays import Shown, arrays, teaching
 from understudy.learning.pruning import SAME, links
-from understudy.learning.transitions import fitting, learn_state
+from understudy.learning.reaching import Rows
+from understudy.learning.transitions import fitting
 from understudy.model.automaton import Transition
-from understudy.model.example import Example
 from understudy.model.lesson import Lesson, Trees
-from understudy.model.tree import STAY, Tree
+from understudy.model.tree import STAY, Tree, leaf
 
-Fit: TypeAlias = Callable[[Shown], Transition]
 ENOUGH = 30
 """Fewer press-made examples say too little about examples to come; and each of them was meant."""
+MOST_TRIALS = 48
+"""So many times at most something is left out: of a larger lesson, several examples at once."""
+
+Fit: TypeAlias = Callable[[Shown], Transition]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,60 +54,53 @@ def suggestion(lesson: Lesson) -> Suggestion | None:
 
     Of no pruning and those at which something changes, the one with the fewest wrong decisions; of several, the most.
     """
-    bare = with_pruning(lesson, 0.0)
-    pressed = [example for example in lesson.examples if example.pressed and not example.quarantined]
-    if not isinstance(lesson.options.learner, Trees) or len(pressed) < ENOUGH:
+    if not isinstance(lesson.options.learner, Trees):
         return None
-    steps = sorted({0.0, *(worth for state in teaching(bare) for worth in _worths(bare, state))})
-    wrong = [0] * len(steps)
-    left_out, fit = 0, fitting(bare)
-    for state, examples in list(teaching(bare).items())[: 1 if bare.automaton.stateless else None]:
-        shown = arrays(bare, examples, state)
-        for row, example in enumerate(examples):
-            if example.pressed:
-                left_out += 1
-                for step, decided in enumerate(
-                    _decided(bare, fit, state, _without(shown, row), example, steps)
-                ):
-                    wrong[step] += decided != example.next
-    best = max(step for step in range(len(steps)) if wrong[step] == min(wrong))
-    return Suggestion(steps[best], left_out, wrong[0], wrong[best])
+    bare = with_pruning(lesson, 0.0)
+    fit, states = fitting(bare), _states(bare)
+    pressed = [np.flatnonzero(shown.groups != WATCHED) for shown in states]
+    count = sum(map(len, pressed))
+    if count < ENOUGH:
+        return None
+    steps = sorted({0.0, *(worth for shown in states for worth, _ in links(_tree(fit, shown), shown))})
+    wrong = np.zeros(len(steps), np.int64)
+    together = -(-count // MOST_TRIALS)
+    for shown, rows in zip(states, pressed, strict=True):
+        trials = -(-len(rows) // together)
+        for first in range(trials):
+            wrong += _wrong(fit, shown, rows[first::trials], steps)
+    best = int(np.flatnonzero(wrong == wrong.min())[-1])
+    return Suggestion(steps[best], count, int(wrong[0]), int(wrong[best]))
 
 
-def _worths(lesson: Lesson, state: str) -> list[float]:
-    """What the questions of a state are worth, weakest first."""
-    examples = teaching(lesson)[state]
-    tree = learn_state(lesson, state, examples)
-    shown = arrays(lesson, examples, state)
-    return [worth for worth, _ in links(tree, shown)] if isinstance(tree, Tree) else []
+def _states(lesson: Lesson) -> list[Shown]:
+    """What teaches each transition function: one for all states in a stateless lesson."""
+    found = [(state, examples) for state, examples in teaching(lesson).items()]
+    return [
+        arrays(lesson, examples, state)
+        for state, examples in found[: 1 if lesson.automaton.stateless else None]
+    ]
 
 
-def _without(shown: Shown, row: int) -> Shown:
-    """All examples but one."""
-    return Shown(
-        (*shown.examples[:row], *shown.examples[row + 1 :]),
-        np.delete(shown.values, row, axis=0),
-        np.delete(shown.outcomes, row),
-        np.delete(shown.groups, row),
-        shown.current,
-    )
+def _tree(fit: Fit, shown: Shown) -> Tree:
+    """The tree that is learned; it stays where nothing was pressed."""
+    tree = fit(shown) if (shown.groups != WATCHED).any() else None
+    return tree if isinstance(tree, Tree) else Tree((leaf(STAY),))
 
 
-def _decided(
-    lesson: Lesson, fit: Fit, state: str, others: Shown, example: Example, steps: list[float]
-) -> list[str]:
-    """What is decided at an example that was left out of `others`, by each pruning."""
-    if (others.groups == WATCHED).all():
-        return [state] * len(steps)
-    tree = fit(others)
-    if not isinstance(tree, Tree):
-        return [state] * len(steps)
-    trees, pruning = [], links(tree, others)
+def _wrong(fit: Fit, shown: Shown, out: Rows, steps: Sequence[float]) -> NDArray[np.int64]:
+    """By pruning, how many of the examples that were left out are decided otherwise than shown."""
+    kept = np.delete(np.arange(len(shown.outcomes)), out)
+    rest = Shown((), shown.values[kept], shown.outcomes[kept], shown.groups[kept], shown.current)
+    tree = _tree(fit, rest)
+    pruning, found = links(tree, rest), np.zeros(len(steps), np.int64)
     waiting = next(pruning, None)
-    for step in steps:
+    examples = [(shown.examples[row], int(shown.outcomes[row])) for row in out.tolist()]
+    for place, step in enumerate(steps):
         while waiting is not None and waiting[0] <= step + SAME and step > 0.0:
             tree, waiting = waiting[1], next(pruning, None)
-        trees.append(tree)
-    names = lesson.automaton.state_names
-    outcomes = [tree.decide(example.values) for tree in trees]
-    return [state if outcome == STAY else names[outcome] for outcome in outcomes]
+        for example, outcome in examples:
+            decided = tree.decide(example.values)
+            stays = decided == STAY and example.next == example.state
+            found[place] += not (stays or decided == outcome)
+    return found

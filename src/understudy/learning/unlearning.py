@@ -18,7 +18,8 @@ from understudy.errors import DefinitionError
 from understudy.learning.arrays import arrays, heeded, vectors
 from understudy.learning.hindsight import Hindsight, hindsight
 from understudy.learning.likeness import Square, unlikeness
-from understudy.model.example import Example, ExampleKind
+from understudy.learning.suspect import Suspect, evidence, named, noise
+from understudy.model.example import Example
 from understudy.model.lesson import Lesson
 
 ENOUGH = 6
@@ -27,10 +28,6 @@ DOUBTED = 0.5
 """From here on the others speak so clearly against an example that it is suspected."""
 NEAR = 0.1
 """How like the correction an example must be, of 1, to have had a part in the mistake."""
-TRUST_CORRECTION, TRUST_SAID, TRUST_DEFAULT = 0.02, 0.1, 0.2
-"""The variance of noise that is expected of each sort of example; who corrects has just seen what is wrong."""
-WITNESSES = 3
-"""How many examples a reason names at most."""
 
 
 class Verdict(StrEnum):
@@ -40,15 +37,6 @@ class Verdict(StrEnum):
     FEW = "too few examples"
     CONTRADICTION = "corrections that contradict each other"
     UNSURE = "hard to say"
-
-
-@dataclass(frozen=True, slots=True)
-class Suspect:
-    """An example that may be bad: why, and how much the others speak against it (0 to 1)."""
-
-    example: Example
-    reason: str
-    doubt: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +67,7 @@ def judge(lesson: Lesson, correction: Example) -> Judgement:
     pool = _pool(lesson, correction)
     rivals = _rivals(pool, correction)
     if rivals:
-        reason = f"Correction {correction.number} contradicts {_named(rivals)}: both are kept."
+        reason = f"Correction {correction.number} contradicts {named(rivals)}: both are kept."
         return Judgement(correction, Verdict.CONTRADICTION, reason)
     if len(pool) - 1 < ENOUGH:
         count = f"{len(pool) - 1} other example{'s' * (len(pool) != 2)}"
@@ -88,8 +76,8 @@ def judge(lesson: Lesson, correction: Example) -> Judgement:
     shown = arrays(lesson, pool, correction.state)
     _, outcomes = np.unique(shown.outcomes, return_inverse=True)
     unlike = unlikeness(shown.values, [bound.kind for bound in lesson.automaton.features])
-    noise = np.array([_noise(example) for example in pool])
-    return _judged(pool, pool.index(correction), unlike, hindsight(unlike, outcomes, noise))
+    seen = hindsight(unlike, outcomes, np.array([noise(example) for example in pool]))
+    return _judged(pool, pool.index(correction), unlike, seen)
 
 
 def _pool(lesson: Lesson, correction: Example) -> tuple[Example, ...]:
@@ -110,15 +98,13 @@ def _pool(lesson: Lesson, correction: Example) -> tuple[Example, ...]:
 
 
 def _rivals(pool: Sequence[Example], correction: Example) -> list[Example]:
-    """Other corrections with the very same feature vector that say otherwise."""
+    """Other corrections with the very same feature vector that say otherwise; defaults beside them said nothing."""
     alike = next(group for group in vectors(pool).values() if correction in group)
-    return [example for example in alike if example.correction and example.next != correction.next]
-
-
-def _noise(example: Example) -> float:
-    if example.correction and example.shown:
-        return TRUST_CORRECTION
-    return TRUST_DEFAULT if example.kind is ExampleKind.DEFAULT else TRUST_SAID
+    return [
+        example
+        for example in alike
+        if example.correction and example.shown and example.next != correction.next
+    ]
 
 
 def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: Hindsight) -> Judgement:
@@ -129,17 +115,18 @@ def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: Hindsight
     suspects = _suspects(pool, against, unlike, seen)
     said = f"correction {correction.number}"
     if suspects:
-        bad = _named([suspect.example for suspect in suspects])
+        bad = named([suspect.example for suspect in suspects])
         reason = f"What {said} shows was decided wrongly because of {bad}."
         return Judgement(correction, Verdict.BAD, reason, suspects)
     if itself >= DOUBTED:
         reason = f"What is like {said} agrees on something else, so either it is wrong or a boundary runs close by."
         return Judgement(correction, Verdict.UNSURE, reason)
-    if not against.any():
-        return Judgement(
-            correction, Verdict.FEW, f"Nothing like {said} had been shown: it adds what was missing."
-        )
-    reason = f"Too little had been shown around {said}, and no example there is clearly bad."
+    if against.any():
+        reason = f"Too little had been shown around {said}, and no example there is clearly bad."
+    elif reach.sum() > 1:  # itself
+        reason = f"What is like {said} agrees with it: it shows where the boundary is not."
+    else:
+        reason = f"Nothing like {said} had been shown: it adds what was missing."
     return Judgement(correction, Verdict.FEW, reason)
 
 
@@ -161,7 +148,7 @@ def _suspects(
         found.append((place, float(doubt[place])))
         seen = seen.without(place)
     return tuple(
-        Suspect(pool[place], _reason(pool, place, seen), round(min(doubt, 1.0), 3)) for place, doubt in found
+        Suspect(pool[place], evidence(pool, place, seen), round(min(doubt, 1.0), 3)) for place, doubt in found
     )
 
 
@@ -177,23 +164,3 @@ def _surrounded(place: int, unlike: Square, seen: Hindsight) -> bool:
     near = seen.here[(seen.like[place, seen.here] > NEAR) & (seen.here != place)]
     apart = unlike[np.ix_(near, near)]
     return bool((apart > unlike[place, near][:, None] + unlike[place, near][None, :]).any())
-
-
-def _reason(pool: Sequence[Example], place: int, seen: Hindsight) -> str:
-    """Who speaks against an example: the most like it of those that say otherwise, none of them suspected."""
-    others = seen.here[seen.outcomes[seen.here] != seen.outcomes[place]]
-    most = others[np.argsort(-seen.like[place, others], kind="stable")]
-    outcome = pool[most[0]].next
-    witnesses = [pool[other] for other in most if pool[other].next == outcome][:WITNESSES]
-    ones = "is" if len(witnesses) == 1 else "are"
-    example = pool[place]
-    return (
-        f"Example {example.number} says {example.next}, but {_named(witnesses)}, which {ones} most like it, "
-        f"{'says' if len(witnesses) == 1 else 'say'} {outcome}."
-    )
-
-
-def _named(examples: Sequence[Example]) -> str:
-    """Examples by number: "example 3", "examples 3, 5 and 9"."""
-    *most, last = [str(number) for number in sorted(example.number for example in examples)]
-    return f"examples {', '.join(most)} and {last}" if most else f"example {last}"

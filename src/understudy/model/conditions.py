@@ -11,7 +11,7 @@ from itertools import combinations
 from typing import TypeAlias
 
 from understudy.model.feature import BoundFeature
-from understudy.model.regions import Box, Region, boxes, covers, known_absent, meets, path_box
+from understudy.model.regions import Box, Region, boxes, covers, known_absent, path_box
 from understudy.model.tree import STAY, Step, Tree
 from understudy.model.words import Words
 
@@ -28,11 +28,16 @@ def conditions(
 
     Every feature vector decided so fulfills one of them, and no other vector does.
     """
+    found = simplified(tree, features)
+    return {outcome: worded(tree, features, boxes, shown) for outcome, boxes in found.items()}
+
+
+def worded(
+    tree: Tree, features: Sequence[BoundFeature], found: Sequence[Box], shown: Vectors = ()
+) -> tuple[str, ...]:
+    """A condition for each of some boxes that the tree tells apart."""
     words = _words(tree, features, shown)
-    return {
-        outcome: tuple(" and ".join(_statements(box, words)) or "always" for box in found)
-        for outcome, found in simplified(tree, features).items()
-    }
+    return tuple(" and ".join(_statements(box, words)) or "always" for box in found)
 
 
 def sentences(
@@ -110,21 +115,31 @@ def _whole(all_boxes: Iterable[Box]) -> Box:
 
 def _widened(box: Box, whole: Box, others: Sequence[Box]) -> Box:
     """The box without what makes no difference: first whole statements, then ends of intervals."""
+    wide = list(box)
+    apart = [  # the features that keep each other box out
+        {feature for feature, region in enumerate(box) if not region.meets(other[feature])}
+        for other in others
+    ]
+
+    def widen(feature: int, region: Region) -> None:
+        kept_out = [other for other, by in zip(others, apart, strict=True) if by == {feature}]
+        if any(region.meets(other[feature]) for other in kept_out):
+            return
+        wide[feature] = region
+        for other, by in zip(others, apart, strict=True):
+            if feature in by and region.meets(other[feature]):
+                by.remove(feature)
+
     for feature in reversed(range(len(box))):
-        box = _try(box, feature, whole[feature], others)
+        widen(feature, whole[feature])
     for feature, full in enumerate(whole):
         low, high = (full.parts[0][0], full.parts[-1][1]) if full.parts else (0.0, 0.0)
-        if len(box[feature].parts) == 1:
-            ((start, stop),) = box[feature].parts
-            box = _try(box, feature, Region(((low, stop),), box[feature].absent), others)
-            ((start, stop),) = box[feature].parts
-            box = _try(box, feature, Region(((start, high),), box[feature].absent), others)
-    return box
-
-
-def _try(box: Box, feature: int, region: Region, others: Sequence[Box]) -> Box:
-    wider = (*box[:feature], region, *box[feature + 1 :])
-    return box if any(meets(wider, other) for other in others) else wider
+        if len(wide[feature].parts) == 1:
+            ((start, stop),) = wide[feature].parts
+            widen(feature, Region(((low, stop),), wide[feature].absent))
+            ((start, stop),) = wide[feature].parts
+            widen(feature, Region(((start, high),), wide[feature].absent))
+    return tuple(wide)
 
 
 def _without_covered(found: Sequence[Box]) -> list[Box]:

@@ -42,6 +42,12 @@ class Region(NamedTuple):
                 parts.append((low, high))
         return Region(tuple(parts), self.absent or other.absent)
 
+    def meets(self, other: Region) -> bool:
+        """Whether some value, or absence, belongs to both."""
+        return (self.absent and other.absent) or any(
+            low < high2 and low2 < high for low, high in self.parts for low2, high2 in other.parts
+        )
+
     def __contains__(self, value: object) -> bool:
         return isinstance(value, float) and (
             self.absent if value != value else any(low <= value < high for low, high in self.parts)
@@ -110,11 +116,6 @@ def path_box(tree: Tree, steps: Iterable[Step], kinds: Sequence[Kind]) -> Box:
             region = inside if step.side == "yes" else _rest(inside, kind)
         box[node.feature] &= region
     return tuple(box)
-
-
-def meets(box: Box, other: Box) -> bool:
-    """Whether some feature vector is in both."""
-    return all(not (region & region2).empty for region, region2 in zip(box, other, strict=True))
 
 
 def covers(box: Box, other: Box) -> bool:

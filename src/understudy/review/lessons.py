@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from understudy.learning.arrays import heeded
+from understudy.model.fingerprint import fingerprint
+from understudy.model.lesson import Lesson, Record, Scikit
 from understudy.model.library import Library, Taught
 from understudy.model.outcome import Outcome
 from understudy.review.moments import Replayed, replayed
@@ -52,7 +55,7 @@ def examined(
     `libraries` has what members of squads know, by sort of agents, where coordinators are tested.
     """
     taught, former = library.taught[name], formers.get(name)
-    changed = former is not None and former.automaton != taught.automaton
+    changed = former is not None and differs(former, taught)
     outcomes = [tried(outcome, name, library, libraries) for outcome in _outcomes(taught)]
     return Examined(
         name,
@@ -68,6 +71,25 @@ def examined(
     )
 
 
+def differs(former: Taught, taught: Taught) -> bool:
+    """Whether an automaton is not what it was, transition functions and all. A classifier is fitted anew each time, so
+    what it was fitted to is compared.
+    """
+    if (
+        former.lesson is None
+        or taught.lesson is None
+        or not isinstance(taught.lesson.options.learner, Scikit)
+    ):
+        return former.automaton != taught.automaton
+    return fingerprint(_bare(former, former.lesson)) != fingerprint(_bare(taught, taught.lesson))
+
+
+def _bare(taught: Taught, lesson: Lesson) -> Taught:
+    """An automaton with nothing but what its classifier is fitted to."""
+    examples = tuple(replace(each, moment=None, window=0, quarantined="") for each in heeded(lesson))
+    return Taught(taught.automaton, replace(lesson, examples=examples, record=Record(), outcomes=()))
+
+
 def _outcomes(taught: Taught) -> tuple[Outcome, ...]:
     return () if taught.lesson is None else taught.lesson.outcomes
 
@@ -79,7 +101,7 @@ def _since(
     found = []
     for each in below(library, name):
         former = formers.get(each)
-        if former is None or former.automaton == library.taught[each].automaton:
+        if former is None or not differs(former, library.taught[each]):
             continue
         if tried(outcome, name, library.with_taught(former), libraries).came:
             found.append(each)

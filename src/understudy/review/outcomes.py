@@ -80,19 +80,28 @@ def tried(
     Of a coordinator, `libraries` has what its members know, by sort of agents.
     """
     try:
-        body = _body(outcome, {**libraries, outcome.sort: library})
-        body.restore(outcome.snapshot)
-        doer = Interpreter(link(library, name, outcome.targets), now=body.time_s)
-        agents = [Interpreter(IDLE_PROGRAM, now=body.time_s) for _ in range(body.agents)]
-        agents[outcome.agent] = doer
-        run = Run(body, agents)
-    except (UnderstudyError, LookupError) as error:
+        return Tried(outcome, _let_go(outcome, name, library, libraries))
+    except UnderstudyError as error:
         return Tried(outcome, None, str(error))
-    began = body.time_s
+    except KeyError as error:
+        return Tried(
+            outcome, None, f"its world has agents of the sort {error}, of whom nothing is known here"
+        )
+
+
+def _let_go(outcome: Outcome, name: str, library: Library, libraries: Libraries) -> float | None:
+    """After how many seconds the outcome came; None where it did not."""
+    body = _body(outcome, {**libraries, outcome.sort: library})
+    body.restore(outcome.snapshot)
+    if not 0 <= outcome.agent < body.agents:
+        raise SessionError(f"there is no agent {outcome.agent} in its world: they are counted from 0")
+    doer = Interpreter(link(library, name, outcome.targets), now=body.time_s)
+    agents = [Interpreter(IDLE_PROGRAM, now=body.time_s) for _ in range(body.agents)]
+    agents[outcome.agent] = doer
+    run, began = Run(body, agents), body.time_s
     while doer.root.flag is None and body.time_s - began < outcome.within_s - body.tick_s / 2:
         run.tick()
-    took_s = round(body.time_s - began, 6)
-    return Tried(outcome, took_s if doer.root.flag == outcome.flag else None)
+    return round(body.time_s - began, 6) if doer.root.flag == outcome.flag else None
 
 
 def _body(outcome: Outcome, libraries: Libraries) -> World | Troop:

@@ -107,9 +107,12 @@ def recorded(path: Path, *, robot: int, time_s: float) -> Recorded:
     if not 0 <= robot < header.robots:
         remedy = f"count from 0 to {header.robots - 1}"
         raise SettingError(where=str(path), setting="--agent", problem=f"is {robot}", remedy=remedy)
-    if not rows or time_s > rows[-1].time_s + header.tick_s / 2:
-        ended = rows[-1].time_s if rows else 0.0
-        problem, remedy = f"is {time_s:g}, after the run had ended", f"give at most {ended:g}"
+    if not rows:
+        raise _no_trace(
+            path, f"it says nothing of robot {robot}", "run it again with `understudy run --trace`"
+        )
+    if time_s > rows[-1].time_s + header.tick_s / 2:
+        problem, remedy = f"is {time_s:g}, after the run had ended", f"give at most {rows[-1].time_s:g}"
         raise SettingError(where=str(path), setting="--time", problem=problem, remedy=remedy)
     ticks = max(1, sum(row.time_s <= time_s + SOON_S for row in rows))
     return Recorded(header, header.run, rows[ticks - 1], ticks)
@@ -120,7 +123,10 @@ def _lines(path: Path, robot: int) -> tuple[Header, list[Row]]:
     with path.open("rb") as lines:
         header = _header(next(lines, b""), path)
         try:
-            rows = [decode(line) for line in lines if line.strip()]
+            whole = (
+                line for line in lines if line.endswith(b"\n")
+            )  # a run that was killed ends within a line
+            rows = [decode(line) for line in whole if line.strip()]
         except msgspec.MsgspecError as error:
             raise _no_trace(path, f"a line of it cannot be read ({error})", "restore it") from None
     return header, [row for row in rows if row.robot == robot]

@@ -11,7 +11,9 @@ from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
 from understudy.desk.simplifying import prune
 from understudy.errors import SettingError, UnknownName
+from understudy.studio import coach_messages as c
 from understudy.studio import (
+    coaching,
     company,
     former,
     keeping,
@@ -78,6 +80,7 @@ def _new(stage: Stage, message: m.New) -> None:
         targets=message.targets,
         watched=message.watched,
         reaction_s=message.reaction_s,
+        unlearning=message.unlearning,
     )
     openings.begin(stage, message.name, choices, discard=message.discard)
 
@@ -90,6 +93,7 @@ def _choose(stage: Stage, message: m.Choose) -> None:
         renamed=message.renamed,
         watched=message.watched,
         reaction_s=message.reaction_s,
+        unlearning=message.unlearning,
     )
     stage.trained.choose(choices)
     stage.moved += 1
@@ -166,8 +170,8 @@ def _desk(action: Callable[[Any, Any], object]) -> Action:
 
 ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
     {
-        m.Press: _desk(lambda desk, message: desk.press(message.state)),
-        m.Confirm: _desk(lambda desk, _: desk.confirm()),
+        m.Press: lambda stage, message: coaching.press(stage, message.state),
+        m.Confirm: lambda stage, _: coaching.press(stage, None),
         m.Turn: _desk(lambda desk, _: desk.turn()),
         m.Undo: _desk(lambda desk, _: desk.undo()),
         m.Redo: _desk(lambda desk, _: desk.redo()),
@@ -212,5 +216,12 @@ ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
         r.Prune: _desk(lambda desk, message: prune(desk, message.pruning)),
         r.Versions: lambda stage, message: former.listed(stage, message.name),
         r.Changes: lambda stage, message: former.told(stage, message.name, message.version, message.to),
+        c.Advise: lambda stage, _: coaching.told(stage),
+        c.SetUp: coaching.set_up,
+        c.AskWhen: coaching.ask_when,
+        c.GoToMark: coaching.go_to_mark,
+        c.UseReaction: coaching.use_reaction,
+        c.Mend: coaching.mend,
+        c.StandBy: coaching.stand_by,
     }
 )

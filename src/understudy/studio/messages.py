@@ -8,6 +8,7 @@ import msgspec
 from msgspec import Meta, Struct, field
 
 from understudy.errors import UnderstudyError
+from understudy.studio.coach_messages import CoachMessage
 from understudy.studio.fields import Call, Calls, Id, Index, Message, Name, Names, Seed, Targets, Value
 from understudy.studio.mistakes import said
 from understudy.studio.review_messages import ReviewMessage
@@ -95,6 +96,7 @@ class New(Message, frozen=True, kw_only=True, tag="new"):
     targets: Targets = field(default_factory=dict)
     watched: bool | None = None
     reaction_s: float | None = None
+    unlearning: bool | None = None
     discard: bool = False
 
 
@@ -107,6 +109,7 @@ class Choose(Message, frozen=True, kw_only=True, tag="choose"):
     renamed: dict[Call, Call] = field(default_factory=dict)
     watched: bool | None = None
     reaction_s: float | None = None
+    unlearning: bool | None = None
 
 
 class Delete(Message, frozen=True, kw_only=True, tag="delete"):
@@ -300,6 +303,7 @@ AnyMessage: TypeAlias = (
     | RemoveObstacle
     | Take
     | HandOver
+    | CoachMessage
     | ReviewMessage
 )
 

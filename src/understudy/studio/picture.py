@@ -64,6 +64,7 @@ class Picture:
                 "nested": self._nested.below(automaton, self._desk.session.library),
                 "watched": lesson.options.watched,
                 "reaction_s": lesson.options.reaction_s,
+                "unlearning": lesson.options.unlearning,
                 "flags": list(dict.fromkeys(state.flag for state in automaton.states if state.flag)),
                 "outcomes": list(map(str, lesson.outcomes)),
                 "pruning": lesson.options.learner.pruning

@@ -5,10 +5,12 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 
+from understudy.coaching.asking import When
 from understudy.desk import journals, words
 from understudy.desk.desk import Desk, Said
 from understudy.desk.opening import Opened
@@ -22,6 +24,7 @@ from understudy.studio.picture import Picture
 from understudy.studio.ranks import Doing, Ranks
 from understudy.studio.reel import Frame, Reel
 from understudy.studio.scene import Plain, scene
+from understudy.studio.unsure import Unsure
 from understudy.training.company import Instant
 from understudy.training.trainee import Mode
 from understudy.worlds.scenario import Scenario, Sonar
@@ -68,7 +71,8 @@ class Stage:
         self._speed, self._idling = 1.0, Idling(self.world, wall)
         self._said = Said(NOTHING)
         self._picture: Picture | None = None
-        self.reel = Reel()
+        self.reel, self.unsure = Reel(), Unsure()
+        self.beside = ThreadPoolExecutor(1)  # for what takes longer than a tick may
         self.run: Plain = {"number": 0, "from_s": 0.0}
         self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
         self.look_for_cut_off()
@@ -140,7 +144,12 @@ class Stage:
         """The desk as plain data."""
         if self._picture is None:
             return None
-        return {**self._picture.take(), "others": self.others, "doing": list(self.doing.names)}
+        return {
+            **self._picture.take(),
+            "others": self.others,
+            "doing": list(self.doing.names),
+            "asking": self.unsure.plain(self.trained.coach),
+        }
 
     def frame(self) -> bytes:
         """The moment, for drawing."""
@@ -188,8 +197,7 @@ class Stage:
         try:
             for _ in self._idling.ticks() if desk is None else desk.ticks():
                 self.moved += 1
-                if desk is not None:
-                    self.reel.see(desk.session)
+                self.saw()
         except Exception as error:
             self.halt(explained(error))
 
@@ -201,7 +209,13 @@ class Stage:
             self._said = Said("Paused")
         else:
             self.desk.step()
+            self.saw()
+
+    def saw(self) -> None:
+        """A tick passed."""
+        if self.desk is not None:
             self.reel.see(self.desk.session)
+            self.unsure.see(self.desk.coach.asking.marked, self.run["number"], self.world.time_s)
 
     def halt(self, problem: str) -> None:
         """Something went wrong, which is said; time stands still."""
@@ -234,8 +248,7 @@ class Stage:
             self._said = Said(f"World {seed} from its beginning")
         else:
             self.desk.world(seed)
-        self._begin_reel()
-        self.changed()
+        self.anew()
 
     def _begin_reel(self) -> None:
         self.reel.forget(() if self.desk is None else self.desk.session.examples)
@@ -253,6 +266,11 @@ class Stage:
         """Go back to a moment of this session that may be of another run."""
         self._back(instant)
         self._begin_reel()
+
+    def anew(self) -> None:
+        """The robot and its world were put elsewhere: one can go back to here, and not beyond."""
+        self._begin_reel()
+        self.changed()
 
     def _back(self, instant: Instant) -> None:
         desk = self.trained
@@ -284,10 +302,12 @@ class Stage:
 
     def take(self, opened: Opened, said: str) -> None:
         """Another desk takes the place of the present one, whose journal is not needed any more."""
+        asked = When.NEVER if self.desk is None else self.desk.coach.asking.when
         self._leave()
         self._idling.pause(True)
         self.opened, desk = opened, opened.desk
         self._picture, self.agent = Picture(desk), desk.robot
+        self.unsure, desk.coach.asking.when = Unsure(), asked
         self.began_with = len(desk.session.examples)
         desk.set_speed(self._speed)
         desk.hold(False)
@@ -318,6 +338,7 @@ class Stage:
 
     def close(self) -> None:
         """Put everything on disk; what is not saved is offered next time."""
+        self.beside.shutdown(wait=False, cancel_futures=True)
         if self.opened is None:
             return
         if self.opened.desk.unsaved:

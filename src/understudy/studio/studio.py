@@ -12,6 +12,7 @@ from understudy.desk.pace import FASTEST, Wall
 from understudy.errors import SessionError
 from understudy.studio import messages as m
 from understudy.studio import review_messages as r
+from understudy.studio.coach_messages import Advise
 from understudy.studio.directing import obey
 from understudy.studio.scene import Plain
 from understudy.studio.stage import Stage, explained
@@ -23,7 +24,7 @@ REST_S = 0.002
 DESK_S = 1 / 20
 """How often the desk is shown at most, but for what was pressed."""
 LEFT = "Nobody directs, so the robot was paused"
-LOOKING = (r.Why, r.Test, r.Simplify, r.Versions, r.Changes)
+LOOKING = (r.Why, r.Test, r.Simplify, r.Versions, r.Changes, Advise)
 """What pages may say that only look on."""
 _encode = msgspec.json.Encoder().encode
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TypedDict
+from typing import TypedDict, Unpack
 
 from understudy.errors import SessionError, UnknownName
+from understudy.learning.slips import same_press
 from understudy.model.automaton import State
 from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
@@ -53,9 +54,11 @@ def deleted(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
 
 
 def quarantined(lesson: Lesson, reasons: Mapping[int, str]) -> Lesson:
-    """The lesson with these examples in quarantine, by number, each with the reason; "" takes one out again."""
-    for number in reasons:
-        numbered(lesson, number)
+    """The lesson with these examples in quarantine, by number, each with the reason; "" takes one out again. The very
+    same lesson where all of them are as they are to be.
+    """
+    if all(numbered(lesson, number).quarantined == reason for number, reason in reasons.items()):
+        return lesson
     return replace(
         lesson,
         examples=tuple(
@@ -65,12 +68,11 @@ def quarantined(lesson: Lesson, reasons: Mapping[int, str]) -> Lesson:
     )
 
 
-def edited(
-    lesson: Lesson, number: int, *, state: str | None, next: str | None, values: Mapping[str, float]
-) -> Lesson:
+def edited(lesson: Lesson, number: int, **change: Unpack[Edit]) -> Lesson:
     """The lesson with one example's state, next state or values (by feature label) changed."""
     example, automaton = numbered(lesson, number), lesson.automaton
-    state, following = state or example.state, next or example.next
+    state, following = change.get("state") or example.state, change.get("next") or example.next
+    values = change.get("values") or {}
     automaton.index(following)
     if automaton.state(state).flag is not None:
         raise SessionError(f"a flag state is never left, so no example can begin in {state!r}")
@@ -91,6 +93,13 @@ def edited(
     )
     examples = tuple(changed if other.number == number else other for other in lesson.examples)
     return replace(lesson, examples=examples)
+
+
+def mended(lesson: Lesson, number: int, next: str) -> Lesson:
+    """The lesson with a press as it was meant; the default that it recorded on its way there goes into quarantine."""
+    beside = same_press(lesson, number)[1:]
+    lesson = edited(lesson, number, next=next)
+    return quarantined(lesson, dict.fromkeys(beside, f"Example {number} was a slip."))
 
 
 def rechosen(lesson: Lesson, library: Library, choice: Choice, targets: Mapping[str, str]) -> Lesson:

@@ -74,7 +74,7 @@ class Pressed(msgspec.Struct, frozen=True, tag=True):
 
 class Stepped(msgspec.Struct, frozen=True, tag=True):
     """A step that changed the lesson; `press` is the press that made it, `design` the lesson without
-    examples.
+    examples. Where it is a correction that takes back a switch, `stay` is what should have been decided then.
     """
 
     what: str
@@ -85,6 +85,7 @@ class Stepped(msgspec.Struct, frozen=True, tag=True):
     rows: Rows
     before: list[Level]
     after: list[Level]
+    stay: Example | None = None
 
 
 class Acted(msgspec.Struct, frozen=True, tag=True):

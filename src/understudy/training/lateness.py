@@ -13,12 +13,13 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.errors import UnderstudyError
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature
+from understudy.model.feature import BoundFeature, Percept
 from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.lesson import LONGEST_REACTION_S, Lesson
+from understudy.model.lesson import LONGEST_REACTION_S, Lesson, Record
 from understudy.runtime.sensing import feature_column
-from understudy.training.values import own_value, shifted_row
+from understudy.training.values import shifted_row
 
 STEP_S = 0.05
 """Reaction times that are tried lie so far apart."""
@@ -105,12 +106,12 @@ def _reaches(example: Example, lesson: Lesson) -> bool:
 
 def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -> _Told | None:
     """What a group tells by the feature that depends most on the shift; None where none moves."""
-    found = []
+    percept, found = _percept(lesson.record, group, steady), []
     for bound in lesson.automaton.features:
-        if isinstance(bound.kind, Categorical) or own_value(bound.feature, group[0].own) is not None:
+        if bound.own or isinstance(bound.kind, Categorical):
             continue
-        values = _shifted(lesson, group, bound, steady)
-        if np.isnan(values[0]).all() or np.nanmax(values) == np.nanmin(values):
+        values = _shifted(bound, percept, group)
+        if values is None or np.isnan(values[0]).all():
             continue
         scatter = _scatter(values, bound)
         if scatter.min() > 0:
@@ -119,18 +120,31 @@ def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -
     return max(found, key=lambda each: each.weight, default=None)
 
 
-def _shifted(
-    lesson: Lesson, group: Sequence[Example], bound: BoundFeature, steady: frozenset[str]
-) -> Shifted:
-    record = lesson.record
+def _percept(record: Record, group: Sequence[Example], steady: frozenset[str]) -> Percept:
+    """All readings of a group: shift by shift, and for each of them press by press."""
     rows = np.array([[shifted_row(each, record, shift) for each in group] for shift in SHIFTS_S.tolist()])
     unshifted = np.broadcast_to(rows[0], rows.shape)
-    percept = {
+    return {
         key: record.values[(unshifted if key[0] in steady else rows).ravel(), column]
         for column, key in enumerate(record.keys)
     }
-    ground = BoundFeature(bound.feature, bound.binding.within(group[0].binding))
-    return feature_column(ground, percept, agents=rows.size).reshape(rows.shape)
+
+
+def _shifted(bound: BoundFeature, percept: Percept, group: Sequence[Example]) -> Shifted | None:
+    """A feature's values, whatever its parameters stood for at each press; None where it cannot be had from the record,
+    as one that was not recorded then, or is a function of a kit that is not there.
+    """
+    found = np.full((len(SHIFTS_S), len(group)), np.nan)
+    bindings = [each.binding for each in group]
+    for binding in dict.fromkeys(bindings):
+        ground = BoundFeature(bound.feature, bound.binding.within(binding))
+        try:
+            values = feature_column(ground, percept, agents=found.size).reshape(found.shape)
+        except (UnderstudyError, KeyError):
+            return None
+        mine = [each == binding for each in bindings]
+        found[:, mine] = values[:, mine]
+    return found
 
 
 def _scatter(values: Shifted, bound: BoundFeature) -> NDArray[np.float64]:

@@ -46,7 +46,7 @@ class Notebook:
         self._steady = steady
         self._watched = Watching()
         self._counted: tuple[tuple[Example, ...], int] = ((), 0)
-        self._unlearning: Unlearning | None = None
+        self._unlearning = past.unlearning
         self._switched = Switched(past.recorder.keys, steady)
 
     @property
@@ -171,13 +171,13 @@ class Notebook:
         pressed = {vector(example) for example in made}
         others = [each for each in self.lesson.examples if each.pressed or vector(each) not in pressed]
         lesson = replace(self.lesson, examples=(*others, *made))
-        what = f"{made[0].state} → {made[0].next}"
+        what, stay = f"{made[0].state} → {made[0].next}", None
         if press.correction:
             stay = self._switched.undone_by(made[0], self.lesson, self._recorder.now)
             self._unlearning = Unlearning(self.lesson, lesson, made[0], stay)
             lesson, what = self._unlearning.step(what)
         self._switched.forget()
-        self.step(what, lesson, before=before, after=after, press=press.number)
+        self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
 
     # Between ticks
 
@@ -213,12 +213,24 @@ class Notebook:
         return max((example.number for example in self.lesson.examples), default=0) + 1
 
     def step(
-        self, what: str, lesson: Lesson, *, before: RunState, after: RunState, press: int | None = None
+        self,
+        what: str,
+        lesson: Lesson,
+        *,
+        before: RunState,
+        after: RunState,
+        press: int | None = None,
+        stay: Example | None = None,
     ) -> None:
-        """Change the lesson: on disk when this returns, unless a press did it, which is there already."""
+        """Change the lesson: on disk when this returns, unless a press did it, which is there already.
+
+        No step where nothing would change.
+        """
+        if lesson is self.lesson:
+            return
         design, different, gone = difference(self.lesson, lesson)
         rows = self.journal.new_rows(self._recorder.record)
-        entry = Stepped(what, press, design, different, gone, rows, list(before), list(after))
+        entry = Stepped(what, press, design, different, gone, rows, list(before), list(after), stay)
         self.journal.write(entry, sync=press is None)
         self._history.step(what, lesson, before=before, after=after)
 

@@ -39,6 +39,7 @@ from understudy.training.journal import (
 )
 from understudy.training.recorder import Moment, Recorder
 from understudy.training.trainee import Mode, Press
+from understudy.training.unlearning import Unlearning
 
 
 @dataclass(slots=True)
@@ -60,6 +61,7 @@ class Past:
     about: Mapping[str, str | int | float | bool] = field(default_factory=dict)
     others: Occupied | None = None
     watching: bool = True
+    unlearning: Unlearning | None = None
 
     @classmethod
     def none(cls, lesson: Lesson, keys: Sequence[ReadingKey], targets: Mapping[str, str], agent: int) -> Self:
@@ -110,11 +112,13 @@ class Past:
                 self.waiting, self.run = None, tuple(entry.run)
             case Stepped():
                 self._keep(entry.rows)
-                after = changed(self.history.lesson, entry, library, path)
+                before = self.history.lesson
+                after = changed(before, entry, library, path)
                 self.history.step(entry.what, after, before=tuple(entry.before), after=tuple(entry.after))
                 self.run = tuple(entry.after)
                 if entry.press is not None:
                     self.waiting = None
+                    self.unlearning = Unlearning.replayed(before, after, entry.stay) or self.unlearning
             case Accepted():
                 self._keep(entry.rows)
                 self.history.amend(*entry.examples)

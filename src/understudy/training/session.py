@@ -26,7 +26,7 @@ from understudy.runtime.program import link
 from understudy.runtime.run import Run
 from understudy.training.company import NO_SIMULATION, Company, Instant, rewindable
 from understudy.training.design import check_names, check_targets
-from understudy.training.edits import Choice, counted, deleted, edited, quarantined, rechosen
+from understudy.training.edits import Choice, Edit, counted, deleted, edited, mended, quarantined, rechosen
 from understudy.training.journal import Began, Journal
 from understudy.training.notebook import Notebook
 from understudy.training.past import Past, lesson_bytes
@@ -323,20 +323,16 @@ class Session:
 
     def quarantine(self, reasons: Mapping[int, str]) -> None:
         """Let examples teach nothing for now, by number, each for a reason; "" lets one teach again."""
-        lesson = quarantined(self._notebook.lesson, reasons)
-        self._change(counted("quarantine" if any(reasons.values()) else "release", len(reasons)), lesson)
+        what = counted("quarantine" if any(reasons.values()) else "release", len(reasons))
+        self._change(what, quarantined(self._notebook.lesson, reasons))
 
-    def edit(
-        self,
-        number: int,
-        *,
-        state: str | None = None,
-        next: str | None = None,
-        values: Mapping[str, float] | None = None,
-    ) -> None:
+    def edit(self, number: int, **change: Unpack[Edit]) -> None:
         """Edit an example: its state, its next state, or its values by feature label."""
-        lesson = edited(self._notebook.lesson, number, state=state, next=next, values=values or {})
-        self._change(f"edit example {number}", lesson)
+        self._change(f"edit example {number}", edited(self._notebook.lesson, number, **change))
+
+    def mend(self, number: int, next: str) -> None:
+        """Say what a press was meant for, by its example's number: it slipped."""
+        self._change(f"mend example {number}", mended(self._notebook.lesson, number, next))
 
     def choose(self, *, targets: Mapping[str, str] | None = None, **choice: Unpack[Choice]) -> None:
         """Choose states, flags, features, parameters, statelessness or options anew; what is not given stays.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -67,6 +68,18 @@ class Unlearning:
         self, before: Lesson, after: Lesson, correction: Example, stay: Example | None = None
     ) -> None:
         self._before, self._after, self._correction, self._stay = before, after, correction, stay
+
+    @classmethod
+    def replayed(cls, before: Lesson, after: Lesson, stay: Example | None) -> Self | None:
+        """The same from the lessons on either side of a press's step, whatever was put in quarantine with it; None
+        where the press was no correction.
+        """
+        old = {example.number: example for example in before.examples}
+        made = [example for example in after.examples if example.number not in old]
+        if not made or not made[0].correction:
+            return None
+        bare = tuple(old.get(example.number, example) for example in after.examples)
+        return cls(before, replace(after, examples=bare), made[0], stay)
 
     @cached_property
     def judgement(self) -> Judgement | None:

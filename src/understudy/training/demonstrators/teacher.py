@@ -24,6 +24,9 @@ from understudy.training.session import Session
 MakesBody: TypeAlias = Callable[[str, int], Body]
 """Makes a world for one robot to practice in, by the name of the practice and a seed; it can be reset."""
 
+LooksBack: TypeAlias = Callable[[Session], None]
+"""What is done with a session before the robot is let try."""
+
 MakesPerson: TypeAlias = Callable[[np.random.Generator, Reaction], Person]
 """Makes the person who teaches, from what they draw from and how fast they react."""
 
@@ -136,10 +139,12 @@ class Teacher:
         progress: Progress = lambda name, what, account: None,
         patience: Patience = Patience(),
         person: MakesPerson = Person,
+        looks_back: LooksBack = lambda session: None,
     ) -> None:
         self.library = library
         self.accounts: dict[str, Account] = {}
         self._make, self._options, self._progress = make, options, progress
+        self._looks_back = looks_back
         self._draws = np.random.default_rng([seed, 1])
         self._person, self._patience = person(self._draws, reaction), patience
         self._topics: dict[str, Topic] = {}
@@ -219,6 +224,7 @@ class Teacher:
         return True
 
     def _test(self, topic: Topic, session: Session) -> Verdict:
+        self._looks_back(session)
         verdict = self._person.test(
             session, topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=topic.patience_s
         )

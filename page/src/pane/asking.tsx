@@ -1,0 +1,58 @@
+/** Whether the robot asks in testing where it is unsure, and the moments it marked. */
+
+import type { AskWhen, Desk } from "../protocol";
+import type { Studio } from "../studio";
+import { clock } from "../words";
+
+const WAYS: Readonly<Record<AskWhen, readonly [name: string, about: string]>> = {
+  never: ["no", "In testing it decides without a word."],
+  pause: ["pause", "In testing it stops where it is unsure, and your press is the answer."],
+  mark: ["mark", "In testing it goes on where it is unsure, and marks the moment here and on the time line."],
+};
+
+export function AskingPart({ desk, studio }: { desk: Desk; studio: Studio }) {
+  const { when, marks } = desk.asking;
+  return (
+    <section class="asking" aria-label="Asking">
+      <div class="ask-when">
+        <span id="ask-when">Ask when unsure</span>
+        <div class="ways" role="group" aria-labelledby="ask-when">
+          {(Object.keys(WAYS) as AskWhen[]).map((each) => (
+            <button
+              type="button"
+              key={each}
+              aria-pressed={when === each}
+              disabled={!studio.directs}
+              title={WAYS[each][1]}
+              onClick={() => void (when !== each && studio.ask({ do: "ask_when", when: each }))}
+            >
+              {WAYS[each][0]}
+            </button>
+          ))}
+        </div>
+      </div>
+      <p class="tiny">{WAYS[when][1]}</p>
+      {marks.length > 0 && (
+        <ol class="unsure-marks" aria-label="Moments at which it was unsure">
+          {[...marks].reverse().map(({ number, time_s, run, sentence }) => (
+            <li key={number}>
+              <button
+                type="button"
+                class="link"
+                disabled={!studio.directs}
+                title="Go back to this moment, and answer"
+                onClick={() => void studio.ask({ do: "go_to_mark", number })}
+              >
+                {clock(time_s)}
+              </button>
+              <span>
+                {run !== studio.told?.run.number && <span class="soft">in an earlier run: </span>}
+                {sentence.replace(/^I am not sure: | What is right\?$/g, "")}
+              </span>
+            </li>
+          ))}
+        </ol>
+      )}
+    </section>
+  );
+}

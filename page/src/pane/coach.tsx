@@ -1,0 +1,232 @@
+/** The tab Coach: whether the robot asks in testing, how late presses come, and what to show next. */
+
+import { useEffect, useRef, useState } from "preact/hooks";
+import { usePanel, useStudio } from "../context";
+import type { Advice, Desk, Late } from "../protocol";
+import type { Studio } from "../studio";
+import { className } from "../words";
+import { AskingPart } from "./asking";
+
+/** So long after the coach was asked it is not asked again: a watched lesson changes all the time. */
+const REST_MS = 1_000;
+/** A large lesson takes longer; so long after it is looked again. */
+const AGAIN_MS = 300;
+const FIRST = 8;
+/** From here on it is plainly worth following. */
+const PLAIN = 0.5;
+/** What a change of the features would settle. */
+const OF_FEATURES: ReadonlySet<string> = new Set(["separating", "disagreement", "idle"]);
+
+export function CoachTab() {
+  const studio = useStudio();
+  const { desk } = studio;
+  if (desk === null) return <p class="empty">Here a coach will say what to show the robot next.</p>;
+  return (
+    <>
+      <AskingPart desk={desk} studio={studio} />
+      <Advised key={desk.name} desk={desk} studio={studio} />
+    </>
+  );
+}
+
+interface Coached {
+  advice: readonly Advice[];
+  late: Late | null;
+}
+
+/** What the coach says of the lesson; asked again when that has changed. */
+function useCoach(studio: Studio, edition: number): readonly [Coached | null, () => void] {
+  const [coached, setCoached] = useState<Coached | null>(null);
+  const [asked, setAsked] = useState(0);
+  const last = useRef(-REST_MS);
+  useEffect(() => {
+    let over = false;
+    let due = setTimeout(() => void ask(), last.current + REST_MS - performance.now());
+    const ask = async (): Promise<void> => {
+      last.current = performance.now();
+      const { advice, late, later } = await studio.ask({ do: "advise" });
+      if (over) return;
+      if (later === true) due = setTimeout(() => void ask(), AGAIN_MS);
+      if (advice !== undefined) setCoached({ advice, late: late ?? null });
+    };
+    return () => {
+      over = true;
+      clearTimeout(due);
+    };
+  }, [edition, asked]);
+  const again = (): void => {
+    last.current = -REST_MS;
+    setAsked((count) => count + 1);
+  };
+  return [coached, again];
+}
+
+interface Part {
+  desk: Desk;
+  studio: Studio;
+}
+
+function Advised({ desk, studio }: Part) {
+  const [coached, again] = useCoach(studio, desk.edition);
+  const [all, setAll] = useState(false);
+  const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
+  if (coached === null) return null;
+  const { advice, late } = coached;
+  const there = setUp !== null && (studio.told?.run.number ?? 0) <= setUp.run ? setUp : null; // else it is elsewhere by now
+  const listed = all ? advice : advice.slice(0, FIRST);
+  const place = async (of: string): Promise<void> => {
+    const { sentence, run } = await studio.ask({ do: "set_up", sentence: of });
+    if (sentence !== undefined && run !== undefined) setSetUp({ of, outcome: sentence, run });
+  };
+  return (
+    <>
+      {late !== null && <LateCard late={late} studio={studio} />}
+      <h3>What to show next</h3>
+      {advice.length === 0 && <p class="empty">Nothing comes to mind: what was shown hangs together.</p>}
+      <ol class="advices" aria-label="Advice">
+        {listed.map((each) => (
+          <AdviceItem
+            key={each.sentence}
+            advice={each}
+            desk={desk}
+            studio={studio}
+            again={again}
+            outcome={there?.of === each.sentence ? there.outcome : null}
+            setUp={() => void place(each.sentence)}
+          />
+        ))}
+      </ol>
+      {listed.length < advice.length && (
+        <p class="earlier">
+          <button type="button" class="link" onClick={() => setAll(true)}>
+            {advice.length - listed.length} more, less useful
+          </button>
+        </p>
+      )}
+    </>
+  );
+}
+
+interface ItemProps {
+  advice: Advice;
+  desk: Desk;
+  studio: Studio;
+  /** Ask the coach again, where the lesson has not changed. */
+  again: () => void;
+  /** What came of setting it up, where that was the last. */
+  outcome: string | null;
+  setUp: () => void;
+}
+
+function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) {
+  const panel = usePanel();
+  const { sentence, examples, says, kind, weight, place } = advice;
+  const show = (): void => {
+    const [number] = examples;
+    panel.showExamples(examples);
+    if ((examples.length === 1 || says !== null) && number !== undefined) panel.selectExample(number);
+  };
+  return (
+    <li
+      class={className("advice", (weight > PLAIN || kind === "few") && "plainly", outcome !== null && "on")}
+    >
+      <div class="advice-head">
+        <p>{sentence}</p>
+        {place && (
+          <button
+            type="button"
+            class="small"
+            disabled={!studio.directs}
+            title="Put the robot into this situation; nothing is recorded"
+            onClick={setUp}
+          >
+            Set up
+          </button>
+        )}
+      </div>
+      {says !== null && (
+        <MeantPart number={examples[0] ?? 0} says={says} desk={desk} studio={studio} again={again} />
+      )}
+      <p class="advice-more">
+        {examples.length > 0 && (
+          <button type="button" class="link" onClick={show}>
+            show{" "}
+            {examples.length === 1 || says !== null
+              ? `example ${examples[0]}`
+              : `${examples.length} examples`}
+          </button>
+        )}
+        {OF_FEATURES.has(kind) && (
+          <button
+            type="button"
+            class="link"
+            disabled={!studio.directs}
+            onClick={() => panel.choose("choose")}
+          >
+            choose features
+          </button>
+        )}
+      </p>
+      {outcome !== null && <p class="outcome">{outcome}</p>}
+    </li>
+  );
+}
+
+interface MeantProps extends Part {
+  number: number;
+  says: { state: string; next: string };
+  again: () => void;
+}
+
+/** Whether a press that looks like a slip was meant, and if not, what was. */
+function MeantPart({ number, says, desk, studio, again }: MeantProps) {
+  const others = desk.states.slice(1).flatMap(({ name }) => (name === says.next ? [] : [name]));
+  const mend = (next: string): void => {
+    if (next !== "") void studio.change({ do: "mend", number, next }, { do: "undo" });
+  };
+  const stand = async (): Promise<void> => {
+    await studio.ask({ do: "stand_by", number });
+    again();
+  };
+  return (
+    <p class="choices">
+      <button type="button" class="small" disabled={!studio.directs} onClick={() => void stand()}>
+        Yes, I meant {says.next}
+      </button>
+      <select
+        aria-label={`What example ${number} was meant to say`}
+        class="small"
+        disabled={!studio.directs}
+        value=""
+        onChange={(event) => mend(event.currentTarget.value)}
+      >
+        <option value="">No, I meant …</option>
+        {others.map((name) => (
+          <option key={name} value={name}>
+            {name === says.state ? `stay in ${name}` : name}
+          </option>
+        ))}
+      </select>
+    </p>
+  );
+}
+
+function LateCard({ late, studio }: { late: Late; studio: Studio }) {
+  const { reaction_s, sentence } = late;
+  return (
+    <section class="advice plainly late" aria-label="Reaction time">
+      <p>{sentence}</p>
+      <p class="choices">
+        <button
+          type="button"
+          class="small primary"
+          disabled={!studio.directs}
+          title="Takes all presses that much earlier; undo takes it back"
+          onClick={() => void studio.change({ do: "use_reaction", reaction_s }, { do: "undo" })}
+        >
+          Use {reaction_s} s
+        </button>
+      </p>
+    </section>
+  );
+}

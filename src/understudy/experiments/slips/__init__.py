@@ -1,0 +1,1 @@
+"""Teachers who slip and press late, corrected with unlearning and without."""

@@ -1,0 +1,170 @@
+"""The coach at the page: what to show next, set up on a click, and a robot that asks where it is unsure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+from tests.browser.studio import Studio
+from tests.browser.teacher import KEYS, Teacher
+from tests.browser.test_doubt import show
+
+from understudy.experiments.novices.novice import Novice
+from understudy.experiments.novices.traits import drawn
+from understudy.model.folder import save
+from understudy.model.library import Library
+from understudy.training.design import new_lesson
+from understudy.training.session import Session
+from understudy.worlds.forage import Forage, kit
+
+Snap = Callable[[Page, str], None]
+SHOWN, AHEAD, UNSURE = (4, 5), "9", "13"
+"""The worlds in which the way was shown, always to the left; one in which A is not behind, and one in which the robot
+is unsure three times."""
+BEHIND = "Show me what to do in forward when A is behind you"
+
+
+@pytest.fixture
+def studio(tmp_path: Path) -> Iterator[Studio]:
+    """A studio with goto as it was shown in two worlds."""
+    lesson = new_lesson(
+        Library(kit),
+        "goto",
+        parameters=["A"],
+        states=["forward", "rotate_left", "rotate_right"],
+        flags=["done"],
+        features=["distance_to(A)", "angle_to(A)"],
+    )
+    session = Session(Forage([SHOWN[0]]), Library(kit), lesson, targets={"A": "station"})
+    for world in SHOWN:
+        session.reset(world)
+        show(session)
+    save(tmp_path / "library", session.taught())
+    made = Studio(tmp_path / "library")
+    made.start()
+    yield made
+    made.stop()
+
+
+@pytest.fixture
+def teacher(visit: Callable[[], Page]) -> Teacher:
+    """Somebody who has opened goto, lets time stand still, and looks at what the coach says."""
+    page = visit()
+    teacher = Teacher(page)
+    teacher.click("Open one of the library")
+    teacher.click("Open goto")
+    expect(page.get_by_role("tab", name="Automaton", selected=True)).to_be_visible()
+    teacher.press("Space")
+    page.get_by_role("tab", name="Coach").click()
+    return teacher
+
+
+def test_what_to_show_next_is_set_up_shown_and_said_no_more(teacher: Teacher, snap: Snap) -> None:
+    page = teacher.page
+    goes_to(teacher, AHEAD)
+    advice = page.get_by_role("list", name="Advice").get_by_role("listitem")
+    behind = advice.filter(has_text=BEHIND)
+    behind.get_by_role("button", name="Set up").click()
+    expect(behind).to_contain_text("There it is, in forward, as I meant it")
+    expect(teacher.directing("forward")).to_have_attribute("aria-pressed", "true")
+    expect(page.get_by_role("button", name="Go on", exact=True)).to_be_visible()
+    expect(page.get_by_role("complementary")).to_contain_text(re.compile(r"angle_to\(A\)\s*−?1[3-8]\d°"))
+    snap(page, "coach")
+    before = teacher.examples
+    teacher.press(KEYS["rotate_right"])
+    teacher.press(".")
+    expect(behind).to_have_count(0)
+    assert teacher.examples == before + 2  # with its default
+    teacher.press("Control+z")
+    expect(behind).to_have_count(1)
+    advice.first.get_by_role("button", name="show example").click()
+    expect(page.get_by_role("row", selected=True)).to_contain_text("rotate_left")
+    expect(page.get_by_role("button", name="Delete")).to_be_visible()
+
+
+def test_a_robot_that_is_unsure_asks_and_the_press_is_the_answer(teacher: Teacher, snap: Snap) -> None:
+    page = teacher.page
+    teacher.click("pause")
+    goes_to(teacher, UNSURE)
+    teacher.press("t")
+    teacher.press("Space")
+    question = page.get_by_role("status", name="Question of the robot")
+    expect(question).to_contain_text("I am not sure: I would go to rotate_left")
+    snap(page, "asked")
+    before, clock = teacher.examples, teacher.clock_s
+    page.wait_for_timeout(300)
+    assert teacher.clock_s == clock
+    teacher.press(KEYS["rotate_left"])
+    expect(page.get_by_role("tab", name=f"Lesson {before + 2}")).to_be_visible()
+    expect(page.get_by_role("button", name="Testing")).to_have_attribute("aria-pressed", "true")
+    expect(question).to_contain_text("I would stay in rotate_left", timeout=10_000)  # it went on
+    assert teacher.clock_s > clock
+    now = teacher.clock_s
+    question.get_by_role("button", name="Carry on").click()
+    expect(question).to_have_count(0)
+    page.wait_for_timeout(500)
+    assert teacher.clock_s > now
+    assert teacher.examples == before + 2
+
+
+def test_where_it_was_unsure_is_marked_and_gone_back_to(teacher: Teacher, snap: Snap) -> None:
+    page = teacher.page
+    teacher.click("mark")
+    goes_to(teacher, UNSURE)
+    page.get_by_label("Speed").select_option("8×")
+    teacher.press("t")
+    teacher.press("Space")
+    marks = page.get_by_role("list", name="Moments at which it was unsure").get_by_role("listitem")
+    expect(marks).to_have_count(3)
+    expect(teacher.directing("done")).to_have_attribute("aria-pressed", "true", timeout=15_000)
+    expect(page.get_by_title(re.compile("unsure at"))).to_have_count(3)
+    snap(page, "marked")
+    marks.last.get_by_role("button").click()
+    question = page.get_by_role("status", name="Question of the robot")
+    expect(question).to_contain_text("I would go to rotate_left")
+    expect(page.get_by_title("Time in the world")).to_have_text("0:00.0")
+    snap(page, "gone-back")
+    question.get_by_role("button", name="Yes, go to rotate_left").click()
+    expect(question).to_have_count(0)
+    expect(marks.filter(has_text="in start")).to_have_count(0)
+
+
+def goes_to(teacher: Teacher, seed: str) -> None:
+    """Go to the world of a seed."""
+    field = teacher.page.get_by_label("seed")
+    field.fill(seed)
+    field.press("Enter")
+    field.blur()
+    expect(teacher.page.get_by_title("Time in the world")).to_have_text("0:00.0")
+
+
+def test_late_presses_are_noticed_and_taken_earlier_on_a_click(
+    chromium: Browser, tmp_path: Path, snap: Snap
+) -> None:
+    """A novice whose presses come half a second late."""
+    save(tmp_path / "late", Novice(drawn(1), 1).teach())
+    made = Studio(tmp_path / "late", "soccer")
+    made.start()
+    try:
+        page = chromium.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(made.address)
+        teacher = Teacher(page)
+        teacher.click("Open one of the library")
+        page.get_by_role("button", name=re.compile("^Open ")).last.click()
+        expect(page.get_by_role("tab", name="Automaton", selected=True)).to_be_visible()
+        page.get_by_role("tab", name="Coach").click()
+        late = page.get_by_role("region", name="Reaction time")
+        expect(late).to_contain_text(
+            re.compile(r"You seem to press 0\.\d+ s late\. Taken 0\.\d+ s earlier, the")
+        )
+        snap(page, "late")
+        late.get_by_role("button", name=re.compile("Use 0")).click()
+        expect(late).to_have_count(0)
+        expect(page.get_by_text(re.compile(r"Presses count 0\.\d+ s earlier from now on"))).to_be_visible()
+        teacher.click("undo")
+        expect(late).to_be_visible()
+    finally:
+        made.stop()

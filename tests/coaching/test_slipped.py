@@ -1,0 +1,50 @@
+"""What the coach asks about presses that look like slips."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tests.coaching.lessons import GOTO, Row, goto
+
+from understudy.coaching.advice import Advice, AdviceKind
+from understudy.coaching.coach import advice
+from understudy.learning.transitions import learn
+from understudy.model.lesson import Lesson
+
+FAR: tuple[Row, ...] = tuple(("forward", "left", "directive", 3.0 + k / 4, 90 + 10 * k) for k in range(4))
+NEAR: tuple[Row, ...] = tuple(("forward", "done", "directive", 0.2 + k / 20, 80 + 20 * k) for k in range(4))
+SLIP: Row = ("forward", "done", "directive", 3.4, 105)
+
+
+def slips_of(lesson: Lesson, meant: dict[int, float] | None = None) -> list[Advice]:
+    found = advice(lesson, learn(lesson), meant=meant or {})
+    return [each for each in found if each.kind is AdviceKind.SLIP]
+
+
+def test_a_press_that_the_others_speak_against_is_asked_about() -> None:
+    (asked,) = slips_of(goto((*FAR, *NEAR, SLIP)))
+    assert asked.sentence.startswith("Did you mean that in forward when A is ")
+    assert "Example 8 says done, but examples " in asked.sentence
+    assert (asked.state, asked.examples, asked.at) == ("forward", (8,), goto((SLIP,)).examples[0].values)
+    assert asked.weight > 0.5
+
+
+def test_what_was_meant_is_not_asked_again_and_hangs_together_by_itself() -> None:
+    lesson = goto((*FAR, *NEAR, SLIP))
+    (asked,) = slips_of(lesson)
+    assert not slips_of(lesson, {8: asked.doubt})
+    everything = advice(lesson, learn(lesson))
+    assert not [each for each in everything if each.kind is AdviceKind.SINGLE and 8 in each.examples]
+
+
+def test_a_lesson_that_hangs_together_has_none() -> None:
+    assert not slips_of(goto(GOTO))
+    assert not slips_of(goto((SLIP,)))
+
+
+def test_in_a_stateless_lesson_it_is_asked_of_no_state() -> None:
+    lesson = goto((*FAR, *NEAR, SLIP))
+    pooled = replace(lesson, automaton=replace(lesson.automaton, stateless=True))
+    (asked,) = slips_of(pooled)
+    assert asked.state == ""
+    assert asked.sentence.startswith("Did you mean that when A is ")
