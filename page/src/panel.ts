@@ -14,6 +14,8 @@ export class Panel {
   /** The selected edge, "from to". */
   edge: string | null = null;
   example: number | null = null;
+  /** The automaton of which somebody asked why. */
+  why: string | null = null;
   /** The behavior of the library that was asked for, another object each time. */
   behavior: { name: string } | null = null;
   /** Examples pointed at: those behind an edge. */
@@ -38,6 +40,12 @@ export class Panel {
 
   selectExample(example: number | null): void {
     this.example = this.example === example ? null : example;
+    this.news.tell();
+  }
+
+  /** Tell why, or no longer. */
+  askWhy(automaton: string | null): void {
+    this.why = automaton;
     this.news.tell();
   }
 

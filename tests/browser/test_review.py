@@ -192,6 +192,8 @@ def test_why_goes_along_with_time_and_opens_who_showed_it(teacher: Teacher, snap
         "aria-expanded", "true"
     )
     expect(page.get_by_text("shown at 0:00")).to_be_visible()
+    tab(page, "Automaton")
+    expect(why).to_be_visible()
 
 
 def test_undo_and_redo_stay_on_one_line(teacher: Teacher) -> None:

@@ -13,9 +13,9 @@ const EVERY_MS = 300;
 
 export function Why() {
   const studio = useStudio();
-  const [asked, setAsked] = useState(false);
-  const name = studio.desk?.name;
-  useEffect(() => setAsked(false), [name]);
+  const panel = usePanel();
+  const name = studio.desk?.name ?? null;
+  const asked = name !== null && panel.why === name;
   return (
     <div class="why">
       <button
@@ -23,7 +23,7 @@ export function Why() {
         class="small"
         aria-expanded={asked}
         title="Explains what it decides now, and why it last switched"
-        onClick={() => setAsked(!asked)}
+        onClick={() => panel.askWhy(asked ? null : name)}
       >
         why?
       </button>
@@ -36,7 +36,7 @@ export function Why() {
       >
         start afresh
       </button>
-      {asked && <Reasons studio={studio} close={() => setAsked(false)} />}
+      {asked && <Reasons studio={studio} close={() => panel.askWhy(null)} />}
     </div>
   );
 }
