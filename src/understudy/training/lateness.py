@@ -27,7 +27,7 @@ SHIFTS_S = np.round(np.arange(0.0, LONGEST_REACTION_S - 0.2 + STEP_S / 2, STEP_S
 FEWEST_ALIKE, FEWEST = 4, 8
 """So many presses from one state to another tell something; so many together are enough."""
 CLEAR = 4.0
-"""How much likelier (its logarithm) the presses are with the shift than without."""
+"""How much likelier (its logarithm) the presses are with the shift than without; without any, than with the longest."""
 WITHIN = 8.0
 """A shift less likely than the best by more than this is out of the question."""
 
@@ -76,11 +76,11 @@ def lateness(lesson: Lesson, *, steady: frozenset[str] = frozenset()) -> Latenes
     if presses < FEWEST:
         return None
     total = np.sum([each.likelihood for each in told], axis=0)
-    best = int(
-        np.flatnonzero(total >= total.max() - 1e-9)[-1]
-    )  # shifts between two ticks are as good as the later
-    likely = SHIFTS_S[total >= total[best] - WITHIN]
-    if total[best] - total[0] < CLEAR and total[best] - total[-1] < CLEAR:
+    likely = SHIFTS_S[total >= total.max() - WITHIN]
+    best = int(np.flatnonzero(total >= total.max() - 1e-9)[-1])  # between two ticks, the later is as good
+    if total[best] - total[0] < CLEAR:
+        best = 0  # who is not clearly late is not told so
+    if best == 0 and total[0] - total[-1] < CLEAR:
         return None
     clearest = max(told, key=lambda each: each.likelihood[best] - each.likelihood[0])
     return Lateness(
@@ -172,7 +172,7 @@ def _evidence(told: _Told, best: int) -> str:
     now, then = told.scatter[0], told.scatter[best]
     where = f"the {told.presses} presses from {told.state} to {told.next}"
     if best == 0:
-        return f"By {told.bound}, {where} agree best as they were recorded: they do not seem late."
+        return f"By {told.bound}, {where} agree hardly better at any moment before: they do not seem late."
     return (
         f"Taken {SHIFTS_S[best]:g} s earlier, {where} lie about {then:.3g}{unit} from each other by {told.bound}, "
         f"instead of {now:.3g}{unit}."
