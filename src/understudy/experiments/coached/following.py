@@ -28,18 +28,20 @@ from understudy.training.demonstrators.teacher import FIRST_SEED
 from understudy.training.session import Session
 
 ALONE, COACHED = "alone", "coached"
-ASKED = "asked"
+ASKED, CORRECTED = "asked", "corrected"
 GOES_ON_S = 4.0
 """After an answer they go on directing the robot for so long."""
 TWICE = 2
 """They follow the same sentence so often at most."""
 ANSWER_S = 1.0
 """An answer to a question takes so long, while the world stands still."""
+STEPS_IN_S = 1.0
+"""They let the robot do what they would not for so long before they make up their mind to correct it."""
 LOOK_S = 2.0
 """So long they look at an example that may be a slip."""
 MOST_QUESTIONS = 8
 """So many in one try."""
-STEPS = (6, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100)
+STEPS = (6, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100, 120, 150)
 """Numbers of examples after which it is looked at what the robot would do."""
 
 
@@ -63,7 +65,7 @@ class Course:
     @property
     def followed_kinds(self) -> dict[str, int]:
         """How often advice of each kind was followed, and a question answered."""
-        kinds = {*(kind.value for kind in AdviceKind), ASKED}
+        kinds = {*(kind.value for kind in AdviceKind), ASKED, CORRECTED}
         return {str(each): count for each, count in self.followed.items() if each in kinds}
 
     def look(self) -> None:
@@ -123,6 +125,13 @@ def _try_out(novice: Novice, course: Course, left_s: float) -> None:
             session.test()
         elif novice.there(screen):
             break
+        elif novice.notice(session, STEPS_IN_S):
+            course.followed[CORRECTED] += 1
+            novice.show(
+                session, novice.wish, until=novice.there, limit_s=min(GOES_ON_S, until - novice.seconds)
+            )
+            course.look()
+            session.test()
         else:
             session.tick()
             novice.seconds += session.body.tick_s

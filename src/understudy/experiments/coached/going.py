@@ -10,6 +10,8 @@ from understudy.training.screen import Screen
 
 THERE_M = 0.3
 """What being there is to a novice who judges it well."""
+PLAINLY = 1.5
+"""So many times as far away the robot is plainly not there."""
 ASTRAY, FACING = 0.6, 0.12
 """So far off its way it has to turn, rad; so near to facing the station it has turned enough."""
 OFF_RAD = 0.15
@@ -22,19 +24,20 @@ class Going(Novice):
     buttons = ("forward", "rotate_left", "rotate_right", "done")
 
     def there(self, screen: Screen) -> bool:
-        """The robot says that it is there."""
-        return screen.flag is not None
+        """The robot says that it is there, and it looks so."""
+        return screen.flag is not None and self.wish(screen) is None
 
     def wish(self, screen: Screen) -> str | None:
         """The state they would rather have the robot in."""
         distance, state = screen.features["distance_to(A)"], screen.state
-        if screen.flag is not None or isnan(distance):
+        if isnan(distance):
             return None
-        if distance < THERE_M * (1.0 + self.traits.misjudged):
-            return "done"
+        there_m = THERE_M * (1.0 + self.traits.misjudged)
+        if distance < (PLAINLY * there_m if screen.flag is not None else there_m):
+            return None if screen.flag is not None else "done"
         off = (screen.features["angle_to(A)"] + OFF_RAD * self.traits.off_middle_px / 20.0 + pi) % tau - pi
-        if state in ("start", "forward"):
-            return self._turn(off) if abs(off) > ASTRAY else "forward" if state == "start" else None
+        if state in ("start", "forward", "done"):
+            return self._turn(off) if abs(off) > ASTRAY else None if state == "forward" else "forward"
         ahead = off if state == "rotate_left" else -off
         return "forward" if -ASTRAY < ahead < FACING else None
 

@@ -17,7 +17,7 @@ from understudy.experiments.statistics import interval_of_share, told
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SEEDS = range(62_000, 62_020)
+SEEDS = range(62_100, 62_140)
 WAYS = (ALONE, COACHED)
 WANTED, FEWER, OVERALL = 0.9, 0.6, 0.95
 

@@ -44,6 +44,7 @@ class Novice(Person):
         """How often the robot was put into each situation."""
         self._away_until = 0.0
         self._side: str | None = None  # where they last saw the ball
+        self._unlike_since: float | None = None  # when the robot began not to do what they wish
 
     def teach(self) -> Taught:
         """Put the robot into one situation after the other and drive it, for five minutes; what it learned then."""
@@ -71,6 +72,19 @@ class Novice(Person):
     def look_afresh(self) -> None:
         """The robot is elsewhere: what they remember of the ball is of no use any more."""
         self._side = None
+
+    def notice(self, session: Session, patience_s: float) -> bool:
+        """Watch the robot by itself for a tick, and press if for so long it has not done what they wish; whether so."""
+        screen, before = session.screen(), self.presses
+        wished = self.wish(screen)
+        if wished in (None, screen.state):
+            self._unlike_since = None
+        elif self._unlike_since is None:
+            self._unlike_since = self.seconds
+        since = self._unlike_since
+        waits = since is None or self.seconds - since < patience_s
+        self._consider(session, None if waits else wished, self.seconds)
+        return self.presses > before
 
     def say(self, session: Session, wished: str | None) -> None:
         """Press now: direct the robot, with the slips of the hand, or confirm (None); it acts in this tick."""
