@@ -19,7 +19,7 @@ def slipped(survey: Survey, meant: Mapping[int, float]) -> Iterator[Advice]:
     """
     if survey.scant:
         return
-    for suspect in slips(survey.lesson, meant=meant)[:MOST]:
+    for suspect in slips(survey.lesson, meant=meant, most=MOST):
         example = suspect.example
         taught = example.state if example.state in survey.learners else next(iter(survey.learners))
         box, when = survey.where(taught, example)

@@ -25,28 +25,33 @@ ENOUGH = 6
 
 
 def slips(
-    lesson: Lesson, *, least: float = ODD, meant: Mapping[int, float] = MappingProxyType({})
+    lesson: Lesson,
+    *,
+    least: float = ODD,
+    meant: Mapping[int, float] = MappingProxyType({}),
+    most: int | None = None,
 ) -> tuple[Suspect, ...]:
     """Directives and confirmations that look like slips, the most doubtful first, corrections too.
 
     Doubted from `least` on is the mean of both looks, about -1 to 1. Each suspect is left out before the others are
     looked at again, so that slips hide no other. `meant` are those that the demonstrator stands by, each with the
-    doubt at that time: they are suspected again once it has grown by `least`.
+    doubt at that time: they are suspected again once it has grown by `least`. So `most` are looked for (None: all).
     """
     looks = [_Look(lesson, pool) for pool in _pools(lesson) if len(pool) > ENOUGH]
     doubted = {each.number: each for each in heeded(lesson) if each.shown}
     found: list[Suspect] = []
-    while True:
+    while most is None or len(found) < most:
         seen = [look.doubts() for look in looks]
         doubts = {number: sum(each.get(number, 0.0) for each in seen) / 2 for number in doubted}
         odd = [number for number, doubt in doubts.items() if doubt >= meant.get(number, 0.0) + least]
         if not odd:
-            return tuple(found)
+            break
         number = max(odd, key=lambda each: (doubts[each], -each))
         reason = next(said for look in looks if (said := look.against(number)))
         found.append(Suspect(doubted.pop(number), reason, round(doubts[number], 3)))
         for look in looks:
             look.leave_out(number)
+    return tuple(found)
 
 
 def same_press(lesson: Lesson, number: int) -> tuple[int, ...]:

@@ -14,11 +14,11 @@ from understudy.training.trainee import Mode
 
 
 class Slipping(Person):
-    """A person who slips: each press hits another button by `chance`, and so does each answer to a question."""
+    """A person who slips: each press hits another button by `chance`, each answer to a question by `hasty`."""
 
-    def __init__(self, draws: np.random.Generator, reaction: Reaction, chance: float) -> None:
+    def __init__(self, draws: np.random.Generator, reaction: Reaction, chance: float, hasty: float) -> None:
         super().__init__(draws, reaction)
-        self._chance = chance
+        self._chance, self._hasty = chance, hasty
         self.slipped = 0
         self.asked = 0
         self.meant: dict[int, float] = {}
@@ -37,14 +37,14 @@ class Slipping(Person):
         if wished != example.next:
             afresh = wish(seen_at(example, automaton, automaton.states[0].name))
             wished = example.next if afresh == example.next else wished
-        return self._hit(automaton, wished)
+        return self._hit(automaton, wished, self._hasty)
 
     def _press(self, session: Session, wished: str) -> None:
-        super()._press(session, self._hit(session.automaton, wished))
+        super()._press(session, self._hit(session.automaton, wished, self._chance))
 
-    def _hit(self, automaton: Automaton, wished: str) -> str:
+    def _hit(self, automaton: Automaton, wished: str, chance: float) -> str:
         others = [name for name in automaton.state_names[1:] if name != wished]
-        if self._draws.random() >= self._chance:
+        if self._draws.random() >= chance:
             return wished
         self.slipped += 1
         return others[int(self._draws.integers(len(others)))]

@@ -27,8 +27,14 @@ from understudy.worlds.forage import Forage
 from understudy.worlds.forage_settings import practices
 from understudy.worlds.soccer import Soccer
 
-CLEAN, PLAIN, BY_ITSELF, ASKED = "no faults", "corrected", "unlearns by itself", "asked"
-WAYS = (PLAIN, BY_ITSELF, ASKED)
+CLEAN, PLAIN, BY_ITSELF, ASKED, UNHURRIED = (
+    "no faults",
+    "corrected",
+    "unlearns by itself",
+    "asked",
+    "asked, answers without slips",
+)
+WAYS = (PLAIN, BY_ITSELF, ASKED, UNHURRIED)
 MOST = 24
 """So many corrections a teacher bears."""
 IN_A_ROW = 8
@@ -72,13 +78,14 @@ def teach(name: str, way: str, seed: int, chance: float) -> Course:
     people: list[Slipping] = []
 
     def person(others: np.random.Generator, reaction: Reaction) -> Slipping:
-        people.append(Slipping(others, reaction, 0.0 if way == CLEAN else chance))
+        slips = 0.0 if way == CLEAN else chance
+        people.append(Slipping(others, reaction, slips, 0.0 if way == UNHURRIED else slips))
         return people[0]
 
     def looks_back(session: Session) -> None:
-        if way == ASKED:
+        if way in (ASKED, UNHURRIED):
             _ask(session, people[0], topic)
-        if way in (ASKED, BY_ITSELF):
+        if way in (ASKED, UNHURRIED, BY_ITSELF):
             _press_earlier(session)
         course.taught[course.corrections :] = [session.taught()]
 
@@ -111,7 +118,7 @@ def _late(draws: np.random.Generator) -> Reaction:
 
 def _ask(session: Session, person: Slipping, topic: Topic) -> None:
     """Ask about what looks like a slip, the oddest first: what was meant is noted, or that it is right."""
-    while odd := slips(session.lesson, meant=person.meant):
+    while odd := slips(session.lesson, meant=person.meant, most=1):
         example = odd[0].example
         said = person.answer(odd[0], session.automaton, topic.show)
         if said != example.next:
