@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from math import radians
 from pathlib import Path
 
 import pytest
@@ -14,8 +16,10 @@ from tests.browser.test_doubt import show
 
 from understudy.experiments.novices.novice import Novice
 from understudy.experiments.novices.traits import drawn
+from understudy.learning.transitions import learned
+from understudy.model.example import Example, ExampleKind
 from understudy.model.folder import save
-from understudy.model.library import Library
+from understudy.model.library import Library, Taught
 from understudy.training.design import new_lesson
 from understudy.training.session import Session
 from understudy.worlds.forage import Forage, kit
@@ -166,5 +170,52 @@ def test_late_presses_are_noticed_and_taken_earlier_on_a_click(
         expect(page.get_by_text(re.compile(r"Presses count 0\.\d+ s earlier from now on"))).to_be_visible()
         teacher.click("undo")
         expect(late).to_be_visible()
+    finally:
+        made.stop()
+
+
+def test_a_press_that_looks_like_a_slip_was_meant_or_is_mended(
+    chromium: Browser, tmp_path: Path, snap: Snap
+) -> None:
+    """Eight presses that say where to go on and where to turn, and once the wrong button."""
+    shown = [("rotate_left", 3 + k / 4, 90 + 10 * k) for k in range(4)]
+    shown += [("done", 0.2 + k / 20, 80 + 20 * k) for k in range(4)]
+    lesson = new_lesson(
+        Library(kit),
+        "goto",
+        parameters=["A"],
+        states=["forward", "rotate_left"],
+        flags=["done"],
+        features=["distance_to(A)", "angle_to(A)"],
+    )
+    examples = tuple(
+        Example(number, "forward", (far, radians(angle)), says, ExampleKind.DIRECTIVE)
+        for number, (says, far, angle) in enumerate([*shown, ("done", 3.4, 105)], 1)
+    )
+    lesson = replace(lesson, examples=examples)
+    save(tmp_path / "slip", Taught(learned(lesson), lesson))
+    made = Studio(tmp_path / "slip")
+    made.start()
+    try:
+        page = chromium.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(made.address)
+        teacher = Teacher(page)
+        teacher.click("Open one of the library")
+        teacher.click("Open goto")
+        page.get_by_role("tab", name="Coach").click()
+        asked = page.get_by_role("listitem").filter(has_text="Did you mean that in forward")
+        expect(asked).to_contain_text("Example 9 says done, but examples")
+        snap(page, "slip")
+        asked.get_by_label("What example 9 was meant to say").select_option("rotate_left")
+        expect(asked).to_have_count(0)
+        page.get_by_role("tab", name="Lesson").click()
+        ninth = page.get_by_role("row").filter(has_text="105")
+        expect(ninth).to_contain_text("rotate_left")
+        teacher.click("undo")
+        expect(ninth).to_contain_text("done")
+        page.get_by_role("tab", name="Coach").click()
+        asked.get_by_role("button", name="Yes, I meant done").click()
+        expect(asked).to_have_count(0)
+        expect(page.get_by_text("Example 9 was meant")).to_be_visible()
     finally:
         made.stop()
