@@ -216,6 +216,5 @@ def test_a_press_that_looks_like_a_slip_was_meant_or_is_mended(
         page.get_by_role("tab", name="Coach").click()
         asked.get_by_role("button", name="Yes, I meant done").click()
         expect(asked).to_have_count(0)
-        expect(page.get_by_text("Example 9 was meant")).to_be_visible()
     finally:
         made.stop()

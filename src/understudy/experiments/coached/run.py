@@ -109,7 +109,11 @@ def conclude(rows: Sequence[Row]) -> Findings:
         goals=tuple(
             goal for name in EXERCISES for goal in _goals(name, found[name, ALONE], found[name, COACHED])
         ),
-        notes=(_followed(rows), "Examples are press-made, those deleted later too: two a press."),
+        notes=(
+            *(_sooner(name, found[name, ALONE], found[name, COACHED]) for name in EXERCISES),
+            _followed(rows),
+            "Examples are press-made, those deleted later too: two a press.",
+        ),
         numbers=numbers,
     )
 
@@ -151,6 +155,14 @@ def _goals(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> tuple[Goa
         ),
         Goal(f"{name}: novices who succeed with it", f"{OVERALL:.0%}", f"{share:.0%}", share >= OVERALL),
     )
+
+
+def _sooner(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> str:
+    """When those who follow the coach are as good as the others become at most."""
+    best = max(means(alone))
+    step = next((step for step, mean in zip(STEPS, means(coached), strict=True) if mean >= best), None)
+    after = "never" if step is None else f"after {step} examples"
+    return f"What novices alone come to at most at {name}, {best:.0%} of trials, those coached reach {after}."
 
 
 def _followed(rows: Sequence[Row]) -> str:

@@ -169,8 +169,8 @@ def _notes(found: Found) -> tuple[str, ...]:
     return (
         "Servoing needs next to no corrections: before the first, robots succeed in "
         f"{100 * min(ends):.0f} to {100 * max(ends):.0f} % of trials, whatever the faults.",
-        "A lesson that unlearns by itself holds back good presses, too, where there are few of a sort; it is for those "
-        "whom nobody can ask.",
+        "A lesson that unlearns by itself saves few corrections here, if any: where presses of a sort are few, it "
+        "holds back good ones, too. It is for those whom nobody can ask.",
     )
 
 
