@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import radians
-from time import thread_time
 
 import numpy as np
 import pytest
@@ -262,25 +261,6 @@ def test_only_of_classifiers_that_learn_soon_it_says_whether_more_would_help(cla
     lesson = replace(goto((*GOTO, *rows)), options=Options(learner=Scikit(classifier, parameters)))
     slow = classifier in ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
     assert bool(advised(lesson, AdviceKind.OUTLOOK)) is not slow
-
-
-@pytest.mark.parametrize("stateless", [False, True])
-def test_advice_on_two_hundred_examples_takes_fifty_milliseconds_at_most(stateless: bool) -> None:
-    draws = np.random.default_rng(3)
-    rows: list[Row] = []
-    for _ in range(200):
-        distance, angle = float(draws.random()) * 6.0, float(draws.random()) * 360.0
-        state = ("start", "forward", "left")[int(draws.integers(3))]
-        wish = "done" if distance < 0.5 else "forward" if angle < 40 or angle > 320 else "left"
-        rows.append((state, wish, "confirmation" if wish == state else "directive", distance, angle))
-    lesson = goto(tuple(rows), stateless=stateless)
-    transitions = learn(lesson)
-    took = []
-    for _ in range(5):
-        began = thread_time()
-        advice(lesson, transitions, kit=kit)
-        took.append(thread_time() - began)
-    assert min(took) < 0.05
 
 
 def test_situations_that_a_robot_came_into_take_the_place_of_imagined_ones() -> None:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import nan, radians
-from time import thread_time
 
-import numpy as np
 import pytest
 from hypothesis import given
 from tests.coaching.lessons import GOTO, Row, goto
@@ -96,21 +93,3 @@ def test_doubt_is_a_share_and_what_was_shown_without_contradiction_is_in_none(
         assert 0.0 <= found.amount <= 1.0
         if len(lesson.examples) >= 3 and agreed:
             assert found.amount == 0.0, (found, example)
-
-
-def test_a_call_takes_a_fifth_of_a_millisecond_at_most() -> None:
-    draws = np.random.default_rng(3)
-    rows: list[Row] = []
-    for _ in range(200):
-        distance, angle = float(draws.random()) * 6.0, float(draws.random()) * 360.0
-        wish = "done" if distance < 0.5 else "forward" if angle < 40 or angle > 320 else "left"
-        rows.append(("forward", wish, "confirmation" if wish == "forward" else "directive", distance, angle))
-    knows = doubts(goto(tuple(rows)))
-    asked: list[Sequence[float]] = [(each[3] * 0.9, radians(each[4])) for each in rows]
-    took = []
-    for _ in range(5):
-        began = thread_time()
-        for values in asked:
-            knows.doubt("forward", values)
-        took.append((thread_time() - began) / len(asked))
-    assert min(took) < 0.0002

@@ -19,7 +19,7 @@ from understudy.errors import (
     UnknownName,
 )
 from understudy.model.example import Example, ExampleKind
-from understudy.model.lesson import Lesson, Options
+from understudy.model.lesson import Lesson, Options, Scikit
 from understudy.model.library import Library
 from understudy.training.design import new_lesson
 from understudy.training.session import Session
@@ -157,6 +157,14 @@ def test_examples_go_with_a_state_that_gets_another_name(
     assert [(each.state, each.next) for each in taught.examples[:2]] == examples
     assert taught.undo() == "choose states and names"
     assert taught.screen().path == ("forward",)
+
+
+def test_undo_in_testing_to_where_too_little_is_left_for_the_classifier() -> None:
+    """It needs three examples of a state; with fewer there is nothing to test, and it waits for presses."""
+    nearest = Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 3}))
+    taught = play(session(["forward", "left"], options=nearest), *(2 * ["forward", 2, "left", 2]))
+    taught.test()
+    assert (taught.undo(), taught.mode, len(taught.examples)) == ("forward → left", Mode.TRAINING, 6)
 
 
 # Edits

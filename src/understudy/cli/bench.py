@@ -30,6 +30,12 @@ def learning(as_json: Json = False) -> None:
 
 
 @app.command()
+def looks(as_json: Json = False) -> None:
+    """Whatever looks at a lesson of 200 examples, beside a fit of scikit-learn."""
+    _measure("looks", as_json=as_json)
+
+
+@app.command()
 def interpreter(as_json: Json = False) -> None:
     """A pulse of a three-level automaton, beside an 11-node py_trees tick."""
     _measure("interpreter", as_json=as_json)
@@ -99,6 +105,16 @@ def _learning(result: dict[str, Any]) -> None:
     console().print(goals)
 
 
+def _looks(result: dict[str, Any]) -> None:
+    from understudy.cli.output import console, table
+
+    title = f"Looking at {result['examples']} examples"
+    made = table("", "#ms", f"within {result['goal_ms']:g} ms", title=title)
+    for row in result["looks"]:
+        made.add_row(row["what"], f"{row['ms']:.3g}", _mark(row["passed"]))
+    console().print(made)
+
+
 def _interpreter(result: dict[str, Any]) -> None:
     from understudy.cli.output import console, table
 
@@ -163,6 +179,7 @@ def short(number: float) -> str:
 MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(
     {
         "learning": _learning,
+        "looks": _looks,
         "interpreter": _interpreter,
         **dict.fromkeys(("swarm", "patrol", "squads", "crowding", "million"), _speeds),
     }

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Self, TypeAlias, Unpack
 
-from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
+from understudy.errors import DefinitionError, SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.learning.transitions import learned
 from understudy.learning.unlearning import Judgement
 from understudy.model.automaton import Automaton
@@ -313,7 +313,11 @@ class Session:
 
     def _went(self, what: str, run: tuple[Level, ...]) -> str:
         self.trainee.press = None
-        self._relink(self._new_trainee(self._notebook.lesson, self.mode))
+        try:
+            trainee = self._new_trainee(self._notebook.lesson, self.mode)
+        except DefinitionError:  # what is left is too little for its classifier: nothing to test
+            trainee = self._new_trainee(self._notebook.lesson, Mode.TRAINING)
+        self._relink(trainee)
         self.trainee.restore(run, now=self.body.time_s)
         return what
 
