@@ -162,7 +162,9 @@ def test_examples_go_with_a_state_that_gets_another_name(
 def test_undo_in_testing_to_where_too_little_is_left_for_the_classifier() -> None:
     """It needs three examples of a state; with fewer there is nothing to test, and it waits for presses."""
     nearest = Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 3}))
-    taught = play(session(["forward", "left"], options=nearest), *(2 * ["forward", 2, "left", 2]))
+    taught = play(
+        session(["forward", "left"], options=nearest), "forward", 2, "left", 2, "forward", 2, "left", 2
+    )
     taught.test()
     assert (taught.undo(), taught.mode, len(taught.examples)) == ("forward → left", Mode.TRAINING, 6)
 
