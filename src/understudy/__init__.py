@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from understudy.errors import UnderstudyError
     from understudy.evaluation import Evaluation, evaluate
     from understudy.learning.explain import Explanation, explain
+    from understudy.learning.slips import slips
     from understudy.learning.transitions import learn, learned
     from understudy.learning.unlearning import Judgement, judge
     from understudy.model.automaton import START, Automaton, State
@@ -57,6 +58,7 @@ _HOMES = {
     "evaluation": ("Evaluation", "evaluate"),
     "learning.explain": ("Explanation", "explain"),
     "learning.transitions": ("learn", "learned"),
+    "learning.slips": ("slips",),
     "learning.unlearning": ("Judgement", "judge"),
     "model.automaton": ("START", "Automaton", "State"),
     "model.behavior": (
@@ -167,6 +169,7 @@ __all__ = [
     "save_taught",
     "set_counter",
     "set_timer",
+    "slips",
     "team_of",
     "troop_of",
 ]

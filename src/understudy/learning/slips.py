@@ -57,6 +57,8 @@ def slips(
 def same_press(lesson: Lesson, number: int) -> tuple[int, ...]:
     """The numbers of an example and of the default that the same press recorded, if it is still there."""
     example = next(each for each in lesson.examples if each.number == number)
+    if example.moment is None:  # no press made it
+        return (number,)
     defaults = [
         each.number
         for each in lesson.examples
