@@ -28,7 +28,7 @@ def slipped(survey: Survey, meant: Mapping[int, float]) -> Iterator[Advice]:
             AdviceKind.SLIP,
             f"Did you mean that{f' in {place}' if place else ''}{when}? {suspect.reason}",
             place,
-            0.4 + 0.5 * min(1.0, suspect.doubt),
+            0.3 + 0.6 * min(1.0, suspect.doubt),
             box,
             same_press(survey.lesson, example.number),
             example.values,
