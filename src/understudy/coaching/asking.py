@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from understudy.coaching.doubt import Doubt, Doubts
-from understudy.errors import DefinitionError
 from understudy.learning.transitions import learn
 from understudy.runtime.body import Rewindable
 from understudy.training.company import Instant
@@ -80,10 +79,7 @@ class Asking:
         rests = 0.0 <= screen.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
         if screen.flag is not None or screen.waiting is not None or rests:
             return None
-        try:
-            self._learn()
-        except DefinitionError:
-            return None  # a classifier has too few examples left: whoever tests anew is told
+        self._learn()
         values = tuple(screen.features.values())
         doubt = self._doubts.doubt(screen.state, values)
         if doubt.amount < self.unsure or (screen.state, doubt.reason) in self._asked:
