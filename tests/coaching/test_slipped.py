@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from tests.coaching.lessons import GOTO, Row, goto
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.coach import advice
+from understudy.coaching.slipped import MOST
+from understudy.learning.slips import slips
 from understudy.learning.transitions import learn
 from understudy.model.lesson import Lesson
 
@@ -35,6 +38,38 @@ def test_what_was_meant_is_not_asked_again_and_hangs_together_by_itself() -> Non
     assert not slips_of(lesson, {8: asked.doubt})
     everything = advice(lesson, learn(lesson))
     assert not [each for each in everything if each.kind is AdviceKind.SINGLE and 8 in each.examples]
+
+
+def test_what_the_others_would_have_foretold_is_rare_and_no_slip() -> None:
+    """Forty lessons with slips here and there: asked about are those that the tree without them does not decide so."""
+    asked = rare = 0
+    for seed in range(40):
+        draws = np.random.default_rng(seed)
+        rows = [row_of(float(draws.uniform(0, 4)), float(draws.uniform(0, 360)), draws) for _ in range(24)]
+        lesson = goto(tuple(rows))
+        odd = {suspect.example.number for suspect in slips(lesson, most=MOST)}
+        found = {each.examples[0] for each in slips_of(lesson)}
+        for number in odd:
+            others = replace(lesson, examples=tuple(e for e in lesson.examples if e.number != number))
+            transition = learn(others)["forward"]
+            said = lesson.examples[number]
+            outcome = lesson.automaton.state_names[transition.decide(said.values)]
+            assert (number in found) is (outcome != said.next)
+        asked, rare = asked + len(found), rare + len(odd - found)
+    assert asked > rare > 0
+
+
+def row_of(distance: float, angle: float, draws: np.random.Generator) -> Row:
+    """What is right there, but for one press in ten."""
+    right = "done" if distance < 0.8 else "left"
+    slipped = draws.random() < 0.1
+    return (
+        "forward",
+        ("left" if right == "done" else "done") if slipped else right,
+        "directive",
+        distance,
+        angle,
+    )
 
 
 def test_a_lesson_that_hangs_together_has_none() -> None:
