@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite, nan
+from math import isnan, nan
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
-from understudy.errors import FileError, UnknownName
+from understudy.errors import FileError, UnderstudyError, UnknownName
 from understudy.model.feature import Percept, ReadingKey
 from understudy.robots.dds import DDS
 from understudy.robots.extracting import Extract, extraction
@@ -19,21 +19,29 @@ from understudy.robots.file import ReadingOf, RobotFile
 from understudy.robots.messages import MessageRefused, decode, twist
 from understudy.robots.transport import Transport
 from understudy.runtime.body import Channel, Commands, Reading
-from understudy.worlds.kits import MOVING
+from understudy.worlds.commands import table_of
+from understudy.worlds.kits import COLUMNS, MOVING
 from understudy.worlds.mismatch import Mismatch
 
-DRIVE, TURN = "drive", "turn"
+STILL = (0.0, 0.0)
+"""Neither driving nor turning, m/s and rad/s."""
 
 
 @dataclass(slots=True)
 class Latest:
-    """What has arrived for a reading: its last value, when (s, the body's clock), how often, how often in vain."""
+    """What has arrived for a reading: its last value, when (s, `time.monotonic`), how often, how often in vain."""
 
     value: float = nan
     at_s: float = -1e9
+    first_s: float = nan
     count: int = 0
     refused: int = 0
     problem: str = ""
+
+    @property
+    def rate_hz(self) -> float:
+        """Messages per second from the first to the last; NaN where there were not two."""
+        return (self.count - 1) / (self.at_s - self.first_s) if self.at_s > self.first_s else nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +76,14 @@ class Robot:
         self._clock = clock
         self._began = clock()
         self._snapshot: tuple[float, dict[ReadingKey, float]] | None = None
-        self._speeds, self._sent_s = (0.0, 0.0), clock()
+        self._speeds, self._sent_s, self._sent = STILL, clock(), False
         self.armed = False
         self.stopped = "not armed"
         """Why the last command was a stop; empty where it was none."""
         self._sources, self.readings = _sources(file, path)
-        for topic, type in dict.fromkeys((source.of.topic, source.of.type) for source in self._sources.values()):
+        for topic, type in dict.fromkeys(
+            (source.of.topic, source.of.type) for source in self._sources.values()
+        ):
             transport.subscribe(file.topic(topic), type, self._listener(topic, type))
         self._publish = transport.publisher(file.topic(file.commands.topic), file.commands.type)
 
@@ -92,12 +102,18 @@ class Robot:
         """What has arrived for each reading."""
         return {name: source.latest for name, source in self._sources.items()}
 
+    def since_start(self, at_s: float) -> float:
+        """A moment of the clock as one of `time_s`."""
+        return at_s - self._began
+
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """The last values, each as a column [1]; NaN where older than its limit. The same until the next tick."""
         now = self._clock()
         if self._snapshot is None or now - self._snapshot[0] >= self.tick_s:
-            fresh = {(name, None): self._value(source, now) for name, source in self._sources.items()}
-            self._snapshot = now, dict(fresh)
+            fresh: dict[ReadingKey, float] = {
+                (name, None): self._value(source, now) for name, source in self._sources.items()
+            }
+            self._snapshot = now, fresh
         values = self._snapshot[1]
         for reading, target in keys:
             if (reading, target) not in values:
@@ -106,15 +122,21 @@ class Robot:
         return {key: np.array([values[key]]) for key in keys}
 
     def act(self, commands: Commands) -> None:
-        """Send one command, within the limits; stop where the robot is not armed or must not move."""
-        for channel in commands:
-            if channel not in (DRIVE, TURN):
-                known = [each.name for each in self.channels]
-                raise UnknownName(what="channel", name=channel, where=self._where, known=known)
+        """Send one command, within the limits; stop where the robot is not armed, or must not move.
+
+        A command that makes no sense stops the robot, too, and raises.
+        """
+        try:
+            known = [channel.name for channel in self.channels]
+            table = table_of(commands, agents=1, channels=known, where=self._where)
+        except UnderstudyError:
+            self.stopped = "a command that makes no sense"
+            self._send(STILL)
+            raise
         self._snapshot = None
-        asked = [float(commands[name][0]) if name in commands else 0.0 for name in (DRIVE, TURN)]
-        self.stopped = self._reason_to_stop(asked)
-        self._send((0.0, 0.0) if self.stopped else self._limited(*asked))
+        drive, turn = (float(table[0, COLUMNS.index(name)]) for name in ("drive", "turn"))
+        self.stopped = self._reason_to_stop()
+        self._send(STILL if self.stopped else self._limited(drive, turn))
 
     def arm(self) -> None:
         """From now on, obey: only a person asks for this."""
@@ -123,12 +145,13 @@ class Robot:
     def stop(self) -> None:
         """Stop at once, and stay so until armed again."""
         self.armed, self.stopped = False, "not armed"
-        self._send((0.0, 0.0))
+        self._send(STILL)
 
     def close(self) -> None:
-        """Stop, and leave."""
+        """Stop if anything was ever sent, and leave: who only looked must not stop a robot that others drive."""
         try:
-            self.stop()
+            if self._sent:
+                self.stop()
         finally:
             self.transport.close()
 
@@ -163,6 +186,8 @@ class Robot:
                     latest.refused += 1
                     continue
                 latest.at_s = at_s
+                if not latest.count:
+                    latest.first_s = at_s
                 latest.count += 1
 
         return received
@@ -170,16 +195,14 @@ class Robot:
     def _value(self, source: _Source, now: float) -> float:
         return source.latest.value if now - source.latest.at_s <= source.of.stale_s else nan
 
-    def _reason_to_stop(self, asked: Sequence[float]) -> str:
+    def _reason_to_stop(self) -> str:
         """Why it must not move now; empty where it may."""
         now = self._clock()
         if not self.armed:
             return "not armed"
-        if not all(map(isfinite, asked)):
-            return "a command that is no number"
         for name, source in self._sources.items():
-            if source.of.required and now - source.latest.at_s > source.of.stale_s:
-                return f"no {name} for more than {source.of.stale_s:g} s"
+            if source.of.required and isnan(self._value(source, now)):
+                return f"{name} is absent"
         if (fence := self.file.limits.geofence) is not None:
             x, y = (self._value(self._sources[name], now) for name in ("x", "y"))
             if not (fence[0] <= x <= fence[2] and fence[1] <= y <= fence[3]):
@@ -203,7 +226,7 @@ class Robot:
 
     def _send(self, speeds: tuple[float, float]) -> None:
         commands = self.file.commands
-        self._speeds, self._sent_s = speeds, self._clock()
+        self._speeds, self._sent_s, self._sent = speeds, self._clock(), True
         speed, turning = speeds
         self._publish(
             twist(

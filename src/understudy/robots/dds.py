@@ -79,9 +79,7 @@ class DDS:
         from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
 
         own = self._participant.guid
-        alive = ReadCondition(
-            self._publications, ViewState.Any | InstanceState.Alive | SampleState.Any
-        )
+        alive = ReadCondition(self._publications, ViewState.Any | InstanceState.Alive | SampleState.Any)
         found = self._publications.read(N=4096, condition=alive)
         return [
             Peer(end.topic_name.removeprefix(PREFIX), ros_name(end.type_name))
@@ -144,7 +142,7 @@ def struct(type: str) -> Any:
         data: bytes = self.data
         return data
 
-    def deserialize(cls: Any, data: bytes, **_: Any) -> Any:
+    def deserialize(cls: Any, data: bytes, /, **_: Any) -> Any:
         message = cls.__new__(cls)
         message.data = bytes(data)
         return message

@@ -72,14 +72,16 @@ def _finite(value: float) -> float:
 def heading(quaternion: Any) -> float:
     """The direction in the plane of an orientation (REP 103), in [0, tau), rad; NaN where it is none."""
     x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
-    if not 0.5 < (norm := x * x + y * y + z * z + w * w) < 2.0:  # many drivers leave it at zero; NaN fails too
+    if (
+        not 0.5 < (norm := x * x + y * y + z * z + w * w) < 2.0
+    ):  # many drivers leave it at zero; NaN fails too
         return nan
     turned = atan2(2 * (w * z + x * y) / norm, 1 - 2 * (y * y + z * z) / norm) % tau
     return turned if turned < tau else 0.0
 
 
 def _of_range(offset_m: float) -> Extract:
-    """REP 117: +inf is nothing in reach, -inf too near to tell how near; other values outside its limits are invalid."""
+    """REP 117: +inf is nothing in reach, -inf too near to tell how near; all else outside its limits is invalid."""
 
     def extract(message: Any) -> float:
         return _clear(message.range, message.min_range, message.max_range, offset_m)
@@ -104,7 +106,13 @@ def _of_scan(sector_deg: tuple[float, float], offset_m: float) -> Extract:
     def extract(message: Any) -> float:
         ranges = np.asarray(message.ranges, np.float64)
         low, high, step = message.range_min, message.range_max, message.angle_increment
-        if not (len(ranges) and isfinite(message.angle_min) and isfinite(step) and isfinite(low) and isfinite(high)):
+        if not (
+            len(ranges)
+            and isfinite(message.angle_min)
+            and isfinite(step)
+            and isfinite(low)
+            and isfinite(high)
+        ):
             return nan
         angles = (message.angle_min + step * np.arange(len(ranges)) - start) % tau
         if beam:

@@ -86,7 +86,10 @@ class RobotFile(Part, frozen=True, kw_only=True):
 
     def topic(self, name: str) -> str:
         """The full name of a topic: within the namespace, unless it begins with a slash."""
-        return name if name.startswith("/") else f"{self.namespace.rstrip('/')}/{name}"
+        if name.startswith("/"):
+            return name
+        namespace = self.namespace.strip("/")
+        return f"/{namespace}/{name}" if namespace else f"/{name}"
 
 
 def load_robot(path: Path | str) -> RobotFile:
@@ -94,7 +97,9 @@ def load_robot(path: Path | str) -> RobotFile:
     try:
         content = Path(path).read_text("utf-8-sig")
     except (OSError, ValueError) as error:
-        problem = "there is no such file" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
+        problem = (
+            "there is no such file" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
+        )
         raise FileError(path=path, place="", problem=problem, remedy="give a robot's file") from None
     return parse_robot(content, path)
 
@@ -108,13 +113,17 @@ def parse_robot(content: str, path: Path | str = "robot.toml") -> RobotFile:
         raise FileError(path=path, place="", problem=problem, remedy="correct it there") from None
     if document.get("format") != FORMAT:
         given = document.get("format")
-        problem = "is missing" if given is None else f"is {given!r:.60}, which is no format of robots known here"
+        problem = (
+            "is missing" if given is None else f"is {given!r:.60}, which is no format of robots known here"
+        )
         raise FileError(path=path, place="format", problem=problem, remedy=f'write format = "{FORMAT}"')
     robot = convert(document, RobotFile)
-    wrong = robot if isinstance(robot, Mismatch) else next(_wrong(robot), None)
-    if wrong is not None or isinstance(robot, Mismatch):
-        raise FileError(path=path, place=wrong.key, problem=wrong.problem, remedy=wrong.remedy)
-    return robot
+    if not isinstance(robot, Mismatch):
+        wrong = next(_wrong(robot), None)
+        if wrong is None:
+            return robot
+        robot = wrong
+    raise FileError(path=path, place=robot.key, problem=robot.problem, remedy=robot.remedy)
 
 
 def _wrong(robot: RobotFile) -> Iterator[Mismatch]:
@@ -167,7 +176,9 @@ def _wrong_fence(robot: RobotFile) -> Iterator[Mismatch]:
         yield Mismatch("limits.geofence", f"is {list(fence)}", "give x0, y0, x1, y1 with x0 < x1 and y0 < y1")
     for name in ("x", "y"):
         if name not in robot.readings:
-            yield Mismatch(f"readings.{name}", "is missing, and the geofence needs it", f"give the reading {name!r}")
+            yield Mismatch(
+                f"readings.{name}", "is missing, and the geofence needs it", f"give the reading {name!r}"
+            )
 
 
 def _wrong_topic(key: str, topic: str) -> Iterator[Mismatch]:

@@ -1,0 +1,141 @@
+"""DDS on this machine: a robot in a process of its own, bytes as rosbags writes them, `understudy robots check`."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+
+from rosbags.typesys import Stores, get_typestore
+from tests.cli.commands import run
+from tests.robots.rovers import ODOMETRY, ROVER, TWIST, odometry
+
+from understudy.robots.body import Robot, connect
+from understudy.robots.dds import DDS, dds_name, ros_name, struct
+from understudy.robots.file import parse_robot
+from understudy.robots.messages import decode, encode, known, make, twist
+from understudy.robots.transport import Peer
+
+ROOT = Path(__file__).parents[2]
+NAMES = [
+    ("sensor_msgs/msg/Range", "sensor_msgs::msg::dds_::Range_"),
+    ("builtin_interfaces/msg/Time", "builtin_interfaces::msg::dds_::Time_"),
+]
+TYPES = [
+    "sensor_msgs/msg/Range",
+    "sensor_msgs/msg/LaserScan",
+    "sensor_msgs/msg/Image",
+    "sensor_msgs/msg/CompressedImage",
+    "sensor_msgs/msg/BatteryState",
+    "nav_msgs/msg/Odometry",
+    "geometry_msgs/msg/Twist",
+    "geometry_msgs/msg/TwistStamped",
+    "geometry_msgs/msg/PoseStamped",
+    "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "std_msgs/msg/Bool",
+    "std_msgs/msg/Empty",
+    "std_msgs/msg/Float64",
+    "std_msgs/msg/String",
+]
+
+
+def wait_for(what: Callable[[], object], seconds: float = 10.0) -> None:
+    until = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < until, "it never came"
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def rover() -> Iterator[subprocess.Popen[str]]:
+    """A process that publishes sonar (2 m) and odometry (x = 1 m) at 50 Hz, and prints the first Twist that moves."""
+    command = [sys.executable, "-m", "tests.robots.rover", "43", "/rover"]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+        yield process
+        process.terminate()
+
+
+@pytest.mark.parametrize(("ros", "dds"), NAMES)
+def test_types_are_named_as_ros_does(ros: str, dds: str) -> None:
+    assert (dds_name(ros), ros_name(dds)) == (dds, ros)
+
+
+@pytest.mark.parametrize("type", TYPES)
+def test_every_type_can_be_described(type: str) -> None:
+    assert known(type)
+    assert struct(type).__idl_typename__.replace(".", "::") == dds_name(type)
+    assert decode(type, encode(type, make(type))) is not None
+
+
+def test_a_robot_reads_and_commands_another_process(rover: subprocess.Popen[str]) -> None:
+    """Ranges and odometry come in, and the Twist there is byte for byte what rosbags writes, of Humble too."""
+    robot: Robot
+    with connect(parse_robot(ROVER)) as robot:
+        wait_for(lambda: all(latest.count > 3 for latest in robot.latest.values()))
+        keys = [(reading.name, None) for reading in robot.readings]
+        assert [float(column[0]) for column in robot.sense(keys).values()] == [2.0, 1.0, 0.0]
+        robot.arm()
+        started = time.monotonic()
+        while rover.poll() is None and time.monotonic() - started < 10:
+            robot.act({"drive": np.array([1.0]), "turn": np.array([-0.5])})
+            time.sleep(0.02)
+    assert rover.stdout is not None
+    got = bytes.fromhex(rover.stdout.read().strip())
+    assert got == twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5)
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    vector = store.types["geometry_msgs/msg/Vector3"]
+    message = store.types[TWIST](linear=vector(0.4, 0.0, 0.0), angular=vector(0.0, 0.0, -0.5))
+    assert got == bytes(store.serialize_cdr(message, TWIST))
+
+
+def test_check_finds_all_there_and_sends_nothing(rover: subprocess.Popen[str], tmp_path: Path) -> None:
+    file = tmp_path / "rover.toml"
+    file.write_text(ROVER)
+    result = run("robots", "check", file, "--seconds", 2.5, "--json")
+    assert result.exit_code == 0, result.output
+    said = json.loads(result.stdout)
+    assert said["problems"] == []
+    assert [each["value"] for each in said["arrivals"]] == [2.0, 1.0, 0.0]
+    assert all(35 < each["rate_hz"] < 65 and each["age_s"] < 0.5 for each in said["arrivals"])
+    assert rover.poll() is None
+
+
+def test_check_says_what_is_missing(tmp_path: Path) -> None:
+    file = tmp_path / "rover.toml"
+    file.write_text(ROVER.replace("/rover", "/nobody"))
+    result = run("robots", "check", file, "--seconds", 0.2)
+    assert result.exit_code == 1
+    assert "nobody publishes there" in result.stdout
+
+
+def test_messages_arrive_as_they_were_sent_and_who_leaves_is_no_peer() -> None:
+    ours, theirs = DDS(44), DDS(44)
+    try:
+        came: list[bytes] = []
+        ours.subscribe("/odom", ODOMETRY, lambda data, _: came.append(data))
+        publish = theirs.publisher("/odom", ODOMETRY)
+        wait_for(lambda: Peer("/odom", ODOMETRY) in ours.peers())
+        assert theirs.peers() == []
+        sent = odometry(1.25)
+
+        def arrived() -> bool:
+            publish(sent)
+            return bool(came)
+
+        wait_for(arrived)
+        assert came[0] == sent
+        theirs.close()
+        publish(sent)  # does nothing any more
+        wait_for(lambda: ours.peers() == [])
+    finally:
+        ours.close()
+        theirs.close()
