@@ -21,6 +21,8 @@ def main(domain: str, namespace: str) -> None:
         wire.publisher(f"{namespace}/sonar", RANGE),
         wire.publisher(f"{namespace}/odom", ODOMETRY),
     )
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
     until = time.monotonic() + 30
     while not moving and time.monotonic() < until:
         ranges(sonar(2.0))

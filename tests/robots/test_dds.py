@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +28,7 @@ from understudy.robots.messages import decode, encode, known, make, twist
 from understudy.robots.transport import Peer
 
 ROOT = Path(__file__).parents[2]
+NUMBERS = count()
 NAMES = [
     ("sensor_msgs/msg/Range", "sensor_msgs::msg::dds_::Range_"),
     ("builtin_interfaces/msg/Time", "builtin_interfaces::msg::dds_::Time_"),
@@ -56,12 +59,26 @@ def wait_for(what: Callable[[], object], seconds: float = 10.0) -> None:
 
 
 @pytest.fixture
-def rover() -> Iterator[subprocess.Popen[str]]:
+def namespace() -> str:
+    """One that no other test uses, of those that run beside this one."""
+    return f"/rover_{os.getpid()}_{next(NUMBERS)}"
+
+
+@pytest.fixture
+def rover(namespace: str) -> Iterator[subprocess.Popen[str]]:
     """A process that publishes sonar (2 m) and odometry (x = 1 m) at 50 Hz, and prints the first Twist that moves."""
-    command = [sys.executable, "-m", "tests.robots.rover", "43", "/rover"]
+    command = [sys.executable, "-m", "tests.robots.rover", "43", namespace]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
         yield process
         process.terminate()
+
+
+@pytest.fixture
+def text(namespace: str) -> str:
+    """The file of that rover."""
+    return ROVER.replace("/rover", namespace)
 
 
 @pytest.mark.parametrize(("ros", "dds"), NAMES)
@@ -76,10 +93,10 @@ def test_every_type_can_be_described(type: str) -> None:
     assert decode(type, encode(type, make(type))) is not None
 
 
-def test_a_robot_reads_and_commands_another_process(rover: subprocess.Popen[str]) -> None:
+def test_a_robot_reads_and_commands_another_process(rover: subprocess.Popen[str], text: str) -> None:
     """Ranges and odometry come in, and the Twist there is byte for byte what rosbags writes, of Humble too."""
     robot: Robot
-    with connect(parse_robot(ROVER)) as robot:
+    with connect(parse_robot(text)) as robot:
         wait_for(lambda: all(latest.count > 3 for latest in robot.latest.values()))
         keys = [(reading.name, None) for reading in robot.readings]
         assert [float(column[0]) for column in robot.sense(keys).values()] == [2.0, 1.0, 0.0]
@@ -97,10 +114,12 @@ def test_a_robot_reads_and_commands_another_process(rover: subprocess.Popen[str]
     assert got == bytes(store.serialize_cdr(message, TWIST))
 
 
-def test_check_finds_all_there_and_sends_nothing(rover: subprocess.Popen[str], tmp_path: Path) -> None:
+def test_check_finds_all_there_and_sends_nothing(
+    rover: subprocess.Popen[str], text: str, tmp_path: Path
+) -> None:
     file = tmp_path / "rover.toml"
-    file.write_text(ROVER)
-    result = run("robots", "check", file, "--seconds", 2.5, "--json")
+    file.write_text(text)
+    result = run("robots", "check", file, "--seconds", 1.0, "--json")
     assert result.exit_code == 0, result.output
     said = json.loads(result.stdout)
     assert said["problems"] == []
@@ -109,22 +128,22 @@ def test_check_finds_all_there_and_sends_nothing(rover: subprocess.Popen[str], t
     assert rover.poll() is None
 
 
-def test_check_says_what_is_missing(tmp_path: Path) -> None:
+def test_check_says_what_is_missing(text: str, tmp_path: Path) -> None:
     file = tmp_path / "rover.toml"
-    file.write_text(ROVER.replace("/rover", "/nobody"))
+    file.write_text(text)
     result = run("robots", "check", file, "--seconds", 0.2)
     assert result.exit_code == 1
     assert "nobody publishes there" in result.stdout
 
 
-def test_messages_arrive_as_they_were_sent_and_who_leaves_is_no_peer() -> None:
-    ours, theirs = DDS(44), DDS(44)
+def test_messages_arrive_as_they_were_sent_and_who_leaves_is_no_peer(namespace: str) -> None:
+    ours, theirs, topic = DDS(43), DDS(43), f"{namespace}/odom"
     try:
         came: list[bytes] = []
-        ours.subscribe("/odom", ODOMETRY, lambda data, _: came.append(data))
-        publish = theirs.publisher("/odom", ODOMETRY)
-        wait_for(lambda: Peer("/odom", ODOMETRY) in ours.peers())
-        assert theirs.peers() == []
+        ours.subscribe(topic, ODOMETRY, lambda data, _: came.append(data))
+        publish = theirs.publisher(topic, ODOMETRY)
+        wait_for(lambda: Peer(topic, ODOMETRY) in ours.peers())
+        assert Peer(topic, ODOMETRY) not in theirs.peers()
         sent = odometry(1.25)
 
         def arrived() -> bool:
@@ -135,7 +154,7 @@ def test_messages_arrive_as_they_were_sent_and_who_leaves_is_no_peer() -> None:
         assert came[0] == sent
         theirs.close()
         publish(sent)  # does nothing any more
-        wait_for(lambda: ours.peers() == [])
+        wait_for(lambda: Peer(topic, ODOMETRY) not in ours.peers())
     finally:
         ours.close()
         theirs.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import isnan, nan
+from math import inf, isnan, nan
 from pathlib import Path
 from typing import Any, Self
 
@@ -32,7 +32,7 @@ class Latest:
     """What has arrived for a reading: its last value, when (s, `time.monotonic`), how often, how often in vain."""
 
     value: float = nan
-    at_s: float = -1e9
+    at_s: float = -inf
     first_s: float = nan
     count: int = 0
     refused: int = 0

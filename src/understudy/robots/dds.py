@@ -10,7 +10,7 @@ from threading import Thread
 from typing import Any
 
 from understudy.robots.messages import ARRAY, BASE, NAMED, fields
-from understudy.robots.transport import ExtraMissing, Peer, Publish, Received
+from understudy.robots.transport import ExtraMissing, Peer, Publish, Received, Unreachable
 
 PREFIX = "rt"
 """What ROS 2 puts before the names of topics, as against services."""
@@ -19,16 +19,23 @@ BEAT_S = 0.2
 
 
 class DDS:
-    """A participant of a domain, with a thread that hands on what arrives."""
+    """A participant of a domain, with a thread that hands on what arrives.
+
+    ExtraMissing where Cyclone DDS is not installed, Unreachable where the domain cannot be joined.
+    """
 
     def __init__(self, domain: int = 0) -> None:
         try:
             from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
-            from cyclonedds.core import WaitSet
+            from cyclonedds.core import DDSException, WaitSet
             from cyclonedds.domain import DomainParticipant
         except ImportError:
             raise ExtraMissing(what="the transport dds", extra="ros2") from None
-        self._participant = DomainParticipant(domain)
+        try:
+            self._participant = DomainParticipant(domain)
+        except DDSException as error:
+            remedy = "look whether the network is up, and whether CYCLONEDDS_URI, if set, fits it"
+            raise Unreachable(what=f"domain {domain} of DDS", problem=str(error), remedy=remedy) from error
         self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
         self._waits = WaitSet(self._participant)
         self._readers: list[tuple[Any, Received]] = []

@@ -46,3 +46,11 @@ class ExtraMissing(UnderstudyError):
     def __init__(self, *, what: str, extra: str) -> None:
         self.what, self.extra = what, extra
         super().__init__(f"{what} needs what is not installed here; pip install 'understudy[{extra}]'")
+
+
+class Unreachable(UnderstudyError):
+    """A transport that cannot be joined."""
+
+    def __init__(self, *, what: str, problem: str, remedy: str) -> None:
+        self.what, self.problem, self.remedy = what, problem, remedy
+        super().__init__(f"{what} cannot be joined: {problem}; {remedy}")
