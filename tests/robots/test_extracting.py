@@ -17,7 +17,7 @@ from tests.robots.rovers import ODOMETRY, RANGE, SCAN
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.robots.extracting import extraction, heading
 from understudy.robots.file import ReadingOf
-from understudy.robots.messages import make
+from understudy.robots.messages import decode, encode, make
 from understudy.worlds.mismatch import Mismatch
 
 RANGES = [  # what a sonar from 0.1 to 3 m says, how far from the rim 0.2 m before it that is
@@ -79,7 +79,8 @@ def test_a_range(said: float, is_: float) -> None:
 
 
 def scan(*ranges: float) -> Any:
-    return make(
+    """As it comes over the wire: angles are 32-bit floats."""
+    message = make(
         SCAN,
         angle_min=-pi / 2,
         angle_max=3 * pi / 4,
@@ -88,6 +89,7 @@ def scan(*ranges: float) -> Any:
         range_max=4.0,
         ranges=np.array(ranges, np.float32),
     )
+    return decode(SCAN, encode(SCAN, message))
 
 
 @pytest.mark.parametrize(("sector", "nearest"), SECTORS)

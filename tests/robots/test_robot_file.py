@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from tests.robots.rovers import ROVER
 
@@ -59,6 +61,12 @@ def test_what_cannot_be_names_its_key(this: str, that: str, place: str, said: st
         parse_robot(ROVER.replace(this, that, 1))
     assert error.value.place == place
     assert said in str(error.value)
+
+
+def test_the_file_of_the_documents_is_one() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "robots.md").read_text("utf-8")
+    robot = parse_robot(page.split("```toml\n")[1].split("```")[0])
+    assert list(robot.readings) == ["sonar_ahead", "x", "y", "heading"]
 
 
 def test_a_file_that_is_not_there() -> None:

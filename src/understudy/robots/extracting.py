@@ -17,8 +17,8 @@ Extract: TypeAlias = Callable[[Any], float]
 
 RANGE, SCAN = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan"
 QUATERNION = "geometry_msgs/msg/Quaternion"
-_SAME = 1e-9
-"""Angles (rad) nearer to each other than this are one."""
+_SAME = 1e-4
+"""Angles (rad) nearer to each other than this are one: those of scans are sums of 32-bit floats."""
 
 
 def extraction(reading: ReadingOf) -> tuple[Kind, str, Extract] | Mismatch:
@@ -72,9 +72,8 @@ def _finite(value: float) -> float:
 def heading(quaternion: Any) -> float:
     """The direction in the plane of an orientation (REP 103), in [0, tau), rad; NaN where it is none."""
     x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
-    if (
-        not 0.5 < (norm := x * x + y * y + z * z + w * w) < 2.0
-    ):  # many drivers leave it at zero; NaN fails too
+    norm = x * x + y * y + z * z + w * w
+    if not 0.5 < norm < 2.0:  # many drivers leave it at zero; NaN is not between them either
         return nan
     turned = atan2(2 * (w * z + x * y) / norm, 1 - 2 * (y * y + z * z) / norm) % tau
     return turned if turned < tau else 0.0

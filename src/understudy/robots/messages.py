@@ -48,9 +48,8 @@ def decode(type: str, data: bytes) -> Any:
     """The message that bytes hold; MessageRefused where they hold none of this type."""
     try:
         return types().deserialize_cdr(data, type)
-    except (
-        Exception
-    ) as error:  # whatever a decoder does with bytes that somebody made up, it must not end here
+    except Exception as error:
+        # Whatever a decoder does with bytes that somebody made up, it must not end more than this message.
         raise MessageRefused(type=type, problem=f"{error.__class__.__name__}: {error}") from error
 
 
