@@ -175,6 +175,21 @@ def test_messages_arrive_as_they_were_sent_and_who_leaves_is_no_peer(namespace: 
         theirs.close()
 
 
+def test_waiting_takes_no_time_of_the_processor(namespace: str) -> None:
+    """Whether or not it subscribed to anything."""
+    speaks, listens = DDS(43), DDS(43)
+    try:
+        speaks.publisher(f"{namespace}/odom", ODOMETRY)
+        listens.subscribe(f"{namespace}/odom", ODOMETRY, lambda data, at_s: None)
+        time.sleep(0.2)
+        spent = time.process_time()
+        time.sleep(0.4)
+        assert time.process_time() - spent < 0.1
+    finally:
+        speaks.close()
+        listens.close()
+
+
 def test_a_plain_program_on_cyclone_reads_our_commands(namespace: str) -> None:
     """One that knows nothing of us: types written by hand, names as ROS 2 gives them."""
     from cyclonedds.domain import DomainParticipant

@@ -43,7 +43,6 @@ class DDS:
         self._writers: list[Any] = []
         self._closed = False
         self._thread = Thread(target=self._receive, name="dds", daemon=True)
-        self._thread.start()
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
         """Hand the newest messages of a topic to `received`, from publishers reliable or not."""
@@ -56,6 +55,8 @@ class DDS:
         self._kept.append(condition)
         self._readers.append((reader, received))  # before the thread can wake for it
         self._waits.attach(condition)
+        if not self._thread.is_alive():  # not before: waiting for nothing does not wait
+            self._thread.start()
 
     def publisher(self, topic: str, type: str) -> Publish:
         """What publishes on a topic, reliably as ROS 2 does by default; only the last message is kept.
@@ -99,7 +100,8 @@ class DDS:
         if self._closed:
             return
         self._closed = True
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
         self._readers.clear()
         self._kept.clear()
         self._writers.clear()
