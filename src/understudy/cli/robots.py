@@ -42,7 +42,7 @@ def check(
     if as_json:
         print_json(found)
     else:
-        made = table("reading", "topic", "#messages", "#rate", "#age", "#value", "")
+        made = table("reading", "topic", "#messages", "#rate", "#age", "#value", "~")
         for each in found.arrivals:
             made.add_row(
                 each.name,
@@ -64,4 +64,4 @@ def check(
 
 
 def _measured(value: float, unit: str) -> str:
-    return "absent" if isnan(value) else f"{value:.4g} {unit}".rstrip()
+    return "absent" if isnan(value) else f"{value:.3g} {unit}".rstrip()
