@@ -37,6 +37,6 @@ def _check_types(checker: Checker) -> None:
         plain = msgspec.to_builtins(checker.scenario)
     except (TypeError, ValueError, OverflowError) as error:
         checker.wrong("scenario", f"cannot be: {error}", "give plain numbers, texts, tuples and mappings")
-    found = convert(plain)
+    found = convert(plain, Scenario)
     if isinstance(found, Mismatch):
         checker.wrong(*found)

@@ -1,19 +1,19 @@
-"""What does not fit a scenario's description, in words: the real key, what is wrong there, what would be right."""
+"""What does not fit a file's description, in words: the real key, what is wrong there, what would be right."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
 from types import UnionType
-from typing import Any, Literal, NamedTuple, TypeAlias, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import msgspec
 
 from understudy.worlds.checker import suggestion
 from understudy.worlds.part import Part
-from understudy.worlds.scenario import Scenario
 
 Steps: TypeAlias = tuple[str | int, ...]
+Described = TypeVar("Described", bound=Part)
 
 _STEP = re.compile(r"\.(\w+)|\[(\d+)\]|(\[\.\.\.\])")
 _EXPECTED = re.compile(r"Expected `(?P<type>.+?)`(?: of length (?P<length>.+?))?, got (?P<got>.+)")
@@ -35,12 +35,12 @@ class Mismatch(NamedTuple):
     remedy: str
 
 
-def convert(document: Any) -> Scenario | Mismatch:
-    """The scenario that a document of plain values describes, or the first thing in it that does not fit."""
+def convert(document: Any, whole: type[Described]) -> Described | Mismatch:
+    """The `whole` that a document of plain values describes, or the first thing in it that does not fit."""
     try:
-        return msgspec.convert(document, Scenario)
+        return msgspec.convert(document, whole)
     except (msgspec.ValidationError, ValueError, TypeError, OverflowError) as error:
-        return _explain(document, str(error))
+        return _explain(document, str(error), whole)
 
 
 def spelled(steps: Steps) -> str:
@@ -53,10 +53,10 @@ def _key(key: str) -> str:
     return key if re.fullmatch(r"[\w-]+", key) else f"{key!r:.60}"
 
 
-def _explain(document: Any, message: str) -> Mismatch:
+def _explain(document: Any, message: str, whole: type[Part]) -> Mismatch:
     problem, _, path = message.partition(" - at `$")
-    steps = _real_steps(document, message, path.rstrip("`"))
-    sort = _sort_at(document, steps)
+    steps = _real_steps(document, message, path.rstrip("`"), whole)
+    sort = _sort_at(document, steps, whole)
     if match := re.fullmatch(r"Object contains unknown field `(.*)`", problem, re.DOTALL):
         return _unknown_key(sort, (*steps, match[1]), match[1])
     if match := re.fullmatch(r"Object missing required field `(.*)`", problem):
@@ -65,7 +65,7 @@ def _explain(document: Any, message: str) -> Mismatch:
         return Mismatch(spelled((*steps, match[1])), "is missing", remedy)
     if problem.startswith("Invalid"):
         given = str(_walk(document, steps))
-        at = _sort_at(document, steps[:-1]) if steps and steps[-1] == "kind" else sort
+        at = _sort_at(document, steps[:-1], whole) if steps and steps[-1] == "kind" else sort
         choices = [word for option in _options(at) for word in _choices(option)]
         what = "kind of sensor" if steps and steps[-1] == "kind" else "word"
         return Mismatch(
@@ -89,7 +89,7 @@ def _unknown_key(sort: Any, steps: Steps, key: str) -> Mismatch:
     return Mismatch(spelled(steps), "is no key there", suggestion(key, known, what="key"))
 
 
-def _real_steps(document: Any, message: str, path: str) -> Steps:
+def _real_steps(document: Any, message: str, path: str, whole: type[Part]) -> Steps:
     """The keys of a path; where msgspec leaves one out, the first that fails in the same way by itself."""
     steps: Steps = ()
     for name, index, left_out in _STEP.findall(path):
@@ -98,7 +98,7 @@ def _real_steps(document: Any, message: str, path: str) -> Steps:
             continue
         table = _walk(document, steps)
         keys = list(table) if isinstance(table, Mapping) else []
-        failing = (key for key in keys if _fails_alone(document, message, steps, key))
+        failing = (key for key in keys if _fails_alone(document, message, (*steps, key), whole))
         found = next(failing, None)
         if found is None:
             return steps
@@ -107,9 +107,9 @@ def _real_steps(document: Any, message: str, path: str) -> Steps:
     return steps
 
 
-def _fails_alone(document: Any, message: str, steps: Steps, key: str) -> bool:
+def _fails_alone(document: Any, message: str, steps: Steps, whole: type[Part]) -> bool:
     try:
-        msgspec.convert(_alone(document, steps, key), Scenario)
+        msgspec.convert(_alone(document, steps[:-1], str(steps[-1])), whole)
     except (msgspec.ValidationError, ValueError, TypeError, OverflowError) as error:
         return str(error) == message
     return False
@@ -132,9 +132,9 @@ def _walk(document: Any, steps: Sequence[str | int]) -> Any:
     return document
 
 
-def _sort_at(document: Any, steps: Steps) -> Any:
+def _sort_at(document: Any, steps: Steps, whole: type[Part]) -> Any:
     """The type that is described for what is at these keys; None where none is."""
-    sort: Any = Scenario
+    sort: Any = whole
     for number, step in enumerate(steps):
         inside = (_inside(option, step, _walk(document, steps[:number])) for option in _options(sort))
         sort = next((found for found in inside if found is not None), None)

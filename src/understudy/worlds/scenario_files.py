@@ -68,7 +68,7 @@ def parse_scenario(content: str | bytes, path: Path | str = "scenario.toml") -> 
     document = _migrated(_head(_table(content, path), path))
     if "name" not in document and NAME.fullmatch(Path(path).stem):
         document["name"] = Path(path).stem
-    scenario = convert(document)
+    scenario = convert(document, Scenario)
     if isinstance(scenario, Mismatch):
         raise FileError(path=path, place=scenario.key, problem=scenario.problem, remedy=scenario.remedy)
     try:

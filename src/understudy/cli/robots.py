@@ -1,0 +1,67 @@
+"""`understudy robots`: real robots, looked at before they move."""
+
+from __future__ import annotations
+
+from math import isnan
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from understudy.cli.parts import Json
+
+app = typer.Typer(
+    no_args_is_help=True, help="Look at real robots: what arrives from them, and what is missing."
+)
+
+
+@app.callback()
+def robots() -> None:
+    """Look at real robots: what arrives from them, and what is missing."""
+
+
+@app.command("check")
+def check(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The robot's file.", show_default=False)],
+    seconds: Annotated[float, typer.Option(help="Listen so long.", min=0.1, max=600.0)] = 3.0,
+    as_json: Json = False,
+) -> None:
+    """Connect to a robot and show what arrives, at what rate and age, and what is missing. Nothing moves.
+
+    Ends with exit code 1 where something is wrong.
+
+    [dim]understudy robots check rover.toml[/]
+    """
+    from understudy.cli.output import console, print_json, table
+    from understudy.robots.body import connect
+    from understudy.robots.file import load_robot
+    from understudy.robots.survey import survey
+
+    with connect(load_robot(file), path=file) as robot:
+        found = survey(robot, seconds=seconds)
+    if as_json:
+        print_json(found)
+    else:
+        made = table("reading", "topic", "#messages", "#rate", "#age", "#value", "~")
+        for each in found.arrivals:
+            made.add_row(
+                each.name,
+                each.topic,
+                str(each.messages),
+                _measured(each.rate_hz, "Hz"),
+                _measured(each.age_s, "s"),
+                _measured(each.value, each.unit),
+                "required" if each.required else "",
+            )
+        out = console()
+        out.print(made)
+        for problem in found.problems:
+            out.print(problem, markup=False)
+        if not found.problems:
+            out.print(f"{found.name}: all is there.", markup=False)
+    if found.problems:
+        raise typer.Exit(1)
+
+
+def _measured(value: float, unit: str) -> str:
+    return "absent" if isnan(value) else f"{value:.3g} {unit}".rstrip()

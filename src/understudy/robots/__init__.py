@@ -1,0 +1,1 @@
+"""Real robots as bodies: ROS 2 without an installation of ROS (extra `ros2`)."""

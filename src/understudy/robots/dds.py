@@ -1,0 +1,187 @@
+"""DDS as ROS 2 speaks it: topics `rt/NAME`, types `PKG::msg::dds_::NAME_`; messages pass as bytes, unread."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Sequence
+from functools import cache
+from threading import Thread
+from typing import Any
+
+from understudy.robots.messages import ARRAY, BASE, NAMED, fields
+from understudy.robots.transport import ExtraMissing, Peer, Publish, Received, Unreachable
+
+PREFIX = "rt"
+"""What ROS 2 puts before the names of topics, as against services."""
+BEAT_S = 0.2
+"""How often the thread that receives looks whether it shall end."""
+
+
+class DDS:
+    """A participant of a domain, with a thread that hands on what arrives.
+
+    ExtraMissing where Cyclone DDS is not installed, Unreachable where the domain cannot be joined.
+    """
+
+    def __init__(self, domain: int = 0) -> None:
+        try:
+            from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
+            from cyclonedds.core import DDSException, WaitSet
+            from cyclonedds.domain import DomainParticipant
+        except ImportError:
+            raise ExtraMissing(what="the transport dds", extra="ros2") from None
+        try:
+            self._participant = DomainParticipant(domain)
+        except DDSException as error:
+            remedy = "look whether the network is up, and whether CYCLONEDDS_URI, if set, fits it"
+            raise Unreachable(what=f"domain {domain} of DDS", problem=str(error), remedy=remedy) from error
+        self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
+        self._waits = WaitSet(self._participant)
+        self._readers: list[tuple[Any, Received]] = []
+        self._kept: list[Any] = []  # conditions live as long as they are waited for
+        self._writers: list[Any] = []
+        self._closed = False
+        self._thread = Thread(target=self._receive, name="dds", daemon=True)
+
+    def subscribe(self, topic: str, type: str, received: Received) -> None:
+        """Hand the newest messages of a topic to `received`, from publishers reliable or not."""
+        from cyclonedds.core import InstanceState, Policy, Qos, ReadCondition, SampleState, ViewState
+        from cyclonedds.sub import DataReader
+
+        quality = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(4))
+        reader = DataReader(self._participant, self._topic(topic, type), qos=quality)
+        condition = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
+        self._kept.append(condition)
+        self._readers.append((reader, received))  # before the thread can wake for it
+        self._waits.attach(condition)
+        if not self._thread.is_alive():  # not before: waiting for nothing does not wait
+            self._thread.start()
+
+    def publisher(self, topic: str, type: str) -> Publish:
+        """What publishes on a topic, reliably as ROS 2 does by default; only the last message is kept.
+
+        Once closed, it does nothing.
+        """
+        from cyclonedds.core import Policy, Qos
+        from cyclonedds.pub import DataWriter
+        from cyclonedds.util import duration
+
+        quality = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(1))
+        raw = struct(type)
+        writer = DataWriter(self._participant, self._topic(topic, type), qos=quality)
+        number = len(self._writers)
+        self._writers.append(writer)
+        del writer  # a participant leaves when nobody holds its writers
+
+        def publish(data: bytes) -> None:
+            if self._writers:
+                message = raw.__new__(raw)
+                message.data = data
+                self._writers[number].write(message)
+
+        return publish
+
+    def peers(self) -> Sequence[Peer]:
+        """All others who publish topics of ROS 2, as far as they were discovered."""
+        from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
+
+        own = self._participant.guid
+        alive = ReadCondition(self._publications, ViewState.Any | InstanceState.Alive | SampleState.Any)
+        found = self._publications.read(N=4096, condition=alive)
+        return [
+            Peer(end.topic_name.removeprefix(PREFIX), ros_name(end.type_name))
+            for end in found
+            if end.topic_name.startswith(f"{PREFIX}/") and end.participant_key != own
+        ]
+
+    def close(self) -> None:
+        """Leave the domain; nothing is received afterwards."""
+        if self._closed:
+            return
+        self._closed = True
+        if self._thread.is_alive():
+            self._thread.join()
+        self._readers.clear()
+        self._kept.clear()
+        self._writers.clear()
+        del self._waits, self._publications, self._participant
+
+    def _topic(self, topic: str, type: str) -> Any:
+        from cyclonedds.topic import Topic
+
+        return Topic(self._participant, f"{PREFIX}{topic}", struct(type))
+
+    def _receive(self) -> None:
+        from cyclonedds.core import DDSException
+        from cyclonedds.util import duration
+
+        beat = duration(seconds=BEAT_S)
+        while not self._closed:
+            with contextlib.suppress(DDSException):
+                self._waits.wait(beat)
+            now = time.monotonic()
+            for reader, received in list(self._readers):
+                with contextlib.suppress(DDSException):
+                    for message in reader.take(N=16):
+                        if isinstance(message, reader.topic.data_type):  # not: a publisher has gone
+                            received(message.data, now)
+
+
+def dds_name(type: str) -> str:
+    """`sensor_msgs::msg::dds_::Range_` for `sensor_msgs/msg/Range`."""
+    *packages, name = type.split("/")
+    return "::".join((*packages, "dds_", f"{name}_"))
+
+
+def ros_name(type: str) -> str:
+    """`sensor_msgs/msg/Range` for `sensor_msgs::msg::dds_::Range_`; another name stays as it is."""
+    *packages, name = type.split("::")
+    if packages[-1:] != ["dds_"]:
+        return type
+    return "/".join((*packages[:-1], name.removesuffix("_")))
+
+
+@cache
+def struct(type: str) -> Any:
+    """The type of a topic: described as it is, but whose messages are bytes, `data`, that nobody takes apart."""
+    described = _described(type)
+
+    def serialize(self: Any, **_: Any) -> bytes:
+        data: bytes = self.data
+        return data
+
+    def deserialize(cls: Any, data: bytes, /, **_: Any) -> Any:
+        message = cls.__new__(cls)
+        message.data = bytes(data)
+        return message
+
+    described.serialize = serialize
+    described.deserialize = described.deserialize_key = classmethod(deserialize)
+    return described
+
+
+def _described(type: str) -> Any:
+    """A type of DDS that says which fields a type of ROS 2 has."""
+    from cyclonedds.idl import make_idl_struct
+    from cyclonedds.idl import types as idl
+
+    numbers = {"bool": bool, "byte": idl.uint8, "char": idl.uint8, "string": str}
+
+    def one(sort: int, of: Any) -> Any:
+        if sort == NAMED:
+            return _described(of)
+        if sort == BASE:
+            name, bound = of
+            if name == "string" and bound:
+                return idl.bounded_str[bound]
+            return numbers[name] if name in numbers else getattr(idl, name)
+        inner, length = of
+        if sort == ARRAY:
+            return idl.array[one(*inner), length]
+        return idl.sequence[one(*inner), length] if length else idl.sequence[one(*inner)]
+
+    # ROS 2 gives a type without fields one, since IDL knows none such.
+    inside = {name: one(*of) for name, of in fields(type).items()}
+    inside = inside or {"structure_needs_at_least_one_member": idl.uint8}
+    return make_idl_struct(f"{type.rpartition('/')[2]}_", dds_name(type), inside)

@@ -1,0 +1,192 @@
+"""Robot files: what a real robot offers and obeys - topics to readings, channels to speeds - as TOML.
+
+Lengths in m, times in s, speeds in m/s and rad/s. Angles of sectors are in degrees, and their keys say so (`_deg`).
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from math import isfinite
+from pathlib import Path
+from typing import Literal
+
+from msgspec import field
+
+from understudy.errors import FileError
+from understudy.worlds.mismatch import Mismatch, convert
+from understudy.worlds.part import Part
+
+FORMAT = "understudy-robot/1"
+
+DOMAINS = range(233)
+"""Domain ids that ROS 2 has on every system; above them the network ports run out."""
+TOPIC = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*")
+TYPE = re.compile(r"[a-z]\w*/msg/[A-Z]\w*")
+READING = re.compile(r"[A-Za-z_]\w*")
+FASTEST_TICK_S, SLOWEST_TICK_S = 0.005, 1.0
+FASTEST_M_S, FASTEST_RAD_S = 5.0, 10.0
+"""Limits above these are taken for a mistake of units."""
+
+
+class Limits(Part, frozen=True, kw_only=True):
+    """What holds after every behavior. `geofence` (x0, y0, x1, y1) is where the readings `x` and `y` must stay."""
+
+    speed_m_s: float
+    turn_rad_s: float
+    acceleration_m_s2: float | None = None
+    turn_acceleration_rad_s2: float | None = None
+    geofence: tuple[float, float, float, float] | None = None
+
+
+class ReadingOf(Part, frozen=True, kw_only=True):
+    """Where a reading comes from: a `field` of a message, dots between; that of an orientation is its heading.
+
+    Of a Range, the field may be left out; of a LaserScan, `sector_deg` is (from, to), counter-clockwise from ahead,
+    both the same for a beam, and the nearest return in it counts. `offset_m`, the way from the sensor to the
+    robot's rim, is taken off a range. Older than `stale_s` it is absent; where it is `required`, the robot then stops.
+    """
+
+    topic: str
+    type: str
+    field: str | None = None
+    sector_deg: tuple[float, float] | None = None
+    offset_m: float = 0.0
+    unit: str = ""
+    rate_hz: float | None = None
+    stale_s: float = 0.5
+    required: bool = False
+    doc: str = ""
+
+
+class CommandsOf(Part, frozen=True, kw_only=True):
+    """Where commands go, and the speeds that `drive = 1` (m/s) and `turn = 1` (rad/s) ask for."""
+
+    topic: str = "cmd_vel"
+    type: Literal["geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"] = "geometry_msgs/msg/Twist"
+    drive_m_s: float
+    turn_rad_s: float
+    frame: str = "base_link"
+
+
+class RobotFile(Part, frozen=True, kw_only=True):
+    """Everything there is to know of a robot before connecting to it."""
+
+    format: Literal["understudy-robot/1"]
+    name: str
+    about: str = ""
+    transport: Literal["dds"] = "dds"
+    domain: int = 0
+    namespace: str = ""
+    tick_s: float = 0.1
+    limits: Limits
+    readings: Mapping[str, ReadingOf] = field(default_factory=dict)
+    commands: CommandsOf
+
+    def topic(self, name: str) -> str:
+        """The full name of a topic: within the namespace, unless it begins with a slash."""
+        if name.startswith("/"):
+            return name
+        namespace = self.namespace.strip("/")
+        return f"/{namespace}/{name}" if namespace else f"/{name}"
+
+
+def load_robot(path: Path | str) -> RobotFile:
+    """The robot that a file describes; FileError, naming the key, where it is none or cannot be."""
+    try:
+        content = Path(path).read_text("utf-8-sig")
+    except (OSError, ValueError) as error:
+        problem = (
+            "there is no such file" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
+        )
+        raise FileError(path=path, place="", problem=problem, remedy="give a robot's file") from None
+    return parse_robot(content, path)
+
+
+def parse_robot(content: str, path: Path | str = "robot.toml") -> RobotFile:
+    """The robot that the content of a file describes; FileError, naming the key, where it is none or cannot be."""
+    try:
+        document = tomllib.loads(content)
+    except (ValueError, RecursionError) as error:
+        problem = f"is no TOML: {error}"
+        raise FileError(path=path, place="", problem=problem, remedy="correct it there") from None
+    if document.get("format") != FORMAT:
+        given = document.get("format")
+        problem = (
+            "is missing" if given is None else f"is {given!r:.60}, which is no format of robots known here"
+        )
+        raise FileError(path=path, place="format", problem=problem, remedy=f'write format = "{FORMAT}"')
+    robot = convert(document, RobotFile)
+    if not isinstance(robot, Mismatch):
+        wrong = next(_wrong(robot), None)
+        if wrong is None:
+            return robot
+        robot = wrong
+    raise FileError(path=path, place=robot.key, problem=robot.problem, remedy=robot.remedy)
+
+
+def _wrong(robot: RobotFile) -> Iterator[Mismatch]:
+    """What fits the description and still cannot be."""
+    limits, commands = robot.limits, robot.commands
+    if robot.domain not in DOMAINS:
+        yield Mismatch("domain", f"is {robot.domain}", f"give one from 0 to {DOMAINS[-1]}")
+    if robot.namespace and not TOPIC.fullmatch(robot.namespace):
+        yield Mismatch("namespace", f"is {robot.namespace!r:.60}", "give letters, digits, _ and /")
+    yield from _range("tick_s", robot.tick_s, FASTEST_TICK_S, SLOWEST_TICK_S)
+    yield from _range("limits.speed_m_s", limits.speed_m_s, 0.0, FASTEST_M_S)
+    yield from _range("limits.turn_rad_s", limits.turn_rad_s, 0.0, FASTEST_RAD_S)
+    for key in ("acceleration_m_s2", "turn_acceleration_rad_s2"):
+        value = getattr(limits, key)
+        if value is not None and not (isfinite(value) and value > 0):
+            yield Mismatch(f"limits.{key}", f"is {value:g}", "give a positive number, or leave it out")
+    yield from _range("commands.drive_m_s", commands.drive_m_s, 0.0, limits.speed_m_s)
+    yield from _range("commands.turn_rad_s", commands.turn_rad_s, 0.0, limits.turn_rad_s)
+    yield from _wrong_topic("commands.topic", commands.topic)
+    yield from _wrong_fence(robot)
+    for name, reading in robot.readings.items():
+        yield from _wrong_reading(f"readings.{name}", name, reading)
+
+
+def _wrong_reading(key: str, name: str, reading: ReadingOf) -> Iterator[Mismatch]:
+    if not READING.fullmatch(name):
+        yield Mismatch(key, "is no name for a reading", "give letters, digits and _")
+    yield from _wrong_topic(f"{key}.topic", reading.topic)
+    if not TYPE.fullmatch(reading.type):
+        problem = f"is {reading.type!r:.60}, which is no type of messages"
+        yield Mismatch(f"{key}.type", problem, "give one as sensor_msgs/msg/Range")
+    yield from _range(f"{key}.stale_s", reading.stale_s, 0.0, 60.0)
+    if reading.rate_hz is not None:
+        yield from _range(f"{key}.rate_hz", reading.rate_hz, 0.0, 10_000.0)
+        if reading.rate_hz * reading.stale_s < 1:
+            problem = f"is {reading.stale_s:g}, shorter than the time from one message to the next"
+            yield Mismatch(f"{key}.stale_s", problem, f"give more than {1 / reading.rate_hz:g}")
+    if not isfinite(reading.offset_m):
+        yield Mismatch(f"{key}.offset_m", f"is {reading.offset_m:g}", "give a length in m")
+    if reading.sector_deg is not None and not all(map(isfinite, reading.sector_deg)):
+        yield Mismatch(f"{key}.sector_deg", "is not finite", "give two angles in degrees")
+
+
+def _wrong_fence(robot: RobotFile) -> Iterator[Mismatch]:
+    fence = robot.limits.geofence
+    if fence is None:
+        return
+    x0, y0, x1, y1 = fence
+    if not (x0 < x1 and y0 < y1 and all(map(isfinite, fence))):
+        yield Mismatch("limits.geofence", f"is {list(fence)}", "give x0, y0, x1, y1 with x0 < x1 and y0 < y1")
+    for name in ("x", "y"):
+        if name not in robot.readings:
+            yield Mismatch(
+                f"readings.{name}", "is missing, and the geofence needs it", f"give the reading {name!r}"
+            )
+
+
+def _wrong_topic(key: str, topic: str) -> Iterator[Mismatch]:
+    if not TOPIC.fullmatch(topic):
+        yield Mismatch(key, f"is {topic!r:.60}, which is no name of a topic", "give letters, digits, _ and /")
+
+
+def _range(key: str, value: float, low: float, high: float) -> Iterator[Mismatch]:
+    """Above `low` and up to `high`; NaN never is."""
+    if not low < value <= high:
+        yield Mismatch(key, f"is {value:g}", f"give a number above {low:g}, up to {high:g}")

@@ -1,0 +1,147 @@
+"""Numbers out of messages, by hand: REP 117 for ranges, sectors of scans, headings."""
+
+from __future__ import annotations
+
+from math import cos, inf, isnan, nan, pi, sin, tau
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+
+from tests.robots.rovers import ODOMETRY, RANGE, SCAN
+
+from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
+from understudy.robots.extracting import extraction, heading
+from understudy.robots.file import ReadingOf
+from understudy.robots.messages import decode, encode, make
+from understudy.worlds.mismatch import Mismatch
+
+RANGES = [  # what a sonar from 0.1 to 3 m says, how far from the rim 0.2 m before it that is
+    (1.5, 1.3),
+    (0.15, 0.0),  # the rim is nearer than the sensor
+    (3.0, 2.8),
+    (inf, 2.8),  # nothing in reach
+    (-inf, 0.0),  # too near to tell: its minimum
+    (nan, nan),  # no answer
+    (3.5, nan),  # invalid, says REP 117
+    (0.05, nan),
+]
+
+BEAMS = (1.0, 2.0, inf, -inf, nan, 0.5)
+"""A scan from 0.2 to 4 m, beams every 45 degrees from -90: at -90, -45, 0, 45, 90 and 135 degrees."""
+SECTORS = [  # from, to, nearest
+    ((-90, -45), 1.0),
+    ((-45, -45), 2.0),
+    ((-50, -40), 2.0),
+    ((-1, 1), 4.0),
+    ((0, 45), 0.2),
+    ((80, 100), nan),  # it did not answer
+    ((100, 260), 0.5),
+    ((90, 270), 0.5),  # one did not answer, and others did
+    ((135, -90), 0.5),  # across the rear: both edges
+    ((200, 230), nan),  # no beam there
+    ((180, 180), nan),
+    ((30, 30), 0.2),  # the nearest beam
+    ((-180, 180), 0.2),
+]
+
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"type": "sensor_msgs/msg/Rnage"}, "type"),
+    ({"type": SCAN}, "sector_deg"),
+    ({"type": SCAN, "sector_deg": (0, 1), "field": "ranges"}, "field"),
+    ({"type": RANGE, "sector_deg": (0, 1)}, "sector_deg"),
+    ({"type": ODOMETRY}, "field"),
+    ({"type": ODOMETRY, "field": "pose.pose.position.q"}, "field"),
+    ({"type": ODOMETRY, "field": "pose.pose.position"}, "field"),
+    ({"type": ODOMETRY, "field": "pose.pose.position.x.y"}, "field"),
+    ({"type": ODOMETRY, "field": "child_frame_id"}, "field"),
+]
+
+
+def value(message: Any, **of: Any) -> float:
+    found = extraction(ReadingOf(topic="t", **of))
+    assert not isinstance(found, Mismatch), found
+    return found[2](message)
+
+
+def same(one: float, other: float) -> bool:
+    return one == pytest.approx(other, abs=1e-6, nan_ok=True)
+
+
+@pytest.mark.parametrize(("said", "is_"), RANGES)
+def test_a_range(said: float, is_: float) -> None:
+    message = make(RANGE, min_range=0.1, max_range=3.0, range=said)
+    assert same(value(message, type=RANGE, offset_m=0.2), is_)
+
+
+def scan(*ranges: float) -> Any:
+    """As it comes over the wire: angles are 32-bit floats."""
+    message = make(
+        SCAN,
+        angle_min=-pi / 2,
+        angle_max=3 * pi / 4,
+        angle_increment=pi / 4,
+        range_min=0.2,
+        range_max=4.0,
+        ranges=np.array(ranges, np.float32),
+    )
+    return decode(SCAN, encode(SCAN, message))
+
+
+@pytest.mark.parametrize(("sector", "nearest"), SECTORS)
+def test_a_sector_of_a_scan(sector: tuple[float, float], nearest: float) -> None:
+    assert same(value(scan(*BEAMS), type=SCAN, sector_deg=sector), nearest)
+
+
+def test_a_scan_of_nothing_is_absent() -> None:
+    assert isnan(value(scan(), type=SCAN, sector_deg=(-180, 180)))
+
+
+@given(
+    st.lists(st.floats(width=32), max_size=8), st.floats(width=32), st.floats(width=32), st.floats(width=32)
+)
+def test_a_scan_of_anything_reads_within_its_limits_or_is_absent(
+    ranges: list[float], step: float, low: float, high: float
+) -> None:
+    message = scan(*ranges)
+    message.angle_increment, message.range_min, message.range_max = step, low, high
+    with np.errstate(all="ignore"):
+        read = value(message, type=SCAN, sector_deg=(-30, 30))
+    assert isnan(read) or max(low, 0) <= read <= max(high, 0)
+
+
+@given(st.floats(0, tau, exclude_max=True), st.floats(0.8, 1.2))
+def test_a_heading(angle: float, scale: float) -> None:
+    """Turned by `angle` about z; the quaternion need not be normal."""
+    quaternion = make("geometry_msgs/msg/Quaternion", z=scale * sin(angle / 2), w=scale * cos(angle / 2))
+    away = abs(heading(quaternion) - angle)
+    assert min(away, tau - away) < 1e-6
+    assert 0 <= heading(quaternion) < tau
+
+
+def test_an_orientation_left_at_zero_is_no_heading() -> None:
+    assert isnan(heading(make("geometry_msgs/msg/Quaternion", w=0.0)))
+
+
+def test_kinds_and_units_follow_from_the_field() -> None:
+    rows = [
+        (RANGE, None, Continuous(), "m"),
+        (ODOMETRY, "pose.pose.orientation", Toroidal(), "rad"),
+        ("std_msgs/msg/Bool", "data", BOOLEAN, ""),
+        ("sensor_msgs/msg/BatteryState", "percentage", Continuous(), ""),
+    ]
+    for type, field, kind, unit in rows:
+        found = extraction(ReadingOf(topic="t", type=type, field=field))
+        assert not isinstance(found, Mismatch)
+        assert found[:2] == (kind, unit)
+
+
+@pytest.mark.parametrize(("of", "key"), WRONG)
+def test_what_no_message_has_is_said(of: dict[str, Any], key: str) -> None:
+    found = extraction(ReadingOf(topic="t", **of))
+    assert isinstance(found, Mismatch)
+    assert found.key == key

@@ -1,0 +1,74 @@
+"""Robot files: what they may say, and errors down to the key."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from tests.robots.rovers import ROVER
+
+from understudy.errors import FileError
+from understudy.robots.file import load_robot, parse_robot
+
+TOPICS = [  # namespace, name in the file, the topic
+    ("", "odom", "/odom"),
+    ("rover", "odom", "/rover/odom"),
+    ("/rover", "odom", "/rover/odom"),
+    ("/fleet/rover", "sonar/front", "/fleet/rover/sonar/front"),
+    ("/rover", "/odom", "/odom"),
+]
+
+WRONG = [  # this in the file, replaced by that, is an error at this key, which says this
+    ('"understudy-robot/1"', '"understudy-robot/2"', "format", "no format of robots"),
+    ('name = "rover"', "", "name", "is missing"),
+    ("domain = 43", "domain = 233", "domain", "from 0 to 232"),
+    ("domain = 43", "domian = 43", "domian", "did you mean 'domain'"),
+    ("tick_s = 0.1", "tick_s = 100", "tick_s", "up to 1"),
+    ("tick_s = 0.1", 'transport = "serial"', "transport", "known are"),
+    ("tick_s = 0.1", "tick_s = nan", "tick_s", "is nan"),
+    ("speed_m_s = 0.5", "speed_m_s = 50", "limits.speed_m_s", "up to 5"),
+    ("speed_m_s = 0.5", "speed_m_s = 0.3", "commands.drive_m_s", "up to 0.3"),
+    ("speed_m_s = 0.5", "speed_m_s = 0.5\nacceleration_m_s2 = 0", "limits.acceleration_m_s2", "is 0"),
+    ("turn_rad_s = 1.0\n\n", "turn_rad_s = 1.0\ngeofence = [1, 0, 0, 1]\n\n", "limits.geofence", "x0 < x1"),
+    ("turn_rad_s = 1.0\n\n", "turn_rad_s = 1.0\ngeofence = [0, 0, 1, 1]\n\n", "readings.y", "is missing"),
+    ('topic = "sonar"', 'topic = "so nar"', "readings.sonar_ahead.topic", "no name of a topic"),
+    ("sensor_msgs/msg/Range", "sensor_msgs/Range", "readings.sonar_ahead.type", "no type of messages"),
+    ("stale_s = 0.5", "stale_s = 0.5\nrate_hz = 1", "readings.sonar_ahead.stale_s", "more than 1"),
+    ("required = true", 'required = "yes"', "readings.sonar_ahead.required", "true or false"),
+    ("drive_m_s = 0.4", "drive_m_s = -0.4", "commands.drive_m_s", "above 0"),
+    ("drive_m_s = 0.4", 'drive_m_s = 0.4\ntype = "std_msgs/msg/Bool"', "commands.type", "TwistStamped"),
+    ("[commands]", "[commands", "", "no TOML"),
+]
+
+
+def test_a_file_is_read() -> None:
+    robot = parse_robot(ROVER)
+    assert (robot.name, robot.domain, robot.tick_s) == ("rover", 43, 0.1)
+    assert list(robot.readings) == ["sonar_ahead", "x", "heading"]
+    assert robot.commands.type == "geometry_msgs/msg/Twist"
+
+
+@pytest.mark.parametrize(("namespace", "name", "topic"), TOPICS)
+def test_topics_are_within_the_namespace(namespace: str, name: str, topic: str) -> None:
+    robot = parse_robot(ROVER.replace('namespace = "/rover"', f'namespace = "{namespace}"'))
+    assert robot.topic(name) == topic
+
+
+@pytest.mark.parametrize(("this", "that", "place", "said"), WRONG, ids=[row[1][:40] for row in WRONG])
+def test_what_cannot_be_names_its_key(this: str, that: str, place: str, said: str) -> None:
+    assert this in ROVER
+    with pytest.raises(FileError) as error:
+        parse_robot(ROVER.replace(this, that, 1))
+    assert error.value.place == place
+    assert said in str(error.value)
+
+
+def test_the_file_of_the_documents_is_one() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "robots.md").read_text("utf-8")
+    robot = parse_robot(page.split("```toml\n")[1].split("```")[0])
+    assert list(robot.readings) == ["sonar_ahead", "x", "y", "heading"]
+
+
+def test_a_file_that_is_not_there() -> None:
+    with pytest.raises(FileError, match="no such file"):
+        load_robot("nowhere.toml")
