@@ -1,0 +1,23 @@
+"""OpenCV, which only cameras need: imported when one is used, or one sentence that says how to install it."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from types import ModuleType
+
+from understudy.errors import SettingError
+
+
+@cache
+def opencv() -> ModuleType:
+    """The module `cv2`; SettingError where it is not installed."""
+    try:
+        return import_module("cv2")
+    except ImportError as missing:
+        raise SettingError(
+            where="camera",
+            setting="images",
+            problem="need OpenCV, which is not installed",
+            remedy="pip install 'understudy[camera]'",
+        ) from missing
