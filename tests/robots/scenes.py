@@ -48,4 +48,5 @@ def rendered(
         fine[inside] = (np.array(color) * (1.0 - lost)[..., None])[inside]
     image = fine.reshape(height, FINE, width, FINE, 3).mean(axis=(1, 3))
     image += np.random.default_rng(seed).normal(0.0, noise, image.shape)
-    return np.clip(np.round(image), 0, 255).astype(np.uint8)
+    made: Image = np.clip(np.round(image), 0, 255).astype(np.uint8)
+    return made

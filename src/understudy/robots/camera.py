@@ -69,7 +69,7 @@ class Camera:
         self._cv = opencv()
         self.frame = frame or Frame()
         self._boxes = {name: bounds(color) for name, color in colors.items()}
-        self._widening = (
+        self._widening: float = (
             1.0
             if view_deg is None
             else tan(radians(view_deg) / 2.0) / tan(radians(self.frame.view_deg) / 2.0)
@@ -108,7 +108,8 @@ class Camera:
 
     def _scale(self, image: Image) -> float:
         """Pixels of the frame per pixel of the image."""
-        return self.frame.width_px / image.shape[1] * self._widening
+        width: int = image.shape[1]
+        return self.frame.width_px / width * self._widening
 
     def _framed(self, image: Image) -> tuple[Image, int, float, float]:
         """The part of an image that the frame covers, no finer than it; its left edge; its pixels per image's."""

@@ -2,18 +2,17 @@
 
 Why HSV, and not Lab: a thing in shade sends less of the same light. That scales red, green and blue alike, which moves
 value and leaves hue and saturation where they are, so that one range holds a ball's lit and its shaded side. In Lab all
-three coordinates shrink together, and a box wide enough for the shade takes in other colors. A person can also read and
-correct a hue. What HSV is bad at, hue where there is hardly any color, is what the bound on saturation cuts away; white,
-gray and black are ranges without a hue.
+three coordinates shrink together, and a box wide enough for the shade takes in other colors. A person can also read
+and correct a hue. What HSV is bad at, hue where there is hardly any color, is what the bound on saturation cuts away;
+white, gray and black are ranges without a hue.
 """
 
 from __future__ import annotations
 
 from typing import TypeAlias
 
-from msgspec import Struct
-
 from understudy.errors import SettingError
+from understudy.worlds.part import Part
 
 Share: TypeAlias = tuple[float, float]
 """(least, most), each from 0 to 1."""
@@ -25,7 +24,7 @@ CIRCLE_DEG = 360.0
 STEPS = 256
 
 
-class Color(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Color(Part, frozen=True, kw_only=True):
     """The colors of a thing: an arc of hues (degrees; from > to crosses red), shares of saturation and of value.
 
     Red is 0, yellow 60, green 120, cyan 180, blue 240, magenta 300. Both ends belong to a range.

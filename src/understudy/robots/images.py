@@ -1,7 +1,7 @@
 """Images as robots send them, as arrays: `sensor_msgs/Image` in its encodings, and `CompressedImage`.
 
-What comes over a network may be cut off, wrong or hostile. Sizes are compared before anything is allocated, and whatever
-does not fit is one ImageError; nothing else is raised, and no image is half of one.
+What comes over a network may be cut off, wrong or hostile. Sizes are compared before anything is allocated, and
+whatever does not fit is one ImageError; nothing else is raised, and no image is half of one.
 """
 
 from __future__ import annotations
@@ -79,9 +79,10 @@ def decode(data: Data, *, encoding: str, width: int, height: int, step: int) -> 
 
 
 def decode_compressed(data: Data) -> Image:
-    """The pixels of a `sensor_msgs/CompressedImage`, JPEG or PNG, as red, green and blue [H, W, 3]; ImageError if wrong.
+    """The pixels of a `sensor_msgs/CompressedImage`, JPEG or PNG, as red, green and blue [H, W, 3].
 
-    Which of them it is, its first bytes say. How the camera was held is not looked at: x counts along its rows.
+    ImageError where it is damaged. Which of them it is, its first bytes say. How the camera was held is not looked
+    at: x counts along its rows.
     """
     content = bytes(data)
     _check_size(*_claimed_size(content))
