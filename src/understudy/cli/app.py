@@ -16,6 +16,7 @@ from understudy.cli import (
     experiment,
     learn,
     libraries,
+    robots,
     run,
     show,
     simplify,
@@ -72,6 +73,7 @@ app.command("run", rich_help_panel=RUNNING)(run.run)
 app.command("why", rich_help_panel=RUNNING)(why.why)
 app.command("eval", rich_help_panel=RUNNING)(evaluate.evaluate)
 app.command("worlds", rich_help_panel=RUNNING)(worlds.worlds)
+app.add_typer(robots.app, name="robots", rich_help_panel=RUNNING)
 app.command("list", rich_help_panel=LIBRARY)(libraries.list_)
 app.command("show", rich_help_panel=LIBRARY)(show.show)
 app.command("diff", rich_help_panel=LIBRARY)(diff.diff)

@@ -148,7 +148,7 @@ def _mistaken(color: Color, shown: Sequence[Shown]) -> float:
         found, there = camera.masks(image)["it"] > 0, np.asarray(mask) > 0
         missed = np.mean(~found[there]) if there.any() else 0.0
         # Against the thing's own size: what else is in the image is mostly background, easily told apart.
-        taken = np.count_nonzero(found & ~there) / max(1, np.count_nonzero(there))
+        taken = np.count_nonzero(found & ~there) / max(1, int(np.count_nonzero(there)))
         shares.append(float(missed + taken))
     return float(np.mean(shares))
 
