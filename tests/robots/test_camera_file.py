@@ -82,9 +82,7 @@ HUES = st.tuples(*[st.integers(0, 3600).map(lambda tenths: tenths / 10)] * 2)
 
 
 @given(HUES, SHARES, SHARES)
-def test_line_reads_back(
-    hue_deg: tuple[float, float], saturation: tuple[float, float], value: tuple[float, float]
-) -> None:
+def test_line_reads_back(hue_deg: Share, saturation: Share, value: Share) -> None:
     color = Color(hue_deg=hue_deg, saturation=saturation, value=value)
     assert msgspec.convert(tomllib.loads(color_line("ball", color)), dict[str, Color]) == {"ball": color}
 
