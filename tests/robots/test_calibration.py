@@ -72,6 +72,12 @@ def test_hue_of_red_crosses_the_seam() -> None:
     assert 10.0 < last < 20.0
 
 
+def test_margins() -> None:
+    """By 8 degrees of hue, down to 0.7 of the saturation and 0.4 of the value."""
+    color = color_of(np.array([(200, 100, 100)] * 9, np.uint8))  # hue 0, saturation 1/2, value 200 of 255
+    assert color == Color(hue_deg=(352.0, 8.0), saturation=(0.35, 1.0), value=(0.31, 1.0))
+
+
 def test_several_colors_are_refused() -> None:
     image, places = all_colors()
     with pytest.raises(
@@ -140,6 +146,14 @@ def test_folder(tmp_path: Path) -> None:
     assert first.rest < 0.02
     assert second.blob is not None
     assert second.thing is None
+
+
+def test_mask_as_jpeg(tmp_path: Path) -> None:
+    shown = masked((40, 60, 15, RED), (110, 60, 15, GREEN))
+    saved(tmp_path, "a.png", shown.image)
+    saved(tmp_path, "a.mask.jpg", np.asarray(shown.mask) // 2 + 60)
+    (picture,) = read_folder(tmp_path)
+    np.testing.assert_array_equal(picture.shown.mask, shown.mask)
 
 
 def broken(folder: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from understudy.robots.camera import Image
-from understudy.robots.images import CHANNELS, ImageError, decode, decode_compressed
+from understudy.robots.image_files import ImageError
+from understudy.robots.images import CHANNELS, decode, decode_compressed
 
 cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
 
@@ -71,6 +73,7 @@ def test_zeros_after_jpeg() -> None:
 def huge_png() -> bytes:
     content = bytearray(compressed(".png"))
     struct.pack_into(">II", content, 16, 60_000, 60_000)
+    struct.pack_into(">I", content, 29, zlib.crc32(content[12:29]))
     return bytes(content)
 
 
@@ -80,10 +83,45 @@ def huge_jpeg() -> bytes:
     return bytes(content)
 
 
+def long_chunk() -> bytes:
+    """Its pixels claim to be 2 GB."""
+    content = bytearray(compressed(".png"))
+    struct.pack_into(">I", content, content.index(b"IDAT") - 4, 2**31)
+    return bytes(content)
+
+
+def changed_pixels() -> bytes:
+    content = bytearray(compressed(".png"))
+    content[content.index(b"IDAT") + 10] ^= 1
+    return bytes(content)
+
+
+def chunk(kind: bytes, content: bytes) -> bytes:
+    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+
+def no_pixels() -> bytes:
+    """A PNG that is whole, and empty."""
+    return compressed(".png")[:33] + chunk(b"IEND", b"")
+
+
+def test_png_with_words() -> None:
+    content = compressed(".png")
+    wordy = content[:33] + chunk(b"tEXt", b"Title\0red above, blue below") + content[33:]
+    np.testing.assert_array_equal(decode_compressed(wordy), picture())
+
+
+def test_orientation_is_not_looked_at() -> None:
+    content = compressed(".jpg")
+    tags = b"Exif\0\0MM\0*" + struct.pack(">IHHHIHHI", 8, 1, 0x0112, 3, 1, 6, 0, 0)  # turned by 90 degrees
+    turned = content[:2] + b"\xff\xe1" + struct.pack(">H", len(tags) + 2) + tags + content[2:]
+    assert decode_compressed(turned).shape == (24, 40, 3)
+
+
 RAW_WRONG = [
     ({"encoding": "16UC1"}, "its encoding is '16UC1'; let the camera send one of rgb8"),
     ({"height": 0}, "is 2 x 0 pixels"),
-    ({"width": 2**31, "height": 2**31}, "at most 16777216"),
+    ({"width": 2**31, "height": 2**31}, "at most 8388608"),
     ({"step": 5}, "its rows are 5 bytes long; 2 pixels of rgb8 take 6"),
     ({"step": 7}, "holds 12 bytes; 2 rows of 7 bytes are 14"),
     ({"encoding": "yuyv", "width": 3}, "is 3 pixels wide in yuyv"),
@@ -105,7 +143,11 @@ def test_wrong_image(change: dict[str, object], said: str) -> None:
         (huge_png, "is 60000 x 60000 pixels"),
         (huge_jpeg, "is 60000 x 60000 pixels"),
         (lambda: compressed(".jpg")[:-40], "is a JPEG that was cut off"),
-        (lambda: compressed(".png")[:40], "is damaged"),
+        (lambda: compressed(".png")[:40], "is a PNG that was cut off"),
+        (lambda: compressed(".png")[:-12], "is a PNG that was cut off"),
+        (long_chunk, "is a PNG that is damaged"),
+        (changed_pixels, "is a PNG that is damaged"),
+        (no_pixels, "is damaged; look at what the camera sends"),
         (b"\xff\xd8\xff\xd9", "without a size"),
     ],
     ids=str,

@@ -9,7 +9,8 @@ from understudy.errors import FileError
 from understudy.robots.calibration import Shown, color_shown
 from understudy.robots.camera import Blob, Camera, Image, Mask
 from understudy.robots.colors import Color
-from understudy.robots.images import ImageError, decode_compressed
+from understudy.robots.image_files import ImageError
+from understudy.robots.images import decode_compressed
 
 ENDINGS = (".png", ".jpg", ".jpeg")
 MASK = ".mask"

@@ -7,15 +7,15 @@ whatever does not fit is one ImageError; nothing else is raised, and no image is
 from __future__ import annotations
 
 from collections.abc import Mapping
-from struct import Struct
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import UnderstudyError, listed
+from understudy.errors import listed
 from understudy.robots.camera import Image
+from understudy.robots.image_files import ImageError, pixels_only
 from understudy.robots.opencv import opencv
 
 Data: TypeAlias = bytes | bytearray | memoryview | NDArray[np.uint8]
@@ -34,20 +34,8 @@ CONVERSIONS: Mapping[str, str] = MappingProxyType(
         "yuv422_yuy2": "COLOR_YUV2RGB_YUY2", "yuyv": "COLOR_YUV2RGB_YUY2",
     }
 )  # fmt: skip
-MOST_PIXELS = 2**24
+MOST_PIXELS = 2**23
 """Larger images are refused: a small file may claim any size, and would take all memory."""
-
-PNG, JPEG, JPEG_END = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"\xff\xd9"
-_PNG_SIZE, _JPEG_SEGMENT, _JPEG_SIZE = Struct(">II"), Struct(">BBH"), Struct(">xHH")
-_JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-
-
-class ImageError(UnderstudyError):
-    """An image that cannot be read."""
-
-    def __init__(self, *, problem: str, remedy: str) -> None:
-        self.problem, self.remedy = problem, remedy
-        super().__init__(f"image: {problem}; {remedy}")
 
 
 def decode(data: Data, *, encoding: str, width: int, height: int, step: int) -> Image:
@@ -84,8 +72,8 @@ def decode_compressed(data: Data) -> Image:
     ImageError where it is damaged. Which of them it is, its first bytes say. How the camera was held is not looked
     at: x counts along its rows.
     """
-    content = bytes(data)
-    _check_size(*_claimed_size(content))
+    content, size = pixels_only(bytes(data))
+    _check_size(*size)
     cv = opencv()
     image = _decoded(cv, np.frombuffer(content, np.uint8))
     if image is None:
@@ -105,33 +93,3 @@ def _check_size(width: int, height: int) -> None:
     if not (width > 0 and height > 0 and width * height <= MOST_PIXELS):
         remedy = f"at least one pixel, and at most {MOST_PIXELS}, are right"
         raise ImageError(problem=f"is {width} x {height} pixels", remedy=remedy)
-
-
-def _claimed_size(content: bytes) -> tuple[int, int]:
-    """Width and height that a file claims to have; it is not decoded."""
-    if content.startswith(PNG) and len(content) >= 24:
-        width, height = _PNG_SIZE.unpack_from(content, 16)
-        return width, height
-    if content.startswith(JPEG):
-        # Cut off, it would be decoded all the same, gray from there on. Some cameras fill up with zeros.
-        if not content.rstrip(b"\0").endswith(JPEG_END):
-            raise ImageError(problem="is a JPEG that was cut off", remedy="look at the link to the camera")
-        return _jpeg_size(content)
-    raise ImageError(problem=f"begins with {content[:8]!r}", remedy="let the camera send JPEG or PNG")
-
-
-def _jpeg_size(content: bytes) -> tuple[int, int]:
-    """The size in the first frame header of a JPEG (ITU T.81, B.2.2)."""
-    at = 2
-    while at + 9 <= len(content):
-        mark, kind, length = _JPEG_SEGMENT.unpack_from(content, at)
-        if mark != 0xFF:
-            break
-        if kind == 0xFF:  # a marker may have any number of these before it
-            at += 1
-        elif kind in _JPEG_FRAMES:
-            height, width = _JPEG_SIZE.unpack_from(content, at + 4)
-            return width, height
-        else:
-            at += 2 + length
-    raise ImageError(problem="is a JPEG without a size", remedy="look at what the camera sends")
