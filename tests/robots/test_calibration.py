@@ -74,8 +74,8 @@ def test_hue_of_red_crosses_the_seam() -> None:
 
 def test_margins() -> None:
     """By 8 degrees of hue, down to 0.7 of the saturation and 0.4 of the value."""
-    color = color_of(np.array([(200, 100, 100)] * 9, np.uint8))  # hue 0, saturation 1/2, value 200 of 255
-    assert color == Color(hue_deg=(352.0, 8.0), saturation=(0.35, 1.0), value=(0.31, 1.0))
+    color = color_of(np.array([(200, 50, 50)] * 9, np.uint8))  # hue 0, saturation 191 and value 200 of 255
+    assert color == Color(hue_deg=(352.0, 8.0), saturation=(0.52, 1.0), value=(0.31, 1.0))
 
 
 def test_several_colors_are_refused() -> None:
