@@ -51,6 +51,8 @@ def test_every_key_is_described() -> None:
     def sorts(part: type[Part]) -> list[type[Part]]:
         return [part, *(sort for below in part.__subclasses__() for sort in sorts(below))]
 
-    assert set(PARTS) == set(sorts(Part)) - {Part}
+    # Robot files are made of such parts too.
+    of_worlds = {part for part in sorts(Part) if part.__module__.startswith("understudy.worlds.")}
+    assert set(PARTS) == of_worlds - {Part}
     for part, (_, rows) in PARTS.items():
         assert list(rows) == [field.encode_name for field in own_fields(part)]

@@ -8,16 +8,18 @@ from typing import Annotated
 
 import typer
 
+from understudy.cli import robot_color
 from understudy.cli.parts import Json
 
-app = typer.Typer(
-    no_args_is_help=True, help="Look at real robots: what arrives from them, and what is missing."
-)
+app = typer.Typer(no_args_is_help=True, help="Look at real robots and at what their cameras see.")
 
 
 @app.callback()
 def robots() -> None:
-    """Look at real robots: what arrives from them, and what is missing."""
+    """Look at real robots and at what their cameras see."""
+
+
+app.command("color")(robot_color.color)
 
 
 @app.command("check")

@@ -1,1 +1,1 @@
-"""Real robots as bodies: ROS 2 without an installation of ROS (extra `ros2`)."""
+"""Real robots as bodies: what they sense and obey in the names and units that libraries are taught with."""

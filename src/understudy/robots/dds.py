@@ -163,9 +163,9 @@ def struct(type: str) -> Any:
 
 def _described(type: str) -> Any:
     """A type of DDS that says which fields a type of ROS 2 has."""
-    from cyclonedds.idl import make_idl_struct
-    from cyclonedds.idl import types as idl
+    from cyclonedds.idl import make_idl_struct, types
 
+    idl: Any = types
     numbers = {"bool": bool, "byte": idl.uint8, "char": idl.uint8, "string": str}
 
     def one(sort: int, of: Any) -> Any:
