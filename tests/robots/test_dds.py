@@ -112,7 +112,7 @@ def test_a_robot_reads_and_commands_another_process(rover: subprocess.Popen[str]
     """Ranges and odometry come in, and the Twist there is byte for byte what rosbags writes, of Humble too."""
     robot: Robot
     with connect(parse_robot(text)) as robot:
-        wait_for(lambda: all(latest.count > 3 for latest in robot.latest.values()))
+        wait_for(lambda: all(latest.count > 3 for latest in robot.senses.latest.values()))
         keys = [(reading.name, None) for reading in robot.readings]
         assert [float(column[0]) for column in robot.sense(keys).values()] == [2.0, 1.0, 0.0]
         robot.arm()
@@ -138,7 +138,11 @@ def test_check_finds_all_there_and_sends_nothing(
     assert result.exit_code == 0, result.output
     said = json.loads(result.stdout)
     assert said["problems"] == []
-    assert [each["value"] for each in said["arrivals"]] == [2.0, 1.0, 0.0]
+    assert [each["values"] for each in said["arrivals"]] == [
+        {"sonar_ahead": 2.0},
+        {"x": 1.0},
+        {"heading": 0.0},
+    ]
     assert all(35 < each["rate_hz"] < 65 and each["age_s"] < 0.5 for each in said["arrivals"])
     assert rover.poll() is None
 

@@ -182,7 +182,7 @@ def test_made_up_messages_never_move_it_nor_end_it(data: bytes) -> None:
     rig.now += 0.6  # what it heard is stale
     rig.hear(SONAR, data)
     rig.hear(ODOM, data)
-    if not rig.robot.latest["sonar_ahead"].count > 1:
+    if not rig.robot.senses.latest["sonar_ahead"].count > 1:
         assert rig.move(1.0) == STOP
     assert all(abs(speed) <= most for speed, most in zip(rig.move(1.0, 1.0), (0.5, 1.0), strict=True))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import isnan
 from pathlib import Path
 from typing import Annotated
@@ -35,6 +36,7 @@ def check(
     [dim]understudy robots check rover.toml[/]
     """
     from understudy.cli.output import console, print_json, table
+    from understudy.errors import listed
     from understudy.robots.body import connect
     from understudy.robots.file import load_robot
     from understudy.robots.survey import survey
@@ -52,17 +54,26 @@ def check(
                 str(each.messages),
                 _measured(each.rate_hz, "Hz"),
                 _measured(each.age_s, "s"),
-                _measured(each.value, each.unit),
+                _values(each.values, each.unit),
                 "required" if each.required else "",
             )
         out = console()
         out.print(made)
         for problem in found.problems:
             out.print(problem, markup=False)
+        if found.lacks:
+            out.print(f"Lessons that ask for {listed(found.lacks)} find that absent.", markup=False)
         if not found.problems:
             out.print(f"{found.name}: all is there.", markup=False)
     if found.problems:
         raise typer.Exit(1)
+
+
+def _values(values: Mapping[str, float], unit: str) -> str:
+    """The one value, or each with its name."""
+    if len(values) == 1:
+        return _measured(next(iter(values.values())), unit)
+    return ", ".join(f"{name} {_measured(value, unit)}" for name, value in values.items())
 
 
 def _measured(value: float, unit: str) -> str:

@@ -3,54 +3,28 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from math import inf, isnan, nan
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
-from understudy.errors import FileError, UnderstudyError, UnknownName
+from understudy.errors import FileError, UnderstudyError, UnknownName, listed
 from understudy.model.feature import Percept, ReadingKey
 from understudy.robots.dds import DDS
-from understudy.robots.extracting import Extract, extraction
-from understudy.robots.file import ReadingOf, RobotFile
-from understudy.robots.messages import MessageRefused, decode, twist
+from understudy.robots.deriving import Derived
+from understudy.robots.file import RobotFile
+from understudy.robots.messages import twist
+from understudy.robots.senses import Senses
 from understudy.robots.transport import Transport
 from understudy.runtime.body import Channel, Commands, Reading
+from understudy.worlds.catalog import find_world
 from understudy.worlds.commands import table_of
 from understudy.worlds.kits import COLUMNS, MOVING
-from understudy.worlds.mismatch import Mismatch
+from understudy.worlds.scenario import RobotType, Scenario
 
 STILL = (0.0, 0.0)
 """Neither driving nor turning, m/s and rad/s."""
-
-
-@dataclass(slots=True)
-class Latest:
-    """What has arrived for a reading: its last value, when (s, `time.monotonic`), how often, how often in vain."""
-
-    value: float = nan
-    at_s: float = -inf
-    first_s: float = nan
-    count: int = 0
-    refused: int = 0
-    problem: str = ""
-
-    @property
-    def rate_hz(self) -> float:
-        """Messages per second from the first to the last; NaN where there were not two."""
-        return (self.count - 1) / (self.at_s - self.first_s) if self.at_s > self.first_s else nan
-
-
-@dataclass(frozen=True, slots=True)
-class _Source:
-    """A reading of the file, and what takes it out of a message."""
-
-    of: ReadingOf
-    extract: Extract
-    latest: Latest
 
 
 class Robot:
@@ -61,7 +35,6 @@ class Robot:
     """
 
     agents = 1
-    targets: Sequence[str] = ()
     channels: Sequence[Channel] = MOVING
 
     def __init__(
@@ -75,16 +48,18 @@ class Robot:
         self.file, self.transport = file, transport
         self._clock = clock
         self._began = clock()
-        self._snapshot: tuple[float, dict[ReadingKey, float]] | None = None
+        self._snapshot: dict[ReadingKey, float] | None = None
+        self._at = self._began
         self._speeds, self._sent_s, self._sent = STILL, clock(), False
         self.armed = False
         self.stopped = "not armed"
         """Why the last command was a stop; empty where it was none."""
-        self._sources, self.readings = _sources(file, path)
-        for topic, type in dict.fromkeys(
-            (source.of.topic, source.of.type) for source in self._sources.values()
-        ):
-            transport.subscribe(file.topic(topic), type, self._listener(topic, type))
+        self.scenario, self.kind = _world_of(file, path)
+        """The scenario whose lessons it runs, and what it is there; None where its file names none."""
+        self.senses = Senses(file, transport, path=path)
+        self.targets: Sequence[str] = self.senses.targets
+        self._derived = Derived(self.kind, self.senses.readings, self.targets)
+        self.readings: Sequence[Reading] = (*self.senses.readings, *self._derived.readings)
         self._publish = transport.publisher(file.topic(file.commands.topic), file.commands.type)
 
     @property
@@ -94,31 +69,27 @@ class Robot:
 
     @property
     def time_s(self) -> float:
-        """Time since the robot was connected, s."""
-        return self._clock() - self._began
+        """Time from when the robot was connected to the beginning of this tick, s."""
+        return self._at - self._began
 
     @property
-    def latest(self) -> Mapping[str, Latest]:
-        """What has arrived for each reading."""
-        return {name: source.latest for name, source in self._sources.items()}
-
-    def since_start(self, at_s: float) -> float:
-        """A moment of the clock as one of `time_s`."""
-        return at_s - self._began
+    def now_s(self) -> float:
+        """Now, by the clock that messages are stamped with on arrival, s."""
+        return self._clock()
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """The last values, each as a column [1]; NaN where older than its limit. The same until the next tick."""
+        """The last values, a column [1] each; NaN where older than its limit. The same until `act` or the next tick."""
         now = self._clock()
-        if self._snapshot is None or now - self._snapshot[0] >= self.tick_s:
-            fresh: dict[ReadingKey, float] = {
-                (name, None): self._value(source, now) for name, source in self._sources.items()
-            }
-            self._snapshot = now, fresh
-        values = self._snapshot[1]
+        if self._snapshot is None or now - self._at >= self.tick_s:
+            self._at = now
+            values = self.senses.values(now)
+            self._snapshot = values | self._derived.at(self.time_s, values, self._speeds[0])
+        values = self._snapshot
         for reading, target in keys:
             if (reading, target) not in values:
                 name = reading if target is None else f"{reading}({target})"
-                raise UnknownName(what="reading", name=name, where=self._where, known=list(self._sources))
+                known = [each if target is None else f"{each}({target})" for each, target in values]
+                raise UnknownName(what="reading", name=name, where=self._where, known=known)
         return {key: np.array([values[key]]) for key in keys}
 
     def act(self, commands: Commands) -> None:
@@ -165,46 +136,15 @@ class Robot:
     def _where(self) -> str:
         return f"robot {self.file.name!r}"
 
-    def _listener(self, topic: str, type: str) -> Callable[[bytes, float], None]:
-        """What takes the readings of a topic out of its messages; never fails, whatever the message."""
-        here = [each for each in self._sources.values() if (each.of.topic, each.of.type) == (topic, type)]
-
-        def received(data: bytes, at_s: float) -> None:
-            try:
-                message: Any = decode(type, data)
-            except MessageRefused as error:
-                for source in here:
-                    source.latest.refused += 1
-                    source.latest.problem = error.problem
-                return
-            for source in here:
-                latest = source.latest
-                try:
-                    latest.value = source.extract(message)
-                except Exception as error:  # what somebody made up must not end the thread that listens
-                    latest.value, latest.problem = nan, str(error)
-                    latest.refused += 1
-                    continue
-                latest.at_s = at_s
-                if not latest.count:
-                    latest.first_s = at_s
-                latest.count += 1
-
-        return received
-
-    def _value(self, source: _Source, now: float) -> float:
-        return source.latest.value if now - source.latest.at_s <= source.of.stale_s else nan
-
     def _reason_to_stop(self) -> str:
         """Why it must not move now; empty where it may."""
         now = self._clock()
         if not self.armed:
             return "not armed"
-        for name, source in self._sources.items():
-            if source.of.required and isnan(self._value(source, now)):
-                return f"{name} is absent"
+        if (name := self.senses.missing(now)) is not None:
+            return f"{name} is absent"
         if (fence := self.file.limits.geofence) is not None:
-            x, y = (self._value(self._sources[name], now) for name in ("x", "y"))
+            x, y = (self.senses.value(name, now) for name in ("x", "y"))
             if not (fence[0] <= x <= fence[2] and fence[1] <= y <= fence[3]):
                 return "outside its geofence"
         return ""
@@ -249,18 +189,17 @@ def connect(file: RobotFile, *, path: Path | str = "robot.toml") -> Robot:
         raise
 
 
-def _sources(file: RobotFile, path: Path | str) -> tuple[dict[str, _Source], tuple[Reading, ...]]:
-    """What each reading comes from, and what the body says of it."""
-    sources, readings = {}, []
-    for name, reading in file.readings.items():
-        found = extraction(reading)
-        if isinstance(found, Mismatch):
-            place = f"readings.{name}.{found.key}"
-            raise FileError(path=path, place=place, problem=found.problem, remedy=found.remedy)
-        kind, unit, extract = found
-        sources[name] = _Source(reading, extract, Latest())
-        readings.append(Reading(name, kind, unit, doc=reading.doc))
-    return sources, tuple(readings)
+def _world_of(file: RobotFile, path: Path | str) -> tuple[Scenario | None, RobotType | None]:
+    """The scenario that a file names, a path beside it or one that is known, and the robot's type there."""
+    if file.world is None:
+        return None, None
+    beside = Path(path).parent / file.world
+    scenario = find_world(beside if beside.is_file() else file.world)
+    kind = file.kind or next(iter(scenario.types))
+    if kind not in scenario.types or (file.kind is None and len(scenario.types) > 1):
+        problem = "is missing" if file.kind is None else f"is {kind!r:.60}, which {file.world} has not"
+        raise FileError(path=path, place="kind", problem=problem, remedy=f"give {listed(scenario.types)}")
+    return scenario, scenario.types[kind]
 
 
 def _toward(want: float, last: float, step: float | None) -> float:

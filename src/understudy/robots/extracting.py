@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
-from understudy.robots.file import ReadingOf
+from understudy.robots.file import PlaceOf, ReadingOf
 from understudy.robots.messages import BASE, NAMED, fields, known
 from understudy.worlds.mismatch import Mismatch
 
@@ -39,6 +39,24 @@ def extraction(reading: ReadingOf) -> tuple[Kind, str, Extract] | Mismatch:
     if reading.field is None:
         return Mismatch("field", "is missing", f"give one of {', '.join(fields(reading.type))}")
     return _of_field(reading.type, reading.field, reading.unit)
+
+
+def place(target: PlaceOf) -> Callable[[Any], tuple[float, float]] | Mismatch:
+    """What takes a target's x and y, m, out of a message; absent where one of them is not finite."""
+    if not known(target.type):
+        problem = f"is {target.type!r:.60}, which is unknown"
+        return Mismatch("type", problem, "give a type of ROS 2's common interfaces")
+    found = [_of_field(target.type, f"{target.field}.{axis}", "m") for axis in ("x", "y")]
+    for each in found:
+        if isinstance(each, Mismatch):
+            return Mismatch("field", f"is {target.field!r:.60}, which has no x and y", each.remedy)
+    ahead, left = (each[2] for each in found if not isinstance(each, Mismatch))
+
+    def extract(message: Any) -> tuple[float, float]:
+        x, y = ahead(message), left(message)
+        return (x, y) if isfinite(x) and isfinite(y) else (nan, nan)
+
+    return extract
 
 
 def _of_field(type: str, path: str, unit: str) -> tuple[Kind, str, Extract] | Mismatch:

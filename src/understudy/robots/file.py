@@ -15,6 +15,7 @@ from typing import Literal
 from msgspec import field
 
 from understudy.errors import FileError
+from understudy.robots.camera_file import CameraOf
 from understudy.worlds.mismatch import Mismatch, convert
 from understudy.worlds.part import Part
 
@@ -70,18 +71,57 @@ class CommandsOf(Part, frozen=True, kw_only=True):
     frame: str = "base_link"
 
 
+class PlaceOf(Part, frozen=True, kw_only=True):
+    """Where a target is, for the readings `range` and `bearing`: a fixed place `at` (x, y), or what a topic says.
+
+    Both in the frame of the readings `x`, `y` and `heading`; where `relative`, a topic says how far it is ahead of the
+    robot and to its left. `field` is the path of a point or of a position.
+    """
+
+    at: tuple[float, float] | None = None
+    topic: str | None = None
+    type: str = "geometry_msgs/msg/PoseStamped"
+    field: str = "pose.position"
+    relative: bool = False
+    rate_hz: float | None = None
+    stale_s: float = 1.0
+    required: bool = False
+
+
+class Safety(Part, frozen=True, kw_only=True):
+    """When it stops by itself. A tick that is later than `deadline_s`, or a program that gives no sign for so long,
+    stops it. Where `hold_to_run`, it moves only while a person holds a key. Stops are written to `log`, a path beside
+    the file; left out, its name with .stops.jsonl.
+    """
+
+    deadline_s: float = 0.12
+    hold_to_run: bool = False
+    log: str | None = None
+
+
 class RobotFile(Part, frozen=True, kw_only=True):
-    """Everything there is to know of a robot before connecting to it."""
+    """Everything there is to know of a robot before connecting to it.
+
+    `world` is the scenario, by name or path, whose lessons it runs, and `kind` which type of robots it is there, where
+    there are several: that says which features, behaviors and targets there are. `router` is where Zenoh's router
+    listens, such as tcp/192.168.0.5:7447.
+    """
 
     format: Literal["understudy-robot/1"]
     name: str
     about: str = ""
-    transport: Literal["dds"] = "dds"
+    world: str | None = None
+    kind: str | None = None
+    transport: Literal["dds", "zenoh"] = "dds"
+    router: str | None = None
     domain: int = 0
     namespace: str = ""
     tick_s: float = 0.1
     limits: Limits
+    safety: Safety = Safety()
     readings: Mapping[str, ReadingOf] = field(default_factory=dict)
+    camera: CameraOf | None = None
+    targets: Mapping[str, PlaceOf] = field(default_factory=dict)
     commands: CommandsOf
 
     def topic(self, name: str) -> str:
@@ -146,6 +186,13 @@ def _wrong(robot: RobotFile) -> Iterator[Mismatch]:
     yield from _wrong_fence(robot)
     for name, reading in robot.readings.items():
         yield from _wrong_reading(f"readings.{name}", name, reading)
+    yield from _range("safety.deadline_s", robot.safety.deadline_s, 0.0, 1.0)
+    if robot.router is not None and robot.transport != "zenoh":
+        yield Mismatch("router", "means nothing to DDS", 'leave it out, or give transport = "zenoh"')
+    for name, target in robot.targets.items():
+        yield from _wrong_target(f"targets.{name}", name, target)
+    if robot.camera is not None:
+        yield from _wrong_topic("camera.topic", robot.camera.topic)
 
 
 def _wrong_reading(key: str, name: str, reading: ReadingOf) -> Iterator[Mismatch]:
@@ -165,6 +212,23 @@ def _wrong_reading(key: str, name: str, reading: ReadingOf) -> Iterator[Mismatch
         yield Mismatch(f"{key}.offset_m", f"is {reading.offset_m:g}", "give a length in m")
     if reading.sector_deg is not None and not all(map(isfinite, reading.sector_deg)):
         yield Mismatch(f"{key}.sector_deg", "is not finite", "give two angles in degrees")
+
+
+def _wrong_target(key: str, name: str, target: PlaceOf) -> Iterator[Mismatch]:
+    if not READING.fullmatch(name):
+        yield Mismatch(key, "is no name for a target", "give letters, digits and _")
+    if (target.at is None) == (target.topic is None):
+        yield Mismatch(key, "has to have either `at` or `topic`", "give one of the two")
+    if target.at is not None and not all(map(isfinite, target.at)):
+        yield Mismatch(f"{key}.at", f"is {list(target.at)}", "give x and y in m")
+    if target.topic is not None:
+        yield from _wrong_topic(f"{key}.topic", target.topic)
+    if not TYPE.fullmatch(target.type):
+        problem = f"is {target.type!r:.60}, which is no type of messages"
+        yield Mismatch(f"{key}.type", problem, "give one as geometry_msgs/msg/PoseStamped")
+    if target.at is not None and target.relative:
+        yield Mismatch(f"{key}.relative", "means nothing of a fixed place", "leave it out")
+    yield from _range(f"{key}.stale_s", target.stale_s, 0.0, 60.0)
 
 
 def _wrong_fence(robot: RobotFile) -> Iterator[Mismatch]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, nan
 
-from understudy.robots.body import Latest, Robot
-from understudy.robots.file import ReadingOf
+from understudy.model.feature import ReadingKey
+from understudy.robots.body import Robot
+from understudy.robots.senses import Latest
+from understudy.robots.sources import Source
 from understudy.robots.transport import Peer
+from understudy.worlds.kits import readings_of_type
 
 SLOW = 0.8
 """A rate below this share of the one that a file promises is reported."""
@@ -17,14 +20,15 @@ SLOW = 0.8
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """What arrived for one reading: how often, its rate (Hz; NaN of less than two), age (s) and value at the end."""
+    """What arrived of one source: how often, its rate (Hz; NaN of less than two), age (s) and values at the end."""
 
     name: str
     topic: str
     messages: int
     rate_hz: float
     age_s: float
-    value: float
+    values: Mapping[str, float]
+    """A value for each thing it reads, by its name; NaN where absent."""
     unit: str
     required: bool
     problem: str
@@ -40,39 +44,51 @@ class Survey:
     arrivals: Sequence[Arrival]
     problems: Sequence[str]
     """All of them, those of readings included."""
+    lacks: Sequence[str] = ()
+    """Readings of its world that it has not: lessons that ask for them find them absent."""
 
 
 def survey(robot: Robot, *, seconds: float, sleep: Callable[[float], None] = time.sleep) -> Survey:
     """Listen for so long, sending nothing at all; then say what came and what did not."""
     sleep(seconds)
-    peers, now = robot.transport.peers(), robot.time_s
-    percept = robot.sense([(reading.name, None) for reading in robot.readings])
+    peers, now, senses = robot.transport.peers(), robot.now_s, robot.senses
     arrivals = []
-    for reading in robot.readings:
-        of, latest = robot.file.readings[reading.name], robot.latest[reading.name]
-        topic = robot.file.topic(of.topic)
-        age_s = now - robot.since_start(latest.at_s) if latest.count else inf
-        problem = _problem(reading.name, topic, of, latest, age_s, peers)
+    for name, source in senses.sources.items():
+        latest, topic = senses.latest[name], robot.file.topic(source.topic)
+        age_s = now - latest.at_s if latest.count else inf
+        fresh = senses.fresh(name, now)
         arrivals.append(
             Arrival(
-                reading.name,
+                name,
                 topic,
                 latest.count,
                 latest.rate_hz,
                 age_s if latest.count else nan,
-                float(percept[reading.name, None][0]),
-                reading.unit,
-                of.required,
-                problem,
+                {_label(key): fresh.get(key, nan) for key in source.keys},
+                source.readings[0].unit if source.readings else "m",
+                source.required,
+                _problem(name, topic, source, latest, age_s, peers),
             )
         )
     found = [arrival.problem for arrival in arrivals if arrival.problem]
-    return Survey(robot.file.name, seconds, arrivals, tuple(dict.fromkeys((*found, *_others(robot, peers)))))
+    problems = tuple(dict.fromkeys((*found, *_others(robot, peers))))
+    return Survey(robot.file.name, seconds, arrivals, problems, _lacks(robot))
 
 
-def _problem(
-    name: str, topic: str, of: ReadingOf, latest: Latest, age_s: float, peers: Sequence[Peer]
-) -> str:
+def _label(key: ReadingKey) -> str:
+    name, target = key
+    return name if target is None else f"{name}({target})"
+
+
+def _lacks(robot: Robot) -> Sequence[str]:
+    """Readings of its kind in the world that its file names, which it has not."""
+    if robot.kind is None:
+        return ()
+    here = {reading.name for reading in robot.readings}
+    return tuple(reading.name for _, reading in readings_of_type(robot.kind) if reading.name not in here)
+
+
+def _problem(name: str, topic: str, of: Source, latest: Latest, age_s: float, peers: Sequence[Peer]) -> str:
     """What is wrong with a reading, in one sentence."""
     there = sorted({peer.type for peer in peers if peer.topic == topic})
     if not latest.count and latest.refused:
@@ -103,6 +119,6 @@ def _others(robot: Robot, peers: Sequence[Peer]) -> Iterator[str]:
     if count := sum(peer.topic == commands for peer in peers):
         who = "somebody else publishes" if count == 1 else f"{count} others publish"
         yield f"{who} on {commands}; stop them, or this robot obeys two masters"
-    for topic in dict.fromkeys(robot.file.topic(of.topic) for of in robot.file.readings.values()):
+    for topic in dict.fromkeys(robot.file.topic(source.topic) for source in robot.senses.sources.values()):
         if (count := sum(peer.topic == topic for peer in peers)) > 1:
             yield f"{count} publish on {topic}; give each robot a namespace of its own"

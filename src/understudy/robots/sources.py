@@ -1,0 +1,112 @@
+"""Sources: the topics of a robot's file that become readings - numbers of messages, colors in images, places."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from understudy.errors import UnderstudyError
+from understudy.model.feature import ReadingKey
+from understudy.robots.camera_file import CAMERA, CameraOf
+from understudy.robots.extracting import Extract, extraction, place
+from understudy.robots.file import RobotFile
+from understudy.runtime.body import Reading
+from understudy.worlds.kits import CAMERA as BLOBS
+from understudy.worlds.mismatch import Mismatch
+
+Values: TypeAlias = Callable[[Any], Mapping[ReadingKey, float]]
+PLACE = ("x", "y")
+"""What a source says of a target that is in some place; what robots read of it is worked out from that."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """What of a topic becomes readings. Where `always`, each of its messages that is right holds all of them."""
+
+    name: str
+    topic: str
+    type: str
+    stale_s: float
+    rate_hz: float | None
+    required: bool
+    always: bool
+    keys: Sequence[ReadingKey]
+    readings: Sequence[Reading]
+    extract: Values
+
+
+def sources(file: RobotFile) -> Sequence[Source] | Mismatch:
+    """All of a file, in its order; or what in it cannot be."""
+    found: list[Source] = []
+    for made in (*_numbers(file), *_images(file), *_places(file)):
+        if isinstance(made, Mismatch):
+            return made
+        found.append(made)
+    return tuple(found)
+
+
+def _numbers(file: RobotFile) -> Iterator[Source | Mismatch]:
+    for name, reading in file.readings.items():
+        taken = extraction(reading)
+        if isinstance(taken, Mismatch):
+            yield Mismatch(f"readings.{name}.{taken.key}", taken.problem, taken.remedy)
+            return
+        kind, unit, extract = taken
+        yield Source(
+            name, reading.topic, reading.type, reading.stale_s, reading.rate_hz, reading.required, True,
+            ((name, None),), (Reading(name, kind, unit, doc=reading.doc),), _of_number(name, extract),
+        )  # fmt: skip
+
+
+def _of_number(name: str, extract: Extract) -> Values:
+    return lambda message: {(name, None): extract(message)}
+
+
+def _images(file: RobotFile) -> Iterator[Source | Mismatch]:
+    if file.camera is None:
+        return
+    try:
+        extract = _blobs(file.camera)
+    except UnderstudyError as error:
+        yield Mismatch(CAMERA, f"cannot be: {error}", "correct it there")
+        return
+    of = file.camera
+    keys = tuple((blob.name, color) for color in of.colors for blob in BLOBS)
+    yield Source(
+        CAMERA, of.topic, of.type, of.stale_s, of.rate_hz, of.required, False, keys, BLOBS, extract
+    )  # fmt: skip
+
+
+def _blobs(of: CameraOf) -> Values:
+    from understudy.robots.images import decode, decode_compressed
+
+    camera = of.camera()
+
+    def extract(message: Any) -> Mapping[ReadingKey, float]:
+        if of.type.endswith("CompressedImage"):
+            return camera.readings(decode_compressed(message.data))
+        size = {each: getattr(message, each) for each in ("encoding", "width", "height", "step")}
+        return camera.readings(decode(message.data, **size))
+
+    return extract
+
+
+def _places(file: RobotFile) -> Iterator[Source | Mismatch]:
+    """Targets that a topic tells of."""
+    for name, target in file.targets.items():
+        if target.topic is None:
+            continue
+        taken = place(target)
+        if isinstance(taken, Mismatch):
+            yield Mismatch(f"targets.{name}.{taken.key}", taken.problem, taken.remedy)
+            return
+        keys: Sequence[ReadingKey] = tuple((axis, name) for axis in PLACE)
+        yield Source(
+            f"targets.{name}", target.topic, target.type, target.stale_s, target.rate_hz, target.required, True,
+            keys, (), _of_place(keys, taken),
+        )  # fmt: skip
+
+
+def _of_place(keys: Sequence[ReadingKey], taken: Callable[[Any], tuple[float, float]]) -> Values:
+    return lambda message: dict(zip(keys, taken(message), strict=True))
