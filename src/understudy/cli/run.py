@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, BehaviorName, Bind, Json, KitName, Library, SameWorld, ScenarioName
+from understudy.cli.parts import (
+    LIBRARY,
+    BehaviorName,
+    Bind,
+    Json,
+    KitName,
+    Library,
+    RobotFile,
+    SameWorld,
+    ScenarioName,
+    TeamFile,
+)
 
 if TYPE_CHECKING:
     from understudy.model.library import Library as Opened
@@ -52,6 +63,8 @@ def run(
         float, typer.Option("--speed", min=0.1, max=1000, help="Times as fast as in life.")
     ] = 8.0,
     bind: Bind = None,
+    robot: RobotFile = None,
+    team: TeamFile = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -65,6 +78,8 @@ def run(
 
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
 
+    [dim]understudy run --robot rover.toml --behavior servo[/]
+
     What a squad was taught (in a folder of the squad's name) is run by its coordinators. Where types of robots differ,
     each has a folder of its name, too; SORT/BEHAVIOR says whose behavior is meant.
     """
@@ -75,6 +90,7 @@ def run(
         chosen_world,
         find_kit,
         find_world,
+        fleet_of,
         team_for,
     )
     from understudy.cli.progress import compile_once
@@ -83,6 +99,12 @@ def run(
     from understudy.traces import write_trace
     from understudy.worlds.teams import runners, sort_of, team_of
 
+    fleet = fleet_of(robot, team, world=scenario or world)
+    if fleet is not None:
+        from understudy.cli.live import run_live
+
+        run_live(fleet, behavior, library, kit=kit, bind=bind, seconds=seconds, as_json=as_json)
+        return
     if record is not None and record.suffix.lower() not in PICTURES:
         remedy = "name a file that ends in .gif (in motion) or .png (its path)"
         raise SettingError(

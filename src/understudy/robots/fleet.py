@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Self
 
 import numpy as np
 
 from understudy.errors import SettingError, UnknownName
 from understudy.model.feature import Percept, ReadingKey
-from understudy.robots.body import Robot
+from understudy.robots.body import Robot, connect
+from understudy.robots.file import load_robot, load_team
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.worlds.kits import MOVING
 from understudy.worlds.scenario import Scenario
@@ -179,3 +181,26 @@ class Fleet:
 
     def _wrong(self, setting: str, problem: str, remedy: str) -> SettingError:
         return SettingError(where=self.name, setting=setting, problem=problem, remedy=remedy)
+
+
+def connect_robot(path: Path) -> Fleet:
+    """The robot of a file, as a fleet of one."""
+    robot = connect(load_robot(path), path=path)
+    with ExitStack() as undone:
+        undone.callback(robot.close)
+        fleet = Fleet([robot], name=robot.file.name)
+        undone.pop_all()
+    return fleet
+
+
+def connect_team(path: Path) -> Fleet:
+    """The robots of a team's file, all of them or none."""
+    team, paths = load_team(path)
+    with ExitStack() as undone:
+        robots = []
+        for each in paths:
+            robots.append(robot := connect(load_robot(each), path=each))
+            undone.callback(robot.close)
+        fleet = Fleet(robots, name=team.name)
+        undone.pop_all()
+    return fleet

@@ -15,6 +15,7 @@ from understudy.desk import journals, words
 from understudy.desk.desk import Desk, Said
 from understudy.desk.opening import Opened
 from understudy.desk.pace import Wall, known_speed
+from understudy.desk.robots import Robots
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.kit import Kit
 from understudy.robots.twin import Ground, Twin
@@ -24,7 +25,6 @@ from understudy.studio.idling import Idling
 from understudy.studio.picture import Picture
 from understudy.studio.ranks import Doing, Ranks
 from understudy.studio.reel import Frame, Reel
-from understudy.studio.robots import Robots
 from understudy.studio.scene import Plain, scene
 from understudy.studio.unsure import Unsure
 from understudy.training.company import Instant
@@ -70,7 +70,7 @@ class Stage:
         twin: Twin | None = None,
     ) -> None:
         self.world: Ground = twin or World(scenario, [seed])
-        self.wall, self.robots = wall, Robots(self.world, wall)
+        self.wall, self.robots = wall, Robots(self.world, wall, place="the studio")
         self.ranks = Ranks(self.world.scenario, folder, kit)
         self.shelf = self.ranks.shelf_of(None)
         self.kit = self.shelf.library.kit
