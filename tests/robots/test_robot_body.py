@@ -69,8 +69,17 @@ class Rig:
     def ready(self) -> Rig:
         """Armed, and its sonar there."""
         self.hear(SONAR, sonar(2.0))
-        self.robot.arm()
+        self.robot.arm("Ada")
         return self
+
+    def wait(self, seconds: float, *, hears: bool = True) -> None:
+        """Let time pass, its guard looking all the while; its sonar speaks, unless it `hears` nothing."""
+        until = self.now + seconds
+        while self.now < until - 1e-9:
+            self.now += 0.02
+            if hears:
+                self.hear(SONAR, sonar(2.0))
+            self.robot.guard.look()
 
 
 def test_it_keeps_the_laws_of_bodies() -> None:
@@ -122,43 +131,59 @@ def test_a_command_that_makes_no_sense_stops_it() -> None:
         assert rig.sent == STOP
 
 
-def test_nothing_moves_before_it_is_armed_nor_after_a_stop() -> None:
+def test_nothing_is_sent_before_it_is_armed_and_nothing_moves_after_a_stop() -> None:
     rig = Rig()
     rig.hear(SONAR, sonar(2.0))
-    assert rig.move(1.0, 1.0) == STOP
-    rig.robot.arm()
+    rig.robot.act({"drive": np.ones(1)})
+    assert rig.wire.sent == []
+    assert rig.robot.stopped == "not armed"
+    rig.robot.arm("Ada")
     assert rig.move(1.0) != STOP
-    rig.robot.stop()
+    rig.robot.disarm("Ada said so")
     assert rig.sent == STOP
     assert rig.move(1.0) == STOP
-    assert rig.robot.stopped == "not armed"
+    assert (rig.robot.armed, rig.robot.stopped) == (False, "Ada said so")
 
 
 def test_without_a_required_reading_it_stops() -> None:
+    """Where its sensor fell silent, until armed again; where it measured nothing, until it does."""
     rig = Rig().ready()
+    rig.now += 0.2
+    rig.hear(SONAR, sonar(nan))
+    assert rig.move(1.0) == STOP
+    assert rig.robot.stopped == "sonar_ahead is absent"
+    rig.hear(SONAR, sonar(2.0))
+    assert rig.move(1.0) != STOP
     rig.now += 0.5
     assert rig.move(1.0) != STOP
     rig.now += 0.1
     assert rig.move(1.0) == STOP
-    assert rig.robot.stopped == "sonar_ahead is absent"
-    rig.hear(SONAR, sonar(nan))  # it speaks, but measures nothing
+    rig.hear(SONAR, sonar(2.0))
     assert rig.move(1.0) == STOP
+    assert [stop.cause for stop in rig.robot.stops] == ["sonar_ahead is absent"] * 2
+
+
+FENCED = ROVER.replace("turn_rad_s = 1.0\n\n", "turn_rad_s = 1.0\ngeofence = [-1, -1, 1, 1]\n\n", 1).replace(
+    "[commands]",
+    '[readings.y]\ntopic = "odom"\ntype = "nav_msgs/msg/Odometry"\nfield = "pose.pose.position.y"\n[commands]',
+)
 
 
 def test_outside_its_geofence_it_stops() -> None:
-    fence = ROVER.replace("turn_rad_s = 1.0\n\n", "turn_rad_s = 1.0\ngeofence = [-1, -1, 1, 1]\n\n", 1)
-    y = '[readings.y]\ntopic = "odom"\ntype = "nav_msgs/msg/Odometry"\nfield = "pose.pose.position.y"\n[commands]'
-    rig = Rig(fence.replace("[commands]", y)).ready()
-    assert rig.move(1.0) == STOP  # nobody knows where it is
+    rig = Rig(FENCED)
     rig.hear(ODOM, odometry(0.9))
+    rig.ready()
     assert rig.move(1.0) != STOP
     rig.hear(ODOM, odometry(1.1))
-    assert rig.move(1.0) == STOP
+    rig.robot.guard.look()
+    assert rig.sent == STOP
     assert rig.robot.stopped == "outside its geofence"
+    rig.hear(ODOM, odometry(0.9))
+    assert rig.move(1.0) == STOP
 
 
 def test_it_gets_faster_no_faster_than_it_may_and_stops_at_once() -> None:
-    """1 m/s² and 2 rad/s², a command each 0.1 s; after 10 s of silence no further than in two ticks."""
+    """1 m/s² and 2 rad/s², a command each 0.1 s; after half a second of silence no further than in two ticks."""
     rig = Rig(ROVER.replace("turn_rad_s = 1.0\n\n[readings.sonar", ACCELERATIONS)).ready()
     rig.move(0.0)
     sent = []
@@ -169,10 +194,10 @@ def test_it_gets_faster_no_faster_than_it_may_and_stops_at_once() -> None:
     assert sent == [
         pytest.approx(row) for row in [(0.1, 0.2), (0.2, 0.4), (0.3, 0.5), (0.4, 0.5), (0.4, 0.5)]
     ]
-    rig.now += 10.0
+    rig.now += 0.5
     rig.hear(SONAR, sonar(2.0))
     assert rig.move(-1.0, 0.5) == pytest.approx((0.2, 0.5))
-    rig.robot.stop()
+    rig.robot.disarm()
     assert rig.sent == STOP
 
 

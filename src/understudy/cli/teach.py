@@ -8,20 +8,23 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, World
+from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, RobotFile, SameWorld
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from understudy.desk.plan import Plan
     from understudy.model.library import Library as Opened
+    from understudy.robots.fleet import Fleet
+    from understudy.robots.twin import Twin
+    from understudy.worlds.scenario import Scenario
 
 
 def teach(
     name: Annotated[
         str, typer.Argument(help="The automaton: a new one, or one of the library to go on with.")
     ],
-    world: World = WORLD,
+    world: SameWorld = None,
     library: Library = LIBRARY,
     states: Annotated[
         str | None,
@@ -51,6 +54,7 @@ def teach(
         typer.Option("--reaction", min=0.0, max=1.0, metavar="SECONDS", help="How late your presses come."),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
+    robot: RobotFile = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -60,8 +64,12 @@ def teach(
 
     [dim]understudy teach goto --parameters A --states forward,rotate_left,rotate_right --flags done
     --features 'distance_to(A),angle_to(A)' --targets A=station[/]
+
+    [dim]understudy teach servo --robot rover.toml[/]
     """
-    from understudy.cli.parts import find_kit, find_world
+    from contextlib import ExitStack
+
+    from understudy.cli.parts import find_world, fleet_of
     from understudy.desk.plan import Choices, Plan, checked
 
     choices = Choices(
@@ -73,15 +81,32 @@ def teach(
         watched=watched,
         reaction_s=reaction,
     )
-    opened = _library(library, kit, world)
-    plan = Plan(name, library, find_world(world), opened, choices, seed)
-    find_kit(kit, world)
-    checked(plan)
-    _see_terminal()
-    _teach(plan, as_json=as_json)
+    with ExitStack() as leaving:
+        fleet = fleet_of(robot, None, world=world)
+        twin = None if fleet is None else _twin(leaving.enter_context(fleet))
+        where = find_world(world or WORLD) if twin is None else twin.scenario
+        plan = Plan(name, library, where, _library(library, kit, where), choices, seed)
+        checked(plan)
+        _see_terminal()
+        _teach(plan, twin, as_json=as_json)
 
 
-def _teach(plan: Plan, *, as_json: bool) -> None:
+def _twin(fleet: Fleet) -> Twin:
+    """The robot in its world; SettingError where it needs a key that is held, which a terminal cannot tell."""
+    from understudy.errors import SettingError
+    from understudy.robots.twin import Twin
+
+    if fleet.holds_to_run:
+        raise SettingError(
+            where=fleet.name,
+            setting="safety.hold_to_run",
+            problem="needs a key that is held, and a terminal does not tell when one is let go",
+            remedy="teach it in the studio: understudy studio --robot FILE",
+        )
+    return Twin(fleet)
+
+
+def _teach(plan: Plan, twin: Twin | None, *, as_json: bool) -> None:
     from understudy.cli.failing import FAULT
     from understudy.cli.output import console, count, print_json
     from understudy.cli.progress import compile_once
@@ -91,7 +116,7 @@ def _teach(plan: Plan, *, as_json: bool) -> None:
 
     compile_once(learner=True, world=plan.world)
     left = journals.unfinished(plan.folder, plan.name, plan.world.name, plan.library)
-    trainer = Trainer(plan, unfinished=left)
+    trainer = Trainer(plan, unfinished=left, twin=twin)
     ended = trainer.run()
     if isinstance(ended, UnderstudyError):
         raise ended
@@ -117,12 +142,13 @@ def _teach(plan: Plan, *, as_json: bool) -> None:
         console().print(f"[bold]{plan.name}[/] was not saved.")
 
 
-def _library(folder: Path, kit: str | None, world: str) -> Opened:
+def _library(folder: Path, kit: str | None, where: Scenario) -> Opened:
     """The library, or an empty one where the folder is still to be made."""
     from understudy.cli.parts import find_kit, opened
     from understudy.model.library import Library
+    from understudy.worlds.kits import kit_of
 
-    found = find_kit(kit, world)
+    found = kit_of(where) if kit is None else find_kit(kit, where.name)
     return opened(folder, found).library if folder.exists() else Library(found)
 
 

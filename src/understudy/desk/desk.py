@@ -25,12 +25,12 @@ from understudy.model.feature import BoundFeature
 from understudy.model.folder import save
 from understudy.model.lesson import Lesson
 from understudy.model.library import Taught
+from understudy.robots.twin import Ground, drawn
 from understudy.training.edits import Edit
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.worlds.finding import place_of
 from understudy.worlds.view import WorldView
-from understudy.worlds.world import World
 
 
 class Desk:
@@ -39,7 +39,7 @@ class Desk:
     def __init__(
         self,
         session: Session,
-        body: World,
+        body: Ground,
         pace: Pace,
         *,
         folder: Path,
@@ -99,7 +99,7 @@ class Desk:
         if self.session.body is not self.body:
             return []  # a squad is in no one place
         agent, targets = self.session.agent, self.screen.targets.values()
-        places = (place_of(self.body, target, agent) for target in targets)
+        places = (place_of(drawn(self.body), target, agent) for target in targets)
         return [place for place in places if place is not None]
 
     @property
@@ -183,7 +183,7 @@ class Desk:
 
     def set_speed(self, speed: float) -> None:
         """The world goes at one of the speeds there are."""
-        self.pace.speed = known_speed(speed, "the trainer")
+        self.pace.speed = known_speed(speed, "the trainer", live=self.pace.live)
         self.said = Said(words.speed(speed))
 
     def _set_pace(self) -> None:

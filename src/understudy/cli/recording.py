@@ -1,0 +1,51 @@
+"""Recording a simulated run tick by tick, as real robots are: `understudy run --record OUT.mcap`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from understudy.runtime.team import Team
+
+SUFFIX = ".mcap"
+
+
+@contextmanager
+def recording(
+    path: Path | None, team: Team, *, how: Callable[[], Mapping[str, Any]], seed: int
+) -> Iterator[Callable[[], None]]:
+    """What makes a team's ticks, recorded if the path is one of a recording; `how` says what runs, as in traces."""
+    if path is None or not is_recording(path):
+        yield team.tick
+        return
+    from understudy.cli.replay import SCENARIO
+    from understudy.robots.recording import Recorder
+    from understudy.robots.recording_head import Ran
+    from understudy.runtime.body import every_key
+    from understudy.worlds.scenario_files import dump_scenario
+    from understudy.worlds.world import World
+
+    body = team.ground
+    if not isinstance(body, World):
+        raise TypeError("a team of robots that are no simulation")
+    ran = {name: value for name, value in how().items() if name != "world"}  # its file is kept instead
+    keys = every_key(body)
+    with Recorder(path, clock=lambda: body.time_s) as recorder:
+        recorder.begin(body, ran=Ran(**ran, seed=seed), files={SCENARIO: dump_scenario(body.scenario)})
+
+        def tick() -> None:
+            time_s, percept = body.time_s, body.sense(keys)
+            team.tick()
+            recorder.decided(time_s, percept, team.paths, at_s=time_s)
+
+        yield tick
+
+
+def is_recording(path: Path) -> bool:
+    """Whether a file is named as recordings are."""
+    return path.suffix.lower() == SUFFIX
