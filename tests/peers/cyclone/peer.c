@@ -1,6 +1,8 @@
 // A robot on Cyclone DDS: publishes a sonar's ranges and odometry at 50 Hz under names of ROS 2, and obeys Twist.
 //
-//     peer DOMAIN NAMESPACE [best_effort]
+//     peer DOMAIN NAMESPACE [best_effort|master]
+//
+// A master is a publisher of commands, too, that says nothing.
 //
 // Prints `sent TOPIC HEX` for the first message of each topic, then `ready`, and `got cmd_vel HEX X Z` for each Twist
 // unlike the last. Ends with 0 after the first that moves, with 1 where none came within 30 s.
@@ -66,7 +68,7 @@ static bool obey(dds_entity_t reader) {
 }
 
 int main(int count, char **given) {
-    if (count < 3) return fprintf(stderr, "peer DOMAIN NAMESPACE [best_effort]\n"), 2;
+    if (count < 3) return fprintf(stderr, "peer DOMAIN NAMESPACE [best_effort|master]\n"), 2;
     const char *space = given[2];
     const bool best_effort = count > 3 && strcmp(given[3], "best_effort") == 0;
     const dds_entity_t participant = dds_create_participant((dds_domainid_t)atoi(given[1]), NULL, NULL);
@@ -76,6 +78,7 @@ int main(int count, char **given) {
     dds_qset_reliability(quality, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
     const dds_entity_t commands = topic(participant, &geometry_msgs_msg_dds__Twist__desc, space, "cmd_vel");
     const dds_entity_t reader = dds_create_reader(participant, commands, quality, NULL);
+    if (count > 3 && strcmp(given[3], "master") == 0) dds_create_writer(participant, commands, quality, NULL);
     if (best_effort) dds_qset_reliability(quality, DDS_RELIABILITY_BEST_EFFORT, 0);
     const dds_entity_t sonar = topic(participant, &sensor_msgs_msg_dds__Range__desc, space, "sonar");
     const dds_entity_t odom = topic(participant, &nav_msgs_msg_dds__Odometry__desc, space, "odom");
