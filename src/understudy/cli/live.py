@@ -22,7 +22,7 @@ BY = "the terminal"
 
 
 def run_live(
-    fleet: Fleet,
+    twin: Twin,
     behavior: str | None,
     library: Path,
     *,
@@ -34,35 +34,48 @@ def run_live(
     """Run a behavior on real robots until it is done, the time is over, or a key stops it."""
     from understudy.cli.output import console, print_json
     from understudy.cli.parts import behavior_of, bindings, find_kit, team_for
+    from understudy.review.recorded import marks
     from understudy.robots.live import Live
-    from understudy.robots.twin import Twin
+    from understudy.robots.recording_head import Ran
     from understudy.runtime.program import link
     from understudy.worlds.kits import kit_of
     from understudy.worlds.teams import runners, sort_of
 
-    with fleet:
-        _see_person(fleet)
-        twin = Twin(fleet)
-        parts = kit_of(twin.scenario) if kit is None else find_kit(kit, twin.scenario.name)
-        bound = bindings(bind)
-        known = team_for(twin.scenario, behavior, library, parts)
-        sort = sort_of(known, behavior)
-        behavior = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), library)
-        link(known[sort], behavior, bound)  # mistakes are told before anything moves
-        roots = dict.fromkeys(runners(known, sort, behavior), (behavior, bound))
-        live = Live(twin, known, roots)
-        _looked_over(fleet)
-        _armed_by_a_person(fleet, behavior)
-        ended = _go(live, _flags(known, sort, behavior), sort, seconds)
-        facts = {
-            "behavior": behavior,
-            "robots": [robot.file.name for robot in fleet],
-            "seconds": round(twin.time_s, 3),
-            "ticks": live.ticks,
-            "late_ticks": live.late,
-            "ended": ended,
-            "doing": [list(path) for path in live.team.paths],
-        }
+    fleet = twin.fleet
+    _see_person(fleet)
+    parts = kit_of(twin.scenario) if kit is None else find_kit(kit, twin.scenario.name)
+    bound = bindings(bind)
+    known = team_for(twin.scenario, behavior, library, parts)
+    sort = sort_of(known, behavior)
+    behavior = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), library)
+    link(known[sort], behavior, bound)  # mistakes are told before anything moves
+    roots = dict.fromkeys(runners(known, sort, behavior), (behavior, bound))
+    live = Live(twin, known, roots)
+    twin.follow(lambda: live.team.paths)
+    _looked_over(fleet)
+    _armed_by_a_person(fleet, behavior)
+    live.restart()
+    twin.record(
+        Ran(
+            kit=kit,
+            library=str(library.resolve()),
+            sorts=list(roots),
+            behavior=behavior,
+            binding=dict(bound),
+            automata=marks(live.team, known),
+        )
+    )
+    ended = _go(live, _flags(known, sort, behavior), sort, seconds)
+    fleet.disarm(f"the run ended: {ended}")
+    facts = {
+        "behavior": behavior,
+        "robots": [robot.file.name for robot in fleet],
+        "seconds": round(twin.time_s, 3),
+        "ticks": live.ticks,
+        "late_ticks": live.late,
+        "ended": ended,
+        "doing": [list(path) for path in live.team.paths],
+    }
     if as_json:
         print_json(facts)
     else:
@@ -129,7 +142,6 @@ def _go(live: Live, flags: set[str], sort: str, seconds: float | None) -> str:
     from understudy.cli.output import console
 
     twin, until = live.twin, None if seconds is None else live.twin.time_s + seconds
-    live.restart()
     with (
         _keys() as pressed,
         Screen(console=console(err=True), auto_refresh=False, transient=True) as screen,

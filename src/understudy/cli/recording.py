@@ -23,9 +23,8 @@ def recording(
     if path is None or not is_recording(path):
         yield team.tick
         return
-    from understudy.cli.replay import SCENARIO
     from understudy.robots.recording import Recorder
-    from understudy.robots.recording_head import Ran
+    from understudy.robots.recording_head import SCENARIO, Ran
     from understudy.runtime.body import every_key
     from understudy.worlds.scenario_files import dump_scenario
     from understudy.worlds.world import World

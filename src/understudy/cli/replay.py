@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 DIFFERENT = 1
 MOST_SHOWN = 12
-SCENARIO = "scenario"
-"""Under this name a recording keeps the scenario's file."""
 
 
 def replay(
@@ -64,6 +62,7 @@ def replay(
 def _scenario(recording: Recording) -> Scenario | None:
     """The scenario that it ran in, as it was then."""
     from understudy.cli.parts import find_world
+    from understudy.robots.recording_head import SCENARIO
     from understudy.worlds.scenario_files import parse_scenario
 
     kept, ran = recording.head.files.get(SCENARIO), recording.head.ran

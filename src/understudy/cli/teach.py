@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, RobotFile, SameWorld
+from understudy.cli.fleets import NoRecording, RobotFile, twin_of
+from understudy.cli.fleets import named as real
+from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, SameWorld
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from understudy.desk.plan import Plan
     from understudy.model.library import Library as Opened
-    from understudy.robots.fleet import Fleet
     from understudy.robots.twin import Twin
     from understudy.worlds.scenario import Scenario
 
@@ -55,6 +56,7 @@ def teach(
     ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
     robot: RobotFile = None,
+    no_record: NoRecording = False,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -69,7 +71,7 @@ def teach(
     """
     from contextlib import ExitStack
 
-    from understudy.cli.parts import find_world, fleet_of
+    from understudy.cli.parts import find_world
     from understudy.desk.plan import Choices, Plan, checked
 
     choices = Choices(
@@ -82,8 +84,10 @@ def teach(
         reaction_s=reaction,
     )
     with ExitStack() as leaving:
-        fleet = fleet_of(robot, None, world=world)
-        twin = None if fleet is None else _twin(leaving.enter_context(fleet))
+        twin = None
+        if real(robot, None, world=world) is not None:
+            twin = leaving.enter_context(twin_of(robot, None, record=None, recorded=not no_record))
+            _see_hold(twin)
         where = find_world(world or WORLD) if twin is None else twin.scenario
         plan = Plan(name, library, where, _library(library, kit, where), choices, seed)
         checked(plan)
@@ -91,19 +95,17 @@ def teach(
         _teach(plan, twin, as_json=as_json)
 
 
-def _twin(fleet: Fleet) -> Twin:
-    """The robot in its world; SettingError where it needs a key that is held, which a terminal cannot tell."""
+def _see_hold(twin: Twin) -> None:
+    """Refuse robots that need a key that is held: a terminal cannot tell."""
     from understudy.errors import SettingError
-    from understudy.robots.twin import Twin
 
-    if fleet.holds_to_run:
+    if twin.fleet.holds_to_run:
         raise SettingError(
-            where=fleet.name,
+            where=twin.fleet.name,
             setting="safety.hold_to_run",
             problem="needs a key that is held, and a terminal does not tell when one is let go",
             remedy="teach it in the studio: understudy studio --robot FILE",
         )
-    return Twin(fleet)
 
 
 def _teach(plan: Plan, twin: Twin | None, *, as_json: bool) -> None:

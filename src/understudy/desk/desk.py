@@ -25,7 +25,7 @@ from understudy.model.feature import BoundFeature
 from understudy.model.folder import save
 from understudy.model.lesson import Lesson
 from understudy.model.library import Taught
-from understudy.robots.twin import Ground, drawn
+from understudy.robots.twin import Ground, Twin, drawn
 from understudy.training.edits import Edit
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -209,7 +209,7 @@ class Desk:
             return
         correction = self.screen.mode is Mode.TESTING
         self.session.direct(name)
-        self._pressed(correction, f"{self.screen.state} → {name}")
+        self._pressed(correction, f"{self.screen.state} → {name}", name)
 
     def confirm(self) -> None:
         """Keep doing this."""
@@ -217,9 +217,11 @@ class Desk:
             raise SessionError("nothing is recorded while driving: press d to end it first")
         correction = self.screen.mode is Mode.TESTING
         self.session.confirm()
-        self._pressed(correction, f"keep {self.screen.state}")
+        self._pressed(correction, f"keep {self.screen.state}", None)
 
-    def _pressed(self, correction: bool, what: str) -> None:
+    def _pressed(self, correction: bool, what: str, state: str | None) -> None:
+        if isinstance(self.body, Twin):
+            self.body.pressed(state, self.robot)
         self.corrected = correction or (self.corrected and self.screen.waiting is not None)
         self.screen = self.session.screen()
         then = " when time goes on" if self.paused else ""

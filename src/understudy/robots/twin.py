@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import inf, isnan, nan, tau
 from typing import TypeAlias
 
@@ -15,12 +15,19 @@ from understudy.model.kit import Kit
 from understudy.robots.file import PlaceOf
 from understudy.robots.fleet import Fleet
 from understudy.robots.places import POSE
-from understudy.runtime.body import Channel, Commands, Reading
+from understudy.robots.recording import Recorder
+from understudy.robots.recording_head import SCENARIO, Ran
+from understudy.robots.transitions import Transitions
+from understudy.runtime.body import Channel, Commands, Reading, every_key
 from understudy.worlds.rules import Names
 from understudy.worlds.scenario import Robots, Scenario
+from understudy.worlds.scenario_files import dump_scenario
 from understudy.worlds.state import Rules, State
 from understudy.worlds.view import WorldView
 from understudy.worlds.world import World
+
+Paths: TypeAlias = Callable[[], Sequence[Sequence[str]]]
+"""The states of all levels of each robot, as they were decided last."""
 
 
 class Twin:
@@ -32,7 +39,7 @@ class Twin:
 
     worlds = 1
 
-    def __init__(self, fleet: Fleet) -> None:
+    def __init__(self, fleet: Fleet, *, recorder: Recorder | None = None) -> None:
         if fleet.scenario is None:
             raise SettingError(
                 where=fleet.robots[0].file.name,
@@ -53,6 +60,10 @@ class Twin:
         self.agents = self.robots = fleet.agents
         self._can = {(each.name, each.of_targets) for each in fleet.readings}
         self._acted_s = -inf
+        self._keys = every_key(self)
+        self._paths: Paths | None = None
+        self._recorder, self._recording = recorder, False
+        self._told: list[Transitions] = []
         self._moving = {channel.name for channel in fleet.channels}
 
     @property
@@ -111,7 +122,42 @@ class Twin:
     def act(self, commands: Commands) -> None:
         """Let the robots drive and turn; they have no other channels, so that what these say is not done."""
         self._drawn.commanded(commands)  # refuses what cannot be
+        time_s, percept = self.time_s, self.sense(self._keys) if self._recording else {}
         self._obey({name: column for name, column in commands.items() if name in self._moving})
+        if self._paths is None:
+            return
+        paths = self._paths()
+        for told, path in zip(self._told, paths, strict=True):
+            told.decided(time_s, tuple(path))
+        if self._recorder is not None and self._recording:
+            self._recorder.decided(time_s, percept, paths)
+
+    def follow(self, paths: Paths) -> None:
+        """From now on tell the robots' topic of transitions, after each tick, the states of all levels of each."""
+        self._paths = paths
+        self._told = self._told or [
+            Transitions(robot.transport, namespace=robot.file.namespace, robot=robot.file.name)
+            for robot in self.fleet
+        ]
+
+    def record(self, ran: Ran) -> None:
+        """From now on record what is decided, if there is a recorder; its messages are recorded from the beginning."""
+        if self._recorder is None or self._recording:
+            return
+        paths = [robot.path for robot in self.fleet if robot.path.is_file()]
+        files = {path.name: path.read_text("utf-8-sig") for path in paths}
+        self._recorder.begin(
+            self,
+            names=[robot.file.namespace or robot.file.name for robot in self.fleet],
+            ran=ran,
+            files={SCENARIO: dump_scenario(self.scenario), **files},
+        )
+        self._recording = True
+
+    def pressed(self, state: str | None, agent: int) -> None:
+        """A person directs a robot to a state, or confirms the present one (None)."""
+        if self._recorder is not None and self._recording:
+            self._recorder.pressed(state, agent=agent)
 
     def idle(self) -> bool:
         """Let the robots stand still where nobody commanded them for a tick; whether that was so.
