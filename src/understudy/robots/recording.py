@@ -101,8 +101,9 @@ class Recorder:
         """Say what is recorded, before its first tick: a body, its agents' namespaces, what runs, files as they are."""
         names = names or [f"robot{number}" if body.agents > 1 else "" for number in range(body.agents)]
         self._names = tuple(names)
-        self._agents = [_Agent(self, name) for name in names]
+        # Before the topics of its agents, which whoever reads it knows by their names.
         self._queue.put(head_entries(Head.of(body, names, ran or Ran(), files or {})))
+        self._agents = [_Agent(self, name) for name in names]
 
     def tape(self, topic: str, type: str) -> Callable[[bytes, float | None], None]:
         """What keeps messages of a topic, with when they came by the clock (None: now); from any thread."""

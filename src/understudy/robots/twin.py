@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from math import inf, isnan, nan, tau
 from typing import TypeAlias
 
@@ -48,7 +49,7 @@ class Twin:
                 remedy='name the scenario whose features and behaviors it has: world = "soccer"',
             )
         self.fleet = fleet
-        fence = fleet.robots[0].file.limits.geofence
+        self._fence = fence = fleet.robots[0].file.limits.geofence
         self.scenario = _cast(fleet, fleet.scenario)
         self._drawn = World(self.scenario, [0])
         width, height = self.scenario.size
@@ -107,8 +108,12 @@ class Twin:
         return self.fleet.time_s
 
     def view(self, world: int = 0) -> WorldView:
-        """What there is to draw."""
-        return self._drawn.view(world)
+        """What there is to draw: the geofence, if there is one."""
+        found = self._drawn.view(world)
+        if self._fence is None:
+            return found
+        x0, y0, x1, y1 = self._fence
+        return replace(found, width=x1 - x0, height=y1 - y0)
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """The columns [N] of these keys; absent (NaN) for robots that have no such sensor."""
@@ -206,7 +211,11 @@ class Twin:
 
     def _spare(self, agent: int) -> tuple[float, float]:
         """Where a robot is drawn whose place is unknown: in a row through the middle."""
-        width, height = self.scenario.size
+        width, height = (
+            self.scenario.size
+            if self._fence is None
+            else (self._fence[2] - self._fence[0], self._fence[3] - self._fence[1])
+        )
         return width * (agent + 1) / (self.agents + 1), height / 2
 
     def _place(self, agent: int, name: str, target: PlaceOf) -> None:
