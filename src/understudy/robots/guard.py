@@ -21,6 +21,7 @@ from understudy.robots.leash import Leash
 from understudy.robots.limits import STILL, Speeds, within
 from understudy.robots.stops import Stop, append, stop_now
 from understudy.robots.transport import Peer
+from understudy.robots.watchdog import ARMED, MOVING, RESTING
 
 NOT_ARMED = "not armed"
 NO_KEY = "nobody holds the key"
@@ -126,9 +127,9 @@ class Guard:
                     self.stopped = NO_KEY
                 if self._leash is not None:
                     self._leash.problem()  # what it said of an earlier time
+                    self._leash.tell(ARMED)
                 self._looked_s = self._told_s = now
                 self._due_s, self._held_s = now + FIRST_S, -inf
-                self._tell()
             self._watch()
 
     def command(self, asked: Speeds, *, sensed_s: float | None = None) -> None:
@@ -304,7 +305,7 @@ class Guard:
 
     def _tell(self) -> None:
         if self._leash is not None:
-            self._leash.tell(moving=self.armed or self._clock() < self._quiet_s)
+            self._leash.tell(MOVING if self.armed or self._clock() < self._quiet_s else RESTING)
 
     def _watch(self) -> None:
         """Look all the time from now on."""

@@ -23,8 +23,8 @@ from understudy.robots.stops import append, stop_now
 from understudy.robots.transport import Peer, Transport
 from understudy.robots.transports import open_transport
 
-MOVING, RESTING, BYE = b"+", b"-", b"."
-"""What it is told: all is well and the robot may move, or is disarmed; the program ends as it should."""
+ARMED, MOVING, RESTING, BYE = b"*", b"+", b"-", b"."
+"""What it is told: a person just armed the robot; it may move; it is disarmed; the program ends as it should."""
 WELL, STOPPED = b"+", b"!"
 """What it answers to each word: all was well, or that it has sent stop since the last one."""
 READY = b"ready"
@@ -69,10 +69,12 @@ def watch(
                 frozen, until = False, time.monotonic() + LASTING_S
             if words.endswith(BYE):
                 return
-            moving = words.endswith(MOVING)
+            if ARMED in words:
+                until = 0.0
+            moving = words.endswith((ARMED, MOVING))
         elif moving and not stopping:
             frozen = True
-        if frozen or stopping:
+        if frozen or time.monotonic() < until:
             stop()
         if frozen and not stopping:
             log(f"no sign for {deadline_s:g} s of the program that decides")
