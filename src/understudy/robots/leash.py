@@ -52,6 +52,11 @@ class Leash:
         """Whether it is there."""
         return self._process is not None and self._process.poll() is None
 
+    @property
+    def pid(self) -> int:
+        """The number of its process; 0 where there is none."""
+        return 0 if self._process is None else self._process.pid
+
     def start(self, peers: Sequence[Peer]) -> None:
         """Start it unless it is there, and wait until it has found these others; WatchdogFailed where it does not."""
         with self._lock:
