@@ -8,6 +8,7 @@ or the watchdog is gone. One lock orders all that is sent: no older command over
 from __future__ import annotations
 
 import contextlib
+import sys
 import time
 from collections.abc import Callable, Collection, Sequence
 from math import inf
@@ -21,6 +22,7 @@ from understudy.robots.leash import Leash
 from understudy.robots.limits import STILL, Speeds, within
 from understudy.robots.stops import Stop, append, stop_now
 from understudy.robots.transport import Peer
+from understudy.robots.watchdog import ARMED, MOVING, RESTING
 
 NOT_ARMED = "not armed"
 NO_KEY = "nobody holds the key"
@@ -36,6 +38,8 @@ PARTING = 3
 """So often stop is sent when the program ends."""
 OTHERS_S = 0.2
 """From one look for others who command to the next."""
+ASLEEP_S = 0.5
+"""A computer that slept longer than this has to be armed again: nobody expects a robot to go on with it."""
 KEY_S = 1.0
 """No key counts as held for longer without a new sign."""
 
@@ -90,6 +94,7 @@ class Guard:
         """What the robot was told last."""
         self._looked_s = self._asked_s = self._told_s = self._stopped_s = -inf
         self._due_s = self._held_s = self._quiet_s = -inf
+        self._asleep_s = 0.0
 
     @property
     def armed(self) -> bool:
@@ -113,7 +118,7 @@ class Guard:
                     append(self._log)
                 except OSError as error:
                     self._refuse(
-                        f"its log of stops {self._log} cannot be written ({error.strerror})", "mend that"
+                        f"{self._log} cannot be written ({error.strerror})", "stops are logged there"
                     )
                 self._leash.start([peer for peer in self._peers() if peer.topic in self._heard])
                 self._refuse_danger()  # it took a while
@@ -126,9 +131,9 @@ class Guard:
                     self.stopped = NO_KEY
                 if self._leash is not None:
                     self._leash.problem()  # what it said of an earlier time
-                self._looked_s = self._told_s = now
+                    self._leash.tell(ARMED)
+                self._looked_s, self._told_s, self._asleep_s = now, now, asleep_s()
                 self._due_s, self._held_s = now + FIRST_S, -inf
-                self._tell()
             self._watch()
 
     def command(self, asked: Speeds, *, sensed_s: float | None = None) -> None:
@@ -143,13 +148,9 @@ class Guard:
                 return
             danger = self._against(now)
             if danger is None and sensed_s is not None and now - sensed_s > self._hold_s:
-                danger = Danger(
-                    f"a command came {now - sensed_s:.2f} s after what it was decided on", lost=False
-                )
-            elapsed_s, self._told_s = (
-                min(now - self._told_s, 2 * self._file.tick_s),
-                now,
-            )  # after a pause no leap
+                danger = Danger(f"a command was decided on what was {now - sensed_s:.2f} s ago", lost=False)
+            elapsed_s = min(now - self._told_s, 2 * self._file.tick_s)  # after a pause no leap
+            self._told_s = now
             self._due_s = now + self._hold_s
             if danger is None:
                 self.stopped = ""
@@ -240,6 +241,8 @@ class Guard:
         if self._leash is not None:
             if now - self._looked_s > self._file.safety.deadline_s:
                 return Danger(f"this program stood still for {now - self._looked_s:.2f} s")
+            if asleep_s() - self._asleep_s > ASLEEP_S:
+                return Danger("this computer slept")
             if problem := self._leash.problem():
                 return Danger(problem)
         if others:
@@ -304,7 +307,7 @@ class Guard:
 
     def _tell(self) -> None:
         if self._leash is not None:
-            self._leash.tell(moving=self.armed or self._clock() < self._quiet_s)
+            self._leash.tell(MOVING if self.armed or self._clock() < self._quiet_s else RESTING)
 
     def _watch(self) -> None:
         """Look all the time from now on."""
@@ -320,3 +323,10 @@ class Guard:
             except Exception as error:  # whatever it was, nobody would guard the robot
                 if self.armed:
                     self._give_up(f"the guard failed ({error})")
+
+
+def asleep_s() -> float:
+    """For how long this computer slept since it was started, s: time that no clock of ours has seen; 0 if unknown."""
+    if sys.platform != "linux":
+        return 0.0
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - time.monotonic()

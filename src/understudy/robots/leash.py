@@ -17,7 +17,7 @@ import msgspec
 from understudy.errors import UnderstudyError
 from understudy.robots.file import RobotFile
 from understudy.robots.transport import Peer
-from understudy.robots.watchdog import BYE, MOVING, READY, RESTING, STOPPED, Orders
+from understudy.robots.watchdog import BYE, READY, STOPPED, Orders
 
 STARTING_S = 15.0
 """For so long it may take to start, on a machine that is very busy."""
@@ -52,6 +52,11 @@ class Leash:
         """Whether it is there."""
         return self._process is not None and self._process.poll() is None
 
+    @property
+    def pid(self) -> int:
+        """The number of its process; 0 where there is none."""
+        return 0 if self._process is None else self._process.pid
+
     def start(self, peers: Sequence[Peer]) -> None:
         """Start it unless it is there, and wait until it has found these others; WatchdogFailed where it does not."""
         with self._lock:
@@ -83,11 +88,11 @@ class Leash:
             self._answered_s = time.monotonic()
             self._process, self._owner = process, os.getpid()
 
-    def tell(self, *, moving: bool) -> None:
-        """All is well, and the robot may move or may not."""
+    def tell(self, words: bytes) -> None:
+        """All is well: ARMED, MOVING or RESTING."""
         if self._process is not None:
             with contextlib.suppress(OSError):  # `problem` tells of it
-                _tell(self._process, MOVING if moving else RESTING)
+                _tell(self._process, words)
 
     def problem(self) -> str:
         """Why it cannot be relied on, or what it had to do; empty where all is well."""
