@@ -27,7 +27,6 @@ from understudy.robots.camera import LEAST_PX, Frame, Image
 from understudy.robots.camera import Camera as Decoding
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.worlds import snapshots
-from understudy.worlds.draws import uniform
 from understudy.worlds.kits import CAMERA, COLUMNS
 from understudy.worlds.plans import Planner
 from understudy.worlds.scenario import RobotType, Scenario, Since, Sonar
@@ -35,8 +34,6 @@ from understudy.worlds.view import WorldView
 from understudy.worlds.world import World
 
 BLOB_X, BLOB_SIZE = (each.name for each in CAMERA)
-DRIVING, TURNING, RANGING = 2**20 + 16, 2**20 + 18, 2**20 + 20
-"""Streams of random draws, far from those of worlds; each takes two."""
 STUCK = 0.1
 """Who gets less far than this share of the way asked for got nowhere, as in the 2-D world."""
 HEAD = 8
@@ -138,6 +135,7 @@ class Physics:
         """What was sensed in this tick is no more."""
         self._ranges: dict[int, dict[ReadingKey, float]] = {}
         self._blobs: dict[int, dict[ReadingKey, float]] = {}
+        self._drawn: dict[int, NDArray[np.float64]] = {}
 
     def image(self, agent: int) -> Image | None:
         """What a robot's camera sees now [H, W, 3]; None where it has none."""
@@ -220,23 +218,19 @@ class Physics:
     def _shares(self) -> NDArray[np.float64]:
         """What comes of the speeds asked for [B*N, 2]: the noise of the scenario's types, beside that of physics."""
         types = self.world.rules.types[self.world.state.robots["type"]]
-        return 1.0 + np.stack(
-            [types["noise_drive"] * self._normal(DRIVING), types["noise_turn"] * self._normal(TURNING)],
-            axis=1,
+        drawn = np.concatenate([self._noise(index)[:, :2] for index in range(self.worlds)])
+        shares: NDArray[np.float64] = (
+            1.0 + np.stack([types["noise_drive"], types["noise_turn"]], axis=1) * drawn
         )
+        return shares
 
-    def _normal(self, stream: int) -> Column:
-        """A number from the normal distribution for each robot [B*N], in this tick."""
-        seeds, tick = self.world.state.seeds, int(self.world.state.tick[0])
-        drawn = np.array(
-            [
-                [uniform(seeds, item=robot, tick=tick, stream=stream + part) for robot in range(self.robots)]
-                for part in (0, 1)
-            ]
-        )
-        radius, angle = np.sqrt(-2.0 * np.log(1.0 - drawn[0])), 2.0 * np.pi * drawn[1]
-        normal: Column = (radius * np.cos(angle)).T.ravel()
-        return normal
+    def _noise(self, index: int) -> NDArray[np.float64]:
+        """Numbers from the normal distribution for each robot of a world, in this tick: driving, turning, sonar."""
+        if index not in self._drawn:
+            tick, seed = int(self.world.state.tick[index]), self.seeds[index]
+            most = max((len(each.names) for of in self._sonars.values() for _, each in of), default=0)
+            self._drawn[index] = np.random.default_rng((seed, tick)).standard_normal((self.robots, 2 + most))
+        return self._drawn[index]
 
     def _own_keys(self) -> frozenset[ReadingKey]:
         """Readings that physics gives; the referee has all others."""
@@ -267,16 +261,11 @@ class Physics:
         if agent not in self._ranges:
             self._ranges[agent] = found = {}
             arena, robot = self.arenas[agent // self.robots], agent % self.robots
-            for number, (sonar, ranging) in enumerate(self._sonars[self._type_name(agent)]):
+            for sonar, ranging in self._sonars[self._type_name(agent)]:
                 far = ranging.distances(arena.model, arena.data, int(arena.built.bodies[robot]))
                 if sonar.noise:
-                    noise = [
-                        self._normal(RANGING + 2 * (32 * number + sector))[agent]
-                        for sector in range(len(far))
-                    ]
-                    far = np.where(
-                        far < sonar.range, (far + sonar.noise * np.array(noise)).clip(0.0, sonar.range), far
-                    )
+                    noise = self._noise(agent // self.robots)[robot, 2 : 2 + len(far)]
+                    far = np.where(far < sonar.range, (far + sonar.noise * noise).clip(0.0, sonar.range), far)
                 found.update(
                     {(name, None): float(each) for name, each in zip(ranging.names, far, strict=True)}
                 )

@@ -15,14 +15,16 @@ MOST_PX = (2560, 1920)
 
 
 class Looking:
-    """Draws a model; in the thread that draws first. NoDrawing where nothing can be drawn."""
+    """Draws a model; in the thread that draws first. `fine` with shadows. NoDrawing where nothing can be drawn."""
 
-    def __init__(self, model: Any) -> None:
+    def __init__(self, model: Any, *, fine: bool = False) -> None:
         self._model, self._on = model, drawing(*MOST_PX)
         lib = mujoco()
         self._on.make_current()
         self._scene = lib.MjvScene(model, maxgeom=2000)
         self._context = lib.MjrContext(model, lib.mjtFontScale.mjFONTSCALE_100)
+        for flag in (lib.mjtRndFlag.mjRND_SHADOW, lib.mjtRndFlag.mjRND_REFLECTION):
+            self._scene.flags[flag] = fine
         self._option, self._eye = lib.MjvOption(), lib.MjvCamera()
         self._option.geomgroup[:] = 1
         self._option.geomgroup[[UNSEEN, ROLLING]] = 0
