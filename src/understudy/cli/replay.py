@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from understudy.review.again import Again, Difference
     from understudy.robots.recording_file import Recording
     from understudy.robots.recording_head import Ran
-    from understudy.worlds.scenario import Scenario
     from understudy.worlds.teams import Libraries
 
 DIFFERENT = 1
@@ -33,6 +32,7 @@ def replay(
     """Decide again over a recording; what is not said is as it was recorded. Exit code 1 where anything differs."""
     from understudy.cli.output import console, print_json
     from understudy.cli.parts import behavior_of, bindings, team_for
+    from understudy.cli.recording import kit_for, scenario_of
     from understudy.review.again import decided_again
     from understudy.robots.recording_file import read_recording
     from understudy.worlds.teams import runners, sort_of
@@ -40,16 +40,18 @@ def replay(
     recording = read_recording(path)
     ran = recording.head.ran
     folder = library or Path(ran.library or "library")
-    where = _scenario(recording)
-    parts = _kit(recording, kit or ran.kit, where)
+    where = scenario_of(recording)
+    parts = kit_for(recording, kit, where)
     named = behavior or ran.behavior
     known = _alone(folder, parts, named) if where is None else team_for(where, named, folder, parts)
     asked = named if behavior or not ran.sorts or ran.sorts[0] not in known else f"{ran.sorts[0]}/{named}"
     sort = sort_of(known, asked)
     name = behavior_of(known[sort], asked and asked.removeprefix(f"{sort}/"), folder)
     bound = bindings(bind) if bind else dict(ran.binding) if name == ran.behavior else {}
-    sorts = ran.sorts if name == ran.behavior and ran.sorts else runners(known, sort, name)
-    again = decided_again(recording, known, sorts, name, binding=bound, scenario=where)
+    sorts = [each for each in ran.sorts if each in known and name == ran.behavior]
+    again = decided_again(
+        recording, known, sorts or runners(known, sort, name), name, binding=bound, scenario=where
+    )
     facts = _facts(recording, again, folder, name, _changed(ran, known))
     if as_json:
         print_json(facts)
@@ -57,31 +59,6 @@ def replay(
         _show(facts, console())
     if again.differences:
         raise typer.Exit(DIFFERENT)
-
-
-def _scenario(recording: Recording) -> Scenario | None:
-    """The scenario that it ran in, as it was then."""
-    from understudy.cli.parts import find_world
-    from understudy.robots.recording_head import SCENARIO
-    from understudy.worlds.scenario_files import parse_scenario
-
-    kept, ran = recording.head.files.get(SCENARIO), recording.head.ran
-    if kept is not None:
-        return parse_scenario(kept, f"{recording.path} ({SCENARIO})")
-    return None if ran.scenario is None else find_world(ran.scenario)
-
-
-def _kit(recording: Recording, named: str | None, where: Scenario | None) -> Kit:
-    from understudy.cli.parts import WORLD, find_kit
-    from understudy.errors import FileError
-    from understudy.worlds.kits import kit_of
-
-    if named is not None:
-        return find_kit(named, WORLD)
-    if where is None:
-        problem, remedy = "it says neither its world nor its kit", "give --kit MODULE:NAME"
-        raise FileError(path=recording.path, place="", problem=problem, remedy=remedy)
-    return kit_of(where)
 
 
 def _alone(folder: Path, kit: Kit, behavior: str | None) -> Libraries:

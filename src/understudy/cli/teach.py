@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from typing import TYPE_CHECKING, Annotated
 
@@ -71,15 +70,15 @@ def teach(
     """
     from contextlib import ExitStack
 
-    from understudy.cli.parts import find_world
+    from understudy.cli.parts import find_world, names_in, targets_in
     from understudy.desk.plan import Choices, Plan, checked
 
     choices = Choices(
-        states=_listed(states),
-        features=_listed(features),
-        flags=_listed(flags),
-        parameters=_listed(parameters),
-        targets=_targets(targets),
+        states=names_in(states),
+        features=names_in(features),
+        flags=names_in(flags),
+        parameters=names_in(parameters),
+        targets=targets_in(targets),
         watched=watched,
         reaction_s=reaction,
     )
@@ -166,23 +165,3 @@ def _see_terminal() -> None:
             remedy="run it in one (ssh -t HOST for another machine); without a person, teach from "
             "Python with understudy.training.session.Session, or from a table with understudy learn",
         )
-
-
-def _listed(text: str | None) -> list[str] | None:
-    """What commas separate, but for those in parentheses."""
-    if text is None:
-        return None
-    return [part.strip() for part in re.split(r",(?![^(]*\))", text) if part.strip()]
-
-
-def _targets(text: str | None) -> dict[str, str]:
-    from understudy.errors import SettingError
-
-    found = {}
-    for pair in _listed(text) or []:
-        parameter, equals, target = (part.strip() for part in pair.partition("="))
-        if not (parameter and equals and target):
-            remedy = "write PARAMETER=TARGET: A=station"
-            raise SettingError(where="--targets", setting=repr(pair), problem="is no binding", remedy=remedy)
-        found[parameter] = target
-    return found

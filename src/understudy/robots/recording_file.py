@@ -36,16 +36,19 @@ REMEDY = "name a file that `understudy run --record FILE.mcap` wrote"
 
 @dataclass(frozen=True, slots=True)
 class Pressed:
-    """A press that acts at a tick, counted from 0: to a state, or a confirmation of the current one (None)."""
+    """A press that acts at a tick, counted from 0: to a state, or a confirmation of the current one (None). Tables of
+    presses may have other steps of a session, too: `does` says which.
+    """
 
     tick: int
     state: str | None
+    does: str = "press"
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
     """A recording: its head, times [T] of its ticks (s, as the body counts), readings [T, K, N], states of each level
-    after each tick by agent, and what was pressed. `whole`: it was closed, not killed.
+    after each tick by agent, and what was pressed, by agent. `whole`: it was closed, not killed.
     """
 
     path: Path
@@ -54,7 +57,7 @@ class Recording:
     keys: tuple[ReadingKey, ...]
     values: NDArray[np.float64]
     paths: Sequence[Sequence[tuple[str, ...]]]
-    presses: Sequence[Pressed]
+    presses: Sequence[Sequence[Pressed]]
     whole: bool
 
     @property
@@ -163,7 +166,7 @@ class _Kept:
             tuple(known[name] for name in names),
             np.stack([np.array(column.values[:ticks]) for column in self._readings], axis=2),
             [each[:ticks] for each in self._paths],
-            self._presses[0],
+            self._presses,
             whole,
         )
 
