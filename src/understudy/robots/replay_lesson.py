@@ -44,9 +44,13 @@ def taught_over(
     body = Replay(recording)
     session = Session(body, library, lesson, targets=targets, agent=agent)
     waiting = sorted(presses, key=lambda each: each.tick)
-    for each in waiting:
-        if each.does == PRESS and each.state is not None:
-            session.automaton.index(each.state)  # a mistake is told before a long recording is gone through
+    for each in waiting:  # a mistake is told before a long recording is gone through
+        if each.does not in STEPS:
+            raise SessionError(
+                f"{recording.path} has a step {each.does!r:.60}; sessions have {', '.join(STEPS)}"
+            )
+        if each.state is not None:
+            session.automaton.index(each.state)
     while not body.ended:
         while waiting and waiting[0].tick <= body.tick:
             _do(session, waiting.pop(0))
