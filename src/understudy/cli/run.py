@@ -77,6 +77,8 @@ def run(
 
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
 
+    [dim]understudy run --record run.mcap[/], then [dim]understudy run --replay run.mcap --library corrected[/]
+
     What a squad was taught (in a folder of the squad's name) is run by its coordinators. Where types of robots differ,
     each has a folder of its name, too; SORT/BEHAVIOR says whose behavior is meant.
     """
