@@ -47,7 +47,7 @@ TOPICS = {READINGS: "understudy/readings", STATES: "understudy/states", TRANSITI
 PRESSES = "understudy/presses"
 """What a person pressed, as std_msgs/String: the name of a state; empty confirms the current one."""
 STEPS = "understudy/session"
-"""What else they did in a session, as std_msgs/String: test, train or restart."""
+"""What else was done, as std_msgs/String: test, train or restart, with the body's time."""
 
 
 class RecordingFailed(UnderstudyError):
@@ -85,6 +85,7 @@ class Recorder:
         self._problem, self._closed = "", False
         self._agents: list[_Agent] = []
         self._names: Sequence[str] = ()
+        self._body: Body | None = None
         self._file = _opened(self.path)
         self._whole = 0  # bytes that hold whole chunks
         self._writer = writer(self._file)
@@ -105,7 +106,7 @@ class Recorder:
         Said again, the run begins anew; replayed is the last one.
         """
         names = names or [f"robot{number}" if body.agents > 1 else "" for number in range(body.agents)]
-        self._names = tuple(names)
+        self._names, self._body = tuple(names), body
         self._queue.put(head_entries(Head.of(body, names, ran or Ran(), files or {})))
         self._agents = [_Agent(self, name) for name in names]
 
@@ -142,8 +143,9 @@ class Recorder:
         self.noted(PRESSES, state or "", agent=agent)
 
     def stepped(self, step: str, *, agent: int = 0) -> None:
-        """A session went on otherwise before the next tick: test, train or restart."""
-        self.noted(STEPS, step, agent=agent)
+        """Something else came before the next tick: a session's test or train, a restart in a session or a run."""
+        at = "" if self._body is None else f" {self._body.time_s!r}"
+        self.noted(STEPS, step + at, agent=agent)
 
     def noted(self, topic: str, content: str, *, agent: int = 0) -> None:
         """Anything else worth keeping, as text on a topic in the namespace of an agent."""

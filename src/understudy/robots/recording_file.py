@@ -29,6 +29,8 @@ from understudy.robots.recording_types import (
 from understudy.robots.transitions import within
 from understudy.robots.transport import ExtraMissing
 
+PRESS, TEST, TRAIN, RESTART = "press", "test", "train", "restart"
+"""What a step of a session can be."""
 MOST_BYTES = 2**30
 """Of one record: a damaged length must not take all memory."""
 REMEDY = "name a file that `understudy run --record FILE.mcap` wrote"
@@ -42,7 +44,9 @@ class Pressed:
 
     tick: int
     state: str | None
-    does: str = "press"
+    does: str = PRESS
+    at_s: float | None = None
+    """The body's time then, where that is known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,8 +153,7 @@ class _Kept:
             self._paths[agent].append(states_of(data)[1])
         else:
             said, tick = decode(TEXT, data).data, len(self._paths[agent])
-            press = Pressed(tick, None, said) if topic == STEPS else Pressed(tick, said or None)
-            self._presses[agent].append(press)
+            self._presses[agent].append(_step(tick, said) if topic == STEPS else Pressed(tick, said or None))
 
     def recording(self, path: Path, head: Head, *, whole: bool) -> Recording:
         ticks = min(
@@ -173,6 +176,15 @@ class _Kept:
             self._presses,
             whole,
         )
+
+
+def _step(tick: int, said: str) -> Pressed:
+    """A step as it is recorded: restart 12.5."""
+    does, _, at = said.partition(" ")
+    try:
+        return Pressed(tick, None, does, float(at) if at else None)
+    except ValueError:
+        raise MessageRefused(type=TEXT, problem=f"{said!r:.60} is no step of a session") from None
 
 
 class _Column:

@@ -17,13 +17,13 @@ import numpy as np
 from understudy.errors import FileError, SessionError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.robots.recording_file import Pressed, Recording
+from understudy.robots.recording_file import PRESS, RESTART, TEST, TRAIN, Pressed, Recording
 from understudy.robots.replay import Replay
 from understudy.training.session import Session
 
 COLUMNS = ("time_s", "state")
 DOES = "does"
-PRESS, TEST, TRAIN, RESTART = STEPS = ("press", "test", "train", "restart")
+STEPS = (PRESS, TEST, TRAIN, RESTART)
 """What a row may do besides pressing: switch to testing or to training, restart the automaton."""
 NEAR_S = 1e-6
 """A time this little after a tick is that tick: tables round."""
@@ -53,7 +53,9 @@ def taught_over(
             session.automaton.index(each.state)
     while not body.ended:
         while waiting and waiting[0].tick <= body.tick:
-            _do(session, waiting.pop(0))
+            step = waiting.pop(0)
+            body.wait(step.at_s)
+            _do(session, step)
         session.tick()
     return session
 
