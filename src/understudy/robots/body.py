@@ -57,7 +57,8 @@ class Robot:
         self._at = self._began
         self.scenario, self.kind = _world_of(file, path)
         """The scenario whose lessons it runs, and what it is there; None where its file names none."""
-        self.senses = Senses(file, transport, path=path)
+        colored = () if self.scenario is None else tuple(self.scenario.targets)
+        self.senses = Senses(file, transport, path=path, targets=colored)
         self.targets: Sequence[str] = self.senses.targets
         self._derived = Derived(self.kind, self.senses.readings, self.targets)
         self.readings: Sequence[Reading] = (*self.senses.readings, *self._derived.readings)
