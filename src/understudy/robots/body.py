@@ -18,6 +18,7 @@ from understudy.robots.guard import Danger, Guard
 from understudy.robots.leash import Leash
 from understudy.robots.limits import Speeds
 from understudy.robots.messages import twist
+from understudy.robots.recording import Recorder, Taped
 from understudy.robots.senses import Senses
 from understudy.robots.stops import Stop, StopLog, log_path
 from understudy.robots.transport import Publish, Transport
@@ -49,7 +50,7 @@ class Robot:
         clock: Callable[[], float] = time.monotonic,
         leash: Leash | None = None,
     ) -> None:
-        self.file, self.transport = file, transport
+        self.file, self.transport, self.path = file, transport, Path(path)
         self._clock = clock
         self._began = clock()
         self._snapshot: dict[ReadingKey, float] | None = None
@@ -201,9 +202,11 @@ class Robot:
         )
 
 
-def connect(file: RobotFile, *, path: Path | str = "robot.toml") -> Robot:
-    """The robot of a file, over its transport; ExtraMissing where that is not installed."""
+def connect(file: RobotFile, *, path: Path | str = "robot.toml", recorder: Recorder | None = None) -> Robot:
+    """The robot of a file, over its transport, recorded or not; ExtraMissing where what that needs is not installed."""
     transport = open_transport(file)
+    if recorder is not None:
+        transport = Taped(transport, recorder)
     try:
         return Robot(file, transport, path=path, leash=Leash(file, log=log_path(file, path)))
     except BaseException:
