@@ -315,6 +315,8 @@ def test_what_cannot_be_sent_is_left_to_the_watchdog(leashed: Leashed) -> None:
         leashed.move(1.0)
     assert leashed.leash.dropped
     assert (leashed.robot.armed, leashed.robot.stopped) == (False, "commands cannot be sent")
+    leashed.robot.emergency("a key")  # raises nothing: other robots are waiting for theirs
+    assert leashed.robot.stops[0].cause == "commands cannot be sent"
 
 
 def test_without_a_log_it_is_not_armed(leashed: Leashed) -> None:

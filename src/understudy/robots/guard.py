@@ -7,6 +7,7 @@ or the watchdog is gone. One lock orders all that is sent: no older command over
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import time
 from collections.abc import Callable, Collection, Sequence
@@ -256,7 +257,7 @@ class Guard:
             self._disarm(danger.cause, "guard")
             return
         before, self.stopped = self.stopped, danger.cause
-        self._issue(STILL, now)
+        self._stop(now)
         if danger.cause != before:
             self._stopped_s = now
         if not before:
@@ -265,12 +266,16 @@ class Guard:
     def _disarm(self, cause: str, by: str) -> None:
         now = self._clock()
         self._by, self.stopped, self._quiet_s = "", cause, now + STOPPING_S
-        self._issue(STILL, now)
+        self._stop(now)
         self.log.add(cause, by)
 
     def _repeat(self, now: float) -> None:
         """Disarmed, send stop for a while."""
         if now < self._quiet_s:
+            self._stop(now)
+
+    def _stop(self, now: float) -> None:
+        with contextlib.suppress(Exception):  # it was left to the watchdog, and who stops several goes on
             self._issue(STILL, now)
 
     def _issue(self, speeds: Speeds, now: float) -> None:
