@@ -23,7 +23,7 @@ from understudy.robots.guard import ArmingRefused, Guard, asleep_s
 from understudy.robots.leash import Leash
 from understudy.robots.limits import Speeds
 from understudy.robots.transport import Peer
-from understudy.robots.watchdog import ARMED, MOVING, RESTING
+from understudy.robots.watchdog import ANEW, MOVING, RESTING
 
 AHEAD = (0.4, 0.0)
 OTHER = Peer(CMD, TWIST)
@@ -196,6 +196,7 @@ class Tame(Leash):
     """A leash with nobody at its end."""
 
     said = ""
+    stepped_in = False
 
     def __init__(self) -> None:
         self.told: list[bytes] = []
@@ -213,6 +214,10 @@ class Tame(Leash):
 
     def problem(self) -> str:
         return self.said
+
+    def intervened(self) -> bool:
+        stepped_in, self.stepped_in = self.stepped_in, False
+        return stepped_in
 
     def leave(self) -> None: ...
 
@@ -254,43 +259,65 @@ def test_the_watchdog_hears_of_it(leashed: Leashed) -> None:
     leashed.robot.disarm()
     leashed.wait(0.04)
     leashed.wait(5.0)
-    assert leashed.leash.told[:5] == [ARMED, MOVING, MOVING, MOVING, MOVING]
+    assert leashed.leash.told[:5] == [ANEW, MOVING, MOVING, MOVING, MOVING]
     assert leashed.leash.told[-1] == RESTING
 
 
-def test_a_program_that_stood_still_is_disarmed_whoever_finds_out(leashed: Leashed) -> None:
-    for finds in (leashed.robot.guard.look, lambda: leashed.robot.act({"drive": np.ones(1)})):
-        leashed.ready()
-        leashed.move(1.0)
-        leashed.wait(0.1)
-        leashed.now += 0.13
-        finds()
-        assert leashed.sent == STOP
-        assert (leashed.robot.armed, leashed.robot.stopped) == (False, "this program stood still for 0.13 s")
+@pytest.mark.parametrize("still_s", [0.13, 1.1])
+@pytest.mark.parametrize("finds", ["look", "act"])
+def test_a_program_that_stood_still_stops_it_and_long_disarms_it(
+    leashed: Leashed, still_s: float, finds: str
+) -> None:
+    leashed.ready()
+    leashed.move(1.0)
+    leashed.wait(0.1)
+    leashed.now += still_s
+    leashed.hear(SONAR, sonar(2.0))
+    leashed.hear(ODOM, odometry(0.0))
+    if finds == "act":
+        assert leashed.move(1.0) == STOP
+    leashed.robot.guard.look()
+    assert leashed.sent == STOP
+    assert leashed.robot.stopped == f"this program stood still for {still_s:.2f} s"
+    assert leashed.leash.told[-1] == (ANEW if still_s < 1 else MOVING)
+    leashed.wait(0.02)
+    assert leashed.sent == STOP
+    assert leashed.leash.told[-1] == MOVING
+    assert leashed.move(1.0) == (AHEAD if still_s < 1 else STOP)
 
 
-def test_a_program_that_is_frozen_while_it_sends_stops_afterwards(leashed: Leashed) -> None:
+@pytest.mark.parametrize("still_s", [0.2, 1.1])
+def test_a_program_that_is_frozen_while_it_sends_stops_afterwards(leashed: Leashed, still_s: float) -> None:
     leashed.ready()
     leashed.move(0.0)
-    wire = leashed.wire
 
     class Slow(list[tuple[str, bytes]]):
         def append(self, sent: tuple[str, bytes]) -> None:
-            leashed.now += 0.2
+            leashed.now += still_s
             super().append(sent)
 
-    wire.sent = Slow(wire.sent)
+    leashed.wire.sent = Slow(leashed.wire.sent)
     leashed.robot.act({"drive": np.ones(1)})
     assert leashed.sent == STOP
+    assert leashed.robot.armed == (still_s < 1)
+
+
+def test_without_a_watchdog_it_does_not_move(leashed: Leashed) -> None:
+    leashed.ready().move(1.0)
+    leashed.leash.said = "the watchdog died"
+    leashed.wait(0.02)
+    assert (leashed.sent, leashed.robot.stopped) == (STOP, "the watchdog died")
     assert not leashed.robot.armed
 
 
-@pytest.mark.parametrize("said", ["the watchdog died", "the watchdog had to stop it"])
-def test_without_a_watchdog_it_does_not_move(leashed: Leashed, said: str) -> None:
+def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(leashed: Leashed) -> None:
     leashed.ready().move(1.0)
-    leashed.leash.said = said
+    leashed.leash.stepped_in = True
     leashed.wait(0.02)
-    assert (leashed.sent, leashed.robot.stopped) == (STOP, said)
+    assert leashed.leash.told[-1] == ANEW
+    leashed.wait(0.02)
+    assert (leashed.sent, leashed.robot.stopped) == (STOP, "the watchdog had to stop it")
+    assert leashed.move(1.0) == AHEAD
 
 
 def test_a_computer_that_slept_is_armed_again(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:

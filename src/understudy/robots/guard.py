@@ -21,14 +21,14 @@ from understudy.robots.leash import Leash
 from understudy.robots.limits import STILL, Speeds, within
 from understudy.robots.stops import StopLog
 from understudy.robots.transport import Peer
-from understudy.robots.watchdog import ARMED, MOVING, RESTING
+from understudy.robots.watchdog import ANEW, MOVING, RESTING
 
 NOT_ARMED = "not armed"
 NO_KEY = "nobody holds the key"
 PERIOD_S = 0.02
 """From one look to the next, and from one repeated command to the next."""
 LOST_S = 1.0
-"""A robot that has to wait longer than this for a tick, or for a reading, is disarmed."""
+"""A robot that waits longer than this for a tick, a reading, or a program that stood still is disarmed."""
 FIRST_S = 10.0
 """For so long after arming the first command may take."""
 STOPPING_S = 5.0
@@ -92,7 +92,7 @@ class Guard:
         """What the robot was told last."""
         self._looked_s = self._asked_s = self._told_s = self._stopped_s = -inf
         self._due_s = self._held_s = self._quiet_s = -inf
-        self._asleep_s = 0.0
+        self._asleep_s, self._anew = 0.0, False
 
     @property
     def armed(self) -> bool:
@@ -124,7 +124,8 @@ class Guard:
                     self.stopped = NO_KEY
                 if self._leash is not None:
                     self._leash.problem()  # what it said of an earlier time
-                    self._leash.tell(ARMED)
+                    self._leash.intervened()
+                    self._leash.tell(ANEW)
                 self._looked_s, self._told_s, self._asleep_s = now, now, asleep_s()
                 self._due_s, self._held_s = now + FIRST_S, -inf
             self._watch()
@@ -170,6 +171,7 @@ class Guard:
                 self._repeat(now)
                 if self._leash is not None:
                     self._leash.problem()  # answers are not to pile up
+                    self._leash.intervened()
             self._looked_s = now
             self._tell()
 
@@ -234,12 +236,16 @@ class Guard:
     def _against(self, now: float, others: int = 0) -> Danger | None:
         """What speaks against moving now, but for a tick that is a little late."""
         if self._leash is not None:
-            if now - self._looked_s > self._file.safety.deadline_s:
-                return Danger(f"this program stood still for {now - self._looked_s:.2f} s")
+            if (still_s := now - self._looked_s) > self._file.safety.deadline_s:
+                self._anew = True
+                return Danger(f"this program stood still for {still_s:.2f} s", lost=still_s > LOST_S)
             if asleep_s() - self._asleep_s > ASLEEP_S:
                 return Danger("this computer slept")
             if problem := self._leash.problem():
                 return Danger(problem)
+            if self._leash.intervened():
+                self._anew = True
+                return Danger("the watchdog had to stop it", lost=False)
         if others:
             return Danger(f"somebody else publishes on {self._topic}")
         if now - self._due_s > LOST_S:
@@ -285,9 +291,11 @@ class Guard:
         except Exception:
             self._give_up("commands cannot be sent")
             raise
-        if speeds != STILL and self._leash is not None and self._clock() - now > self._file.safety.deadline_s:
+        still_s = self._clock() - now
+        if speeds != STILL and self._leash is not None and still_s > self._file.safety.deadline_s:
             # It was frozen just here: this command may have come after the watchdog's stop.
-            self._disarm("this program stood still while it sent a command", "guard")
+            cause = f"this program stood still for {still_s:.2f} s while it sent a command"
+            self._heed(Danger(cause, lost=still_s > LOST_S), now)
 
     def _give_up(self, cause: str) -> None:
         """Leave it to the watchdog, which stops it."""
@@ -299,7 +307,9 @@ class Guard:
 
     def _tell(self) -> None:
         if self._leash is not None:
-            self._leash.tell(MOVING if self.armed or self._clock() < self._quiet_s else RESTING)
+            moving = self.armed or self._clock() < self._quiet_s
+            self._leash.tell(ANEW if self.armed and self._anew else MOVING if moving else RESTING)
+            self._anew = False
 
     def _watch(self) -> None:
         """Look all the time from now on."""
