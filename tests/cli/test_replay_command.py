@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from shutil import rmtree
 
 import numpy as np
 import pytest
@@ -109,6 +111,26 @@ def test_where_another_library_decides_otherwise_is_shown(library: Path, tmp_pat
     assert "it read distance_to(A) = 0." in shown
 
 
+def test_what_has_changed_since_decides_as_it_was(tmp_path: Path) -> None:
+    """Unless a library is named: then it is asked as it is."""
+    folder, path = tmp_path / "library", tmp_path / "run.mcap"
+    save(folder, Taught(WANDER))
+    said("run", "arena", "-l", folder, "--behavior", "wander", "--seconds", "5", "--record", path)
+    save(folder, Taught(replace(WANDER, transitions={**WANDER.transitions, "forward": after(2.0, 2)})))
+    told = said("run", "--replay", path)
+    assert (told["former"], told["differences"]) == ({"wander": 1}, [])
+    assert "wander is another by now: this is its version 1" in run("run", "--replay", path).stdout
+    now = run("run", "--replay", path, "-l", folder, "--json")
+    assert now.exit_code == 1
+    assert json.loads(now.stdout)["changed"] == ["wander"]
+    (folder / "wander.json").unlink()
+    assert said("run", "--replay", path)["differences"] == []
+    rmtree(folder / "versions")
+    gone = run("run", "--replay", path)
+    assert gone.exit_code == 2
+    assert "'wander'" in gone.stderr
+
+
 def test_a_coordinator_decides_again_as_recorded(tmp_path: Path) -> None:
     """What squads read follows from what their robots read, so the robots' readings are enough."""
     library, path = tmp_path / "library", tmp_path / "run.mcap"
@@ -136,6 +158,9 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
         ran = Ran(scenario="arena", library=str(folder), sorts=["robot"], behavior="wander")
         recorder.begin(robot, names=["rover"], ran=ran, files={"rover.toml": ROVER})
         for tick in range(60):
+            if tick in (15, 31):  # between two ticks, when its clock stands at the one before
+                going.begin([0], going.interpreters[0].program)
+                recorder.stepped("restart")
             now[0] += 0.1 + 0.003 * (tick % 5)
             if tick % 4 == 1:
                 wire.deliver("/rover/sonar", sonar((3.0, 0.4, 0.4, 2.0)[tick // 4 % 4]), now[0] - 0.02)
@@ -145,6 +170,7 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
     recorded = read_recording(path).paths[0]
     assert recorded[0] == ("forward",)  # 3.8 s after it began: long enough in start
     assert sum(one != other for one, other in pairwise(recorded)) > 12
+    assert recorded[15] == recorded[31] == ("start",)
     assert said("run", "--replay", path)["differences"] == []
 
 
@@ -152,6 +178,7 @@ def test_a_basic_behavior_is_decided_again(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     said("run", "arena", "-l", tmp_path / "none", "--behavior", "forward", "--seconds", "2", "--record", path)
     assert said("run", "--replay", path)["same"] == 20
+    assert said("why", path, "--time", "1")["agents"][0]["levels"] == []
 
 
 def test_what_is_no_recording_is_refused(tmp_path: Path, library: Path) -> None:

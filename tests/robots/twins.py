@@ -10,6 +10,7 @@ from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
 from understudy.robots.fleet import Fleet
 from understudy.robots.messages import decode
+from understudy.robots.recording import Recorder
 from understudy.robots.twin import Twin
 
 ARENA = """
@@ -45,6 +46,7 @@ class Rig:
     names: tuple[str, ...] = ("one", "two")
     now: float = 100.0
     wires: list[Wire] = field(default_factory=list)
+    recorder: Recorder | None = None
 
     def __post_init__(self) -> None:
         self.wires = [Wire() for _ in self.names]
@@ -52,7 +54,7 @@ class Rig:
             Robot(parse_robot(ARENA.format(name=name)), wire, clock=lambda: self.now)
             for name, wire in zip(self.names, self.wires, strict=True)
         ]
-        self.twin = Twin(Fleet(self.robots))
+        self.twin = Twin(Fleet(self.robots), recorder=self.recorder)
 
     def hear(self, agent: int, data: bytes) -> None:
         self.last = data

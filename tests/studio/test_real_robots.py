@@ -14,9 +14,13 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.twins import Rig
 from tests.studio.pages import GOTO, Wall
 
+from understudy.robots.recording import Recorder
+from understudy.robots.recording_file import read_recording
+from understudy.robots.replay_lesson import recorded_presses, taught_over
 from understudy.studio.stage import Stage
 from understudy.studio.studio import Studio
 from understudy.studio.viewers import Viewer
+from understudy.training.design import new_lesson
 from understudy.worlds.kits import kit_of
 
 ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
@@ -25,8 +29,8 @@ ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
 class Lab:
     """A studio with one real robot, and a page that directs."""
 
-    def __init__(self, folder: Path) -> None:
-        self.rig, self.wall = Rig(("one",)), Wall()
+    def __init__(self, folder: Path, recorder: Recorder | None = None) -> None:
+        self.rig, self.wall = Rig(("one",), recorder=recorder), Wall()
         twin = self.rig.twin
         stage = Stage(twin.scenario, folder, kit_of(twin.scenario), wall=self.wall, twin=twin)
         self.studio = Studio(stage, wall=self.wall)
@@ -156,3 +160,35 @@ def test_what_a_real_robot_cannot_do(lab: Lab, message: dict[str, Any], said: st
 def test_what_cannot_be_armed_says_why(lab: Lab) -> None:
     lab.rig.hear(0, lab.rig.odometry(9.0))
     assert "outside its geofence" in lab.say(do="arm")["error"]
+
+
+def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None:
+    path = tmp_path / "one.mcap"
+    with Recorder(path) as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        lab.say(do="press", state="rotate_left")
+        lab.wait(0.3)
+        lab.say(do="confirm")
+        lab.wait(0.3)
+        lab.say(do="turn")
+        lab.wait(0.3)
+        lab.say(do="press", state="done")  # a correction
+        lab.wait(0.3)
+        session = lab.studio.stage.trained.session
+        lab.studio.stage.close()
+    recording = read_recording(path)
+    assert recording.head.ran.binding == {"A": "red_flag"}
+    assert set(recording.head.files) == {"scenario"}
+    empty = new_lesson(
+        session.library,
+        "goto",
+        states=["forward", "rotate_left", "rotate_right"],
+        features=["distance_to(A)", "angle_to(A)"],
+        parameters=["A"],
+        flags=["done"],
+    )
+    again = taught_over(
+        recording, session.library, empty, recorded_presses(recording), targets={"A": "red_flag"}
+    )
+    assert [str(each) for each in again.examples] == [str(each) for each in session.examples]
+    assert len(again.examples) >= 4

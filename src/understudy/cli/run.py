@@ -91,6 +91,8 @@ def run(
 
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
 
+    [dim]understudy run --record run.mcap[/], then [dim]understudy run --replay run.mcap --library corrected[/]
+
     [dim]understudy run --robot rover.toml --behavior servo[/]
 
     What a squad was taught (in a folder of the squad's name) is run by its coordinators. Where types of robots differ,
