@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -216,3 +217,22 @@ def bindings(bound: list[str] | None) -> dict[str, str]:
             )
         pairs[parameter] = target
     return pairs
+
+
+def names_in(text: str | None) -> list[str] | None:
+    """What commas separate, but for those in parentheses; None where nothing was said."""
+    if text is None:
+        return None
+    return [part.strip() for part in re.split(r",(?![^(]*\))", text) if part.strip()]
+
+
+def targets_in(text: str | None) -> dict[str, str]:
+    """What --targets says."""
+    found = {}
+    for pair in names_in(text) or []:
+        parameter, equals, target = (part.strip() for part in pair.partition("="))
+        if not (parameter and equals and target):
+            remedy = "write PARAMETER=TARGET: A=station"
+            raise SettingError(where="--targets", setting=repr(pair), problem="is no binding", remedy=remedy)
+        found[parameter] = target
+    return found

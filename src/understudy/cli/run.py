@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, BehaviorName, Bind, Json, KitName, Library, SameWorld, ScenarioName
+from understudy.cli.fleets import NoRecording, RobotFile, TeamFile, twin_of
+from understudy.cli.fleets import named as real
+from understudy.cli.parts import (
+    LIBRARY,
+    BehaviorName,
+    Bind,
+    Json,
+    KitName,
+    Library,
+    SameWorld,
+    ScenarioName,
+)
 
 if TYPE_CHECKING:
     from understudy.model.library import Library as Opened
@@ -25,6 +36,7 @@ IDLES = "idles"
 
 
 def run(
+    context: typer.Context,
     scenario: ScenarioName = None,
     behavior: BehaviorName = None,
     library: Library = LIBRARY,
@@ -32,7 +44,9 @@ def run(
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
     record: Annotated[
         Path | None,
-        typer.Option("--record", "-r", metavar="OUT.gif|OUT.png", help="Draw it instead of showing it."),
+        typer.Option(
+            "--record", "-r", metavar="OUT.gif|png|mcap", help="Draw it, or record it, instead of showing it."
+        ),
     ] = None,
     trace: Annotated[
         Path | None,
@@ -51,7 +65,19 @@ def run(
     speed: Annotated[
         float, typer.Option("--speed", min=0.1, max=1000, help="Times as fast as in life.")
     ] = 8.0,
+    replay: Annotated[
+        Path | None,
+        typer.Option(
+            "--replay",
+            metavar="FILE.mcap",
+            help="Decide again over a recording, and show where decisions differ.",
+            show_default=False,
+        ),
+    ] = None,
     bind: Bind = None,
+    robot: RobotFile = None,
+    team: TeamFile = None,
+    no_record: NoRecording = False,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -65,9 +91,23 @@ def run(
 
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
 
+    [dim]understudy run --robot rover.toml --behavior servo[/]
+
     What a squad was taught (in a folder of the squad's name) is run by its coordinators. Where types of robots differ,
     each has a folder of its name, too; SORT/BEHAVIOR says whose behavior is meant.
     """
+    if replay is not None:
+        from understudy.cli.replay import replay as again
+
+        again(
+            replay,
+            library=library if _given(context, "library") else None,
+            behavior=behavior,
+            bind=bind,
+            kit=kit,
+            as_json=as_json,
+        )
+        return
     from understudy.cli.output import console, print_json
     from understudy.cli.parts import (
         behavior_of,
@@ -78,15 +118,22 @@ def run(
         team_for,
     )
     from understudy.cli.progress import compile_once
+    from understudy.cli.recording import is_recording, recording
     from understudy.errors import SettingError
     from understudy.runtime.program import link
     from understudy.traces import write_trace
     from understudy.worlds.teams import runners, sort_of, team_of
 
-    if record is not None and record.suffix.lower() not in PICTURES:
-        remedy = "name a file that ends in .gif (in motion) or .png (its path)"
+    if real(robot, team, world=scenario or world) is not None:
+        from understudy.cli.live import run_live
+
+        with twin_of(robot, team, record=record, recorded=not no_record) as twin:
+            run_live(twin, behavior, library, kit=kit, bind=bind, seconds=seconds, as_json=as_json)
+        return
+    if record is not None and not is_recording(record) and record.suffix.lower() not in PICTURES:
+        remedy = "name a file that ends in .gif (in motion), .png (its path) or .mcap (all readings)"
         raise SettingError(
-            where="--record", setting=repr(str(record)), problem="is no picture", remedy=remedy
+            where="--record", setting=repr(str(record)), problem="is no picture or recording", remedy=remedy
         )
     named = chosen_world(scenario, world)
     where, parts = find_world(named), find_kit(kit, named)
@@ -100,16 +147,20 @@ def run(
     running = Running(team_of(where, [seed], known, roots), known[sort], list(roots), behavior, limit_s)
     shown = record is None and not as_json and console().is_terminal
     watch = _watch if shown else _record
-    if trace is None:
-        frames = watch(running, speed, None)
-    else:
-        body = running.body
-        how = _how(named, kit, library, running.team, known, roots)
-        with write_trace(
-            trace, scenario=where.name, seed=seed, tick_s=body.tick_s, robots=body.robots, run=how
-        ) as writer:
-            frames = watch(running, speed, writer)
-    if record is not None:
+    body = running.body
+
+    def how() -> dict[str, Any]:
+        return _how(named, kit, library, running.team, known, roots)
+
+    with recording(record, running.team, how=how, seed=seed) as running.tick_team:
+        if trace is None:
+            frames = watch(running, speed, None)
+        else:
+            with write_trace(
+                trace, scenario=where.name, seed=seed, tick_s=body.tick_s, robots=body.robots, run=how()
+            ) as writer:
+                frames = watch(running, speed, writer)
+    if record is not None and not is_recording(record):
         _draw(frames, record, title=f"{behavior} in {where.name}, seed {seed}", speed=speed)
     facts = running.facts(seed=seed, record=record)
     if as_json:
@@ -117,9 +168,16 @@ def run(
     else:
         console().print(_told(facts))
         if record is not None:
-            console().print(f"Drawn in {record}", markup=False, soft_wrap=True)
+            made = "Recorded" if is_recording(record) else "Drawn"
+            console().print(f"{made} in {record}", markup=False, soft_wrap=True)
         if trace is not None:
             console().print(f"Traced in {trace}", markup=False, soft_wrap=True)
+
+
+def _given(context: typer.Context, option: str) -> bool:
+    """Whether somebody gave an option, be it what it is otherwise."""
+    source = context.get_parameter_source(option)
+    return source is not None and source.name == "COMMANDLINE"
 
 
 def _how(
@@ -161,6 +219,7 @@ class Running:
         if not isinstance(team.ground, World):
             raise TypeError("a team of robots that are no simulation")
         self.team, self.body, self.behavior, self._limit_s = team, team.ground, behavior, limit_s
+        self.tick_team = team.tick
         self._sort = sorts[0]
         alone = [name for name in sorts if name in team.tree.types]
         kinds = [team.tree.types[kind] for kind in team.tree.type_of]
@@ -195,7 +254,7 @@ class Running:
 
     def tick(self, trace: TraceWriter | None) -> None:
         """One tick."""
-        self.team.tick()
+        self.tick_team()
         if trace is not None:
             trace.add(self.body.view(), self.paths)
 

@@ -133,7 +133,7 @@ def _facts(found: Recorded, said: Why, former: Mapping[str, int]) -> dict[str, A
             }
             for each in said.agents
         ],
-        "last_switch": None if said.last is None else _reason(said.last),
+        "last_switch": None if said.last is None else reason_facts(said.last),
     }
 
 
@@ -142,13 +142,14 @@ def _level(level: Level) -> dict[str, Any]:
         "automaton": level.automaton,
         "state": level.state,
         "since_s": round(level.since_s, 6),
-        "decision": None if level.decision is None else _reason(level.decision),
+        "decision": None if level.decision is None else reason_facts(level.decision),
         "rests": level.rests or None,
-        "entry": None if level.entry is None else _reason(level.entry),
+        "entry": None if level.entry is None else reason_facts(level.entry),
     }
 
 
-def _reason(reason: Reason) -> dict[str, Any]:
+def reason_facts(reason: Reason) -> dict[str, Any]:
+    """A decision and what was behind it, as plain data."""
     from understudy.desk.words import values
     from understudy.model.account import plain
 
@@ -191,7 +192,7 @@ def _show(told: dict[str, Any], out: Console) -> None:
     last = told["last_switch"]
     if not told["switched"] and last is not None:
         out.print(f"\n[bold]The last switch[/], at {last['time_s']:g} s, of {escape(last['automaton'])}")
-        _decision(last, out)
+        show_decision(last, out)
 
 
 def _agent(each: dict[str, Any], out: Console, *, several: bool) -> None:
@@ -209,10 +210,11 @@ def _agent(each: dict[str, Any], out: Console, *, several: bool) -> None:
         if level["decision"] is None:
             out.print(f"  stays: {escape(level['rests'])}", soft_wrap=True)
         else:
-            _decision(level["decision"], out)
+            show_decision(level["decision"], out)
 
 
-def _decision(said: dict[str, Any], out: Console) -> None:
+def show_decision(said: dict[str, Any], out: Console) -> None:
+    """Print the facts of a decision for people."""
     from rich.markup import escape
     from rich.padding import Padding
 

@@ -25,12 +25,12 @@ from understudy.model.feature import BoundFeature
 from understudy.model.folder import save
 from understudy.model.lesson import Lesson
 from understudy.model.library import Taught
+from understudy.robots.twin import Ground, Twin, drawn
 from understudy.training.edits import Edit
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.worlds.finding import place_of
 from understudy.worlds.view import WorldView
-from understudy.worlds.world import World
 
 
 class Desk:
@@ -39,7 +39,7 @@ class Desk:
     def __init__(
         self,
         session: Session,
-        body: World,
+        body: Ground,
         pace: Pace,
         *,
         folder: Path,
@@ -99,7 +99,7 @@ class Desk:
         if self.session.body is not self.body:
             return []  # a squad is in no one place
         agent, targets = self.session.agent, self.screen.targets.values()
-        places = (place_of(self.body, target, agent) for target in targets)
+        places = (place_of(drawn(self.body), target, agent) for target in targets)
         return [place for place in places if place is not None]
 
     @property
@@ -183,7 +183,7 @@ class Desk:
 
     def set_speed(self, speed: float) -> None:
         """The world goes at one of the speeds there are."""
-        self.pace.speed = known_speed(speed, "the trainer")
+        self.pace.speed = known_speed(speed, "the trainer", live=self.pace.live)
         self.said = Said(words.speed(speed))
 
     def _set_pace(self) -> None:
@@ -209,7 +209,7 @@ class Desk:
             return
         correction = self.screen.mode is Mode.TESTING
         self.session.direct(name)
-        self._pressed(correction, f"{self.screen.state} → {name}")
+        self._pressed(correction, f"{self.screen.state} → {name}", name)
 
     def confirm(self) -> None:
         """Keep doing this."""
@@ -217,9 +217,11 @@ class Desk:
             raise SessionError("nothing is recorded while driving: press d to end it first")
         correction = self.screen.mode is Mode.TESTING
         self.session.confirm()
-        self._pressed(correction, f"keep {self.screen.state}")
+        self._pressed(correction, f"keep {self.screen.state}", None)
 
-    def _pressed(self, correction: bool, what: str) -> None:
+    def _pressed(self, correction: bool, what: str, state: str | None) -> None:
+        if isinstance(self.body, Twin):
+            self.body.pressed(state, self.robot)
         self.corrected = correction or (self.corrected and self.screen.waiting is not None)
         self.screen = self.session.screen()
         then = " when time goes on" if self.paused else ""

@@ -13,7 +13,7 @@ from understudy.model.feature import ReadingKey
 from understudy.robots.file import RobotFile
 from understudy.robots.messages import MessageRefused, decode
 from understudy.robots.places import located
-from understudy.robots.sources import Source, sources
+from understudy.robots.sources import PLACE, Source, sources
 from understudy.robots.transport import Transport
 from understudy.runtime.body import Reading
 from understudy.worlds.kits import LOCATOR
@@ -82,6 +82,15 @@ class Senses:
             if (reading, None) in source.keys:
                 return self.fresh(name, now).get((reading, None), nan)
         return nan
+
+    def place(self, target: str, now: float) -> tuple[float, float] | None:
+        """Where a target of the file is, as it or a topic says; None where that is unknown."""
+        of = self._places[target]
+        if of.at is not None:
+            return of.at
+        fresh = self.fresh(f"targets.{target}", now)
+        x, y = (fresh.get((axis, target), nan) for axis in PLACE)
+        return None if isnan(x) or isnan(y) else (x, y)
 
     def missing(self, now: float) -> str | None:
         """The name of a required source that is absent now. A camera that sees none of its colors is not."""

@@ -260,6 +260,20 @@ class Take(Message, frozen=True, kw_only=True, tag="take"):
     """Become director where nobody is, or where the present one has been silent for long."""
 
 
+class Arm(Message, frozen=True, kw_only=True, tag="arm"):
+    """Let real robots move from now on."""
+
+
+class Stop(Message, frozen=True, kw_only=True, tag="stop"):
+    """Stop real robots at once: the emergency stop of every page."""
+
+
+class Here(Message, frozen=True, kw_only=True, tag="here"):
+    """The page is there still, and the person holds the key that real robots may move by, or does not."""
+
+    holding: bool = False
+
+
 class HandOver(Message, frozen=True, kw_only=True, tag="hand_over"):
     """No longer direct: anyone may take."""
 
@@ -301,6 +315,9 @@ AnyMessage: TypeAlias = (
     | AddObstacle
     | MoveObstacle
     | RemoveObstacle
+    | Arm
+    | Stop
+    | Here
     | Take
     | HandOver
     | CoachMessage

@@ -1,0 +1,215 @@
+"""Reading recordings: every tick that is whole, also of a run that was killed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import FileError, UnderstudyError
+from understudy.model.feature import ReadingKey
+from understudy.model.kinds import Column
+from understudy.robots.messages import MessageRefused, decode
+from understudy.robots.recording import PRESSES, TOPICS
+from understudy.robots.recording_head import METADATA, Head, head_of
+from understudy.robots.recording_types import (
+    READINGS,
+    STATES,
+    TEXT,
+    Readings,
+    known_types,
+    label,
+    names_of,
+    states_of,
+)
+from understudy.robots.transitions import within
+from understudy.robots.transport import ExtraMissing
+
+MOST_BYTES = 2**30
+"""Of one record: a damaged length must not take all memory."""
+REMEDY = "name a file that `understudy run --record FILE.mcap` wrote"
+
+
+@dataclass(frozen=True, slots=True)
+class Pressed:
+    """A press that acts at a tick, counted from 0: to a state, or a confirmation of the current one (None). Tables of
+    presses may have other steps of a session, too: `does` says which.
+    """
+
+    tick: int
+    state: str | None
+    does: str = "press"
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A recording: its head, times [T] of its ticks (s, as the body counts), readings [T, K, N], states of each level
+    after each tick by agent, and what was pressed, by agent. `whole`: it was closed, not killed.
+    """
+
+    path: Path
+    head: Head
+    times: Column
+    keys: tuple[ReadingKey, ...]
+    values: NDArray[np.float64]
+    paths: Sequence[Sequence[tuple[str, ...]]]
+    presses: Sequence[Sequence[Pressed]]
+    whole: bool
+
+    @property
+    def ticks(self) -> int:
+        """T."""
+        return len(self.times)
+
+
+def read_recording(path: Path | str) -> Recording:
+    """A recording up to its last whole tick; FileError where it is none, or says nothing of decisions."""
+    path = Path(path)
+    known_types()
+    kept = _Kept()
+    whole = kept.read(path)
+    if isinstance(kept.head, str):
+        raise _no_recording(path, kept.head)
+    return kept.recording(path, kept.head, whole=whole)
+
+
+class _Kept:
+    """What a file says, as far as it was read."""
+
+    def __init__(self) -> None:
+        self.head: Head | str = "it does not say what ran, so nobody can decide it again"
+        self._channels: dict[int, tuple[str, int]] = {}
+        self._schemas: dict[int, str] = {}
+        self._readings: list[_Column] = []
+        self._paths: list[list[tuple[str, ...]]] = []
+        self._presses: list[list[Pressed]] = []
+
+    def read(self, path: Path) -> bool:
+        """Take in a file; whether it ends as it should."""
+        begun = False
+        try:
+            for record in _records(path):
+                begun = True
+                self._take(record, path)
+        except UnderstudyError:
+            raise
+        except OSError as error:
+            problem = (
+                "there is no such file"
+                if isinstance(error, FileNotFoundError)
+                else str(error.strerror or error)
+            )
+            raise _no_recording(path, problem) from None
+        except Exception as error:  # whatever a reader does with bytes that end too early or are damaged
+            if not begun:
+                raise _no_recording(path, f"it is no MCAP ({error.__class__.__name__})") from None
+            return False  # all until here is good
+        return True
+
+    def _take(self, record: Any, path: Path) -> None:
+        from mcap.records import Channel, Message, Metadata, Schema
+
+        if isinstance(record, Message):
+            of = self._channels.get(record.channel_id)
+            if of is not None:
+                try:
+                    self._keep(*of, record.data)
+                except MessageRefused as error:
+                    raise _no_recording(path, str(error)) from None
+        elif isinstance(record, Schema):
+            self._schemas[record.id] = record.name
+        elif isinstance(record, Channel):
+            self._know(record.id, record.topic, self._schemas.get(record.schema_id, ""))
+        elif isinstance(record, Metadata) and record.name == METADATA:
+            self.head = head_of(record.metadata)
+            if isinstance(self.head, Head):
+                self._readings = [_Column() for _ in self.head.names]
+                self._paths = [[] for _ in self.head.names]
+                self._presses = [[] for _ in self.head.names]
+
+    def _know(self, channel: int, topic: str, type: str) -> None:
+        """Note a channel that is one of ours."""
+        wanted = {**{type: TOPICS[type] for type in (READINGS, STATES)}, TEXT: PRESSES}
+        if isinstance(self.head, Head) and type in wanted:
+            for agent, name in enumerate(self.head.names):
+                if topic == within(name, wanted[type]):
+                    self._channels[channel] = type, agent
+
+    def _keep(self, type: str, agent: int, data: bytes) -> None:
+        if type == READINGS:
+            self._readings[agent].add(data)
+        elif type == STATES:
+            self._paths[agent].append(states_of(data)[1])
+        else:
+            state = decode(TEXT, data).data
+            self._presses[agent].append(Pressed(len(self._paths[agent]), state or None))
+
+    def recording(self, path: Path, head: Head, *, whole: bool) -> Recording:
+        ticks = min(
+            (min(len(one.times), len(two)) for one, two in zip(self._readings, self._paths, strict=True)),
+            default=0,
+        )
+        if not ticks:
+            raise _no_recording(path, "it holds no tick")
+        names = self._readings[0].names
+        known = {label(key): key for key in _keys(head)}
+        if any(column.names != names for column in self._readings) or not known.keys() >= set(names):
+            raise _no_recording(path, "its readings are not those of its head")
+        return Recording(
+            path,
+            head,
+            np.array(self._readings[0].times[:ticks]),
+            tuple(known[name] for name in names),
+            np.stack([np.array(column.values[:ticks]) for column in self._readings], axis=2),
+            [each[:ticks] for each in self._paths],
+            self._presses,
+            whole,
+        )
+
+
+class _Column:
+    """The readings of one agent, tick by tick."""
+
+    def __init__(self) -> None:
+        self.names: tuple[str, ...] = ()
+        self.times: list[float] = []
+        self.values: list[Column] = []
+        self._reader = Readings(())
+
+    def add(self, data: bytes) -> None:
+        found = self._reader.decode(data)
+        if found is None:
+            names = names_of(data)
+            if self.times and names != self.names:
+                raise MessageRefused(type=READINGS, problem="other readings than in the ticks before")
+            self.names, self._reader = names, Readings(names)
+            found = self._reader.decode(data)
+        if found is None:
+            raise MessageRefused(type=READINGS, problem="not as Understudy writes them")
+        self.times.append(found[0])
+        self.values.append(found[1])
+
+
+def _records(path: Path) -> Iterator[Any]:
+    try:
+        from mcap.stream_reader import StreamReader
+    except ImportError:
+        raise ExtraMissing(what="a recording", extra="ros2") from None
+    with path.open("rb") as file:
+        yield from StreamReader(file, record_size_limit=MOST_BYTES, validate_crcs=True).records
+
+
+def _keys(head: Head) -> list[ReadingKey]:
+    return [
+        (reading.name, target)
+        for reading in head.readings
+        for target in (head.targets if reading.of_targets else (None,))
+    ]
+
+
+def _no_recording(path: Path, problem: str) -> FileError:
+    return FileError(path=path, place="", problem=problem, remedy=REMEDY)
