@@ -35,7 +35,7 @@ def simulate(
     from understudy.cli.parts import find_world
     from understudy.model.atomic import failing, write
     from understudy.physics.body import Physics
-    from understudy.physics.robot_files import names_of_robots, robot_file
+    from understudy.physics.robot_files import names_of_robots, robot_file, team_file
     from understudy.physics.ros import Simulation
     from understudy.robots.dds import DDS
 
@@ -45,14 +45,17 @@ def simulate(
     names = names_of_robots(scenario)
     if write_files is not None:
         known = str(Path(world).resolve()) if Path(world).is_file() else world
+        files = {
+            f"{name}.toml": robot_file(scenario, number, world=known, domain=domain, rate_hz=rate)
+            for number, name in enumerate(names)
+        }
+        if len(names) > 1:
+            files["team.toml"] = team_file(scenario)
         with failing(write_files, "writing the robots' files"):
             write_files.mkdir(parents=True, exist_ok=True)
-        for number, name in enumerate(names):
-            path = write_files / f"{name}.toml"
-            content = robot_file(scenario, number, world=known, domain=domain, rate_hz=rate)
-            with failing(path, "writing a robot's file"):
-                write(path, content.encode())
-            out.print(f"Wrote {path}", soft_wrap=True, markup=False)
+            for name, content in files.items():
+                write(write_files / name, content.encode())
+                out.print(f"Wrote {write_files / name}", soft_wrap=True, markup=False)
     transport = DDS(domain)
     try:
         simulation = Simulation(body, transport)

@@ -10,7 +10,7 @@ from understudy.physics.paints import seen_as
 from understudy.robots.camera import LEAST_PX
 from understudy.robots.camera_file import HEADING, color_line
 from understudy.robots.colors import Color
-from understudy.robots.file import FORMAT
+from understudy.robots.file import FORMAT, TEAM
 from understudy.worlds.kits import readings_of_type
 from understudy.worlds.markers import TARGET as MARKER
 from understudy.worlds.plans import Planner
@@ -92,6 +92,12 @@ def robot_file(scenario: Scenario, number: int, *, world: str, domain: int, rate
         lines += ["", f"[targets.{target}]", f'topic = "targets/{target}"', "relative = true"]
         lines += [f"stale_s = {STALE_S:g}"]
     return "\n".join(lines) + "\n"
+
+
+def team_file(scenario: Scenario) -> str:
+    """The file of all of them, TOML: their own lie beside it."""
+    files = ", ".join(f'"{name}.toml"' for name in names_of_robots(scenario))
+    return f'format = "{TEAM}"\nname = "{scenario.name}"\nrobots = [{files}]\n'
 
 
 def readings_of_robot(kind: RobotType) -> Mapping[str, tuple[str, str, str, str]]:
