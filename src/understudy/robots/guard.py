@@ -18,7 +18,7 @@ from typing import NamedTuple, NoReturn
 
 from understudy.errors import UnderstudyError
 from understudy.robots.file import RobotFile
-from understudy.robots.leash import Leash
+from understudy.robots.leash import HICCUP, Leash
 from understudy.robots.limits import STILL, Speeds, within
 from understudy.robots.stops import Stop, append, stop_now
 from understudy.robots.transport import Peer
@@ -239,12 +239,13 @@ class Guard:
     def _against(self, now: float, others: int = 0) -> Danger | None:
         """What speaks against moving now, but for a tick that is a little late."""
         if self._leash is not None:
-            if now - self._looked_s > self._file.safety.deadline_s:
-                return Danger(f"this program stood still for {now - self._looked_s:.2f} s")
+            stood_s = now - self._looked_s
+            if stood_s > self._file.safety.deadline_s:
+                return Danger(f"this program stood still for {stood_s:.2f} s", lost=stood_s > LOST_S)
             if asleep_s() - self._asleep_s > ASLEEP_S:
                 return Danger("this computer slept")
             if problem := self._leash.problem():
-                return Danger(problem)
+                return Danger(problem, lost=problem != HICCUP)  # how long that was, this program knows itself
         if others:
             return Danger(f"somebody else publishes on {self._topic}")
         if now - self._due_s > LOST_S:

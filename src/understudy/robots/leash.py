@@ -27,6 +27,10 @@ LEAVING_S = 3.0
 """For so long it may take to end, which it does after it sent stop for a while."""
 
 
+HICCUP = "the watchdog had to stop it"
+"""What it had to do while this program stood still."""
+
+
 class WatchdogFailed(UnderstudyError):
     """The watchdog cannot be started."""
 
@@ -111,7 +115,7 @@ class Leash:
         if not said:
             return "the watchdog died"
         self._answered_s = now
-        return "the watchdog had to stop it" if STOPPED in said else ""
+        return HICCUP if STOPPED in said else ""
 
     def leave(self) -> None:
         """Say good-bye, and wait until it is gone."""
