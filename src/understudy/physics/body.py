@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from math import nan
+from math import nan, radians
 
 import msgspec
 import numpy as np
@@ -19,7 +19,7 @@ from understudy.errors import FileError
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.kit import Kit
-from understudy.physics.arena import Arena
+from understudy.physics.arena import Arena, Pose
 from understudy.physics.model import camera_of, check_physics
 from understudy.physics.ranging import Ranging
 from understudy.physics.robot_files import colors_of
@@ -117,6 +117,28 @@ class Physics:
         self.world.place(agent, x, y, heading)
         self.arenas[agent // self.robots].place(agent % self.robots, x, y, heading)
         self._asked[agent] = 0.0
+        self._forget()
+
+    def follow(self, agent: int, pose: Pose) -> tuple[float, float]:
+        """Put a robot that is driven elsewhere where it is said to be, at its speeds; the commands that keep them."""
+        kind = self._kind(agent)
+        self.arenas[agent // self.robots].put(agent % self.robots, pose)
+        robot = self.world.state.robots[agent]
+        robot["x"], robot["y"], robot["heading"] = pose.x, pose.y, pose.heading
+        self._forget()
+        return pose.speed / kind.speed, pose.turning / radians(kind.turning_deg)
+
+    def show(self, things: Sequence[tuple[float, float, bool]]) -> None:
+        """Objects as somebody else keeps them: of each slot x, y (m) and whether it is there; none come or go by
+        themselves from now on.
+        """
+        objects = self.world.state.objects[0]
+        objects["due"] = objects["captured"] = -1
+        if len(things) != len(objects):
+            return
+        objects["x"], objects["y"], objects["present"] = np.array(things, np.float64).reshape(-1, 3).T
+        self.arenas[0].show(self.view())
+        self.arenas[0].settle()
         self._forget()
 
     def reset(self, seeds: Sequence[int]) -> None:

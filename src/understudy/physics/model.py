@@ -122,7 +122,7 @@ def _light(spec: Any, view: WorldView, *, fine: bool) -> None:
     if fine:
         sight.global_.offwidth, sight.global_.offheight = 2560, 1920
     spec.worldbody.add_light(
-        type=light, pos=[view.width / 2, view.height / 2, 8.0], dir=[-0.35, 0.45, -1.0],
+        type=light, pos=[view.width / 2 + 7.0, view.height / 2 - 9.0, 20.0], dir=[-0.35, 0.45, -1.0],
         diffuse=[0.45] * 3, ambient=[0.0] * 3, specular=[0.05] * 3, castshadow=fine,
     )  # fmt: skip
     kinds, builtin = mujoco().mjtTexture, mujoco().mjtBuiltin

@@ -76,6 +76,7 @@ def robot_file(scenario: Scenario, number: int, *, world: str, domain: int, rate
         "[limits]",
         f"speed_m_s = {kind.speed:g}",
         f"turn_rad_s = {radians(kind.turning_deg):g}",
+        f"geofence = [0, 0, {scenario.size[0]:g}, {scenario.size[1]:g}]",
         "",
         "[commands]",
         'topic = "cmd_vel"',

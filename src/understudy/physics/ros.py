@@ -100,7 +100,7 @@ class Serving:
 
     def publish(self, percept: Mapping[ReadingKey, Any], time_s: float) -> None:
         """Tell what it senses now; `percept` has the columns of all robots."""
-        header = _header(time_s, self.name)
+        header = header_of(time_s, self.name)
         for name, (topic, type, _, _) in self._readings.items():
             if type != ODOMETRY:
                 value = float(percept[name, None][self.number])
@@ -109,8 +109,8 @@ class Serving:
         for target in self._targets:
             away, bearing = (float(percept[each, target][self.number]) for each in ("range", "bearing"))
             if not (isnan(away) or isnan(bearing)):
-                point = make(POINT, x=away * cos(bearing), y=away * sin(bearing))
-                pose = make("geometry_msgs/msg/Pose", position=point, orientation=make(TURNED, w=1.0))
+                at = point(away * cos(bearing), away * sin(bearing))
+                pose = make("geometry_msgs/msg/Pose", position=at, orientation=make(TURNED, w=1.0))
                 self._publish[f"targets/{target}"](encode(PLACE, make(PLACE, header=header, pose=pose)))
         if self._camera is not None and (image := self.body.image(self.number)) is not None:
             self._publish["image_raw"](picture(image, header))
@@ -128,7 +128,7 @@ class Serving:
     def _odometry(self, header: Any) -> Any:
         pose = self.body.arenas[0].pose(self.number)
         turned = make(TURNED, z=sin(pose.heading / 2), w=cos(pose.heading / 2))
-        place = make("geometry_msgs/msg/Pose", position=make(POINT, x=pose.x, y=pose.y), orientation=turned)
+        place = make("geometry_msgs/msg/Pose", position=point(pose.x, pose.y), orientation=turned)
         vector = "geometry_msgs/msg/Vector3"
         moved = make(TWIST, linear=make(vector, x=pose.speed), angular=make(vector, z=pose.turning))
         return make(
@@ -155,10 +155,33 @@ def picture(image: Image, header: Any) -> bytes:
     return encode(IMAGE, made)
 
 
-def _header(time_s: float, frame: str) -> Any:
+def header_of(time_s: float, frame: str) -> Any:
+    """The header of a message of this time since 1970, s, in this frame."""
     seconds = int(time_s)
     stamp = make("builtin_interfaces/msg/Time", sec=seconds, nanosec=int((time_s - seconds) * 1e9))
     return make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+
+def point(x: float, y: float, z: float = 0.0) -> Any:
+    """A point, m."""
+    return make(POINT, x=float(x), y=float(y), z=z)
+
+
+def keep_time(
+    tick: Callable[[float], None], period_s: float, *, seconds: float, stopped: Callable[[], bool]
+) -> int:
+    """A tick per period in real time, for so long; how many came late by a period or more: none is made up for."""
+    began = due = time.monotonic()
+    late = 0
+    while not stopped() and time.monotonic() - began < seconds:
+        tick(time.monotonic())
+        due += period_s
+        left = due - time.monotonic()
+        if left > 0:
+            time.sleep(left)
+        elif left < -period_s:
+            late, due = late + 1, time.monotonic()
+    return late
 
 
 class Simulation:
@@ -178,15 +201,5 @@ class Simulation:
         self.body.act({"drive": told[:, 0], "turn": told[:, 1]})
 
     def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
-        """Go on for so long in real time; how many ticks came late by a period or more, which were not made up for."""
-        began = due = time.monotonic()
-        late = 0
-        while not stopped() and time.monotonic() - began < seconds:
-            self.tick(time.monotonic())
-            due += self.body.tick_s
-            left = due - time.monotonic()
-            if left > 0:
-                time.sleep(left)
-            elif left < -self.body.tick_s:
-                late, due = late + 1, time.monotonic()
-        return late
+        """Go on for so long in real time; how many ticks came late."""
+        return keep_time(self.tick, self.body.tick_s, seconds=seconds, stopped=stopped)
