@@ -10,6 +10,7 @@ import { Header } from "./header";
 import { listenToKeys } from "./keys";
 import type { Panel } from "./panel";
 import { Pane } from "./pane";
+import { Robots } from "./robots";
 import { Side } from "./side";
 import type { Studio } from "./studio";
 import { Timeline } from "./timeline";
@@ -21,11 +22,15 @@ const BUTTONS = "button, [role=button]";
 export function App({ studio, panel, tour }: { studio: Studio; panel: Panel; tour: Tour }) {
   const around = useMemo(() => ({ studio, panel, tour }), [studio, panel, tour]);
   useEffect(() => listenToKeys(studio), [studio]);
+  useEffect(() => studio.live.begin(), [studio]);
   return (
     <AroundContext.Provider value={around}>
       <div class="screen" onClick={letKeysGo}>
         <Header />
-        <Bars />
+        <div class="bars">
+          <Bars />
+          <Robots />
+        </div>
         <Side />
         <main class="center">
           <WorldView />

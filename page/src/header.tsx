@@ -9,6 +9,7 @@ import { className } from "./words";
 export function Header() {
   const studio = useStudio();
   const { desk, scene } = studio;
+  const { real } = studio.live;
   return (
     <header class="header">
       <h1 class="logo">Understudy</h1>
@@ -23,7 +24,8 @@ export function Header() {
           </b>
         )}
       </span>
-      {scene !== null && <Place studio={studio} scenario={scene.scenario} />}
+      {scene !== null && !real && <Place studio={studio} scenario={scene.scenario} />}
+      {real && <span class="soft">on {scene?.real.join(", ")}</span>}
       <span class="space" />
       <Running studio={studio} />
       <span class="space" />

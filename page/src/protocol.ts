@@ -11,7 +11,15 @@ export type Targets = Readonly<Record<string, string>>;
 /** What the page asks for. The link gives each a number, and the server answers it by that number. */
 export type Request =
   | { do: "press"; state: string }
-  | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "take" | "hand_over" }
+  | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "take" | "hand_over" | "arm" | "stop" }
+  | { do: "here"; holding: boolean }
+  | {
+      do: "pick_color";
+      robot: number;
+      name: string;
+      image: number;
+      points: readonly (readonly [number, number])[];
+    }
   | { do: "pause"; paused: boolean }
   | { do: "speed"; speed: Speed }
   | { do: "reset"; seed: number | null }
@@ -205,6 +213,12 @@ export interface Scene {
   behaviors: readonly Part[];
   /** The sorts of squads, the topmost first: for each squad the robots in it. */
   squads: readonly SquadSort[];
+  /** The names of the robots, where they are real. */
+  real: readonly string[];
+  /** The numbers of those that have a camera. */
+  eyes: readonly number[];
+  /** Whether they move only while a key is held. */
+  holds: boolean;
 }
 
 export interface SquadSort {
@@ -371,6 +385,13 @@ export interface SceneNews {
   scene: Scene;
 }
 
+/** A real robot: whether it may move, and why it does not. */
+export interface RobotNews {
+  name: string;
+  armed: boolean;
+  stopped: string;
+}
+
 export interface DeskNews {
   is: "desk";
   library: Library;
@@ -387,6 +408,8 @@ export interface DeskNews {
   run: { number: number; from_s: number };
   /** Whether anybody directs. */
   directed: boolean;
+  /** The robots, where they are real. */
+  robots: readonly RobotNews[];
 }
 
 export type News = Hello | SceneNews | DeskNews;

@@ -11,27 +11,10 @@ const SPEEDS: readonly Speed[] = [0.25, 0.5, 1, 2, 4, 8, 16, "fastest"];
 export function Running({ studio }: { studio: Studio }) {
   const paused = studio.told?.paused ?? false;
   const off = !studio.directs;
-  const seed = studio.told?.seed ?? studio.scene?.seed ?? 0;
+  const { real } = studio.live; // their time is that of the person, and there is no going back
   return (
     <div class="running" role="toolbar" aria-label="Time">
-      <button
-        type="button"
-        class="icon"
-        disabled={off}
-        aria-label="Reset"
-        title="The same world again"
-        onClick={() => void studio.ask({ do: "reset", seed: null })}
-      >
-        ↺
-      </button>
-      <button
-        type="button"
-        disabled={off}
-        title="The next world"
-        onClick={() => void studio.ask({ do: "reset", seed: seed + 1 })}
-      >
-        New world
-      </button>
+      {!real && <Worlds studio={studio} />}
       <button
         type="button"
         class="pause"
@@ -50,24 +33,56 @@ export function Running({ studio }: { studio: Studio }) {
       >
         Step <kbd>.</kbd>
       </button>
-      <select
-        aria-label="Speed"
-        disabled={off}
-        value={String(studio.told?.speed ?? 1)}
-        onChange={(event) => {
-          const speed = SPEEDS.find((each) => String(each) === event.currentTarget.value);
-          if (speed !== undefined) void studio.ask({ do: "speed", speed });
-          event.currentTarget.blur();
-        }}
-      >
-        {SPEEDS.map((speed) => (
-          <option key={speed} value={String(speed)}>
-            {speed === "fastest" ? speed : `${speed}×`}
-          </option>
-        ))}
-      </select>
+      {!real && <Pace studio={studio} />}
       <Time />
     </div>
+  );
+}
+
+function Worlds({ studio }: { studio: Studio }) {
+  const seed = studio.told?.seed ?? studio.scene?.seed ?? 0;
+  return (
+    <>
+      <button
+        type="button"
+        class="icon"
+        disabled={!studio.directs}
+        aria-label="Reset"
+        title="The same world again"
+        onClick={() => void studio.ask({ do: "reset", seed: null })}
+      >
+        ↺
+      </button>
+      <button
+        type="button"
+        disabled={!studio.directs}
+        title="The next world"
+        onClick={() => void studio.ask({ do: "reset", seed: seed + 1 })}
+      >
+        New world
+      </button>
+    </>
+  );
+}
+
+function Pace({ studio }: { studio: Studio }) {
+  return (
+    <select
+      aria-label="Speed"
+      disabled={!studio.directs}
+      value={String(studio.told?.speed ?? 1)}
+      onChange={(event) => {
+        const speed = SPEEDS.find((each) => String(each) === event.currentTarget.value);
+        if (speed !== undefined) void studio.ask({ do: "speed", speed });
+        event.currentTarget.blur();
+      }}
+    >
+      {SPEEDS.map((speed) => (
+        <option key={speed} value={String(speed)}>
+          {speed === "fastest" ? speed : `${speed}×`}
+        </option>
+      ))}
+    </select>
   );
 }
 

@@ -2,6 +2,7 @@
 
 import { decode } from "./frame";
 import { Link, type Listener } from "./link";
+import { Live } from "./live";
 import { Memory } from "./memory";
 import { News } from "./news";
 import { Past } from "./past";
@@ -38,6 +39,7 @@ export class Studio implements Listener {
   readonly memory = new Memory();
   readonly past = new Past();
   readonly trial = new Trial(this);
+  readonly live = new Live(this);
   scene: Scene | null = null;
   told: DeskNews | null = null;
 

@@ -115,7 +115,7 @@ def test_a_robot_reads_and_commands_another_process(rover: subprocess.Popen[str]
         wait_for(lambda: all(latest.count > 3 for latest in robot.senses.latest.values()))
         keys = [(reading.name, None) for reading in robot.readings]
         assert [float(column[0]) for column in robot.sense(keys).values()] == [2.0, 1.0, 0.0]
-        robot.arm()
+        robot.arm("a test")
         started = time.monotonic()
         while rover.poll() is None and time.monotonic() - started < 10:
             robot.act({"drive": np.array([1.0]), "turn": np.array([-0.5])})

@@ -92,6 +92,7 @@ def drive(path: Path) -> tuple[Wire, list[bytes]]:
             robot.act(FORWARD)
             recorder.decided(robot.time_s, percept, [("wander", "forward")])
             wire.deliver(topic, data, time.monotonic())
+            robot.arm("a test")  # its sonar was heard
         recorder.pressed("backward")
         recorder.pressed(None)
         recorder.decided(robot.time_s, robot.sense(every_key(robot)), [("wander", "backward")])
@@ -309,6 +310,7 @@ def test_messages_do_not_fail_where_their_recording_did(tmp_path: Path) -> None:
     recorder, robot, wire = rover(tmp_path / "drive.mcap")
     recorder.close()
     wire.deliver("/rover/sonar", sonar(1.0), time.monotonic())
+    robot.arm("a test")
     robot.act(FORWARD)
     assert wire.sent
 

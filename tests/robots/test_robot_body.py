@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from math import inf, isnan, nan, pi, sqrt
 
 import numpy as np
@@ -12,19 +11,15 @@ from hypothesis import strategies as st
 
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
+from tests.robots.rigs import CMD, FENCED, ODOM, SONAR, STOP, Rig
 from tests.robots.rovers import ODOMETRY, ROVER, STAMPED, TWIST, Wire, odometry, sonar
 
 from understudy.errors import DefinitionError, FileError, UnknownName
-from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
-from understudy.robots.messages import decode
 from understudy.robots.survey import survey
 from understudy.robots.transport import Peer
 from understudy.runtime.body import every_key
 from understudy.testing import check_body
 
-SONAR, ODOM, CMD = "/rover/sonar", "/rover/odom", "/rover/cmd_vel"
-STOP = (0.0, 0.0)
 ACCELERATIONS = "turn_rad_s = 1.0\nacceleration_m_s2 = 1.0\nturn_acceleration_rad_s2 = 2.0\n\n[readings.sonar"
 
 MOVES = [  # drive, turn, what is sent: 0.4 m/s and 1 rad/s at 1, never above 0.5 and 1
@@ -32,45 +27,6 @@ MOVES = [  # drive, turn, what is sent: 0.4 m/s and 1 rad/s at 1, never above 0.
     (-1.0, 0.5, (-0.4, 0.5)),
     (2.0, -3.0, (0.5, -1.0)),
 ]
-
-
-@dataclass
-class Rig:
-    """A robot, and everything around it."""
-
-    text: str = ROVER
-    now: float = 100.0
-    wire: Wire = field(default_factory=Wire)
-
-    def __post_init__(self) -> None:
-        self.robot = Robot(parse_robot(self.text), self.wire, clock=lambda: self.now)
-
-    def hear(self, topic: str, data: bytes) -> None:
-        self.wire.deliver(topic, data, self.now)
-
-    def read(self, name: str) -> float:
-        column = self.robot.sense([(name, None)])[name, None]
-        assert column.shape == (1,)
-        return float(column[0])
-
-    def move(self, drive: float, turn: float = 0.0) -> tuple[float, float]:
-        """What was sent for a command."""
-        self.robot.act({"drive": np.array([drive]), "turn": np.array([turn])})
-        return self.sent
-
-    @property
-    def sent(self) -> tuple[float, float]:
-        topic, data = self.wire.sent[-1]
-        assert topic == CMD
-        twist = decode(self.robot.file.commands.type, data)
-        twist = getattr(twist, "twist", twist)
-        return twist.linear.x, twist.angular.z
-
-    def ready(self) -> Rig:
-        """Armed, and its sonar there."""
-        self.hear(SONAR, sonar(2.0))
-        self.robot.arm()
-        return self
 
 
 def test_it_keeps_the_laws_of_bodies() -> None:
@@ -122,43 +78,53 @@ def test_a_command_that_makes_no_sense_stops_it() -> None:
         assert rig.sent == STOP
 
 
-def test_nothing_moves_before_it_is_armed_nor_after_a_stop() -> None:
+def test_nothing_is_sent_before_it_is_armed_and_nothing_moves_after_a_stop() -> None:
     rig = Rig()
     rig.hear(SONAR, sonar(2.0))
-    assert rig.move(1.0, 1.0) == STOP
-    rig.robot.arm()
+    rig.robot.act({"drive": np.ones(1)})
+    assert rig.wire.sent == []
+    assert rig.robot.stopped == "not armed"
+    rig.robot.arm("Ada")
     assert rig.move(1.0) != STOP
-    rig.robot.stop()
+    rig.robot.disarm("Ada said so")
     assert rig.sent == STOP
     assert rig.move(1.0) == STOP
-    assert rig.robot.stopped == "not armed"
+    assert (rig.robot.armed, rig.robot.stopped) == (False, "Ada said so")
 
 
 def test_without_a_required_reading_it_stops() -> None:
+    """Where its sensor fell silent, until armed again; where it measured nothing, until it does."""
     rig = Rig().ready()
+    rig.now += 0.2
+    rig.hear(SONAR, sonar(nan))
+    assert rig.move(1.0) == STOP
+    assert rig.robot.stopped == "sonar_ahead is absent"
+    rig.hear(SONAR, sonar(2.0))
+    assert rig.move(1.0) != STOP
     rig.now += 0.5
     assert rig.move(1.0) != STOP
     rig.now += 0.1
     assert rig.move(1.0) == STOP
-    assert rig.robot.stopped == "sonar_ahead is absent"
-    rig.hear(SONAR, sonar(nan))  # it speaks, but measures nothing
+    rig.hear(SONAR, sonar(2.0))
     assert rig.move(1.0) == STOP
+    assert [stop.cause for stop in rig.robot.stops] == ["sonar_ahead is absent"] * 2
 
 
 def test_outside_its_geofence_it_stops() -> None:
-    fence = ROVER.replace("turn_rad_s = 1.0\n\n", "turn_rad_s = 1.0\ngeofence = [-1, -1, 1, 1]\n\n", 1)
-    y = '[readings.y]\ntopic = "odom"\ntype = "nav_msgs/msg/Odometry"\nfield = "pose.pose.position.y"\n[commands]'
-    rig = Rig(fence.replace("[commands]", y)).ready()
-    assert rig.move(1.0) == STOP  # nobody knows where it is
+    rig = Rig(FENCED)
     rig.hear(ODOM, odometry(0.9))
+    rig.ready()
     assert rig.move(1.0) != STOP
     rig.hear(ODOM, odometry(1.1))
-    assert rig.move(1.0) == STOP
+    rig.robot.guard.look()
+    assert rig.sent == STOP
     assert rig.robot.stopped == "outside its geofence"
+    rig.hear(ODOM, odometry(0.9))
+    assert rig.move(1.0) == STOP
 
 
 def test_it_gets_faster_no_faster_than_it_may_and_stops_at_once() -> None:
-    """1 m/s² and 2 rad/s², a command each 0.1 s; after 10 s of silence no further than in two ticks."""
+    """1 m/s² and 2 rad/s², a command each 0.1 s; after half a second of silence no further than in two ticks."""
     rig = Rig(ROVER.replace("turn_rad_s = 1.0\n\n[readings.sonar", ACCELERATIONS)).ready()
     rig.move(0.0)
     sent = []
@@ -169,10 +135,10 @@ def test_it_gets_faster_no_faster_than_it_may_and_stops_at_once() -> None:
     assert sent == [
         pytest.approx(row) for row in [(0.1, 0.2), (0.2, 0.4), (0.3, 0.5), (0.4, 0.5), (0.4, 0.5)]
     ]
-    rig.now += 10.0
+    rig.now += 0.5
     rig.hear(SONAR, sonar(2.0))
     assert rig.move(-1.0, 0.5) == pytest.approx((0.2, 0.5))
-    rig.robot.stop()
+    rig.robot.disarm()
     assert rig.sent == STOP
 
 

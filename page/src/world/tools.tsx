@@ -16,7 +16,7 @@ interface ToolsProps {
 }
 
 export function Tools({ stage, tool, choose }: ToolsProps) {
-  const { scene, desk, directs } = useStudio();
+  const { scene, desk, directs, live } = useStudio();
   const [, again] = useState(0);
   if (scene === null) return null;
   const type = scene.robot_type[desk?.agent ?? 0] ?? 0;
@@ -55,7 +55,7 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
           ⤢
         </button>
       </div>
-      {directs && (
+      {directs && !live.real && (
         <select
           class="tools add"
           aria-label="Add to the world"

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from understudy.worlds.scenario import Scenario
 
 SUFFIX = ".mcap"
-SCENARIO = "scenario"
-"""Under this name a recording keeps the scenario's file."""
 
 
 @contextmanager
@@ -29,7 +27,7 @@ def recording(
         yield team.tick
         return
     from understudy.robots.recording import Recorder
-    from understudy.robots.recording_head import Ran
+    from understudy.robots.recording_head import SCENARIO, Ran
     from understudy.runtime.body import every_key
     from understudy.worlds.scenario_files import dump_scenario
     from understudy.worlds.world import World
@@ -58,6 +56,7 @@ def is_recording(path: Path) -> bool:
 def scenario_of(recording: Recording) -> Scenario | None:
     """The scenario that it ran in, as it was then."""
     from understudy.cli.parts import find_world
+    from understudy.robots.recording_head import SCENARIO
     from understudy.worlds.scenario_files import parse_scenario
 
     kept, ran = recording.head.files.get(SCENARIO), recording.head.ran

@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.cli.parts import LIBRARY, BehaviorName, Bind, Json, KitName, Library, SameWorld, ScenarioName
+from understudy.cli.fleets import NoRecording, RobotFile, TeamFile, twin_of
+from understudy.cli.fleets import named as real
+from understudy.cli.parts import (
+    LIBRARY,
+    BehaviorName,
+    Bind,
+    Json,
+    KitName,
+    Library,
+    SameWorld,
+    ScenarioName,
+)
 
 if TYPE_CHECKING:
     from understudy.model.library import Library as Opened
@@ -64,6 +75,9 @@ def run(
         ),
     ] = None,
     bind: Bind = None,
+    robot: RobotFile = None,
+    team: TeamFile = None,
+    no_record: NoRecording = False,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -78,6 +92,8 @@ def run(
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
 
     [dim]understudy run --record run.mcap[/], then [dim]understudy run --replay run.mcap --library corrected[/]
+
+    [dim]understudy run --robot rover.toml --behavior servo[/]
 
     What a squad was taught (in a folder of the squad's name) is run by its coordinators. Where types of robots differ,
     each has a folder of its name, too; SORT/BEHAVIOR says whose behavior is meant.
@@ -111,6 +127,12 @@ def run(
     from understudy.traces import write_trace
     from understudy.worlds.teams import runners, sort_of, team_of
 
+    if real(robot, team, world=scenario or world) is not None:
+        from understudy.cli.live import run_live
+
+        with twin_of(robot, team, record=record, recorded=not no_record) as twin:
+            run_live(twin, behavior, library, kit=kit, bind=bind, seconds=seconds, as_json=as_json)
+        return
     if record is not None and not is_recording(record) and record.suffix.lower() not in PICTURES:
         remedy = "name a file that ends in .gif (in motion), .png (its path) or .mcap (all readings)"
         raise SettingError(

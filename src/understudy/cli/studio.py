@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from understudy.cli.fleets import NoRecording, RobotFile, TeamFile, twin_of
+from understudy.cli.fleets import named as real
 from understudy.cli.parts import LIBRARY, KitName, Library, SameWorld, ScenarioName
 
 
@@ -26,31 +28,47 @@ def studio(
     ] = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
+    robot: RobotFile = None,
+    team: TeamFile = None,
+    no_record: NoRecording = False,
 ) -> None:
     """Train a robot in the browser: it shows the world, and you press what the robot is to do.
 
     Works without internet. What is shown is on disk before it is acknowledged: start it again, and go on.
+
+    [dim]understudy studio forage[/]
+
+    [dim]understudy studio --robot rover.toml[/]
     """
+    from contextlib import ExitStack
+
     from understudy.cli.parts import chosen_world, find_kit, find_world
     from understudy.cli.progress import compile_once
     from understudy.studio.serving import listen, serve
     from understudy.studio.shelf import check_folder
     from understudy.studio.stage import Stage
     from understudy.studio.studio import Studio
+    from understudy.worlds.kits import kit_of
 
-    name = chosen_world(scenario, world)
-    found, parts = find_world(name), find_kit(kit, name)
-    check_folder(library)
-    address = listen(host, port, token)
-    compile_once(learner=True, world=found)
-    stage = Stage(found, library, parts, seed=seed)
-    typer.echo(f"The studio is at {address.link}  (Ctrl C ends it)")
+    with ExitStack() as leaving:
+        if real(robot, team, world=scenario or world) is None:
+            name, twin = chosen_world(scenario, world), None
+            found, parts = find_world(name), find_kit(kit, name)
+        else:
+            twin = leaving.enter_context(twin_of(robot, team, record=None, recorded=not no_record))
+            found = twin.scenario
+            parts = kit_of(found) if kit is None else find_kit(kit, found.name)
+        check_folder(library)
+        address = listen(host, port, token)
+        compile_once(learner=True, world=found)
+        stage = Stage(found, library, parts, seed=seed, twin=twin)
+        typer.echo(f"The studio is at {address.link}  (Ctrl C ends it)")
 
-    def ready() -> None:
-        if not no_browser:
-            _open(address.link)
+        def ready() -> None:
+            if not no_browser:
+                _open(address.link)
 
-    serve(Studio(stage), address, ready=ready)
+        serve(Studio(stage), address, ready=ready)
 
 
 def _open(link: str) -> None:

@@ -7,20 +7,24 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, World
+from understudy.cli.fleets import NoRecording, RobotFile, twin_of
+from understudy.cli.fleets import named as real
+from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, SameWorld
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from understudy.desk.plan import Plan
     from understudy.model.library import Library as Opened
+    from understudy.robots.twin import Twin
+    from understudy.worlds.scenario import Scenario
 
 
 def teach(
     name: Annotated[
         str, typer.Argument(help="The automaton: a new one, or one of the library to go on with.")
     ],
-    world: World = WORLD,
+    world: SameWorld = None,
     library: Library = LIBRARY,
     states: Annotated[
         str | None,
@@ -50,6 +54,8 @@ def teach(
         typer.Option("--reaction", min=0.0, max=1.0, metavar="SECONDS", help="How late your presses come."),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
+    robot: RobotFile = None,
+    no_record: NoRecording = False,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -59,8 +65,12 @@ def teach(
 
     [dim]understudy teach goto --parameters A --states forward,rotate_left,rotate_right --flags done
     --features 'distance_to(A),angle_to(A)' --targets A=station[/]
+
+    [dim]understudy teach servo --robot rover.toml[/]
     """
-    from understudy.cli.parts import find_kit, find_world, names_in, targets_in
+    from contextlib import ExitStack
+
+    from understudy.cli.parts import find_world, names_in, targets_in
     from understudy.desk.plan import Choices, Plan, checked
 
     choices = Choices(
@@ -72,15 +82,32 @@ def teach(
         watched=watched,
         reaction_s=reaction,
     )
-    opened = _library(library, kit, world)
-    plan = Plan(name, library, find_world(world), opened, choices, seed)
-    find_kit(kit, world)
-    checked(plan)
-    _see_terminal()
-    _teach(plan, as_json=as_json)
+    with ExitStack() as leaving:
+        twin = None
+        if real(robot, None, world=world) is not None:
+            twin = leaving.enter_context(twin_of(robot, None, record=None, recorded=not no_record))
+            _see_hold(twin)
+        where = find_world(world or WORLD) if twin is None else twin.scenario
+        plan = Plan(name, library, where, _library(library, kit, where), choices, seed)
+        checked(plan)
+        _see_terminal()
+        _teach(plan, twin, as_json=as_json)
 
 
-def _teach(plan: Plan, *, as_json: bool) -> None:
+def _see_hold(twin: Twin) -> None:
+    """Refuse robots that need a key that is held: a terminal cannot tell."""
+    from understudy.errors import SettingError
+
+    if twin.fleet.holds_to_run:
+        raise SettingError(
+            where=twin.fleet.name,
+            setting="safety.hold_to_run",
+            problem="needs a key that is held, and a terminal does not tell when one is let go",
+            remedy="teach it in the studio: understudy studio --robot FILE",
+        )
+
+
+def _teach(plan: Plan, twin: Twin | None, *, as_json: bool) -> None:
     from understudy.cli.failing import FAULT
     from understudy.cli.output import console, count, print_json
     from understudy.cli.progress import compile_once
@@ -90,7 +117,7 @@ def _teach(plan: Plan, *, as_json: bool) -> None:
 
     compile_once(learner=True, world=plan.world)
     left = journals.unfinished(plan.folder, plan.name, plan.world.name, plan.library)
-    trainer = Trainer(plan, unfinished=left)
+    trainer = Trainer(plan, unfinished=left, twin=twin)
     ended = trainer.run()
     if isinstance(ended, UnderstudyError):
         raise ended
@@ -116,12 +143,13 @@ def _teach(plan: Plan, *, as_json: bool) -> None:
         console().print(f"[bold]{plan.name}[/] was not saved.")
 
 
-def _library(folder: Path, kit: str | None, world: str) -> Opened:
+def _library(folder: Path, kit: str | None, where: Scenario) -> Opened:
     """The library, or an empty one where the folder is still to be made."""
     from understudy.cli.parts import find_kit, opened
     from understudy.model.library import Library
+    from understudy.worlds.kits import kit_of
 
-    found = find_kit(kit, world)
+    found = kit_of(where) if kit is None else find_kit(kit, where.name)
     return opened(folder, found).library if folder.exists() else Library(found)
 
 

@@ -15,7 +15,7 @@ from enum import StrEnum
 
 from understudy.coaching.doubt import Doubt, Doubts
 from understudy.learning.transitions import learn
-from understudy.runtime.body import Rewindable
+from understudy.runtime.body import rewinds
 from understudy.training.company import Instant
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -105,7 +105,7 @@ class Asking:
 
     def _mark(self, question: Question) -> None:
         session = self.session
-        instant = session.instant() if isinstance(session.body, Rewindable) else None
+        instant = session.instant() if rewinds(session.body) else None
         self.marked.append(
             Question(question.time_s, question.state, question.values, question.next, question.doubt, instant)
         )

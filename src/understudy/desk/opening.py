@@ -11,6 +11,8 @@ from understudy.desk.pace import Pace, Wall
 from understudy.desk.plan import Plan, Start
 from understudy.errors import SessionError
 from understudy.model.lesson import Lesson
+from understudy.robots.recording_head import Ran
+from understudy.robots.twin import Ground, Twin
 from understudy.runtime.troop import Troop
 from understudy.training.session import Session
 from understudy.worlds.world import World
@@ -36,13 +38,14 @@ def begun(
     start: Start,
     wall: Wall,
     *,
-    body: World | Troop | None = None,
+    body: Ground | Troop | None = None,
     agent: int = 0,
     now: datetime | None = None,
 ) -> Opened:
     """A new session, with a journal that begins now; in a world of its own, or in one that is there as it is."""
     body = World(plan.world, [plan.seed]) if body is None else body
-    pace = Pace(wall, tick_s=body.tick_s)
+    ground = _ground(body)
+    pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, Twin))
     journal = new_path(plan.folder, plan.name, now=now or datetime.now())
     session = Session(
         body,
@@ -54,29 +57,47 @@ def begun(
         journal=journal,
         about={"world": plan.world.name, "seed": plan.seed},
     )
-    desk = Desk(session, _world(body), pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
+    desk = Desk(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
     desk.said = Said(_welcome(desk))
+    _follow(session, ground)
     return Opened(desk, journal, _locked(journal))
 
 
-def resumed(plan: Plan, journal: Path, wall: Wall, *, body: World | Troop | None = None) -> Opened:
+def resumed(plan: Plan, journal: Path, wall: Wall, *, body: Ground | Troop | None = None) -> Opened:
     """A session that was cut off goes on, paused; a world that is there becomes as it was then."""
     lock = _locked(journal)
     body = World(plan.world, [plan.seed]) if body is None else body
-    pace = Pace(wall, tick_s=body.tick_s)
+    ground = _ground(body)
+    pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, Twin))
     session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
-    desk = Desk(session, _world(body), pace, folder=plan.folder, seed=None, saved=_saved(plan))
+    desk = Desk(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
+    _follow(session, ground)
     desk.pause()
     desk.said = Said("Everything shown is back. Space goes on, n begins in a new world")
     return Opened(desk, journal, lock)
 
 
-def _world(body: World | Troop) -> World:
-    """The world that is looked at: for squads that of their robots."""
+def _ground(body: Ground | Troop) -> Ground:
+    """What is looked at: for squads that of their robots."""
     ground = body.ground if isinstance(body, Troop) else body
-    if not isinstance(ground, World):
-        raise SessionError("a desk needs a simulated world")
+    if not isinstance(ground, World | Twin):
+        raise SessionError("a desk needs a world, or robots of one")
     return ground
+
+
+def _follow(session: Session, ground: Ground) -> None:
+    """Let real robots tell and record what is decided."""
+    if not isinstance(ground, Twin):
+        return
+    body, ran = session.body, Ran(library="", binding=dict(session.screen().targets))
+
+    def paths() -> list[tuple[str, ...]]:
+        if isinstance(body, Troop):
+            return body.team.paths
+        return [session.trainee.path if each == session.agent else () for each in range(body.agents)]
+
+    ground.follow(paths)
+    ground.record(ran)
 
 
 def _saved(plan: Plan) -> Lesson | None:

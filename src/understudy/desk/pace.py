@@ -20,8 +20,11 @@ LONGEST_STALL_S = 0.25
 """What is made up for after a stall; a longer one is let go, so that the world never races."""
 
 
-def known_speed(speed: float, where: str) -> float:
-    """A speed that there is; SettingError where it is another."""
+def known_speed(speed: float, where: str, *, live: bool = False) -> float:
+    """A speed that there is; SettingError where it is another. Time that is `live` passes as in life."""
+    if live and speed != 1.0:
+        problem = f"is {speed:g}, and real robots' time passes as it does"
+        raise SettingError(where=where, setting="speed", problem=problem, remedy="leave it at 1")
     if speed not in SPEEDS:
         known = ", ".join(f"{each:g}" for each in SPEEDS[:-1])
         remedy = f"give one of {known}, or fastest"
@@ -30,10 +33,10 @@ def known_speed(speed: float, where: str) -> float:
 
 
 class Pace:
-    """The world's clockwork; it stands still at first."""
+    """The world's clockwork; it stands still at first. Where it is `live`, late ticks are not made up for."""
 
-    def __init__(self, wall: Wall, *, tick_s: float) -> None:
-        self.speed = 1.0
+    def __init__(self, wall: Wall, *, tick_s: float, live: bool = False) -> None:
+        self.speed, self.live = 1.0, live
         self._wall, self._tick_s = wall, tick_s
         self._going = False
         self._last = wall()
@@ -75,17 +78,19 @@ class Pace:
         """Ticks to take now, where the speed is a number."""
         self._advance()
         ticks = int(self._owed_s / self._tick_s + 1e-6)
-        most = max(1, ceil(LONGEST_STALL_S * self.speed / self._tick_s))
+        most = 1 if self.live else max(1, ceil(LONGEST_STALL_S * self.speed / self._tick_s))
         self._owed_s = 0.0 if ticks > most else self._owed_s - ticks * self._tick_s
         return min(ticks, most)
 
     def faster(self) -> None:
         """The next higher speed, if there is one."""
-        self.speed = SPEEDS[min(SPEEDS.index(self.speed) + 1, len(SPEEDS) - 1)]
+        faster = SPEEDS[min(SPEEDS.index(self.speed) + 1, len(SPEEDS) - 1)]
+        self.speed = known_speed(faster, "the trainer", live=self.live)
 
     def slower(self) -> None:
         """The next lower speed, if there is one."""
-        self.speed = SPEEDS[max(SPEEDS.index(self.speed) - 1, 0)]
+        slower = SPEEDS[max(SPEEDS.index(self.speed) - 1, 0)]
+        self.speed = known_speed(slower, "the trainer", live=self.live)
 
     def _advanced(self) -> float:
         self._advance()

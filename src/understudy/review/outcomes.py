@@ -10,7 +10,7 @@ from understudy.errors import SessionError, UnderstudyError
 from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.outcome import Outcome
-from understudy.runtime.body import Rewindable
+from understudy.runtime.body import rewinds
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run import Run
@@ -50,7 +50,7 @@ def here(session: Session, *, flag: str, within_s: float) -> Outcome:
             f"{automaton.name!r} never raises {flag!r}; its flags are {', '.join(flags) or 'none'}"
         )
     ground = body.ground if isinstance(body, Troop) else body
-    if not isinstance(ground, World) or not isinstance(body, Rewindable) or ground.worlds != 1:
+    if not isinstance(ground, World) or not rewinds(body) or ground.worlds != 1:
         raise SessionError("an outcome is of one simulated world, so that it can be put back to this moment")
     scenario = ground.scenario
     return Outcome(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,27 +12,30 @@ import numpy as np
 
 from understudy.errors import FileError, UnderstudyError, UnknownName, listed
 from understudy.model.feature import Percept, ReadingKey
-from understudy.robots.dds import DDS
 from understudy.robots.deriving import Derived
 from understudy.robots.file import RobotFile
+from understudy.robots.guard import Danger, Guard
+from understudy.robots.leash import Leash
+from understudy.robots.limits import Speeds
 from understudy.robots.messages import twist
+from understudy.robots.recording import Recorder, Taped
 from understudy.robots.senses import Senses
-from understudy.robots.transport import Transport
+from understudy.robots.stops import Stop, log_path
+from understudy.robots.transport import Publish, Transport
+from understudy.robots.transports import open_transport
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.worlds.catalog import find_world
 from understudy.worlds.commands import table_of
 from understudy.worlds.kits import COLUMNS, MOVING
 from understudy.worlds.scenario import RobotType, Scenario
 
-STILL = (0.0, 0.0)
-"""Neither driving nor turning, m/s and rad/s."""
-
 
 class Robot:
-    """One robot behind a transport: a Body with N = 1 that sends nothing but stop until it is armed.
+    """One robot behind a transport: a Body with N = 1 that is sent nothing until a person arms it.
 
     Message threads write the last values, the deciding thread reads them. A call to `act` sends one command and
-    returns; whoever runs the robot keeps its ticks. FileError where the file asks for what no message has.
+    returns; whoever runs the robot keeps its ticks, and a guard stops it when none comes (`understudy.robots.guard`).
+    Without a leash nobody does: `connect` gives one. FileError where the file asks for what no message has.
     """
 
     agents = 1
@@ -44,23 +48,46 @@ class Robot:
         *,
         path: Path | str = "robot.toml",
         clock: Callable[[], float] = time.monotonic,
+        leash: Leash | None = None,
     ) -> None:
-        self.file, self.transport = file, transport
+        self.file, self.transport, self.path = file, transport, Path(path)
         self._clock = clock
         self._began = clock()
         self._snapshot: dict[ReadingKey, float] | None = None
         self._at = self._began
-        self._speeds, self._sent_s, self._sent = STILL, clock(), False
-        self.armed = False
-        self.stopped = "not armed"
-        """Why the last command was a stop; empty where it was none."""
         self.scenario, self.kind = _world_of(file, path)
         """The scenario whose lessons it runs, and what it is there; None where its file names none."""
-        self.senses = Senses(file, transport, path=path)
+        colored = () if self.scenario is None else tuple(self.scenario.targets)
+        self.senses = Senses(file, transport, path=path, targets=colored)
         self.targets: Sequence[str] = self.senses.targets
         self._derived = Derived(self.kind, self.senses.readings, self.targets)
         self.readings: Sequence[Reading] = (*self.senses.readings, *self._derived.readings)
-        self._publish = transport.publisher(file.topic(file.commands.topic), file.commands.type)
+        self._publish: Publish | None = None
+        self.guard = Guard(
+            file,
+            send=self._send,
+            danger=self._danger,
+            peers=transport.peers,
+            heard={file.topic(source.topic) for source in self.senses.sources.values()},
+            clock=clock,
+            log=None if leash is None else log_path(file, path),
+            leash=leash,
+        )
+
+    @property
+    def armed(self) -> bool:
+        """Whether it obeys."""
+        return self.guard.armed
+
+    @property
+    def stopped(self) -> str:
+        """The cause of the last stop; empty while it may move."""
+        return self.guard.stopped
+
+    @property
+    def stops(self) -> Sequence[Stop]:
+        """All stops since it was connected, oldest first."""
+        return tuple(self.guard.stops)
 
     @property
     def tick_s(self) -> float:
@@ -83,7 +110,7 @@ class Robot:
         if self._snapshot is None or now - self._at >= self.tick_s:
             self._at = now
             values = self.senses.values(now)
-            self._snapshot = values | self._derived.at(self.time_s, values, self._speeds[0])
+            self._snapshot = values | self._derived.at(self.time_s, values, self.guard.speeds[0])
         values = self._snapshot
         for reading, target in keys:
             if (reading, target) not in values:
@@ -93,7 +120,7 @@ class Robot:
         return {key: np.array([values[key]]) for key in keys}
 
     def act(self, commands: Commands) -> None:
-        """Send one command, within the limits; stop where the robot is not armed, or must not move.
+        """Send one command, within the limits; stop where the robot must not move, nothing where it is not armed.
 
         A command that makes no sense stops the robot, too, and raises.
         """
@@ -101,72 +128,69 @@ class Robot:
             known = [channel.name for channel in self.channels]
             table = table_of(commands, agents=1, channels=known, where=self._where)
         except UnderstudyError:
-            self.stopped = "a command that makes no sense"
-            self._send(STILL)
+            self.guard.refuse("a command that makes no sense")
             raise
+        sensed_s = None if self._snapshot is None else self._at
         self._snapshot = None
         drive, turn = (float(table[0, COLUMNS.index(name)]) for name in ("drive", "turn"))
-        self.stopped = self._reason_to_stop()
-        self._send(STILL if self.stopped else self._limited(drive, turn))
+        of = self.file.commands
+        self.guard.command((drive * of.drive_m_s, turn * of.turn_rad_s), sensed_s=sensed_s)
 
-    def arm(self) -> None:
-        """From now on, obey: only a person asks for this."""
-        self.armed = True
+    def arm(self, by: str) -> None:
+        """From now on, obey: only a person, `by`, asks for this. ArmingRefused or WatchdogFailed where it must not.
 
-    def stop(self) -> None:
+        Whatever happens, the robot is stopped when the program ends.
+        """
+        self.guard.arm(by)
+        atexit.register(self.close)
+
+    def disarm(self, cause: str = "disarmed") -> None:
         """Stop at once, and stay so until armed again."""
-        self.armed, self.stopped = False, "not armed"
-        self._send(STILL)
+        self.guard.disarm(cause)
 
-    def close(self) -> None:
-        """Stop if anything was ever sent, and leave: who only looked must not stop a robot that others drive."""
+    def emergency(self, cause: str) -> None:
+        """Stop at once, whether it was armed or not, and stay so until armed again."""
+        self.guard.emergency(cause)
+
+    def hold(self, for_s: float) -> None:
+        """Where the file says `hold_to_run`: a person's key is down, and counts as held for so long; 0: let go."""
+        self.guard.hold(for_s)
+
+    def close(self, cause: str = "its program left") -> None:
+        """Stop if it may be moving, and leave: who only looked must not stop a robot that others drive."""
+        atexit.unregister(self.close)
         try:
-            if self._sent:
-                self.stop()
+            self.guard.close(cause)
         finally:
             self.transport.close()
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
+        if error is None:
+            self.close()
+        else:
+            self.close(f"its program failed: {error.__name__}")
 
     @property
     def _where(self) -> str:
         return f"robot {self.file.name!r}"
 
-    def _reason_to_stop(self) -> str:
-        """Why it must not move now; empty where it may."""
-        now = self._clock()
-        if not self.armed:
-            return "not armed"
+    def _danger(self, now: float) -> Danger | None:
+        """What its readings have against moving now."""
         if (name := self.senses.missing(now)) is not None:
-            return f"{name} is absent"
+            return Danger(f"{name} is absent", lost=not self.senses.fresh(name, now))
         if (fence := self.file.limits.geofence) is not None:
             x, y = (self.senses.value(name, now) for name in ("x", "y"))
             if not (fence[0] <= x <= fence[2] and fence[1] <= y <= fence[3]):
-                return "outside its geofence"
-        return ""
+                return Danger("outside its geofence")
+        return None
 
-    def _limited(self, drive: float, turn: float) -> tuple[float, float]:
-        """Speeds within the limits, m/s and rad/s, no further from those sent last than accelerations allow."""
-        limits, commands = self.file.limits, self.file.commands
-        elapsed = min(self._clock() - self._sent_s, 2 * self.tick_s)  # after a pause no leap
-        asked = drive * commands.drive_m_s, turn * commands.turn_rad_s
-        within = (
-            (limits.speed_m_s, limits.acceleration_m_s2),
-            (limits.turn_rad_s, limits.turn_acceleration_rad_s2),
-        )
-        speed, turning = (
-            _toward(np.clip(want, -most, most), last, None if rate is None else rate * elapsed)
-            for want, last, (most, rate) in zip(asked, self._speeds, within, strict=True)
-        )
-        return speed, turning
-
-    def _send(self, speeds: tuple[float, float]) -> None:
+    def _send(self, speeds: Speeds) -> None:
         commands = self.file.commands
-        self._speeds, self._sent_s, self._sent = speeds, self._clock(), True
+        if self._publish is None:  # who only looks is nobody who commands
+            self._publish = self.transport.publisher(self.file.topic(commands.topic), commands.type)
         speed, turning = speeds
         self._publish(
             twist(
@@ -179,11 +203,13 @@ class Robot:
         )
 
 
-def connect(file: RobotFile, *, path: Path | str = "robot.toml") -> Robot:
-    """The robot of a file, over its transport; ExtraMissing where that is not installed."""
-    transport = DDS(file.domain)
+def connect(file: RobotFile, *, path: Path | str = "robot.toml", recorder: Recorder | None = None) -> Robot:
+    """The robot of a file, over its transport, recorded or not; ExtraMissing where what that needs is not installed."""
+    transport = open_transport(file)
+    if recorder is not None:
+        transport = Taped(transport, recorder)
     try:
-        return Robot(file, transport, path=path)
+        return Robot(file, transport, path=path, leash=Leash(file, log=log_path(file, path)))
     except BaseException:
         transport.close()
         raise
@@ -200,8 +226,3 @@ def _world_of(file: RobotFile, path: Path | str) -> tuple[Scenario | None, Robot
         problem = "is missing" if file.kind is None else f"is {kind!r:.60}, which {file.world} has not"
         raise FileError(path=path, place="kind", problem=problem, remedy=f"give {listed(scenario.types)}")
     return scenario, scenario.types[kind]
-
-
-def _toward(want: float, last: float, step: float | None) -> float:
-    """The value wanted, but no further than a step from the last one."""
-    return float(want if step is None else np.clip(want, last - step, last + step))

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import time
 from collections.abc import Sequence
 from functools import cache
 from threading import Thread
 from typing import Any
 
-from understudy.robots.messages import ARRAY, BASE, NAMED, fields
+from understudy.robots.messages import ARRAY, BASE, JAZZY, NAMED, fields, releases
 from understudy.robots.transport import ExtraMissing, Peer, Publish, Received, Unreachable
 
 PREFIX = "rt"
 """What ROS 2 puts before the names of topics, as against services."""
 BEAT_S = 0.2
 """How often the thread that receives looks whether it shall end."""
+GRAVE = 1 | 2
+"""What Cyclone DDS logs unless somebody configured it, fatal and other errors; it warns of each wrong message."""
 
 
 class DDS:
@@ -32,13 +35,14 @@ class DDS:
         except ImportError:
             raise ExtraMissing(what="the transport dds", extra="ros2") from None
         try:
+            _quieten()
             self._participant = DomainParticipant(domain)
         except DDSException as error:
             remedy = "look whether the network is up, and whether CYCLONEDDS_URI, if set, fits it"
             raise Unreachable(what=f"domain {domain} of DDS", problem=str(error), remedy=remedy) from error
         self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
         self._waits = WaitSet(self._participant)
-        self._readers: list[tuple[Any, Received]] = []
+        self._readers: list[tuple[Any, Received, dict[int, int] | None]] = []
         self._kept: list[Any] = []  # conditions live as long as they are waited for
         self._writers: list[Any] = []
         self._closed = False
@@ -50,11 +54,15 @@ class DDS:
         from cyclonedds.sub import DataReader
 
         quality = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(4))
-        reader = DataReader(self._participant, self._topic(topic, type), qos=quality)
-        condition = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
-        self._kept.append(condition)
-        self._readers.append((reader, received))  # before the thread can wake for it
-        self._waits.attach(condition)
+        # Cyclone DDS hands on nothing that is shorter than its description, so each release's is listened for; and
+        # what fits several comes more than once, which the times of each publisher's last tell.
+        seen: dict[int, int] | None = {} if len(releases(type)) > 1 else None
+        for release in releases(type):
+            reader = DataReader(self._participant, self._topic(topic, type, release), qos=quality)
+            condition = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
+            self._kept.append(condition)
+            self._readers.append((reader, received, seen))  # before the thread can wake for it
+            self._waits.attach(condition)
         if not self._thread.is_alive():  # not before: waiting for nothing does not wait
             self._thread.start()
 
@@ -68,8 +76,8 @@ class DDS:
         from cyclonedds.util import duration
 
         quality = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(1))
-        raw = struct(type)
-        writer = DataWriter(self._participant, self._topic(topic, type), qos=quality)
+        named = self._topic(topic, type)
+        raw, writer = named.data_type, DataWriter(self._participant, named, qos=quality)
         number = len(self._writers)
         self._writers.append(writer)
         del writer  # a participant leaves when nobody holds its writers
@@ -107,10 +115,10 @@ class DDS:
         self._writers.clear()
         del self._waits, self._publications, self._participant
 
-    def _topic(self, topic: str, type: str) -> Any:
+    def _topic(self, topic: str, type: str, release: str = JAZZY) -> Any:
         from cyclonedds.topic import Topic
 
-        return Topic(self._participant, f"{PREFIX}{topic}", struct(type))
+        return Topic(self._participant, f"{PREFIX}{topic}", struct(type, release))
 
     def _receive(self) -> None:
         from cyclonedds.core import DDSException
@@ -121,11 +129,32 @@ class DDS:
             with contextlib.suppress(DDSException):
                 self._waits.wait(beat)
             now = time.monotonic()
-            for reader, received in list(self._readers):
+            for reader, received, seen in list(self._readers):
                 with contextlib.suppress(DDSException):
                     for message in reader.take(N=16):
-                        if isinstance(message, reader.topic.data_type):  # not: a publisher has gone
+                        # If not, a publisher has gone.
+                        if isinstance(message, reader.topic.data_type) and _new(message.sample_info, seen):
                             received(message.data, now)
+
+
+@cache
+def _quieten() -> None:
+    """Have Cyclone DDS say nothing of messages that do not fit: anybody could fill a disk with that."""
+    from cyclonedds.internal import DDS as Library
+
+    library = getattr(Library, "_dll_handle", None)
+    if library is not None and "CYCLONEDDS_URI" not in os.environ:
+        library.dds_set_log_mask(GRAVE)
+
+
+def _new(info: Any, seen: dict[int, int] | None) -> bool:
+    """Whether a message is later than all that have come of its publisher."""
+    if seen is None:
+        return True
+    if info.source_timestamp <= seen.get(info.publication_handle, -1):
+        return False
+    seen[info.publication_handle] = info.source_timestamp
+    return True
 
 
 def dds_name(type: str) -> str:
@@ -143,9 +172,9 @@ def ros_name(type: str) -> str:
 
 
 @cache
-def struct(type: str) -> Any:
+def struct(type: str, release: str = JAZZY) -> Any:
     """The type of a topic: described as it is, but whose messages are bytes, `data`, that nobody takes apart."""
-    described = _described(type)
+    described = _described(type, release)
 
     def serialize(self: Any, **_: Any) -> bytes:
         data: bytes = self.data
@@ -161,16 +190,17 @@ def struct(type: str) -> Any:
     return described
 
 
-def _described(type: str) -> Any:
+def _described(type: str, release: str) -> Any:
     """A type of DDS that says which fields a type of ROS 2 has."""
     from cyclonedds.idl import make_idl_struct, types
 
     idl: Any = types
-    numbers = {"bool": bool, "byte": idl.uint8, "char": idl.uint8, "string": str}
+    # What ROS 2 calls uint8, Cyclone DDS 0.10, which systems ship, calls a byte; other endpoints compare names only.
+    numbers = {"bool": bool, "byte": idl.byte, "char": idl.byte, "uint8": idl.byte, "string": str}
 
     def one(sort: int, of: Any) -> Any:
         if sort == NAMED:
-            return _described(of)
+            return _described(of, release)
         if sort == BASE:
             name, bound = of
             if name == "string" and bound:
@@ -182,6 +212,6 @@ def _described(type: str) -> Any:
         return idl.sequence[one(*inner), length] if length else idl.sequence[one(*inner)]
 
     # ROS 2 gives a type without fields one, since IDL knows none such.
-    inside = {name: one(*of) for name, of in fields(type).items()}
+    inside = {name: one(*of) for name, of in fields(type, release).items()}
     inside = inside or {"structure_needs_at_least_one_member": idl.uint8}
     return make_idl_struct(f"{type.rpartition('/')[2]}_", dds_name(type), inside)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Literal
@@ -16,10 +16,11 @@ from msgspec import field
 
 from understudy.errors import FileError
 from understudy.robots.camera_file import CameraOf
-from understudy.worlds.mismatch import Mismatch, convert
+from understudy.worlds.mismatch import Described, Mismatch, convert
 from understudy.worlds.part import Part
 
 FORMAT = "understudy-robot/1"
+TEAM = "understudy-robots/1"
 
 DOMAINS = range(233)
 """Domain ids that ROS 2 has on every system; above them the network ports run out."""
@@ -132,38 +133,62 @@ class RobotFile(Part, frozen=True, kw_only=True):
         return f"/{namespace}/{name}" if namespace else f"/{name}"
 
 
+class TeamFile(Part, frozen=True, kw_only=True):
+    """Several robots, each by the path of its file beside this one."""
+
+    format: Literal["understudy-robots/1"]
+    name: str
+    about: str = ""
+    robots: tuple[str, ...]
+
+
+def load_team(path: Path | str) -> tuple[TeamFile, Sequence[Path]]:
+    """A team and the paths of its robots' files; FileError, naming the key, where it is none."""
+    team = _described(_read(path), path, TEAM, TeamFile, "teams of robots")
+    if not team.robots:
+        raise FileError(path=path, place="robots", problem="are none", remedy="give the path of one at least")
+    return team, [Path(path).parent / each for each in team.robots]
+
+
 def load_robot(path: Path | str) -> RobotFile:
     """The robot that a file describes; FileError, naming the key, where it is none or cannot be."""
+    return parse_robot(_read(path), path)
+
+
+def parse_robot(content: str, path: Path | str = "robot.toml") -> RobotFile:
+    """The robot that the content of a file describes; FileError, naming the key, where it is none or cannot be."""
+    robot = _described(content, path, FORMAT, RobotFile, "robots")
+    if (wrong := next(_wrong(robot), None)) is not None:
+        raise FileError(path=path, place=wrong.key, problem=wrong.problem, remedy=wrong.remedy)
+    return robot
+
+
+def _read(path: Path | str) -> str:
     try:
-        content = Path(path).read_text("utf-8-sig")
+        return Path(path).read_text("utf-8-sig")
     except (OSError, ValueError) as error:
         problem = (
             "there is no such file" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
         )
         raise FileError(path=path, place="", problem=problem, remedy="give a robot's file") from None
-    return parse_robot(content, path)
 
 
-def parse_robot(content: str, path: Path | str = "robot.toml") -> RobotFile:
-    """The robot that the content of a file describes; FileError, naming the key, where it is none or cannot be."""
+def _described(content: str, path: Path | str, format: str, whole: type[Described], what: str) -> Described:
+    """What a document describes, which has to be of this format."""
     try:
         document = tomllib.loads(content)
     except (ValueError, RecursionError) as error:
         problem = f"is no TOML: {error}"
         raise FileError(path=path, place="", problem=problem, remedy="correct it there") from None
-    if document.get("format") != FORMAT:
-        given = document.get("format")
+    if (given := document.get("format")) != format:
         problem = (
-            "is missing" if given is None else f"is {given!r:.60}, which is no format of robots known here"
+            "is missing" if given is None else f"is {given!r:.60}, which is no format of {what} known here"
         )
-        raise FileError(path=path, place="format", problem=problem, remedy=f'write format = "{FORMAT}"')
-    robot = convert(document, RobotFile)
-    if not isinstance(robot, Mismatch):
-        wrong = next(_wrong(robot), None)
-        if wrong is None:
-            return robot
-        robot = wrong
-    raise FileError(path=path, place=robot.key, problem=robot.problem, remedy=robot.remedy)
+        raise FileError(path=path, place="format", problem=problem, remedy=f'write format = "{format}"')
+    found = convert(document, whole)
+    if isinstance(found, Mismatch):
+        raise FileError(path=path, place=found.key, problem=found.problem, remedy=found.remedy)
+    return found
 
 
 def _wrong(robot: RobotFile) -> Iterator[Mismatch]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 BASE, NAMED, ARRAY, SEQUENCE = 1, 2, 3, 4
 """What rosbags calls the sorts of fields: a number or text, another message, so many of one, any number of one."""
 
+JAZZY, HUMBLE = "jazzy", "humble"
+"""Releases of ROS 2 whose definitions are not all the same."""
+
 
 class MessageRefused(UnderstudyError):
     """Bytes that are no message of their type."""
@@ -24,14 +27,18 @@ class MessageRefused(UnderstudyError):
         super().__init__(f"a message is no {type}: {problem}; publish messages of this type there")
 
 
+def types(release: str = JAZZY) -> Typestore:
+    """The definitions of a release of ROS 2. Later ones than Jazzy's are the same, of what robots use here."""
+    return _types(release)  # one for each, however it is asked for
+
+
 @cache
-def types() -> Typestore:
-    """The definitions of ROS 2 Jazzy; those that robots use here have been the same since Humble."""
+def _types(release: str) -> Typestore:
     try:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise ExtraMissing(what="a ROS 2 robot", extra="ros2") from None
-    return get_typestore(Stores.ROS2_JAZZY)
+    return get_typestore(Stores(f"ros2_{release}"))
 
 
 def known(type: str) -> bool:
@@ -39,18 +46,28 @@ def known(type: str) -> bool:
     return type in types().fielddefs
 
 
-def fields(type: str) -> Mapping[str, tuple[int, Any]]:
+def fields(type: str, release: str = JAZZY) -> Mapping[str, tuple[int, Any]]:
     """The fields of a type: the sort of each, and of what it is."""
-    return {name: (int(sort), of) for name, (sort, of) in types().fielddefs[type][1]}
+    return {name: (int(sort), of) for name, (sort, of) in types(release).fielddefs[type][1]}
+
+
+@cache
+def releases(type: str) -> Sequence[str]:
+    """Those whose definitions of a type differ, newest first: a Range ended before its variance in Humble."""
+    older = type in types(HUMBLE).fielddefs and fields(type, HUMBLE) != fields(type)
+    return (JAZZY, HUMBLE) if older else (JAZZY,)
 
 
 def decode(type: str, data: bytes) -> Any:
-    """The message that bytes hold; MessageRefused where they hold none of this type."""
-    try:
-        return types().deserialize_cdr(data, type)
-    except Exception as error:
-        # Whatever a decoder does with bytes that somebody made up, it must not end more than this message.
-        raise MessageRefused(type=type, problem=f"{error.__class__.__name__}: {error}") from error
+    """The message that bytes hold, by the newest definition that fits; MessageRefused where none of this type does."""
+    problem = ""
+    for release in releases(type):
+        try:
+            return types(release).deserialize_cdr(data, type)
+        except Exception as error:
+            # Whatever a decoder does with bytes that somebody made up, it must not end more than this message.
+            problem = problem or f"{error.__class__.__name__}: {error}"
+    raise MessageRefused(type=type, problem=problem)
 
 
 def encode(type: str, message: Any) -> bytes:

@@ -107,6 +107,7 @@ class Recorder:
         """
         names = names or [f"robot{number}" if body.agents > 1 else "" for number in range(body.agents)]
         self._names, self._body = tuple(names), body
+        # Before the topics of its agents, which whoever reads it knows by their names.
         self._queue.put(head_entries(Head.of(body, names, ran or Ran(), files or {})))
         self._agents = [_Agent(self, name) for name in names]
 

@@ -15,6 +15,8 @@ METADATA = "understudy"
 """The name of the record of metadata that holds the head."""
 BODY, RUN, FILE = "body", "run", "file:"
 """Its keys: the body and what ran, as JSON; and files, as they were, each by its name."""
+SCENARIO = "scenario"
+"""The name of the scenario's file among them."""
 
 
 class Ran(msgspec.Struct, frozen=True, kw_only=True):

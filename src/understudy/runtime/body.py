@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeAlias, runtime_checkable
+from typing import Any, Protocol, TypeAlias, TypeGuard, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,6 +100,11 @@ class Rewindable(Protocol):
     def restore(self, snapshot: bytes) -> None:
         """Go back to a snapshot, bit for bit; FileError where it is not one of this body."""
         ...
+
+
+def rewinds(body: Body) -> TypeGuard[Rewindable]:
+    """Whether the state of a body can be kept and brought back; of one that stands on another, that of both."""
+    return isinstance(body, Rewindable) and isinstance(getattr(body, "ground", body), Rewindable)
 
 
 @runtime_checkable

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from understudy.desk import outcomes, quarantine, words
+from understudy.desk.desk import Said
 from understudy.desk.pace import FASTEST
 from understudy.desk.plan import Choices
 from understudy.desk.simplifying import prune
@@ -21,6 +22,7 @@ from understudy.studio import (
     naming,
     openings,
     reasons,
+    sight,
     simplifying,
     testing,
 )
@@ -158,6 +160,19 @@ def _remove_obstacle(stage: Stage, message: m.RemoveObstacle) -> None:
     stage.changed()
 
 
+def _arm(stage: Stage, _: m.Arm) -> None:
+    stage.robots.arm()
+    stage.said = Said("Armed: it moves when time goes on. Esc stops it")
+    stage.moved += 1
+
+
+def _stop(stage: Stage, _: m.Stop) -> None:
+    stage.robots.stop("stopped in the studio")
+    stage.pause(True)
+    stage.said = Said("Stopped. Arm it again before it moves", "error")
+    stage.moved += 1
+
+
 def _desk(action: Callable[[Any, Any], object]) -> Action:
     """What the desk does without moving the world."""
 
@@ -180,6 +195,10 @@ ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
         m.Quarantine: _desk(lambda desk, message: quarantine.hold(desk, message.numbers)),
         m.Release: _desk(lambda desk, message: quarantine.release(desk, message.numbers)),
         m.Pause: _pause,
+        m.Arm: _arm,
+        m.Stop: _stop,
+        m.PickColor: sight.pick,
+        m.Here: lambda stage, message: stage.robots.hear(holding=message.holding),
         m.Step: _step,
         m.Speed: _speed,
         m.Reset: _reset,

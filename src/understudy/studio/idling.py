@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from understudy.desk.pace import Pace, Wall
-from understudy.worlds.world import World
+from understudy.robots.twin import Ground, Twin
 
 
 class Idling:
     """A world in real time, without a desk."""
 
-    def __init__(self, world: World, wall: Wall) -> None:
-        self._world, self.pace = world, Pace(wall, tick_s=world.tick_s)
+    def __init__(self, world: Ground, wall: Wall) -> None:
+        self._world, self.pace = world, Pace(wall, tick_s=world.tick_s, live=isinstance(world, Twin))
         self.paused = True
 
     def pause(self, paused: bool) -> None:

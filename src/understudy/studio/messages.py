@@ -260,6 +260,29 @@ class Take(Message, frozen=True, kw_only=True, tag="take"):
     """Become director where nobody is, or where the present one has been silent for long."""
 
 
+class Arm(Message, frozen=True, kw_only=True, tag="arm"):
+    """Let real robots move from now on."""
+
+
+class Stop(Message, frozen=True, kw_only=True, tag="stop"):
+    """Stop real robots at once: the emergency stop of every page."""
+
+
+class Here(Message, frozen=True, kw_only=True, tag="here"):
+    """The page is there still, and the person holds the key that real robots may move by, or does not."""
+
+    holding: bool = False
+
+
+class PickColor(Message, frozen=True, kw_only=True, tag="pick_color"):
+    """Clicks (column, row) into an image of a robot's camera: that is the color of what is called so."""
+
+    robot: Index
+    name: Name
+    image: Annotated[int, Meta(ge=1)]
+    points: Annotated[list[tuple[Index, Index]], Meta(min_length=1, max_length=200)]
+
+
 class HandOver(Message, frozen=True, kw_only=True, tag="hand_over"):
     """No longer direct: anyone may take."""
 
@@ -301,6 +324,10 @@ AnyMessage: TypeAlias = (
     | AddObstacle
     | MoveObstacle
     | RemoveObstacle
+    | Arm
+    | Stop
+    | Here
+    | PickColor
     | Take
     | HandOver
     | CoachMessage

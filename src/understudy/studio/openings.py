@@ -8,6 +8,7 @@ from understudy.desk.opening import begun, resumed
 from understudy.desk.plan import Choices, Plan, Start, checked
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.studio.stage import Stage
+from understudy.worlds.world import World
 
 
 def begin(stage: Stage, name: str, choices: Choices, *, discard: bool) -> None:
@@ -54,11 +55,12 @@ def go_on(stage: Stage, name: str, *, discard: bool) -> None:
 
 
 def _go_on_with_cut_off(stage: Stage, name: str, left: journals.Unfinished) -> None:
-    before = stage.world.snapshot()
+    before = stage.world.snapshot() if isinstance(stage.world, World) else None
     try:
         opened = resumed(_plan(stage, name), left.path, stage.wall, body=stage.body)
     except UnderstudyError:
-        stage.world.restore(before)
+        if before is not None and isinstance(stage.world, World):
+            stage.world.restore(before)
         raise
     plural = "s" * (left.examples != 1)
     stage.take(

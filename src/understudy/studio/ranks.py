@@ -7,6 +7,7 @@ from pathlib import Path
 from understudy.errors import UnknownName
 from understudy.model.kit import Kit
 from understudy.model.library import Library
+from understudy.robots.twin import Ground
 from understudy.runtime.team import Team, Tree
 from understudy.runtime.troop import Troop
 from understudy.studio import shelf
@@ -14,7 +15,6 @@ from understudy.studio.scene import Plain
 from understudy.worlds.dealing import deal
 from understudy.worlds.scenario import Scenario
 from understudy.worlds.teams import Libraries, folders_of, libraries_of, robots_of
-from understudy.worlds.world import World
 
 
 class Ranks:
@@ -59,7 +59,7 @@ class Ranks:
         self._check(sort)
         return shelf.look(self._folder / sort, self._known()[sort].kit)
 
-    def body(self, world: World, sort: str | None) -> World | Troop:
+    def body(self, world: Ground, sort: str | None) -> Ground | Troop:
         """What is trained: the robots of a world, or the squads of a sort with all below them."""
         if sort is None:
             return world

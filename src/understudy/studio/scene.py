@@ -7,14 +7,14 @@ from typing import Any, TypeAlias
 
 from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.kit import Kit
+from understudy.robots.twin import Ground, Twin
 from understudy.worlds.markers import MARKER
 from understudy.worlds.scenario import MOUSE, Camera, RobotType, Sonar
-from understudy.worlds.world import World
 
 Plain: TypeAlias = dict[str, Any]
 
 
-def scene(world: World, kit: Kit) -> Plain:
+def scene(world: Ground, kit: Kit) -> Plain:
     """Everything a page needs in order to draw a world and to choose from a kit."""
     view, scenario = world.view(), world.scenario
     kinds = [scenario.types[name] for name in world.names.types]
@@ -25,6 +25,9 @@ def scene(world: World, kit: Kit) -> Plain:
         "height": view.height,
         "tick_s": world.tick_s,
         "seed": world.seeds[0],
+        "real": [robot.file.name for robot in world.fleet] if isinstance(world, Twin) else [],
+        "eyes": _eyes(world),
+        "holds": isinstance(world, Twin) and world.fleet.holds_to_run,
         "robots": world.robots,
         "types": [
             {"name": name, "radius": kind.radius, "color": kind.color, "team": kind.team or name}
@@ -57,6 +60,13 @@ def scene(world: World, kit: Kit) -> Plain:
     }
 
 
+def _eyes(world: Ground) -> list[int]:
+    """The real robots that have a camera."""
+    if not isinstance(world, Twin):
+        return []
+    return [number for number, robot in enumerate(world.fleet) if robot.senses.eye is not None]
+
+
 def described(kind: Kind) -> Plain:
     """A kind as a page names it, with its labels or its period."""
     if isinstance(kind, Categorical):
@@ -66,7 +76,7 @@ def described(kind: Kind) -> Plain:
     return {"kind": "continuous"}
 
 
-def _classes(world: World) -> list[Plain]:
+def _classes(world: Ground) -> list[Plain]:
     view, rows = world.view(), world.rules.classes
     pointed = any(MOUSE in (target.object, target.nearest) for target in world.scenario.targets.values())
     return [

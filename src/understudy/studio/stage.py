@@ -15,8 +15,10 @@ from understudy.desk import journals, words
 from understudy.desk.desk import Desk, Said
 from understudy.desk.opening import Opened
 from understudy.desk.pace import Wall, known_speed
+from understudy.desk.robots import Robots
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.kit import Kit
+from understudy.robots.twin import Ground, Twin
 from understudy.runtime.troop import Troop
 from understudy.studio import frames
 from understudy.studio.idling import Idling
@@ -31,6 +33,7 @@ from understudy.worlds.scenario import Scenario, Sonar
 from understudy.worlds.world import World
 
 NOTHING = "Nothing is being trained: begin a new automaton, or open one of the library"
+CARRY = "drive the robot there, or carry it"
 _ROBOT = re.compile(r"\brobot (\d+)")
 _LONG = re.compile(r"-?\d+\.\d{3,}")
 _log = logging.getLogger(__name__)
@@ -57,9 +60,17 @@ class Stage:
     """
 
     def __init__(
-        self, scenario: Scenario, folder: Path, kit: Kit, *, seed: int = 0, wall: Wall = monotonic
+        self,
+        scenario: Scenario,
+        folder: Path,
+        kit: Kit,
+        *,
+        seed: int = 0,
+        wall: Wall = monotonic,
+        twin: Twin | None = None,
     ) -> None:
-        self.world, self.wall = World(scenario, [seed]), wall
+        self.world: Ground = twin or World(scenario, [seed])
+        self.wall, self.robots = wall, Robots(self.world, wall, place="the studio")
         self.ranks = Ranks(self.world.scenario, folder, kit)
         self.shelf = self.ranks.shelf_of(None)
         self.kit = self.shelf.library.kit
@@ -198,6 +209,10 @@ class Stage:
             for _ in self._idling.ticks() if desk is None else desk.ticks():
                 self.moved += 1
                 self.saw()
+            if self.robots.idle():
+                self.moved += 1
+                if desk is not None:
+                    desk.session.look()
         except Exception as error:
             self.halt(explained(error))
 
@@ -214,11 +229,12 @@ class Stage:
     def saw(self) -> None:
         """A tick passed."""
         if self.desk is not None:
-            self.reel.see(self.desk.session)
+            self._keep_moment()
             self.unsure.see(self.desk.coach.asking.marked, self.run["number"], self.world.time_s)
 
     def halt(self, problem: str) -> None:
-        """Something went wrong, which is said; time stands still."""
+        """Something went wrong, which is said; time stands still, and real robots have to be armed again."""
+        self.robots.leave(problem)
         self.pause(True)
         self.said = Said(problem, "error")
 
@@ -236,7 +252,7 @@ class Stage:
 
     def set_speed(self, speed: float) -> None:
         """How many times as fast as in life the world goes."""
-        self._speed = self._idling.pace.speed = known_speed(speed, "the studio")
+        self._speed = self._idling.pace.speed = known_speed(speed, "the studio", live=self._idling.pace.live)
         if self.desk is not None:
             self.desk.set_speed(speed)
 
@@ -244,6 +260,8 @@ class Stage:
         """The world of a seed from its beginning."""
         seed = self.seed if seed is None else seed
         if self.desk is None:
+            if isinstance(self.world, Twin):
+                raise SessionError(f"the world of real robots cannot be reset: {CARRY}")
             self.world.reset([seed])
             self._said = Said(f"World {seed} from its beginning")
         else:
@@ -253,7 +271,10 @@ class Stage:
     def _begin_reel(self) -> None:
         self.reel.forget(() if self.desk is None else self.desk.session.examples)
         self.run = {"number": self.run["number"] + 1, "from_s": self.world.time_s}
-        if self.desk is not None:
+        self._keep_moment()
+
+    def _keep_moment(self) -> None:
+        if self.desk is not None and isinstance(self.world, World):  # others cannot be gone back to
             self.reel.see(self.desk.session)
 
     def rewind(self, frame: Frame) -> None:
@@ -288,6 +309,8 @@ class Stage:
 
     def put(self, change: Callable[[World], object], what: str) -> None:
         """Change the world by hand."""
+        if isinstance(self.world, Twin):
+            raise SessionError(f"real robots and things are not moved by hand here: {CARRY}")
         try:
             change(self.world)
         except SettingError as error:
@@ -326,7 +349,7 @@ class Stage:
         self.changed()
 
     @property
-    def body(self) -> World | Troop:
+    def body(self) -> Ground | Troop:
         """What is trained."""
         return self.ranks.body(self.world, self.sort)
 

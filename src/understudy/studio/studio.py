@@ -24,8 +24,9 @@ REST_S = 0.002
 DESK_S = 1 / 20
 """How often the desk is shown at most, but for what was pressed."""
 LEFT = "Nobody directs, so the robot was paused"
-LOOKING = (r.Why, r.Test, r.Simplify, r.Versions, r.Changes, Advise)
-"""What pages may say that only look on."""
+LEFT_ROBOTS = "nobody directs in the studio"
+LOOKING = (r.Why, r.Test, r.Simplify, r.Versions, r.Changes, Advise, m.Stop)
+"""What pages may say that only look on; anybody may stop a robot."""
 _encode = msgspec.json.Encoder().encode
 
 
@@ -64,6 +65,7 @@ class Studio:
         """A page is gone; without a director the robot stands still."""
         viewer.close()
         if self.viewers.leave(viewer):
+            self.stage.robots.leave(LEFT_ROBOTS)
             self.stage.pause(True, LEFT)
         self.show()
 
@@ -97,6 +99,7 @@ class Studio:
             return {}
         if isinstance(message, m.HandOver):
             self.viewers.hand_over(viewer)
+            self.stage.robots.leave(LEFT_ROBOTS)
             self.stage.pause(True, LEFT)
             return {}
         if not isinstance(message, LOOKING):
@@ -165,6 +168,7 @@ class Studio:
             "speed": "fastest" if stage.speed == FASTEST else stage.speed,
             "seed": stage.seed,
             "sort": stage.sort,
+            "robots": stage.robots.plain(),
             "run": stage.run,
             "directed": self.viewers.director is not None,
         }

@@ -20,6 +20,7 @@ from understudy.desk.opening import Opened, begun, resumed
 from understudy.desk.pace import Wall
 from understudy.desk.plan import Choices, Plan, Start, checked
 from understudy.errors import UnderstudyError
+from understudy.robots.twin import Twin
 from understudy.terminal.asking import Ask
 from understudy.terminal.choosing import Choose
 from understudy.terminal.teaching import Teaching
@@ -46,8 +47,16 @@ class Trainer(App[Ended | UnderstudyError]):
     Screen { background: ansi_default; color: ansi_default; }
     """
 
-    def __init__(self, plan: Plan, *, unfinished: Unfinished | None = None, wall: Wall = monotonic) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        *,
+        unfinished: Unfinished | None = None,
+        wall: Wall = monotonic,
+        twin: Twin | None = None,
+    ) -> None:
         super().__init__(ansi_color=True)
+        self.twin = twin
         self.plan, self.unfinished, self.wall = plan, unfinished, wall
         self.opened: Opened | None = None
         self.theme = "ansi-dark"  # the terminal's own colors, so that it looks right on light and dark ones
@@ -78,7 +87,7 @@ class Trainer(App[Ended | UnderstudyError]):
         if self.unfinished is None or way == "escape":
             self.exit(None)
         elif way == "enter":
-            self._teach(partial(resumed, self.plan, self.unfinished.path, self.wall))
+            self._teach(partial(resumed, self.plan, self.unfinished.path, self.wall, body=self.twin))
         else:
             journals.end(self.unfinished.path, self.plan.folder, self.plan.name)
             self._begin()
@@ -100,7 +109,7 @@ class Trainer(App[Ended | UnderstudyError]):
             self._start(start)
 
     def _start(self, start: Start) -> None:
-        self._teach(partial(begun, self.plan, start, self.wall))
+        self._teach(partial(begun, self.plan, start, self.wall, body=self.twin))
 
     def _teach(self, opening: Callable[[], Opened]) -> None:
         try:

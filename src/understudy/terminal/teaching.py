@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from time import monotonic
 from typing import ClassVar
 
 from rich.text import Text
@@ -16,6 +17,7 @@ from textual.widgets import Static
 from understudy.desk.coaching import set_up
 from understudy.desk.desk import Desk, Said
 from understudy.desk.plan import Choices
+from understudy.desk.robots import Robots
 from understudy.errors import UnderstudyError
 from understudy.terminal import panels
 from understudy.terminal.asking import Ask, Help
@@ -60,6 +62,8 @@ class Teaching(Screen[str]):
         Binding("question_mark", "why", show=False),
         Binding("l", "lesson", show=False),
         Binding("A", "ask", show=False),
+        Binding("y", "arm", show=False),
+        Binding("escape,backspace", "stop", show=False),
         Binding("C", "coach", show=False),
         Binding("c", "choose", show=False),
         Binding("h,f1", "help", show=False),
@@ -69,6 +73,7 @@ class Teaching(Screen[str]):
     def __init__(self, desk: Desk) -> None:
         super().__init__()
         self.desk = desk
+        self.robots = Robots(desk.body, monotonic, place="the terminal")
         self.explaining = False
         self._drawn: dict[str, Text] = {}
 
@@ -108,9 +113,14 @@ class Teaching(Screen[str]):
 
         def go() -> None:
             nonlocal moved
+            self.robots.hear(holding=False)
             moved = self.desk.beat()
+            if self.robots.idle():
+                self.desk.session.look()
+                moved = True
 
         if not self._guarded(go):
+            self.robots.leave(self.desk.said.text)
             self.desk.session.paused = True
             self.desk.hold(self.desk.held)
         if moved:
@@ -152,6 +162,23 @@ class Teaching(Screen[str]):
         """Ask where it is unsure, and wait, or go on and mark; or do not ask."""
         self.desk.said = Said(self.desk.coach.ask_otherwise())
         self.draw()
+
+    def action_arm(self) -> None:
+        """Let real robots move from now on."""
+
+        def arm() -> None:
+            self.robots.arm()
+            self.desk.said = Said("Armed: it moves while time goes on. Esc stops it")
+
+        self._guarded(arm)
+        self.draw()
+
+    def action_stop(self) -> None:
+        """Stop real robots at once."""
+        if self.robots.real:
+            self.robots.stop("stopped in the terminal")
+            self.desk.said = Said("Stopped. y arms it again", "error")
+            self.draw()
 
     def action_coach(self) -> None:
         """Set up the next situation that the coach wants to be shown."""

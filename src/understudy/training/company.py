@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 from understudy.errors import SessionError, UnderstudyError
 from understudy.model.library import Library
-from understudy.runtime.body import Body, Rewindable
+from understudy.runtime.body import Body, Rewindable, rewinds
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run import Run
@@ -23,7 +23,7 @@ NO_SIMULATION = "it is no simulation; drive the robot into position instead"
 
 def rewindable(body: Body) -> Rewindable:
     """The body as one that can go back; SessionError where it cannot."""
-    if not isinstance(body, Rewindable):
+    if not rewinds(body):
         raise SessionError(f"this body cannot be rewound: {NO_SIMULATION}")
     return body
 

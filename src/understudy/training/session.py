@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Self, TypeAlias, Unpack
+from typing import Self, Unpack
 
 from understudy.errors import DefinitionError, SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.learning.transitions import learned
@@ -20,7 +20,7 @@ from understudy.model.example import Example
 from understudy.model.feature import Percept
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, Taught
-from understudy.runtime.body import Body, Resettable, Rewindable, every_key
+from understudy.runtime.body import Body, Resettable, every_key, rewinds
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import link
 from understudy.runtime.run import Run
@@ -34,8 +34,6 @@ from understudy.training.recorder import Moment
 from understudy.training.screen import Screen
 from understudy.training.trainee import Mode, Outcome, Press, Trainee
 from understudy.training.values import own_readings, shown, steady_readings
-
-Clock: TypeAlias = Callable[[], float]
 
 
 class Session:
@@ -54,7 +52,7 @@ class Session:
         *,
         targets: Mapping[str, str] | None = None,
         agent: int = 0,
-        clock: Clock | None = None,
+        clock: Callable[[], float] | None = None,
         journal: Path | None = None,
         about: Mapping[str, str | int | float | bool] | None = None,
     ) -> None:
@@ -68,14 +66,16 @@ class Session:
         self._notebook.journal = Journal.begun(journal, began, rows=len(lesson.record))
 
     @classmethod
-    def resume(cls, journal: Path, body: Body, library: Library, *, clock: Clock | None = None) -> Self:
+    def resume(
+        cls, journal: Path, body: Body, library: Library, *, clock: Callable[[], float] | None = None
+    ) -> Self:
         """Go on with a session that ended, however it ended: nothing acknowledged is lost.
 
         The lesson is as it was; body and automaton are as at the last snapshot, if the body can be rewound.
         """
         past = Past.replayed(journal, library, every_key(body))
         goes_on = False
-        if past.body is not None and isinstance(body, Rewindable):
+        if past.body is not None and rewinds(body):
             body.restore(past.body)
             goes_on = past.body_tick == past.ticks
         session = cls.__new__(cls)
@@ -85,7 +85,7 @@ class Session:
             session._notebook.begin_episode()
         return session
 
-    def _begin(self, body: Body, library: Library, past: Past, clock: Clock | None) -> None:
+    def _begin(self, body: Body, library: Library, past: Past, clock: Callable[[], float] | None) -> None:
         self.body, self.library, self.agent = body, library, past.agent
         self.paused = False
         self._targets = past.targets
@@ -137,7 +137,7 @@ class Session:
 
     @property
     def judgement(self) -> Judgement | None:
-        """What the last correction of a wrong decision came to: who is to blame for it; None where there is none."""
+        """What the last correction of a wrong decision came to: who is to blame for it; None if there is none."""
         return self._notebook.judgement
 
     @property
@@ -265,8 +265,7 @@ class Session:
 
     def drive(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
         """Drive the robot into position with a basic behavior, recording nothing; None ends it."""
-        known = self.library.kit.behaviors
-        if behavior is not None and behavior not in known:
+        if behavior is not None and behavior not in (known := self.library.kit.behaviors):
             raise UnknownName(what="basic behavior", name=behavior, where="the kit", known=list(known))
         self._driving = None
         if behavior is not None:
@@ -280,6 +279,10 @@ class Session:
         """The robot or the world was put elsewhere by hand: what came before says nothing about now."""
         self._percept = None
         self._notebook.begin_episode()
+
+    def look(self) -> None:
+        """Sense anew: what is on display may have changed between two ticks."""
+        self._percept = None
 
     def stand_for(self, **targets: str) -> None:
         """Let parameters stand for other targets from now on."""
@@ -341,8 +344,7 @@ class Session:
     def choose(self, *, targets: Mapping[str, str] | None = None, **choice: Unpack[Choice]) -> None:
         """Choose states, flags, features, parameters, statelessness or options anew; what is not given stays.
 
-        Examples stay, with values computed again from the record; those of states that are gone are dropped.
-        `targets` says what new parameters stand for.
+        Examples stay, valued from the record; those of states that are gone are dropped. `targets`: for parameters.
         """
         self._notebook.accept_watched()
         stand_for = {**self._targets, **(targets or {})}
@@ -376,7 +378,7 @@ class Session:
         self._notebook.turned(self.mode, self.run_state, self._targets, self.trainee.press)
 
     def _keep_snapshot(self) -> None:
-        if self._notebook.journal.path is not None and isinstance(self.body, Rewindable):
+        if self._notebook.journal.path is not None and rewinds(self.body):
             self._notebook.journal.snapshot(self.body.snapshot(), self.run_state, self.mode)
 
     def _relink(self, trainee: Trainee) -> None:

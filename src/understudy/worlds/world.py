@@ -145,7 +145,7 @@ class World:
         """The columns [B*N] of these keys, absent (NaN) for robots that have no such sensor."""
         keys = tuple(dict.fromkeys(keys))
         out = np.empty((self.agents, len(keys)))
-        sense(self._context(self._known(keys)), self.worlds, out)
+        sense(self._context(self.known(keys)), self.worlds, out)
         columns = np.ascontiguousarray(out.T)
         return dict(zip(keys, columns, strict=True))
 
@@ -166,7 +166,7 @@ class World:
         Where `until_finished`, a world ends with the tick in which it reaches its goal. Worlds that ended at different
         times have no one `time_s`: reset them before they go on tick by tick.
         """
-        sensing = self._plan(self._known(plan.keys))
+        sensing = self._plan(self.known(plan.keys))
         commands = np.zeros((len(plan.commands), len(COLUMNS)))
         commands[:, self.columns] = plan.commands
         plan = replace(plan, commands=commands)
@@ -369,14 +369,15 @@ class World:
         if found is not None:
             raise self._wrong(what, f"is ({x}, {y}), which overlaps {found}", "give a free place")
 
-    def _known(self, keys: tuple[ReadingKey, ...]) -> tuple[ReadingKey, ...]:
+    def known(self, keys: Sequence[ReadingKey]) -> tuple[ReadingKey, ...]:
+        """These keys, all of which its robots have or may have; UnknownName where one is none."""
         of_targets = {reading.name: reading.of_targets for reading in self.readings}
         for name, target in keys:
             if name not in of_targets or of_targets[name] != (target is not None):
                 raise UnknownName(what="reading", name=name, where=self._where, known=list(of_targets))
             if target is not None and target not in self.targets:
                 raise UnknownName(what="target", name=target, where=self._where, known=self.targets)
-        return keys
+        return tuple(keys)
 
 
 def _is_whole(value: object, most: int) -> bool:

@@ -1,0 +1,56 @@
+/** Real robots: the page says that it is there, stops them on Escape, and lets them move while a key is held. */
+
+import type { Studio } from "./studio";
+
+/** The key that is held where robots move only while one is. */
+export const HOLD = "h";
+const EVERY_MS = 150;
+const TYPES = "input, textarea, [contenteditable]";
+
+export class Live {
+  holding = false;
+
+  constructor(private readonly studio: Studio) {}
+
+  /** Whether there are real robots. */
+  get real(): boolean {
+    return (this.studio.scene?.real.length ?? 0) > 0;
+  }
+
+  /** Begin to tell the server, and to listen; what ends that. */
+  begin(): () => void {
+    const beat = setInterval(() => this.tell(), EVERY_MS);
+    const down = (event: KeyboardEvent): void => {
+      if (!this.real) return;
+      // Wherever one types, and whatever else Escape does.
+      if (event.key === "Escape") void this.studio.ask({ do: "stop" });
+      const typing = event.target instanceof Element && event.target.closest(TYPES) !== null;
+      if (event.key.toLowerCase() === HOLD && !typing && !event.ctrlKey && !event.metaKey) this.hold(true);
+    };
+    const up = (event: KeyboardEvent): void => {
+      if (event.key.toLowerCase() === HOLD) this.hold(false);
+    };
+    const away = (): void => this.hold(false);
+    addEventListener("keydown", down, true);
+    addEventListener("keyup", up, true);
+    addEventListener("blur", away);
+    return () => {
+      clearInterval(beat);
+      removeEventListener("keydown", down, true);
+      removeEventListener("keyup", up, true);
+      removeEventListener("blur", away);
+    };
+  }
+
+  /** The person holds the key or the button, or lets go. */
+  hold(holding: boolean): void {
+    if (holding === this.holding) return;
+    this.holding = holding;
+    this.tell();
+    this.studio.news.tell();
+  }
+
+  private tell(): void {
+    if (this.real && this.studio.directs) void this.studio.ask({ do: "here", holding: this.holding });
+  }
+}

@@ -1,0 +1,63 @@
+/** The bar of real robots: what each is up to, arming, holding, and the emergency stop. */
+
+import { useStudio } from "./context";
+import { HOLD } from "./live";
+import type { RobotNews } from "./protocol";
+import { className } from "./words";
+
+export function Robots() {
+  const studio = useStudio();
+  const robots = studio.told?.robots ?? [];
+  if (robots.length === 0) return null;
+  const all = robots.every(({ armed }) => armed);
+  const { holding } = studio.live;
+  return (
+    <div class={className("bar", "robots", all && "armed")} role="group" aria-label="Real robots">
+      <div class="each" role="status">
+        {robots.map((robot) => (
+          <span key={robot.name} title={robot.stopped}>
+            <span class={className("light", robot.armed && (robot.stopped === "" ? "moves" : "waits"))} />
+            <b>{robot.name}</b> <span class="soft">{state(robot)}</span>
+          </span>
+        ))}
+      </div>
+      <span class="space" />
+      {studio.scene?.holds === true && (
+        <button
+          type="button"
+          class={className("hold", holding && "on")}
+          aria-pressed={holding}
+          disabled={!studio.directs}
+          title="It moves only while you hold this, or the key"
+          onPointerDown={() => studio.live.hold(true)}
+          onPointerUp={() => studio.live.hold(false)}
+          onPointerLeave={() => studio.live.hold(false)}
+        >
+          Hold to move <kbd>{HOLD.toUpperCase()}</kbd>
+        </button>
+      )}
+      <button
+        type="button"
+        disabled={!studio.directs || all}
+        title="Let it move from now on"
+        onClick={() => void studio.ask({ do: "arm" })}
+      >
+        {all ? "Armed" : "Arm"}
+      </button>
+      <button
+        type="button"
+        class="stop"
+        aria-keyshortcuts="Escape"
+        title="Stop at once"
+        onClick={() => void studio.ask({ do: "stop" })}
+      >
+        ■ STOP <kbd aria-hidden="true">Esc</kbd>
+      </button>
+    </div>
+  );
+}
+
+function state({ armed, stopped }: RobotNews): string {
+  if (!armed) return stopped === "" || stopped === "not armed" ? "not armed" : `not armed: ${stopped}`;
+  return stopped === "" ? "armed" : `stands: ${stopped}`;
+}

@@ -1,0 +1,207 @@
+"""Fleets: real robots side by side as one body of N agents, in the order of their team's file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from understudy.errors import SettingError, UnknownName
+from understudy.model.feature import Percept, ReadingKey
+from understudy.robots.body import Robot, connect
+from understudy.robots.file import load_robot, load_team
+from understudy.robots.recording import Recorder
+from understudy.runtime.body import Channel, Commands, Reading
+from understudy.worlds.kits import MOVING
+from understudy.worlds.scenario import Scenario
+
+
+class Fleet:
+    """Robots of one world as a Body. What one of them does not sense is absent for it.
+
+    SettingError where their files do not go together: other worlds, other ticks, one name for two sorts of readings.
+    """
+
+    channels: Sequence[Channel] = MOVING
+
+    def __init__(self, robots: Sequence[Robot], *, name: str = "fleet") -> None:
+        self.robots, self.name = tuple(robots), name
+        self.agents = len(self.robots)
+        self._check()
+        self.readings: Sequence[Reading] = tuple(self._readings().values())
+        self.targets: Sequence[str] = tuple(dict.fromkeys(name for each in robots for name in each.targets))
+        self._has = [{reading.name: reading.of_targets for reading in each.readings} for each in self.robots]
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """The scenario whose lessons they run."""
+        return self.robots[0].scenario
+
+    @property
+    def tick_s(self) -> float:
+        """The nominal length of a tick, s."""
+        return self.robots[0].tick_s
+
+    @property
+    def time_s(self) -> float:
+        """Time from when the first was connected to the beginning of this tick, s."""
+        return self.robots[0].time_s
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        """The last values, a column [N] each; NaN where absent."""
+        self._refuse_unknown(keys)
+        rows = [
+            robot.sense([key for key in keys if self._can(agent, key)])
+            for agent, robot in enumerate(self.robots)
+        ]
+        absent = np.array([np.nan])
+        return {key: np.concatenate([row.get(key, absent) for row in rows]) for key in keys}
+
+    def act(self, commands: Commands) -> None:
+        """Command each robot for one tick; whatever goes wrong with one, the others hear theirs."""
+        problems: list[Exception] = []
+        for agent, robot in enumerate(self.robots):
+            try:
+                robot.act({channel: column[agent : agent + 1] for channel, column in commands.items()})
+            except Exception as error:
+                problems.append(error)
+        if problems:
+            raise problems[0]
+
+    @property
+    def armed(self) -> bool:
+        """Whether any of them may move."""
+        return any(robot.armed for robot in self.robots)
+
+    def arm(self, by: str) -> None:
+        """Arm all of them, or none: what stands against one is raised, and those before it stop again."""
+        try:
+            for robot in self.robots:
+                robot.arm(by)
+        except BaseException:
+            self.disarm("another robot of the team could not be armed")
+            raise
+
+    def disarm(self, cause: str) -> None:
+        """Stop all of them, and let them be armed anew before they move."""
+        for robot in self.robots:
+            robot.disarm(cause)
+
+    def emergency(self, cause: str) -> None:
+        """Stop all of them at once."""
+        for robot in self.robots:
+            robot.emergency(cause)
+
+    def hold(self, for_s: float) -> None:
+        """A person holds the key, for so long from now."""
+        for robot in self.robots:
+            robot.hold(for_s)
+
+    @property
+    def holds_to_run(self) -> bool:
+        """Whether any of them moves only while a person holds a key."""
+        return any(robot.file.safety.hold_to_run for robot in self.robots)
+
+    def close(self) -> None:
+        """Stop and leave, all of them, whatever goes wrong with one."""
+        with ExitStack() as each:
+            for robot in self.robots:
+                each.callback(robot.close)
+
+    def __iter__(self) -> Iterator[Robot]:
+        return iter(self.robots)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _can(self, agent: int, key: ReadingKey) -> bool:
+        name, target = key
+        of_targets = self._has[agent].get(name)
+        if of_targets is None:
+            return False
+        return target in self.robots[agent].targets if of_targets else target is None
+
+    def _refuse_unknown(self, keys: Sequence[ReadingKey]) -> None:
+        known = {each.name: each.of_targets for each in self.readings}
+        for name, target in keys:
+            if known.get(name) is not (target is not None):
+                raise UnknownName(
+                    what="reading", name=name, where=f"the robots of {self.name}", known=[*known]
+                )
+            if target is not None and target not in self.targets:
+                raise UnknownName(
+                    what="target", name=target, where=f"the robots of {self.name}", known=self.targets
+                )
+
+    def _check(self) -> None:
+        if not self.robots:
+            raise self._wrong("robots", "are none", "give one at least")
+        first = self.robots[0]
+        for robot in self.robots[1:]:
+            if robot.file.world != first.file.world:
+                raise self._wrong(
+                    f"world of {robot.file.name}",
+                    f"is {robot.file.world!r}, that of {first.file.name} is {first.file.world!r}",
+                    "give all the same",
+                )
+            if robot.tick_s != first.tick_s:
+                raise self._wrong(
+                    f"tick_s of {robot.file.name}",
+                    f"is {robot.tick_s:g}, that of {first.file.name} is {first.tick_s:g}",
+                    "give all the same",
+                )
+        taken: dict[str, str] = {}
+        for robot in self.robots:
+            topic = f"{robot.file.domain}:{robot.file.topic(robot.file.commands.topic)}"
+            if topic in taken:
+                raise self._wrong(
+                    f"namespace of {robot.file.name}",
+                    f"is that of {taken[topic]}, so that both would obey the same commands",
+                    "give each its own",
+                )
+            taken[topic] = robot.file.name
+
+    def _readings(self) -> dict[str, Reading]:
+        found: dict[str, Reading] = {}
+        for robot in self.robots:
+            for reading in robot.readings:
+                before = found.setdefault(reading.name, reading)
+                if (before.kind, before.of_targets) != (reading.kind, reading.of_targets):
+                    raise self._wrong(
+                        f"readings.{reading.name} of {robot.file.name}",
+                        "is another sort of reading than with another robot",
+                        "rename one of the two",
+                    )
+        return found
+
+    def _wrong(self, setting: str, problem: str, remedy: str) -> SettingError:
+        return SettingError(where=self.name, setting=setting, problem=problem, remedy=remedy)
+
+
+def connect_robot(path: Path, *, recorder: Recorder | None = None) -> Fleet:
+    """The robot of a file, as a fleet of one, recorded or not."""
+    robot = connect(load_robot(path), path=path, recorder=recorder)
+    with ExitStack() as undone:
+        undone.callback(robot.close)
+        fleet = Fleet([robot], name=robot.file.name)
+        undone.pop_all()
+    return fleet
+
+
+def connect_team(path: Path, *, recorder: Recorder | None = None) -> Fleet:
+    """The robots of a team's file, all of them or none, recorded or not."""
+    team, paths = load_team(path)
+    with ExitStack() as undone:
+        robots = []
+        for each in paths:
+            robots.append(robot := connect(load_robot(each), path=each, recorder=recorder))
+            undone.callback(robot.close)
+        fleet = Fleet(robots, name=team.name)
+        undone.pop_all()
+    return fleet

@@ -1,0 +1,333 @@
+"""The guard: every command to a robot passes here, and is stopped here when anything is wrong.
+
+A thread repeats the last command between ticks, so that a robot which waits for commands is fed, and sends stop instead
+where a tick does not come, a reading is lost, the robot leaves its geofence, a key is let go, somebody else commands it
+or the watchdog is gone. One lock orders all that is sent: no older command overtakes a stop.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Collection, Sequence
+from math import inf
+from pathlib import Path
+from threading import Event, Lock, RLock, Thread, current_thread
+from typing import NamedTuple, NoReturn
+
+from understudy.errors import UnderstudyError
+from understudy.robots.file import RobotFile
+from understudy.robots.leash import HICCUP, Leash
+from understudy.robots.limits import STILL, Speeds, within
+from understudy.robots.stops import Stop, append, stop_now
+from understudy.robots.transport import Peer
+from understudy.robots.watchdog import ARMED, MOVING, RESTING
+
+NOT_ARMED = "not armed"
+NO_KEY = "nobody holds the key"
+PERIOD_S = 0.02
+"""From one look to the next, and from one repeated command to the next."""
+LOST_S = 1.0
+"""A robot that has to wait longer than this for a tick, or for a reading, is disarmed."""
+FIRST_S = 10.0
+"""For so long after arming the first command may take."""
+STOPPING_S = 5.0
+"""For so long after disarming a robot is sent stop, over and over; then others may drive it."""
+PARTING = 3
+"""So often stop is sent when the program ends."""
+OTHERS_S = 0.2
+"""From one look for others who command to the next."""
+ASLEEP_S = 0.5
+"""A computer that slept longer than this has to be armed again: nobody expects a robot to go on with it."""
+KEY_S = 1.0
+"""No key counts as held for longer without a new sign."""
+
+
+class ArmingRefused(UnderstudyError):
+    """A robot that cannot be armed now."""
+
+    def __init__(self, *, robot: str, problem: str, remedy: str) -> None:
+        self.robot, self.problem, self.remedy = robot, problem, remedy
+        super().__init__(f"robot {robot!r} stays disarmed: {problem}; {remedy}")
+
+
+class Danger(NamedTuple):
+    """Why a robot must not move now. Where `lost`, a person has to look after it before it may again."""
+
+    cause: str
+    lost: bool = True
+
+
+class Guard:
+    """What a robot may do now, and what it was told last.
+
+    `send` sends speeds, `danger` says what the readings have against moving at a moment, `peers` who else publishes,
+    and `heard` are the topics that the robot is heard on. Without a leash there is no watchdog, no log and no thread,
+    and `look` has to be called: that is for tests and replays, `connect` gives a robot a leash.
+    """
+
+    def __init__(
+        self,
+        file: RobotFile,
+        *,
+        send: Callable[[Speeds], None],
+        danger: Callable[[float], Danger | None],
+        peers: Callable[[], Sequence[Peer]],
+        heard: Collection[str],
+        clock: Callable[[], float],
+        log: Path | None = None,
+        leash: Leash | None = None,
+    ) -> None:
+        self._file, self._send, self._danger, self._peers = file, send, danger, peers
+        self._heard, self._clock, self._log, self._leash = heard, clock, log, leash
+        self._topic = file.topic(file.commands.topic)
+        self._hold_s = file.tick_s + file.safety.deadline_s
+        self._lock, self._arming, self._end = RLock(), Lock(), Event()
+        self._thread: Thread | None = None
+        self._by, self._orders = "", 0
+        self.stopped = NOT_ARMED
+        """Why the last command was a stop; empty where it may move."""
+        self.stops: list[Stop] = []
+        """All stops since it was connected, oldest first."""
+        self.speeds = STILL
+        """What the robot was told last."""
+        self._looked_s = self._asked_s = self._told_s = self._stopped_s = -inf
+        self._due_s = self._held_s = self._quiet_s = -inf
+        self._asleep_s = 0.0
+
+    @property
+    def armed(self) -> bool:
+        """Whether it obeys."""
+        return bool(self._by)
+
+    def arm(self, by: str) -> None:
+        """Obey from now on, since a person says so. ArmingRefused or WatchdogFailed where it must not.
+
+        The first time this takes about half a second: until the watchdog has found the robot.
+        """
+        with self._arming:
+            if self.armed:
+                return
+            orders = self._orders
+            if not by.strip():
+                self._refuse("nobody says who arms it", "give a person's name")
+            self._refuse_danger()
+            if self._leash is not None and self._log is not None:
+                try:
+                    append(self._log)
+                except OSError as error:
+                    self._refuse(
+                        f"{self._log} cannot be written ({error.strerror})", "stops are logged there"
+                    )
+                self._leash.start([peer for peer in self._peers() if peer.topic in self._heard])
+                self._refuse_danger()  # it took a while
+            with self._lock:
+                if orders != self._orders:
+                    self._refuse("it was told to stop meanwhile", "arm again")
+                now = self._clock()
+                self._by, self.stopped, self.speeds = by, "", STILL
+                if self._file.safety.hold_to_run:
+                    self.stopped = NO_KEY
+                if self._leash is not None:
+                    self._leash.problem()  # what it said of an earlier time
+                    self._leash.tell(ARMED)
+                self._looked_s, self._told_s, self._asleep_s = now, now, asleep_s()
+                self._due_s, self._held_s = now + FIRST_S, -inf
+            self._watch()
+
+    def command(self, asked: Speeds, *, sensed_s: float | None = None) -> None:
+        """Tell the robot this, within the limits, until the next tick; stop where it must not move.
+
+        `sensed_s` is when that was read on which this was decided.
+        """
+        with self._lock:
+            now = self._clock()
+            if not self.armed:
+                self._repeat(now)
+                return
+            danger = self._against(now)
+            if danger is None and sensed_s is not None and now - sensed_s > self._hold_s:
+                danger = Danger(f"a command was decided on what was {now - sensed_s:.2f} s ago", lost=False)
+            elapsed_s = min(now - self._told_s, 2 * self._file.tick_s)  # after a pause no leap
+            self._told_s = now
+            self._due_s = now + self._hold_s
+            if danger is None:
+                self.stopped = ""
+                self._issue(within(self._file.limits, asked, last=self.speeds, elapsed_s=elapsed_s))
+            else:
+                self._heed(danger, now)
+
+    def look(self) -> None:
+        """Stop it where it must not move, else repeat what it was told; the thread does this all the time."""
+        others, seen = 0, self._clock()
+        if self.armed and seen - self._asked_s > OTHERS_S:
+            others, self._asked_s = self._others(), seen
+        with self._lock:
+            now = self._clock()
+            if self.armed:
+                danger = self._against(now, others)
+                if danger is None and now > self._due_s:
+                    danger = Danger(f"no command came for {now - self._told_s:.2f} s", lost=False)
+                if danger is None:
+                    self._issue(self.speeds)
+                else:
+                    self._heed(danger, now)
+            else:
+                self._repeat(now)
+                if self._leash is not None:
+                    self._leash.problem()  # answers are not to pile up
+            self._looked_s = now
+            self._tell()
+
+    def hold(self, for_s: float) -> None:
+        """A person's key is down, and counts as held for so long, at most KEY_S; 0: it was let go."""
+        with self._lock:
+            self._held_s = self._clock() + min(for_s, KEY_S) if for_s > 0 else -inf
+
+    def refuse(self, cause: str) -> None:
+        """Stop it until the next command; it stays armed."""
+        with self._lock:
+            if self.armed:
+                self._heed(Danger(cause, lost=False), self._clock())
+
+    def disarm(self, cause: str) -> None:
+        """Stop it, and let it obey no more."""
+        with self._lock:
+            self._orders += 1
+            if self.armed:
+                self._disarm(cause, "program")
+
+    def emergency(self, cause: str) -> None:
+        """Stop it, whether it was armed or not, and let it obey no more."""
+        with self._lock:
+            self._orders += 1
+            self._disarm(f"emergency: {cause}", "program")
+        self._watch()
+
+    def close(self, cause: str) -> None:
+        """Stop it if it may still be moving, and end the thread and the watchdog."""
+        with self._lock:
+            self._orders += 1
+            if self.armed:
+                self._disarm(cause, "program")
+        self._end.set()
+        if self._thread is not None and self._thread is not current_thread():
+            self._thread.join()
+            for _ in range(PARTING):
+                self._repeat(self._clock())
+                time.sleep(PERIOD_S)
+        if self._leash is not None:
+            self._leash.leave()
+
+    def _others(self) -> int:
+        """How many publish commands besides us and our watchdog."""
+        count = sum(peer.topic == self._topic for peer in self._peers())
+        return max(0, count - (self._leash is not None and self._leash.alive))
+
+    def _refuse_danger(self) -> None:
+        danger = self._danger(self._clock())
+        if danger is not None:
+            self._refuse(danger.cause, "put that right, and arm again")
+        if self._others():
+            remedy = "stop that; if it was killed, wait ten seconds"
+            self._refuse(f"somebody else publishes on {self._topic}", remedy)
+
+    def _refuse(self, problem: str, remedy: str) -> NoReturn:
+        raise ArmingRefused(robot=self._file.name, problem=problem, remedy=remedy)
+
+    def _against(self, now: float, others: int = 0) -> Danger | None:
+        """What speaks against moving now, but for a tick that is a little late."""
+        if self._leash is not None:
+            stood_s = now - self._looked_s
+            if stood_s > self._file.safety.deadline_s:
+                return Danger(f"this program stood still for {stood_s:.2f} s", lost=stood_s > LOST_S)
+            if asleep_s() - self._asleep_s > ASLEEP_S:
+                return Danger("this computer slept")
+            if problem := self._leash.problem():
+                return Danger(problem, lost=problem != HICCUP)  # how long that was, this program knows itself
+        if others:
+            return Danger(f"somebody else publishes on {self._topic}")
+        if now - self._due_s > LOST_S:
+            return Danger(f"no command came for {now - self._told_s:.2f} s")
+        danger = self._danger(now)
+        if danger is not None:
+            lasts = bool(self.stopped) and now - self._stopped_s > LOST_S
+            return Danger(danger.cause, danger.lost or lasts)
+        if self._file.safety.hold_to_run and now > self._held_s:
+            return Danger(NO_KEY, lost=False)
+        return None
+
+    def _heed(self, danger: Danger, now: float) -> None:
+        if danger.lost:
+            self._disarm(danger.cause, "guard")
+            return
+        first, self.stopped = not self.stopped, danger.cause
+        self._issue(STILL)
+        if first:
+            self._stopped_s = now
+            self._record(danger.cause, "guard")
+
+    def _disarm(self, cause: str, by: str) -> None:
+        self._by, self.stopped, self._quiet_s = "", cause, self._clock() + STOPPING_S
+        self._issue(STILL)
+        self._record(cause, by)
+
+    def _repeat(self, now: float) -> None:
+        """Disarmed, send stop for a while."""
+        if now < self._quiet_s:
+            self._issue(STILL)
+
+    def _issue(self, speeds: Speeds) -> None:
+        before, self.speeds = self._clock(), speeds
+        try:
+            self._send(speeds)
+        except Exception:
+            self._give_up("commands cannot be sent")
+            raise
+        late = self._leash is not None and self._clock() - before > self._file.safety.deadline_s
+        if (
+            late and speeds != STILL
+        ):  # it was frozen just here, and this command came after the watchdog's stop
+            self._disarm("this program stood still while it sent a command", "guard")
+
+    def _give_up(self, cause: str) -> None:
+        """Leave it to the watchdog, which stops it."""
+        with self._lock:
+            self._by, self.stopped, self.speeds, self._quiet_s = "", cause, STILL, -inf
+            if self._leash is not None:
+                self._leash.drop()
+            self._record(cause, "guard")
+
+    def _record(self, cause: str, by: str) -> None:
+        stop = stop_now(self._file.name, cause, by)
+        self.stops.append(stop)
+        if self._log is not None:
+            with contextlib.suppress(OSError):  # a full disk must not keep anything from stopping
+                append(self._log, stop)
+
+    def _tell(self) -> None:
+        if self._leash is not None:
+            self._leash.tell(MOVING if self.armed or self._clock() < self._quiet_s else RESTING)
+
+    def _watch(self) -> None:
+        """Look all the time from now on."""
+        with self._lock:
+            if self._leash is not None and self._thread is None and not self._end.is_set():
+                self._thread = Thread(target=self._run, name="guard", daemon=True)
+                self._thread.start()
+
+    def _run(self) -> None:
+        while not self._end.wait(PERIOD_S):
+            try:
+                self.look()
+            except Exception as error:  # whatever it was, nobody would guard the robot
+                if self.armed:
+                    self._give_up(f"the guard failed ({error})")
+
+
+def asleep_s() -> float:
+    """For how long this computer slept since it was started, s: time that no clock of ours has seen; 0 if unknown."""
+    if sys.platform != "linux":
+        return 0.0
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - time.monotonic()

@@ -1,0 +1,164 @@
+"""Our end of the watchdog: it is started here, told that all is well, and missed when it is gone."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from threading import Lock
+
+import msgspec
+
+from understudy.errors import UnderstudyError
+from understudy.robots.file import RobotFile
+from understudy.robots.transport import Peer
+from understudy.robots.watchdog import BYE, READY, STOPPED, Orders
+
+STARTING_S = 15.0
+"""For so long it may take to start, on a machine that is very busy."""
+ANSWER_S = 0.5
+"""A watchdog that does not answer for so long is none."""
+LEAVING_S = 3.0
+"""For so long it may take to end, which it does after it sent stop for a while."""
+
+
+HICCUP = "the watchdog had to stop it"
+"""What it had to do while this program stood still."""
+
+
+class WatchdogFailed(UnderstudyError):
+    """The watchdog cannot be started."""
+
+    def __init__(self, *, robot: str, problem: str) -> None:
+        self.robot, self.problem = robot, problem
+        super().__init__(
+            f"robot {robot!r} stays disarmed: its watchdog did not start ({problem}); correct that, and arm again"
+        )
+
+
+class Leash:
+    """The watchdog of one robot, started when it is first needed, and again where it is gone."""
+
+    def __init__(self, file: RobotFile, *, log: Path) -> None:
+        self._file, self._log = file, log
+        self._process: subprocess.Popen[bytes] | None = None
+        self._owner = 0
+        self._answered_s = 0.0
+        self._lock = Lock()
+
+    @property
+    def alive(self) -> bool:
+        """Whether it is there."""
+        return self._process is not None and self._process.poll() is None
+
+    @property
+    def pid(self) -> int:
+        """The number of its process; 0 where there is none."""
+        return 0 if self._process is None else self._process.pid
+
+    def start(self, peers: Sequence[Peer]) -> None:
+        """Start it unless it is there, and wait until it has found these others; WatchdogFailed where it does not."""
+        with self._lock:
+            if self.alive:
+                return
+            self._end()
+            process = subprocess.Popen(  # unbuffered: what it says is read as it comes
+                [sys.executable, "-m", "understudy.robots.watchdog"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                bufsize=0,
+                start_new_session=True,  # the terminal's Ctrl-C is not meant for it
+            )
+            orders = Orders(file=self._file, log=str(self._log.absolute()), peers=tuple(set(peers)))
+            try:
+                _tell(process, msgspec.json.encode(orders) + b"\n")
+                said = _line(process, STARTING_S)
+            except OSError as error:
+                said = str(error).encode()
+            if said != READY:
+                process.kill()
+                process.communicate()
+                problem = said.decode(errors="replace") or "it ended, or took too long"
+                raise WatchdogFailed(robot=self._file.name, problem=problem)
+            for end in (process.stdin, process.stdout):
+                if end is not None:
+                    os.set_blocking(end.fileno(), False)
+            self._answered_s = time.monotonic()
+            self._process, self._owner = process, os.getpid()
+
+    def tell(self, words: bytes) -> None:
+        """All is well: ARMED, MOVING or RESTING."""
+        if self._process is not None:
+            with contextlib.suppress(OSError):  # `problem` tells of it
+                _tell(self._process, words)
+
+    def problem(self) -> str:
+        """Why it cannot be relied on, or what it had to do; empty where all is well."""
+        process = self._process
+        if process is None or process.stdout is None:
+            return "there is no watchdog"
+        now = time.monotonic()
+        try:
+            said = os.read(process.stdout.fileno(), 4096)
+        except BlockingIOError:
+            if now - self._answered_s > ANSWER_S:
+                return "the watchdog does not answer"
+            return ""
+        except OSError:
+            said = b""
+        if not said:
+            return "the watchdog died"
+        self._answered_s = now
+        return HICCUP if STOPPED in said else ""
+
+    def leave(self) -> None:
+        """Say good-bye, and wait until it is gone."""
+        if (
+            self._process is not None and self._owner == os.getpid()
+        ):  # not: a fork of the program that decides
+            with contextlib.suppress(OSError):
+                _tell(self._process, BYE)
+            self._end()
+
+    def drop(self) -> None:
+        """Leave without a good-bye: it stops the robot. Wait until it is gone."""
+        self._end()
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        if process is None:
+            return
+        for end in (process.stdin, process.stdout):
+            if end is not None:
+                end.close()
+        try:
+            process.wait(LEAVING_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _tell(process: subprocess.Popen[bytes], words: bytes) -> None:
+    if process.stdin is not None:
+        os.write(process.stdin.fileno(), words)
+
+
+def _line(process: subprocess.Popen[bytes], wait_s: float) -> bytes:
+    """The next line, without its end; what came of it where it ends or takes too long."""
+    line, until = b"", time.monotonic() + wait_s
+    if process.stdout is None:
+        return line
+    while not line.endswith(b"\n"):
+        if not select.select([process.stdout], [], [], max(0.0, until - time.monotonic()))[0]:
+            break
+        byte = os.read(process.stdout.fileno(), 1)
+        if not byte:
+            break
+        line += byte
+    return line.strip()

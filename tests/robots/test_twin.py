@@ -1,0 +1,83 @@
+"""Real robots in the scenario whose lessons they run, over a wire in memory: what a session senses and commands."""
+
+from __future__ import annotations
+
+from math import isnan, pi, sqrt
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+
+from tests.robots.rovers import Wire, odometry
+from tests.robots.twins import ARENA, Rig
+
+from understudy.errors import SettingError
+from understudy.robots.body import Robot
+from understudy.robots.file import parse_robot
+from understudy.robots.fleet import Fleet
+from understudy.robots.twin import Twin
+from understudy.testing import check_body
+
+
+def test_a_twin_keeps_the_laws_of_bodies() -> None:
+    check_body(Rig().twin)
+
+
+def test_robots_read_where_targets_are() -> None:
+    """From (0, 0) the flag at (2, 0) is 2 m ahead; from (2, 0), turned left by half a turn, it is here."""
+    rig = Rig()
+    rig.hear(0, odometry(0.0))
+    rig.hear(1, odometry(1.0, z=sqrt(0.5), w=sqrt(0.5)))  # looks left, along y
+    keys = [("range", "red_flag"), ("bearing", "red_flag"), ("range", "blue_flag"), ("sonar_ahead", None)]
+    percept = rig.twin.sense(keys)
+    assert percept["range", "red_flag"].tolist() == pytest.approx([2.0, 1.0])
+    assert percept["bearing", "red_flag"].tolist() == pytest.approx([0.0, 3 * pi / 2])
+    assert all(np.isnan(percept[key]).all() for key in keys[2:])  # neither told of, nor a sensor
+
+
+def test_robots_and_targets_are_drawn_from_the_corner_of_the_fence() -> None:
+    rig = Rig()
+    rig.hear(0, odometry(0.5, z=1.0, w=0.0))
+    rig.twin.sense([])
+    view = rig.twin.view()
+    assert (view.robots.x[0], view.robots.y[0]) == (1.5, 2.0)
+    assert view.robots.heading[0] == pytest.approx(pi)
+    assert (len(view.objects.x), view.objects.x[0], view.objects.y[0]) == (1, 3.0, 2.0)
+
+
+def test_one_robot_arms_where_all_can() -> None:
+    rig = Rig()
+    rig.seen()
+    rig.twin.fleet.arm("a test")
+    rig.twin.act({"drive": np.array([1.0, 0.0]), "turn": np.array([0.0, -1.0])})
+    assert (rig.sent(0), rig.sent(1)) == ((0.4, 0.0), (0.0, -1.0))
+
+
+def test_at_rest_robots_are_stopped_again_and_again() -> None:
+    rig = Rig()
+    rig.seen()
+    rig.twin.fleet.arm("a test")
+    rig.twin.act({"drive": np.array([1.0, 1.0])})
+    assert not rig.twin.idle()
+    rig.now += 0.11
+    assert rig.twin.idle()
+    assert rig.sent(0) == (0.0, 0.0)
+    assert rig.twin.fleet.armed
+
+
+def test_two_robots_of_one_namespace_are_no_fleet() -> None:
+    with pytest.raises(SettingError, match="both would obey the same commands; give each its own"):
+        Rig(("one", "one"))
+
+
+def test_a_robot_without_a_world_has_no_twin() -> None:
+    robot = Robot(parse_robot(ARENA.format(name="one").replace('world = "arena"', "")), Wire())
+    with pytest.raises(SettingError, match="name the scenario"):
+        Twin(Fleet([robot]))
+
+
+def test_absent_where_no_odometry_comes() -> None:
+    rig = Rig()
+    percept = rig.twin.sense([("range", "red_flag")])
+    assert all(map(isnan, percept["range", "red_flag"]))
