@@ -253,6 +253,24 @@ def test_what_a_full_disk_holds_can_be_read(tmp_path: Path, monkeypatch: pytest.
     assert 2 < found.ticks <= len(ticks)
 
 
+def test_a_robot_whose_recording_ends_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recording, "MOST_WAITING", -1)
+    recorder, robot, wire = rover(tmp_path / "drive.mcap")
+
+    def drives() -> None:
+        with recorder, robot:
+            for _ in range(3):
+                percept = robot.sense(every_key(robot))
+                robot.act(FORWARD)
+                recorder.decided(robot.time_s, percept, [("forward",)])
+
+    with pytest.raises(RecordingFailed):
+        drives()
+    assert wire.closed
+    last = decode(TWIST, wire.sent[-1][1])
+    assert (last.linear.x, last.angular.z) == (0.0, 0.0)
+
+
 def test_a_run_that_begins_anew_is_what_counts(tmp_path: Path) -> None:
     body, keys = Scripted(1), [("load", None)]
     with Recorder(tmp_path / "two.mcap") as recorder:
