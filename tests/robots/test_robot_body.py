@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from math import inf, isnan, nan, pi, sqrt
 
 import numpy as np
@@ -12,19 +11,15 @@ from hypothesis import strategies as st
 
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
+from tests.robots.rigs import CMD, FENCED, ODOM, SONAR, STOP, Rig
 from tests.robots.rovers import ODOMETRY, ROVER, STAMPED, TWIST, Wire, odometry, sonar
 
 from understudy.errors import DefinitionError, FileError, UnknownName
-from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
-from understudy.robots.messages import decode
 from understudy.robots.survey import survey
 from understudy.robots.transport import Peer
 from understudy.runtime.body import every_key
 from understudy.testing import check_body
 
-SONAR, ODOM, CMD = "/rover/sonar", "/rover/odom", "/rover/cmd_vel"
-STOP = (0.0, 0.0)
 ACCELERATIONS = "turn_rad_s = 1.0\nacceleration_m_s2 = 1.0\nturn_acceleration_rad_s2 = 2.0\n\n[readings.sonar"
 
 MOVES = [  # drive, turn, what is sent: 0.4 m/s and 1 rad/s at 1, never above 0.5 and 1
@@ -32,54 +27,6 @@ MOVES = [  # drive, turn, what is sent: 0.4 m/s and 1 rad/s at 1, never above 0.
     (-1.0, 0.5, (-0.4, 0.5)),
     (2.0, -3.0, (0.5, -1.0)),
 ]
-
-
-@dataclass
-class Rig:
-    """A robot, and everything around it."""
-
-    text: str = ROVER
-    now: float = 100.0
-    wire: Wire = field(default_factory=Wire)
-
-    def __post_init__(self) -> None:
-        self.robot = Robot(parse_robot(self.text), self.wire, clock=lambda: self.now)
-
-    def hear(self, topic: str, data: bytes) -> None:
-        self.wire.deliver(topic, data, self.now)
-
-    def read(self, name: str) -> float:
-        column = self.robot.sense([(name, None)])[name, None]
-        assert column.shape == (1,)
-        return float(column[0])
-
-    def move(self, drive: float, turn: float = 0.0) -> tuple[float, float]:
-        """What was sent for a command."""
-        self.robot.act({"drive": np.array([drive]), "turn": np.array([turn])})
-        return self.sent
-
-    @property
-    def sent(self) -> tuple[float, float]:
-        topic, data = self.wire.sent[-1]
-        assert topic == CMD
-        twist = decode(self.robot.file.commands.type, data)
-        twist = getattr(twist, "twist", twist)
-        return twist.linear.x, twist.angular.z
-
-    def ready(self) -> Rig:
-        """Armed, and its sonar there."""
-        self.hear(SONAR, sonar(2.0))
-        self.robot.arm("Ada")
-        return self
-
-    def wait(self, seconds: float, *, hears: bool = True) -> None:
-        """Let time pass, its guard looking all the while; its sonar speaks, unless it `hears` nothing."""
-        until = self.now + seconds
-        while self.now < until - 1e-9:
-            self.now += 0.02
-            if hears:
-                self.hear(SONAR, sonar(2.0))
-            self.robot.guard.look()
 
 
 def test_it_keeps_the_laws_of_bodies() -> None:
@@ -161,12 +108,6 @@ def test_without_a_required_reading_it_stops() -> None:
     rig.hear(SONAR, sonar(2.0))
     assert rig.move(1.0) == STOP
     assert [stop.cause for stop in rig.robot.stops] == ["sonar_ahead is absent"] * 2
-
-
-FENCED = ROVER.replace("turn_rad_s = 1.0\n\n", "turn_rad_s = 1.0\ngeofence = [-1, -1, 1, 1]\n\n", 1).replace(
-    "[commands]",
-    '[readings.y]\ntopic = "odom"\ntype = "nav_msgs/msg/Odometry"\nfield = "pose.pose.position.y"\n[commands]',
-)
 
 
 def test_outside_its_geofence_it_stops() -> None:

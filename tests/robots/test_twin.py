@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from math import isnan, pi, sqrt
 
 import numpy as np
@@ -11,63 +10,14 @@ import pytest
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import Wire, odometry
+from tests.robots.twins import ARENA, Rig
 
 from understudy.errors import SettingError
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
 from understudy.robots.fleet import Fleet
-from understudy.robots.messages import decode
 from understudy.robots.twin import Twin
 from understudy.testing import check_body
-
-ARENA = """
-format = "understudy-robot/1"
-name = "{name}"
-world = "arena"
-namespace = "/{name}"
-tick_s = 0.1
-
-[limits]
-speed_m_s = 0.5
-turn_rad_s = 1.0
-geofence = [-1, -2, 3, 2]
-
-[readings]
-x = {{ topic = "odom", type = "nav_msgs/msg/Odometry", field = "pose.pose.position.x" }}
-y = {{ topic = "odom", type = "nav_msgs/msg/Odometry", field = "pose.pose.position.y" }}
-heading = {{ topic = "odom", type = "nav_msgs/msg/Odometry", field = "pose.pose.orientation" }}
-
-[targets.red_flag]
-at = [2.0, 0.0]
-
-[commands]
-drive_m_s = 0.4
-turn_rad_s = 1.0
-"""
-
-
-@dataclass
-class Rig:
-    """Two robots, each on a wire of its own, and their twin."""
-
-    names: tuple[str, ...] = ("one", "two")
-    now: float = 100.0
-    wires: list[Wire] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.wires = [Wire() for _ in self.names]
-        self.robots = [
-            Robot(parse_robot(ARENA.format(name=name)), wire, clock=lambda: self.now)
-            for name, wire in zip(self.names, self.wires, strict=True)
-        ]
-        self.twin = Twin(Fleet(self.robots))
-
-    def hear(self, agent: int, data: bytes) -> None:
-        self.wires[agent].deliver(f"/{self.names[agent]}/odom", data, self.now)
-
-    def sent(self, agent: int) -> tuple[float, float]:
-        twist = decode("geometry_msgs/msg/Twist", self.wires[agent].sent[-1][1])
-        return twist.linear.x, twist.angular.z
 
 
 def test_a_twin_keeps_the_laws_of_bodies() -> None:
@@ -98,8 +48,7 @@ def test_robots_and_targets_are_drawn_from_the_corner_of_the_fence() -> None:
 
 def test_one_robot_arms_where_all_can() -> None:
     rig = Rig()
-    rig.hear(0, odometry(0.0))
-    rig.hear(1, odometry(0.0))
+    rig.seen()
     rig.twin.fleet.arm("a test")
     rig.twin.act({"drive": np.array([1.0, 0.0]), "turn": np.array([0.0, -1.0])})
     assert (rig.sent(0), rig.sent(1)) == ((0.4, 0.0), (0.0, -1.0))
@@ -107,8 +56,7 @@ def test_one_robot_arms_where_all_can() -> None:
 
 def test_at_rest_robots_are_stopped_again_and_again() -> None:
     rig = Rig()
-    rig.hear(0, odometry(0.0))
-    rig.hear(1, odometry(0.0))
+    rig.seen()
     rig.twin.fleet.arm("a test")
     rig.twin.act({"drive": np.array([1.0, 1.0])})
     assert not rig.twin.idle()
@@ -124,7 +72,7 @@ def test_two_robots_of_one_namespace_are_no_fleet() -> None:
 
 
 def test_a_robot_without_a_world_has_no_twin() -> None:
-    robot = Robot(parse_robot(ARENA.format(name="one").replace('world = "arena"', "")), Wire())
+    robot = Robot(parse_robot(ARENA.format(name="one", world="arena").replace('world = "arena"', "")), Wire())
     with pytest.raises(SettingError, match="name the scenario"):
         Twin(Fleet([robot]))
 

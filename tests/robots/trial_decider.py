@@ -1,7 +1,7 @@
 """A program that decides, for trials of stopping: armed, it drives on, whatever happens to it.
 
-It obeys lines on standard input (`arm`, `act` or `rest`: whether it keeps its ticks, `stops`: what it was stopped for)
-and answers each with a line.
+It obeys lines on standard input (`arm`; `state`; `late`: miss a few ticks; `fail`, `exit` and `leave`: end in three
+ways) and answers each with a line.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import select
 import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -27,18 +28,30 @@ def obey(robot: Robot, line: str) -> str:
         return "armed"
     if line == "state":
         return f"{'armed' if robot.armed else 'disarmed'} {robot.stopped}"
+    if line == "late":
+        time.sleep(0.5)
+        return "late"
+    if line == "fail":
+        raise ValueError(line)
+    if line == "exit":
+        sys.exit("asked to")
     raise SystemExit(line)
 
 
 def main(path: str) -> None:
     file, keys = load_robot(path), [("sonar_ahead", None)]
-    with connect(file, path=Path(path)) as robot:
+    robot = connect(file, path=Path(path))
+    with ExitStack() as ending:
+        ending.push(robot)
         due = time.monotonic()
         while True:
             due = max(due + file.tick_s, time.monotonic())
             while select.select([sys.stdin], [], [], max(0.0, due - time.monotonic()))[0]:
                 line = sys.stdin.readline().strip()
-                sys.stdout.write(obey(robot, line or "end") + "\n")
+                if line == "leave":  # as nobody should: without closing
+                    ending.pop_all()
+                    return
+                sys.stdout.write(obey(robot, line) + "\n")
                 sys.stdout.flush()
             robot.sense(keys)
             robot.act({"drive": np.array([1.0])})

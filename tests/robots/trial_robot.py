@@ -50,12 +50,12 @@ def main() -> None:
     given.add_argument("domain", type=int)
     given.add_argument("namespace")
     given.add_argument("--deadline", type=float, default=math.inf)
-    given.add_argument("--only", choices=("sonar", "odometry"), help="only publish, and only that")
+    given.add_argument("--only", choices=("sonar", "base"), help="either sensor or base")
     asked = given.parse_args()
     wire, base = DDS(asked.domain), Base(asked.deadline)
-    if asked.only is None:
+    if asked.only != "sonar":
         wire.subscribe(f"{asked.namespace}/cmd_vel", TWIST, base.told)
-    ranges = wire.publisher(f"{asked.namespace}/sonar", RANGE) if asked.only != "odometry" else None
+    ranges = wire.publisher(f"{asked.namespace}/sonar", RANGE) if asked.only != "base" else None
     places = wire.publisher(f"{asked.namespace}/odom", ODOMETRY) if asked.only != "sonar" else None
     sys.stdout.write("ready\n")
     sys.stdout.flush()

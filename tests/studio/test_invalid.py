@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.studio.pages import GOTO, studio
 
+from understudy.robots.twin import drawn
 from understudy.studio import messages as m
 from understudy.studio.directing import ACTIONS
 from understudy.studio.fields import Message
@@ -54,7 +55,7 @@ class Room:
         session = stage.trained.session
         files = {path: path.stat().st_size for path in sorted(stage.shelf.folder.rglob("*"))}
         return (
-            stage.world.snapshot(),
+            drawn(stage.world).snapshot(),
             session.lesson.record,
             repr((session.automaton, session.examples)),  # absent values are not equal to themselves
             repr(session.screen()),

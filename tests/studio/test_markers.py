@@ -11,6 +11,7 @@ from tests.cli.commands import run, said
 from tests.studio.pages import GOTO, Page, page, served, studio
 
 from understudy.model.folder import open_document
+from understudy.robots.twin import drawn
 from understudy.worlds.finding import place_of
 from understudy.worlds.markers import TARGET
 from understudy.worlds.scenario_files import builtin_scenarios
@@ -38,9 +39,9 @@ def test_placed_moved_and_removed_in_any_world(tmp_path: Path, world: str) -> No
         while not (there := slots(somebody)):
             somebody.hear()
         somebody.done("move_object", slot=there[0], x=2.0, y=1.5)
-        assert place_of(made.stage.world, TARGET) == (2.0, 1.5)
+        assert place_of(drawn(made.stage.world), TARGET) == (2.0, 1.5)
         somebody.done("remove_object", slot=there[0])
-        assert place_of(made.stage.world, TARGET) is None
+        assert place_of(drawn(made.stage.world), TARGET) is None
 
 
 def shown(somebody: Page, *states: str) -> list[dict[str, Any]]:
@@ -63,7 +64,7 @@ def test_a_lesson_about_markers_outlasts_its_studio(tmp_path: Path) -> None:
     made = studio(tmp_path)
     with served(made) as client, page(client) as somebody:
         somebody.done("open", name="goto")
-        assert place_of(made.stage.world, TARGET) == pytest.approx((3.0, 4.0))
+        assert place_of(drawn(made.stage.world), TARGET) == pytest.approx((3.0, 4.0))
         assert made.stage.trained.screen.targets == {"A": TARGET}
         assert "–" not in shown(somebody, "done")[-1]["values"]
         somebody.done("save")

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from tests.studio.pages import GOTO, Page, page, served, studio
 
+from understudy.robots.twin import drawn
 from understudy.studio.studio import Studio
 
 FETCH: dict[str, Any] = {
@@ -129,12 +130,12 @@ def test_one_can_go_to_where_it_was_promised(made: Studio, person: Page) -> None
     begin(person)
     person.done("reset", seed=3)
     person.done("promise", flag="done", within_s=5)
-    promised = made.stage.world.snapshot()
+    promised = drawn(made.stage.world).snapshot()
     person.done("reset", seed=4)
     person.done("stand_for", targets={"A": "nearest_food"})
     teach(person, "forward")
     person.done("visit", outcome=0)
-    assert made.stage.world.snapshot() == promised
+    assert drawn(made.stage.world).snapshot() == promised
     screen = made.stage.trained.screen
     assert (screen.state, dict(screen.targets)) == ("start", {"A": "station"})
     assert made.stage.paused

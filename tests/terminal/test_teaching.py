@@ -18,6 +18,7 @@ from understudy.learning.transitions import learn
 from understudy.model.example import ExampleKind
 from understudy.model.folder import open_library, versions
 from understudy.model.lesson import Lesson
+from understudy.robots.twin import drawn
 from understudy.terminal.app import Ended
 from understudy.terminal.teaching import Teaching
 from understudy.training.trainee import Mode
@@ -61,7 +62,7 @@ async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_
         assert "TESTING" in hand.shown("header")
         for _ in range(2):
             await hand.guide()
-            station = place_of(hand.desk.body, "station")
+            station = place_of(drawn(hand.desk.body), "station")
             assert station is not None
             assert dist(where(hand), station) < 0.5
             assert hand.desk.screen.mode is Mode.TESTING, "it had to be corrected"

@@ -1,4 +1,4 @@
-"""`understudy learn`: one automaton's transition functions from a table."""
+"""`understudy learn`: one automaton's transition functions from a table, or from a recording and presses."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from understudy.cli.parts import Json
+from understudy.cli.parts import Json, KitName
 
 if TYPE_CHECKING:
     from understudy.learning.report import Report
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 
 def learn(
-    lesson: Annotated[Path, typer.Argument(metavar="LESSON.csv", help="The examples.")],
+    lesson: Annotated[
+        Path | None, typer.Argument(metavar="[LESSON.csv]", help="The examples.", show_default=False)
+    ] = None,
     predict: Annotated[
         Path | None,
         typer.Option("--predict", metavar="ROWS.csv", help="Say the next state of each of these rows."),
@@ -26,16 +28,54 @@ def learn(
         Path | None, typer.Option("--library", "-l", help="Save the automaton to this folder, with --name.")
     ] = None,
     name: Annotated[str | None, typer.Option("--name", "-n", help="What to call the automaton.")] = None,
+    recording: Annotated[
+        Path | None,
+        typer.Option("--recording", metavar="FILE.mcap", help="Take examples from a recording, instead."),
+    ] = None,
+    presses: Annotated[
+        Path | None,
+        typer.Option(
+            "--presses",
+            metavar="FILE.csv",
+            help="Presses over it: time_s,state; else those recorded with it.",
+        ),
+    ] = None,
+    states: Annotated[
+        str | None, typer.Option("--states", metavar="A,B(C)", help="Its states; else those pressed.")
+    ] = None,
+    features: Annotated[
+        str | None, typer.Option("--features", metavar="A,B(C)", help="What it decides on.")
+    ] = None,
+    flags: Annotated[
+        str | None, typer.Option("--flags", metavar="A,B", help="Flags it can raise; else done and failed.")
+    ] = None,
+    parameters: Annotated[
+        str | None, typer.Option("--parameters", metavar="A,B", help="What is left open.")
+    ] = None,
+    targets: Annotated[
+        str | None, typer.Option("--targets", metavar="A=TARGET", help="What that stood for.")
+    ] = None,
+    reaction: Annotated[
+        float | None,
+        typer.Option("--reaction", min=0.0, max=1.0, metavar="SECONDS", help="How late the presses come."),
+    ] = None,
+    agent: Annotated[int, typer.Option("--agent", "-a", min=0, help="Which robot of the recording.")] = 0,
+    kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Learn an automaton's transition functions from a table of examples.
+    """Learn an automaton's transition functions from a table of examples, or from a recording and presses.
 
     Columns are state, next, kind (directive, default, confirmation or watched), and one for each feature,
     whose header carries its kind: distance:continuous, bearing:toroidal(6.283185307179586),
     ready:categorical(no|yes). An empty cell is an absent reading.
 
     [dim]understudy learn lesson.csv --predict rows.csv --json[/]
+
+    Presses over a recording mean what they mean in a session: each gives a directive and a default.
+
+    [dim]understudy learn --recording drive.mcap --presses presses.csv --features 'distance_to(station)'[/]
     """
+    from understudy.cli.learn_recording import Asked, recorded_lesson
     from understudy.cli.output import print_json
     from understudy.cli.progress import compile_once
     from understudy.errors import SettingError
@@ -49,7 +89,17 @@ def learn(
             ("--name", "give --name X too") if name is None else ("--library", "give --library DIR too")
         )
         raise SettingError(where="learn", setting=missing, problem="is missing", remedy=remedy)
-    shown = read_lesson_table(lesson, name=name)
+    if lesson is not None and recording is None:
+        shown = read_lesson_table(lesson, name=name)
+    elif recording is not None and lesson is None:
+        asked = Asked(
+            name, library, presses, states, features, flags, parameters, targets, reaction, agent, kit
+        )
+        shown = recorded_lesson(recording, asked)
+    else:
+        problem = "is missing" if lesson is None else "is one too many beside a recording"
+        remedy = "give either a table, or --recording FILE.mcap"
+        raise SettingError(where="learn", setting="LESSON.csv", problem=problem, remedy=remedy)
     rows = None if predict is None else read_rows(predict, shown)
     compile_once(learner=True, quiet=as_json)
     result = report(shown)

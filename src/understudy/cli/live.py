@@ -5,7 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from math import inf
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from understudy.errors import SettingError
@@ -22,7 +24,7 @@ BY = "the terminal"
 
 
 def run_live(
-    fleet: Fleet,
+    twin: Twin,
     behavior: str | None,
     library: Path,
     *,
@@ -34,35 +36,48 @@ def run_live(
     """Run a behavior on real robots until it is done, the time is over, or a key stops it."""
     from understudy.cli.output import console, print_json
     from understudy.cli.parts import behavior_of, bindings, find_kit, team_for
+    from understudy.review.recorded import marks
     from understudy.robots.live import Live
-    from understudy.robots.twin import Twin
+    from understudy.robots.recording_head import Ran
     from understudy.runtime.program import link
     from understudy.worlds.kits import kit_of
     from understudy.worlds.teams import runners, sort_of
 
-    with fleet:
-        _see_person(fleet)
-        twin = Twin(fleet)
-        parts = kit_of(twin.scenario) if kit is None else find_kit(kit, twin.scenario.name)
-        bound = bindings(bind)
-        known = team_for(twin.scenario, behavior, library, parts)
-        sort = sort_of(known, behavior)
-        behavior = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), library)
-        link(known[sort], behavior, bound)  # mistakes are told before anything moves
-        roots = dict.fromkeys(runners(known, sort, behavior), (behavior, bound))
-        live = Live(twin, known, roots)
-        _looked_over(fleet)
-        _armed_by_a_person(fleet, behavior)
-        ended = _go(live, _flags(known, sort, behavior), sort, seconds)
-        facts = {
-            "behavior": behavior,
-            "robots": [robot.file.name for robot in fleet],
-            "seconds": round(twin.time_s, 3),
-            "ticks": live.ticks,
-            "late_ticks": live.late,
-            "ended": ended,
-            "doing": [list(path) for path in live.team.paths],
-        }
+    fleet = twin.fleet
+    _see_person(fleet)
+    parts = kit_of(twin.scenario) if kit is None else find_kit(kit, twin.scenario.name)
+    bound = bindings(bind)
+    known = team_for(twin.scenario, behavior, library, parts)
+    sort = sort_of(known, behavior)
+    behavior = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), library)
+    link(known[sort], behavior, bound)  # mistakes are told before anything moves
+    roots = dict.fromkeys(runners(known, sort, behavior), (behavior, bound))
+    live = Live(twin, known, roots)
+    twin.follow(lambda: live.team.paths)
+    _looked_over(live)
+    _armed_by_a_person(fleet, behavior)
+    live.restart()
+    twin.record(
+        Ran(
+            kit=kit,
+            library=str(library.resolve()),
+            sorts=list(roots),
+            behavior=behavior,
+            binding=dict(bound),
+            automata=marks(live.team, known),
+        )
+    )
+    ended = _go(live, behavior, _flags(known, sort, behavior), sort, seconds)
+    fleet.disarm(f"the run ended: {ended}")
+    facts = {
+        "behavior": behavior,
+        "robots": [robot.file.name for robot in fleet],
+        "seconds": round(twin.time_s, 3),
+        "ticks": live.ticks,
+        "late_ticks": live.late,
+        "ended": ended,
+        "doing": [list(path) for path in live.team.paths],
+    }
     if as_json:
         print_json(facts)
     else:
@@ -88,15 +103,21 @@ def _see_person(fleet: Fleet) -> None:
         )
 
 
-def _looked_over(fleet: Fleet) -> None:
-    """Say what is wrong with the robots; whether to go on is for the person to say."""
+def _looked_over(live: Live) -> None:
+    """Say what is wrong with the robots, having decided for a while without moving any; what comes of it is up to the
+    person. What takes longer the first time has been done by then.
+    """
     import typer
 
     from understudy.robots.survey import survey
 
+    fleet = live.twin.fleet
     typer.echo(f"Listening to {', '.join(robot.file.name for robot in fleet)} ...", err=True)
-    for number, robot in enumerate(fleet):
-        for problem in survey(robot, seconds=0.0 if number else LISTEN_S).problems:
+    until = monotonic() + LISTEN_S
+    while monotonic() < until:
+        live.tick()
+    for robot in fleet:
+        for problem in survey(robot, seconds=0.0).problems:
             typer.echo(f"{robot.file.name}: {problem}", err=True)
 
 
@@ -122,14 +143,13 @@ def _flags(known: Libraries, sort: str, behavior: str) -> set[str]:
     return {state.name for state in states if state.flag is not None}
 
 
-def _go(live: Live, flags: set[str], sort: str, seconds: float | None) -> str:
+def _go(live: Live, behavior: str, flags: set[str], sort: str, seconds: float | None) -> str:
     """Tick until something ends it, which is said."""
     from rich.live import Live as Screen
 
     from understudy.cli.output import console
 
-    twin, until = live.twin, None if seconds is None else live.twin.time_s + seconds
-    live.restart()
+    twin, until = live.twin, inf
     with (
         _keys() as pressed,
         Screen(console=console(err=True), auto_refresh=False, transient=True) as screen,
@@ -137,6 +157,8 @@ def _go(live: Live, flags: set[str], sort: str, seconds: float | None) -> str:
         shown = -SHOWN_S
         while True:
             live.tick()
+            if seconds is not None and live.ticks == 1:
+                until = twin.time_s + seconds
             if pressed():
                 twin.fleet.emergency("a key was pressed in the terminal")
                 return "stopped by a key"
@@ -146,21 +168,20 @@ def _go(live: Live, flags: set[str], sort: str, seconds: float | None) -> str:
                 )
             if flags and live.team.raised(sort, flags).all():
                 return "done"
-            if until is not None and twin.time_s >= until:
+            if twin.time_s >= until:
                 return "its time is over"
             if twin.time_s - shown >= SHOWN_S:
                 shown = twin.time_s
-                screen.update(_told(twin, live), refresh=True)
+                screen.update(_told(twin, live, behavior), refresh=True)
 
 
-def _told(twin: Twin, live: Live) -> Any:
+def _told(twin: Twin, live: Live, rests: str) -> Any:
     from understudy.cli.output import table
 
     made = table("robot", "doing", "~")
     for robot, path in zip(twin.fleet, live.team.paths, strict=True):
-        made.add_row(
-            robot.file.name, " > ".join(path) or "idles", robot.stopped and f"stands: {robot.stopped}"
-        )
+        doing = " > ".join(path) or rests
+        made.add_row(robot.file.name, doing, robot.stopped and f"stands: {robot.stopped}")
     return made
 
 

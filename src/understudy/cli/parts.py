@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from understudy.model.kit import Kit
     from understudy.model.lesson import Lesson
     from understudy.model.library import Library as Taught
-    from understudy.robots.fleet import Fleet
     from understudy.worlds.scenario import Scenario
 
 Library: TypeAlias = Annotated[Path, typer.Option("--library", "-l", help="The folder the automata are in.")]
@@ -74,15 +74,6 @@ Bind: TypeAlias = Annotated[
     ),
 ]
 
-RobotFile: TypeAlias = Annotated[
-    Path | None,
-    typer.Option("--robot", metavar="FILE", help="On a real robot, by its file.", show_default=False),
-]
-TeamFile: TypeAlias = Annotated[
-    Path | None,
-    typer.Option("--team", metavar="FILE", help="On real robots, by their team's file.", show_default=False),
-]
-
 LIBRARY = Path("library")
 WORLD = "forage"
 MAIN = "forage"
@@ -93,27 +84,6 @@ def find_world(name: str) -> Scenario:
     from understudy.worlds.catalog import find_world as find
 
     return find(name)
-
-
-def fleet_of(robot: Path | None, team: Path | None, *, world: str | None) -> Fleet | None:
-    """The real robots that were named, connected; None where none were, and SettingError where two things were."""
-    if robot is None and team is None:
-        return None
-    named = "--robot" if team is None else "--team"
-    if robot is not None and team is not None:
-        raise SettingError(
-            where=named, setting="and --robot", problem="were both given", remedy="give one of them"
-        )
-    if world is not None:
-        raise SettingError(
-            where=named,
-            setting="its world",
-            problem=f"is named by its file, and {world!r} by the command",
-            remedy="leave it out here",
-        )
-    from understudy.robots.fleet import connect_robot, connect_team
-
-    return connect_team(team) if team is not None else connect_robot(robot or Path())
 
 
 def chosen_world(argument: str | None, option: str | None) -> str:
@@ -247,3 +217,22 @@ def bindings(bound: list[str] | None) -> dict[str, str]:
             )
         pairs[parameter] = target
     return pairs
+
+
+def names_in(text: str | None) -> list[str] | None:
+    """What commas separate, but for those in parentheses; None where nothing was said."""
+    if text is None:
+        return None
+    return [part.strip() for part in re.split(r",(?![^(]*\))", text) if part.strip()]
+
+
+def targets_in(text: str | None) -> dict[str, str]:
+    """What --targets says."""
+    found = {}
+    for pair in names_in(text) or []:
+        parameter, equals, target = (part.strip() for part in pair.partition("="))
+        if not (parameter and equals and target):
+            remedy = "write PARAMETER=TARGET: A=station"
+            raise SettingError(where="--targets", setting=repr(pair), problem="is no binding", remedy=remedy)
+        found[parameter] = target
+    return found

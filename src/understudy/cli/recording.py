@@ -1,4 +1,4 @@
-"""Recording a simulated run tick by tick, as real robots are: `understudy run --record OUT.mcap`."""
+"""Recordings in commands: making one of a simulated run, as of real robots, and finding what one was made with."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from understudy.model.kit import Kit
+    from understudy.robots.recording_file import Recording
     from understudy.runtime.team import Team
+    from understudy.worlds.scenario import Scenario
 
 SUFFIX = ".mcap"
 
@@ -23,9 +26,8 @@ def recording(
     if path is None or not is_recording(path):
         yield team.tick
         return
-    from understudy.cli.replay import SCENARIO
     from understudy.robots.recording import Recorder
-    from understudy.robots.recording_head import Ran
+    from understudy.robots.recording_head import SCENARIO, Ran
     from understudy.runtime.body import every_key
     from understudy.worlds.scenario_files import dump_scenario
     from understudy.worlds.world import World
@@ -49,3 +51,30 @@ def recording(
 def is_recording(path: Path) -> bool:
     """Whether a file is named as recordings are."""
     return path.suffix.lower() == SUFFIX
+
+
+def scenario_of(recording: Recording) -> Scenario | None:
+    """The scenario that it ran in, as it was then."""
+    from understudy.cli.parts import find_world
+    from understudy.robots.recording_head import SCENARIO
+    from understudy.worlds.scenario_files import parse_scenario
+
+    kept, ran = recording.head.files.get(SCENARIO), recording.head.ran
+    if kept is not None:
+        return parse_scenario(kept, f"{recording.path} ({SCENARIO})")
+    return None if ran.scenario is None else find_world(ran.scenario)
+
+
+def kit_for(recording: Recording, named: str | None, where: Scenario | None) -> Kit:
+    """The kit that was named, else the one that it ran with."""
+    from understudy.cli.parts import WORLD, find_kit
+    from understudy.errors import FileError
+    from understudy.worlds.kits import kit_of
+
+    named = named or recording.head.ran.kit
+    if named is not None:
+        return find_kit(named, WORLD)
+    if where is None:
+        problem, remedy = "it says neither its world nor its kit", "give --kit MODULE:NAME"
+        raise FileError(path=recording.path, place="", problem=problem, remedy=remedy)
+    return kit_of(where)

@@ -1,4 +1,4 @@
-"""`understudy robots`: real robots, looked at before they move."""
+"""`understudy robots`: real robots, looked at before they move, and stopped."""
 
 from __future__ import annotations
 
@@ -9,18 +9,21 @@ from typing import Annotated
 
 import typer
 
-from understudy.cli import robot_color
+from understudy.cli import robot_color, robot_simulate, robot_stops
 from understudy.cli.parts import Json
 
-app = typer.Typer(no_args_is_help=True, help="Look at real robots and at what their cameras see.")
+app = typer.Typer(no_args_is_help=True, help="Look at real robots and at what their cameras see; stop them.")
 
 
 @app.callback()
 def robots() -> None:
-    """Look at real robots and at what their cameras see."""
+    """Look at real robots and at what their cameras see; stop them."""
 
 
+app.command("stop")(robot_stops.stop)
+app.command("stops")(robot_stops.stops)
 app.command("color")(robot_color.color)
+app.command("simulate")(robot_simulate.simulate)
 
 
 @app.command("check")

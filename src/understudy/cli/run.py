@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from understudy.cli.fleets import NoRecording, RobotFile, TeamFile, twin_of
+from understudy.cli.fleets import named as real
 from understudy.cli.parts import (
     LIBRARY,
     BehaviorName,
@@ -16,10 +18,8 @@ from understudy.cli.parts import (
     Json,
     KitName,
     Library,
-    RobotFile,
     SameWorld,
     ScenarioName,
-    TeamFile,
 )
 
 if TYPE_CHECKING:
@@ -77,6 +77,7 @@ def run(
     bind: Bind = None,
     robot: RobotFile = None,
     team: TeamFile = None,
+    no_record: NoRecording = False,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -90,12 +91,15 @@ def run(
 
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
 
+    [dim]understudy run --record run.mcap[/], then [dim]understudy run --replay run.mcap --library corrected[/]
+
     [dim]understudy run --robot rover.toml --behavior servo[/]
 
     What a squad was taught (in a folder of the squad's name) is run by its coordinators. Where types of robots differ,
     each has a folder of its name, too; SORT/BEHAVIOR says whose behavior is meant.
     """
     if replay is not None:
+        _only_replayed(context)
         from understudy.cli.replay import replay as again
 
         again(
@@ -114,7 +118,6 @@ def run(
         chosen_world,
         find_kit,
         find_world,
-        fleet_of,
         team_for,
     )
     from understudy.cli.progress import compile_once
@@ -124,11 +127,11 @@ def run(
     from understudy.traces import write_trace
     from understudy.worlds.teams import runners, sort_of, team_of
 
-    fleet = fleet_of(robot, team, world=scenario or world)
-    if fleet is not None:
+    if real(robot, team, world=scenario or world) is not None:
         from understudy.cli.live import run_live
 
-        run_live(fleet, behavior, library, kit=kit, bind=bind, seconds=seconds, as_json=as_json)
+        with twin_of(robot, team, record=record, recorded=not no_record) as twin:
+            run_live(twin, behavior, library, kit=kit, bind=bind, seconds=seconds, as_json=as_json)
         return
     if record is not None and not is_recording(record) and record.suffix.lower() not in PICTURES:
         remedy = "name a file that ends in .gif (in motion), .png (its path) or .mcap (all readings)"
@@ -178,6 +181,17 @@ def _given(context: typer.Context, option: str) -> bool:
     """Whether somebody gave an option, be it what it is otherwise."""
     source = context.get_parameter_source(option)
     return source is not None and source.name == "COMMANDLINE"
+
+
+def _only_replayed(context: typer.Context) -> None:
+    """Refuse what means nothing where readings are those of a recording."""
+    from understudy.errors import SettingError
+
+    for option in ("scenario", "world", "seed", "seconds", "speed", "record", "trace"):
+        if _given(context, option):
+            named = "SCENARIO" if option == "scenario" else f"--{option}"
+            problem, remedy = "means nothing to --replay: all is as it was recorded", "leave it out"
+            raise SettingError(where="run", setting=named, problem=problem, remedy=remedy)
 
 
 def _how(

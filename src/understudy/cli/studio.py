@@ -6,7 +6,9 @@ from typing import Annotated
 
 import typer
 
-from understudy.cli.parts import LIBRARY, KitName, Library, RobotFile, SameWorld, ScenarioName, TeamFile
+from understudy.cli.fleets import NoRecording, RobotFile, TeamFile, twin_of
+from understudy.cli.fleets import named as real
+from understudy.cli.parts import LIBRARY, KitName, Library, SameWorld, ScenarioName
 
 
 def studio(
@@ -28,6 +30,7 @@ def studio(
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
     robot: RobotFile = None,
     team: TeamFile = None,
+    no_record: NoRecording = False,
 ) -> None:
     """Train a robot in the browser: it shows the world, and you press what the robot is to do.
 
@@ -39,9 +42,8 @@ def studio(
     """
     from contextlib import ExitStack
 
-    from understudy.cli.parts import chosen_world, find_kit, find_world, fleet_of
+    from understudy.cli.parts import chosen_world, find_kit, find_world
     from understudy.cli.progress import compile_once
-    from understudy.robots.twin import Twin
     from understudy.studio.serving import listen, serve
     from understudy.studio.shelf import check_folder
     from understudy.studio.stage import Stage
@@ -49,12 +51,11 @@ def studio(
     from understudy.worlds.kits import kit_of
 
     with ExitStack() as leaving:
-        fleet = fleet_of(robot, team, world=scenario or world)
-        if fleet is None:
+        if real(robot, team, world=scenario or world) is None:
             name, twin = chosen_world(scenario, world), None
             found, parts = find_world(name), find_kit(kit, name)
         else:
-            twin = Twin(leaving.enter_context(fleet))
+            twin = leaving.enter_context(twin_of(robot, team, record=None, recorded=not no_record))
             found = twin.scenario
             parts = kit_of(found) if kit is None else find_kit(kit, found.name)
         check_folder(library)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, RobotFile, SameWorld
+from understudy.cli.fleets import NoRecording, RobotFile, twin_of
+from understudy.cli.fleets import named as real
+from understudy.cli.parts import LIBRARY, WORLD, Json, KitName, Library, SameWorld
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from understudy.desk.plan import Plan
     from understudy.model.library import Library as Opened
-    from understudy.robots.fleet import Fleet
     from understudy.robots.twin import Twin
     from understudy.worlds.scenario import Scenario
 
@@ -55,6 +55,7 @@ def teach(
     ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
     robot: RobotFile = None,
+    no_record: NoRecording = False,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -69,21 +70,23 @@ def teach(
     """
     from contextlib import ExitStack
 
-    from understudy.cli.parts import find_world, fleet_of
+    from understudy.cli.parts import find_world, names_in, targets_in
     from understudy.desk.plan import Choices, Plan, checked
 
     choices = Choices(
-        states=_listed(states),
-        features=_listed(features),
-        flags=_listed(flags),
-        parameters=_listed(parameters),
-        targets=_targets(targets),
+        states=names_in(states),
+        features=names_in(features),
+        flags=names_in(flags),
+        parameters=names_in(parameters),
+        targets=targets_in(targets),
         watched=watched,
         reaction_s=reaction,
     )
     with ExitStack() as leaving:
-        fleet = fleet_of(robot, None, world=world)
-        twin = None if fleet is None else _twin(leaving.enter_context(fleet))
+        twin = None
+        if real(robot, None, world=world) is not None:
+            twin = leaving.enter_context(twin_of(robot, None, record=None, recorded=not no_record))
+            _see_hold(twin)
         where = find_world(world or WORLD) if twin is None else twin.scenario
         plan = Plan(name, library, where, _library(library, kit, where), choices, seed)
         checked(plan)
@@ -91,19 +94,17 @@ def teach(
         _teach(plan, twin, as_json=as_json)
 
 
-def _twin(fleet: Fleet) -> Twin:
-    """The robot in its world; SettingError where it needs a key that is held, which a terminal cannot tell."""
+def _see_hold(twin: Twin) -> None:
+    """Refuse robots that need a key that is held: a terminal cannot tell."""
     from understudy.errors import SettingError
-    from understudy.robots.twin import Twin
 
-    if fleet.holds_to_run:
+    if twin.fleet.holds_to_run:
         raise SettingError(
-            where=fleet.name,
+            where=twin.fleet.name,
             setting="safety.hold_to_run",
             problem="needs a key that is held, and a terminal does not tell when one is let go",
             remedy="teach it in the studio: understudy studio --robot FILE",
         )
-    return Twin(fleet)
 
 
 def _teach(plan: Plan, twin: Twin | None, *, as_json: bool) -> None:
@@ -164,23 +165,3 @@ def _see_terminal() -> None:
             remedy="run it in one (ssh -t HOST for another machine); without a person, teach from "
             "Python with understudy.training.session.Session, or from a table with understudy learn",
         )
-
-
-def _listed(text: str | None) -> list[str] | None:
-    """What commas separate, but for those in parentheses."""
-    if text is None:
-        return None
-    return [part.strip() for part in re.split(r",(?![^(]*\))", text) if part.strip()]
-
-
-def _targets(text: str | None) -> dict[str, str]:
-    from understudy.errors import SettingError
-
-    found = {}
-    for pair in _listed(text) or []:
-        parameter, equals, target = (part.strip() for part in pair.partition("="))
-        if not (parameter and equals and target):
-            remedy = "write PARAMETER=TARGET: A=station"
-            raise SettingError(where="--targets", setting=repr(pair), problem="is no binding", remedy=remedy)
-        found[parameter] = target
-    return found

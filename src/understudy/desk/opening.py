@@ -11,6 +11,7 @@ from understudy.desk.pace import Pace, Wall
 from understudy.desk.plan import Plan, Start
 from understudy.errors import SessionError
 from understudy.model.lesson import Lesson
+from understudy.robots.recording_head import Ran
 from understudy.robots.twin import Ground, Twin
 from understudy.runtime.troop import Troop
 from understudy.training.session import Session
@@ -58,6 +59,7 @@ def begun(
     )
     desk = Desk(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
     desk.said = Said(_welcome(desk))
+    _follow(session, ground)
     return Opened(desk, journal, _locked(journal))
 
 
@@ -69,6 +71,7 @@ def resumed(plan: Plan, journal: Path, wall: Wall, *, body: Ground | Troop | Non
     pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, Twin))
     session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
     desk = Desk(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
+    _follow(session, ground)
     desk.pause()
     desk.said = Said("Everything shown is back. Space goes on, n begins in a new world")
     return Opened(desk, journal, lock)
@@ -80,6 +83,21 @@ def _ground(body: Ground | Troop) -> Ground:
     if not isinstance(ground, World | Twin):
         raise SessionError("a desk needs a world, or robots of one")
     return ground
+
+
+def _follow(session: Session, ground: Ground) -> None:
+    """Let real robots tell and record what is decided."""
+    if not isinstance(ground, Twin):
+        return
+    body, ran = session.body, Ran(library="", binding=dict(session.screen().targets))
+
+    def paths() -> list[tuple[str, ...]]:
+        if isinstance(body, Troop):
+            return body.team.paths
+        return [session.trainee.path if each == session.agent else () for each in range(body.agents)]
+
+    ground.follow(paths)
+    ground.record(ran)
 
 
 def _saved(plan: Plan) -> Lesson | None:

@@ -13,6 +13,7 @@ from understudy.errors import SettingError, UnknownName
 from understudy.model.feature import Percept, ReadingKey
 from understudy.robots.body import Robot, connect
 from understudy.robots.file import load_robot, load_team
+from understudy.robots.recording import Recorder
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.worlds.kits import MOVING
 from understudy.worlds.scenario import Scenario
@@ -183,9 +184,9 @@ class Fleet:
         return SettingError(where=self.name, setting=setting, problem=problem, remedy=remedy)
 
 
-def connect_robot(path: Path) -> Fleet:
-    """The robot of a file, as a fleet of one."""
-    robot = connect(load_robot(path), path=path)
+def connect_robot(path: Path, *, recorder: Recorder | None = None) -> Fleet:
+    """The robot of a file, as a fleet of one, recorded or not."""
+    robot = connect(load_robot(path), path=path, recorder=recorder)
     with ExitStack() as undone:
         undone.callback(robot.close)
         fleet = Fleet([robot], name=robot.file.name)
@@ -193,13 +194,13 @@ def connect_robot(path: Path) -> Fleet:
     return fleet
 
 
-def connect_team(path: Path) -> Fleet:
-    """The robots of a team's file, all of them or none."""
+def connect_team(path: Path, *, recorder: Recorder | None = None) -> Fleet:
+    """The robots of a team's file, all of them or none, recorded or not."""
     team, paths = load_team(path)
     with ExitStack() as undone:
         robots = []
         for each in paths:
-            robots.append(robot := connect(load_robot(each), path=each))
+            robots.append(robot := connect(load_robot(each), path=each, recorder=recorder))
             undone.callback(robot.close)
         fleet = Fleet(robots, name=team.name)
         undone.pop_all()

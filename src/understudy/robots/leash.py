@@ -17,7 +17,7 @@ import msgspec
 from understudy.errors import UnderstudyError
 from understudy.robots.file import RobotFile
 from understudy.robots.transport import Peer
-from understudy.robots.watchdog import BYE, MOVING, READY, RESTING, STOPPED, Orders
+from understudy.robots.watchdog import BYE, READY, STOPPED, Orders
 
 STARTING_S = 15.0
 """For so long it may take to start, on a machine that is very busy."""
@@ -44,13 +44,18 @@ class Leash:
         self._file, self._log = file, log
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = 0
-        self._answered_s = 0.0
+        self._answered_s, self._stopped = 0.0, False
         self._lock = Lock()
 
     @property
     def alive(self) -> bool:
         """Whether it is there."""
         return self._process is not None and self._process.poll() is None
+
+    @property
+    def pid(self) -> int:
+        """The number of its process; 0 where there is none."""
+        return 0 if self._process is None else self._process.pid
 
     def start(self, peers: Sequence[Peer]) -> None:
         """Start it unless it is there, and wait until it has found these others; WatchdogFailed where it does not."""
@@ -83,14 +88,14 @@ class Leash:
             self._answered_s = time.monotonic()
             self._process, self._owner = process, os.getpid()
 
-    def tell(self, *, moving: bool) -> None:
-        """All is well, and the robot may move or may not."""
+    def tell(self, words: bytes) -> None:
+        """All is well: ANEW, MOVING or RESTING."""
         if self._process is not None:
             with contextlib.suppress(OSError):  # `problem` tells of it
-                _tell(self._process, MOVING if moving else RESTING)
+                _tell(self._process, words)
 
     def problem(self) -> str:
-        """Why it cannot be relied on, or what it had to do; empty where all is well."""
+        """Why it cannot be relied on; empty where all is well. Takes in what it answered."""
         process = self._process
         if process is None or process.stdout is None:
             return "there is no watchdog"
@@ -106,7 +111,13 @@ class Leash:
         if not said:
             return "the watchdog died"
         self._answered_s = now
-        return "the watchdog had to stop it" if STOPPED in said else ""
+        self._stopped = self._stopped or STOPPED in said
+        return ""
+
+    def intervened(self) -> bool:
+        """Whether it said that it had to stop the robot, since this was asked last."""
+        stopped, self._stopped = self._stopped, False
+        return stopped
 
     def leave(self) -> None:
         """Say good-bye, and wait until it is gone."""

@@ -30,9 +30,13 @@ class MessageRefused(UnderstudyError):
         super().__init__(f"a message is no {type}: {problem}; publish messages of this type there")
 
 
-@cache
 def types(release: str = JAZZY) -> Typestore:
     """The definitions of a release of ROS 2. Later ones than Jazzy's are the same, of what robots use here."""
+    return _types(release)  # one for each, however it is asked for
+
+
+@cache
+def _types(release: str) -> Typestore:
     try:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:

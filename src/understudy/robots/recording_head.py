@@ -15,6 +15,8 @@ METADATA = "understudy"
 """The name of the record of metadata that holds the head."""
 BODY, RUN, FILE = "body", "run", "file:"
 """Its keys: the body and what ran, as JSON; and files, as they were, each by its name."""
+SCENARIO = "scenario"
+"""The name of the scenario's file among them."""
 
 
 class Ran(msgspec.Struct, frozen=True, kw_only=True):
@@ -25,7 +27,7 @@ class Ran(msgspec.Struct, frozen=True, kw_only=True):
     scenario: str | None = None
     seed: int = 0
     kit: str | None = None
-    library: str = ""
+    library: str = "library"
     sorts: list[str] = []
     behavior: str | None = None
     binding: dict[str, str] = {}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from math import inf, isnan, nan, tau
 from typing import TypeAlias
 
@@ -15,12 +16,19 @@ from understudy.model.kit import Kit
 from understudy.robots.file import PlaceOf
 from understudy.robots.fleet import Fleet
 from understudy.robots.places import POSE
-from understudy.runtime.body import Channel, Commands, Reading
+from understudy.robots.recording import Recorder
+from understudy.robots.recording_head import SCENARIO, Ran
+from understudy.robots.transitions import Transitions
+from understudy.runtime.body import Channel, Commands, Reading, every_key
 from understudy.worlds.rules import Names
 from understudy.worlds.scenario import Robots, Scenario
+from understudy.worlds.scenario_files import dump_scenario
 from understudy.worlds.state import Rules, State
 from understudy.worlds.view import WorldView
 from understudy.worlds.world import World
+
+Paths: TypeAlias = Callable[[], Sequence[Sequence[str]]]
+"""The states of all levels of each robot, as they were decided last."""
 
 
 class Twin:
@@ -32,7 +40,7 @@ class Twin:
 
     worlds = 1
 
-    def __init__(self, fleet: Fleet) -> None:
+    def __init__(self, fleet: Fleet, *, recorder: Recorder | None = None) -> None:
         if fleet.scenario is None:
             raise SettingError(
                 where=fleet.robots[0].file.name,
@@ -41,7 +49,7 @@ class Twin:
                 remedy='name the scenario whose features and behaviors it has: world = "soccer"',
             )
         self.fleet = fleet
-        fence = fleet.robots[0].file.limits.geofence
+        self._fence = fence = fleet.robots[0].file.limits.geofence
         self.scenario = _cast(fleet, fleet.scenario)
         self._drawn = World(self.scenario, [0])
         width, height = self.scenario.size
@@ -53,6 +61,10 @@ class Twin:
         self.agents = self.robots = fleet.agents
         self._can = {(each.name, each.of_targets) for each in fleet.readings}
         self._acted_s = -inf
+        self._keys = every_key(self)
+        self._paths: Paths | None = None
+        self._recorder, self._recording = recorder, False
+        self._told: list[Transitions] = []
         self._moving = {channel.name for channel in fleet.channels}
 
     @property
@@ -96,8 +108,12 @@ class Twin:
         return self.fleet.time_s
 
     def view(self, world: int = 0) -> WorldView:
-        """What there is to draw."""
-        return self._drawn.view(world)
+        """What there is to draw: the geofence, if there is one."""
+        found = self._drawn.view(world)
+        if self._fence is None:
+            return found
+        x0, y0, x1, y1 = self._fence
+        return replace(found, width=x1 - x0, height=y1 - y0)
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """The columns [N] of these keys; absent (NaN) for robots that have no such sensor."""
@@ -111,7 +127,48 @@ class Twin:
     def act(self, commands: Commands) -> None:
         """Let the robots drive and turn; they have no other channels, so that what these say is not done."""
         self._drawn.commanded(commands)  # refuses what cannot be
+        time_s, percept = self.time_s, self.sense(self._keys) if self._recording else {}
         self._obey({name: column for name, column in commands.items() if name in self._moving})
+        if self._paths is None:
+            return
+        paths = self._paths()
+        for told, path in zip(self._told, paths, strict=True):
+            told.decided(time_s, tuple(path))
+        if self._recorder is not None and self._recording:
+            self._recorder.decided(time_s, percept, paths)
+
+    def follow(self, paths: Paths) -> None:
+        """From now on tell the robots' topic of transitions, after each tick, the states of all levels of each."""
+        self._paths = paths
+        self._told = self._told or [
+            Transitions(robot.transport, namespace=robot.file.namespace, robot=robot.file.name)
+            for robot in self.fleet
+        ]
+
+    def record(self, ran: Ran) -> None:
+        """From now on record what is decided, if there is a recorder; its messages are recorded from the beginning."""
+        if self._recorder is None or self._recording:
+            return
+        paths = [robot.path for robot in self.fleet if robot.path.is_file()]
+        files = {path.name: path.read_text("utf-8-sig") for path in paths}
+        self._recorder.begin(
+            self,
+            names=[robot.file.namespace or robot.file.name for robot in self.fleet],
+            ran=ran,
+            files={SCENARIO: dump_scenario(self.scenario), **files},
+        )
+        self._recording = True
+
+    def noted(self, agent: int, state: str | None = None, *, step: str = "press") -> None:
+        """A person presses a state for a robot, or confirms the present one (None); or takes another step: test, train,
+        restart. It comes before the next tick, and is recorded.
+        """
+        if self._recorder is None or not self._recording:
+            return
+        if step == "press":
+            self._recorder.pressed(state, agent=agent)
+        else:
+            self._recorder.stepped(step, agent=agent)
 
     def idle(self) -> bool:
         """Let the robots stand still where nobody commanded them for a tick; whether that was so.
@@ -160,7 +217,11 @@ class Twin:
 
     def _spare(self, agent: int) -> tuple[float, float]:
         """Where a robot is drawn whose place is unknown: in a row through the middle."""
-        width, height = self.scenario.size
+        width, height = (
+            self.scenario.size
+            if self._fence is None
+            else (self._fence[2] - self._fence[0], self._fence[3] - self._fence[1])
+        )
         return width * (agent + 1) / (self.agents + 1), height / 2
 
     def _place(self, agent: int, name: str, target: PlaceOf) -> None:
@@ -185,6 +246,10 @@ class Twin:
 
 Ground: TypeAlias = World | Twin
 """What a person looks at while robots are taught: a simulated world, or a real one."""
+
+
+def unnoted(agent: int, state: str | None = None, *, step: str = "press") -> None:
+    """What nobody has to be told, where robots are simulated."""
 
 
 def drawn(ground: Ground) -> World:

@@ -18,13 +18,14 @@ from typing import TypeAlias
 import msgspec
 
 from understudy.robots.file import RobotFile
-from understudy.robots.messages import twist
+from understudy.robots.halt import stopper
 from understudy.robots.stops import append, stop_now
 from understudy.robots.transport import Peer, Transport
 from understudy.robots.transports import open_transport
 
-MOVING, RESTING, BYE = b"+", b"-", b"."
-"""What it is told: all is well and the robot may move, or is disarmed; the program ends as it should."""
+ANEW, MOVING, RESTING, BYE = b"*", b"+", b"-", b"."
+"""What it is told: the robot may move anew, since it was armed, or stopped by the program itself after that had been
+frozen; it may move; it is disarmed; the program ends as it should."""
 WELL, STOPPED = b"+", b"!"
 """What it answers to each word: all was well, or that it has sent stop since the last one."""
 READY = b"ready"
@@ -54,35 +55,44 @@ Answer: TypeAlias = Callable[[bytes], None]
 
 
 def watch(
-    hear: Hear, answer: Answer, stop: Callable[[], None], log: Callable[[str], None], *, deadline_s: float
+    hear: Hear,
+    answer: Answer,
+    stop: Callable[[], None],
+    log: Callable[[str], None],
+    *,
+    deadline_s: float,
+    clock: Callable[[], float] = time.monotonic,
+    sleep: Callable[[float], None] = time.sleep,
 ) -> None:
     """Wait for words, until good-bye or the end; `stop` where none comes in time while the robot may move."""
     moving, frozen, until = False, False, 0.0
     while True:
-        stopping = frozen or time.monotonic() < until
+        stopping = frozen or clock() < until
         words = hear(PERIOD_S if stopping else deadline_s if moving else None)
         if words == b"":
             break
         if words is not None:
             answer(STOPPED if frozen else WELL)
             if frozen:
-                frozen, until = False, time.monotonic() + LASTING_S
+                frozen, until = False, clock() + LASTING_S
             if words.endswith(BYE):
                 return
-            moving = words.endswith(MOVING)
+            if ANEW in words:
+                until = 0.0
+            moving = words.endswith((ANEW, MOVING))
         elif moving and not stopping:
             frozen = True
-        if frozen or stopping:
+        if frozen or clock() < until:
             stop()
         if frozen and not stopping:
             log(f"no sign for {deadline_s:g} s of the program that decides")
     if moving:
         stop()  # before anything else
         log("the program that decides ended without a word")
-        until = time.monotonic() + LASTING_S
-    while time.monotonic() < until:
+        until = clock() + LASTING_S
+    while clock() < until:
         stop()
-        time.sleep(PERIOD_S)
+        sleep(PERIOD_S)
 
 
 def main() -> None:
@@ -104,13 +114,12 @@ def main() -> None:
 
 
 def _watch(orders: Orders, transport: Transport) -> None:
-    file, commands = orders.file, orders.file.commands
-    publish = transport.publisher(file.topic(commands.topic), commands.type)
+    file = orders.file
+    send = stopper(file, transport)
 
     def stop() -> None:
-        still = twist(commands.type, speed_m_s=0.0, turn_rad_s=0.0, frame=commands.frame, time_s=time.time())
         with contextlib.suppress(Exception):  # the next one may get through
-            publish(still)
+            send()
 
     def log(cause: str) -> None:
         with contextlib.suppress(OSError):

@@ -105,9 +105,10 @@ def watch(
 
 
 def _world(team: Team) -> World:
-    if not isinstance(team.ground, World):
+    ground = getattr(team.ground, "world", team.ground)  # in physics: the one that says what there is
+    if not isinstance(ground, World):
         raise SettingError(where="patrol", setting="team", problem="is in no world", remedy="give it one")
-    return team.ground
+    return ground
 
 
 def _slot(world: World, name: str) -> int:

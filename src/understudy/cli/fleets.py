@@ -1,0 +1,79 @@
+"""Real robots on the command line: --robot, --team, --record; connected, and recorded unless that is not wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+from understudy.errors import SettingError
+
+if TYPE_CHECKING:
+    from understudy.robots.twin import Twin
+
+RobotFile: TypeAlias = Annotated[
+    Path | None,
+    typer.Option("--robot", metavar="FILE", help="On a real robot, by its file.", show_default=False),
+]
+TeamFile: TypeAlias = Annotated[
+    Path | None,
+    typer.Option("--team", metavar="FILE", help="On real robots, by their team's file.", show_default=False),
+]
+NoRecording: TypeAlias = Annotated[
+    bool, typer.Option("--no-record", help="Do not record what real robots sense and do.")
+]
+FOLDER = "recordings"
+"""Where recordings are kept, beside the robot's file."""
+
+
+def named(robot: Path | None, team: Path | None, *, world: str | None) -> Path | None:
+    """The file of real robots that was named; None where none was, and SettingError where two things were."""
+    if robot is None and team is None:
+        return None
+    option = "--robot" if team is None else "--team"
+    if robot is not None and team is not None:
+        raise SettingError(
+            where=option, setting="and --robot", problem="were both given", remedy="give one of them"
+        )
+    if world is not None:
+        problem = f"is named by its file, and {world!r} by the command"
+        raise SettingError(where=option, setting="its world", problem=problem, remedy="leave it out here")
+    return team or robot
+
+
+@contextmanager
+def twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recorded: bool) -> Iterator[Twin]:
+    """The robots of a file, connected, in their world; stopped and left at the end.
+
+    Where `recorded`, every message goes into a recording, `record` or one made beside the file; it says what is
+    decided once `Twin.record` was called.
+    """
+    from understudy.robots.fleet import connect_robot, connect_team
+    from understudy.robots.recording import Recorder
+    from understudy.robots.twin import Twin
+
+    path = team or robot or Path()
+    recorder = Recorder(record or _place(path)) if recorded and path.is_file() else None
+    try:
+        with (
+            connect_team(team, recorder=recorder) if team else connect_robot(path, recorder=recorder) as fleet
+        ):
+            yield Twin(fleet, recorder=recorder)
+    finally:
+        if recorder is not None:
+            recorder.close()
+            typer.echo(f"Recorded in {recorder.path}", err=True)
+
+
+def _place(path: Path) -> Path:
+    """Where a recording that begins now is kept."""
+    from understudy.model.atomic import failing
+
+    folder = path.parent / FOLDER
+    with failing(folder, "making the folder of recordings", remedy="give --record PATH, or --no-record"):
+        folder.mkdir(exist_ok=True)
+    return folder / f"{path.stem}-{datetime.now():%Y-%m-%dT%H-%M-%S}.mcap"

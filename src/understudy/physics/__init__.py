@@ -1,0 +1,1 @@
+"""Worlds of scenarios in simulated physics (MuJoCo): wheels with inertia and slip, cameras that see rendered pixels."""

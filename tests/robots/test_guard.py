@@ -1,0 +1,428 @@
+"""The guard of a robot: what stops it until the next tick, what disarms it, and when it is not armed at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+
+from tests.robots.rigs import CMD, FENCED, HELD, ODOM, SONAR, STOP, Rig
+from tests.robots.rovers import TWIST, odometry, sonar
+
+from understudy.errors import FileError
+from understudy.robots.body import Robot
+from understudy.robots.file import parse_robot
+from understudy.robots.guard import ArmingRefused, Guard, asleep_s
+from understudy.robots.leash import Leash
+from understudy.robots.limits import Speeds
+from understudy.robots.transport import Peer
+from understudy.robots.watchdog import ANEW, MOVING, RESTING
+
+AHEAD = (0.4, 0.0)
+OTHER = Peer(CMD, TWIST)
+
+
+def late(rig: Rig) -> None:
+    rig.wait(0.24)
+
+
+def very_late(rig: Rig) -> None:
+    rig.wait(1.26)
+
+
+def deaf(rig: Rig) -> None:
+    rig.move(1.0)
+    rig.wait(0.2, deaf=True)
+    rig.move(1.0)
+    rig.wait(0.2, deaf=True)
+    rig.move(1.0)
+    rig.wait(0.12, deaf=True)
+
+
+def outside(rig: Rig) -> None:
+    rig.hear(ODOM, odometry(1.1))
+    rig.robot.guard.look()
+
+
+def let_go(rig: Rig) -> None:
+    rig.robot.hold(0.0)
+    rig.robot.guard.look()
+
+
+def hold_on(rig: Rig) -> None:
+    rig.robot.hold(0.1)
+    rig.wait(0.12)
+
+
+def commanded(rig: Rig) -> None:
+    rig.wire.others.append(OTHER)
+    rig.wait(0.22)
+
+
+STOPS: list[tuple[str, Callable[[Rig], None], str, bool]] = [  # file, what happens, the cause, still armed?
+    (FENCED, late, "no command came for 0.24 s", True),
+    (FENCED, very_late, "no command came for 1.24 s", False),
+    (FENCED, deaf, "sonar_ahead is absent", False),
+    (FENCED, outside, "outside its geofence", False),
+    (FENCED, commanded, "somebody else publishes on /rover/cmd_vel", False),
+    (FENCED, lambda rig: rig.robot.disarm("enough"), "enough", False),
+    (FENCED, lambda rig: rig.robot.emergency("a key"), "emergency: a key", False),
+    (HELD, let_go, "nobody holds the key", True),
+    (HELD, hold_on, "nobody holds the key", True),
+]
+
+
+@pytest.mark.parametrize(("text", "happens", "cause", "armed"), STOPS, ids=[row[2] for row in STOPS])
+def test_what_stops_it(text: str, happens: Callable[[Rig], None], cause: str, armed: bool) -> None:
+    rig = Rig(text).ready()
+    rig.robot.hold(1.0)
+    assert rig.move(1.0) == AHEAD
+    happens(rig)
+    assert rig.sent == STOP
+    assert (rig.robot.stopped, rig.robot.armed) == (cause, armed)
+    assert rig.robot.stops[-1].cause == cause
+    sent = len(rig.wire.sent)
+    rig.hear(ODOM, odometry(0.0))
+    rig.wait(0.1)
+    assert len(rig.wire.sent) == sent + 5  # over and over
+    assert rig.sent == STOP
+    rig.wire.others.clear()
+    rig.robot.hold(1.0)
+    assert rig.move(1.0) == (AHEAD if armed else STOP)
+
+
+def test_between_ticks_the_last_command_is_repeated() -> None:
+    rig = Rig().ready()
+    rig.move(1.0)
+    before = len(rig.wire.sent)
+    rig.wait(0.1)
+    assert len(rig.wire.sent) == before + 5
+    assert len(set(rig.wire.sent[before - 1 :])) == 1
+
+
+def test_a_stop_is_logged_once_for_as_long_as_it_lasts() -> None:
+    rig = Rig().ready()
+    for _ in range(2):
+        rig.move(1.0)
+        rig.wait(0.6)
+    assert len(rig.robot.stops) == 2
+
+
+def test_a_decision_on_old_readings_is_no_command() -> None:
+    rig = Rig().ready()
+    rig.move(0.0)
+    rig.read("sonar_ahead")
+    rig.wait(0.3)  # thinking
+    assert rig.move(1.0) == STOP
+    assert rig.robot.stopped == "a command was decided on what was 0.30 s ago"
+    rig.read("sonar_ahead")
+    assert rig.move(1.0) == AHEAD
+
+
+def test_a_key_counts_as_held_for_a_second_at_most_and_none_at_first() -> None:
+    rig = Rig(HELD).ready()
+    assert rig.move(1.0) == STOP
+    assert rig.robot.stops == ()
+    rig.robot.hold(60.0)
+    for _ in range(5):
+        assert rig.move(1.0) == AHEAD
+        rig.wait(0.18)
+    assert rig.move(1.0) == AHEAD
+    rig.wait(0.12)
+    assert rig.move(1.0) == STOP
+
+
+def test_disarmed_it_is_stopped_for_a_while_and_then_left_to_others() -> None:
+    rig = Rig().ready()
+    rig.move(1.0)
+    rig.robot.disarm()
+    rig.wait(5.1)
+    sent = len(rig.wire.sent)
+    rig.wait(1.0)
+    rig.move(1.0)
+    assert len(rig.wire.sent) == sent
+
+
+def test_an_emergency_stops_a_robot_that_others_drive() -> None:
+    rig = Rig()
+    rig.robot.emergency("a key")
+    assert rig.sent == STOP
+    assert rig.robot.stops[0].cause == "emergency: a key"
+
+
+def test_a_reading_that_is_no_number_for_a_second_disarms() -> None:
+    rig = Rig().ready()
+    rig.move(1.0)
+    for tick in range(13):
+        rig.now += 0.1
+        rig.hear(SONAR, sonar(float("nan")))
+        rig.robot.act({"drive": np.ones(1)})
+        assert rig.sent == STOP
+        assert rig.robot.armed == (tick < 11)
+
+
+REFUSED: list[tuple[Callable[[Rig], None], str, str]] = [  # what was before, who arms, what is said
+    (lambda rig: None, "Ada", "sonar_ahead is absent"),
+    (lambda rig: rig.hear(SONAR, sonar(2.0)), "Ada", "outside its geofence"),
+    (lambda rig: heard(rig), "", "nobody says who"),
+    (lambda rig: heard(rig, OTHER), "Ada", "somebody else publishes on /rover/cmd_vel"),
+]
+
+
+def heard(rig: Rig, *others: Peer) -> None:
+    rig.hear(SONAR, sonar(2.0))
+    rig.hear(ODOM, odometry(0.0))
+    rig.wire.others.extend(others)
+
+
+@pytest.mark.parametrize(("before", "by", "said"), REFUSED, ids=[row[2] for row in REFUSED])
+def test_arming_is_refused(before: Callable[[Rig], None], by: str, said: str) -> None:
+    rig = Rig(FENCED)
+    before(rig)
+    with pytest.raises(ArmingRefused, match=said):
+        rig.robot.arm(by)
+    assert not rig.robot.armed
+    assert rig.wire.sent == []
+
+
+class Tame(Leash):
+    """A leash with nobody at its end."""
+
+    said = ""
+    stepped_in = False
+
+    def __init__(self) -> None:
+        self.told: list[bytes] = []
+        self.dropped = False
+
+    @property
+    def alive(self) -> bool:
+        return True
+
+    def start(self, peers: Sequence[Peer]) -> None:
+        self.found = set(peers)
+
+    def tell(self, words: bytes) -> None:
+        self.told.append(words)
+
+    def problem(self) -> str:
+        return self.said
+
+    def intervened(self) -> bool:
+        stepped_in, self.stepped_in = self.stepped_in, False
+        return stepped_in
+
+    def leave(self) -> None: ...
+
+    def drop(self) -> None:
+        self.dropped = True
+
+
+@dataclass
+class Leashed(Rig):
+    """A robot with a watchdog, but no thread: tests look themselves."""
+
+    folder: Path = field(default=Path())
+
+    def __post_init__(self) -> None:
+        self.leash = Tame()
+        self.robot = Robot(
+            parse_robot(self.text),
+            self.wire,
+            path=self.folder / "rover.toml",
+            clock=lambda: self.now,
+            leash=self.leash,
+        )
+
+
+@pytest.fixture
+def leashed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Leashed:
+    monkeypatch.setattr(Guard, "_watch", lambda self: None)
+    return Leashed(folder=tmp_path)
+
+
+def test_the_watchdog_hears_of_it(leashed: Leashed) -> None:
+    """And has to find who publishes what the robot reads, but not others."""
+    sensor = Peer(SONAR, "sensor_msgs/msg/Range")
+    leashed.wire.others.extend([sensor, Peer("/elsewhere", TWIST)])
+    leashed.ready()
+    assert leashed.leash.found == {sensor}
+    leashed.move(1.0)
+    leashed.wait(0.04)
+    leashed.robot.disarm()
+    leashed.wait(0.04)
+    leashed.wait(5.0)
+    assert leashed.leash.told[:5] == [ANEW, MOVING, MOVING, MOVING, MOVING]
+    assert leashed.leash.told[-1] == RESTING
+
+
+@pytest.mark.parametrize("still_s", [0.13, 1.1])
+@pytest.mark.parametrize("finds", ["look", "act"])
+def test_a_program_that_stood_still_stops_it_and_long_disarms_it(
+    leashed: Leashed, still_s: float, finds: str
+) -> None:
+    leashed.ready()
+    leashed.move(1.0)
+    leashed.wait(0.1)
+    leashed.now += still_s
+    leashed.hear(SONAR, sonar(2.0))
+    leashed.hear(ODOM, odometry(0.0))
+    if finds == "act":
+        assert leashed.move(1.0) == STOP
+    leashed.robot.guard.look()
+    assert leashed.sent == STOP
+    assert leashed.robot.stopped == f"this program stood still for {still_s:.2f} s"
+    assert leashed.leash.told[-1] == (ANEW if still_s < 1 else MOVING)
+    leashed.wait(0.02)
+    assert leashed.sent == STOP
+    assert leashed.leash.told[-1] == MOVING
+    assert leashed.move(1.0) == (AHEAD if still_s < 1 else STOP)
+
+
+@pytest.mark.parametrize("still_s", [0.2, 1.1])
+def test_a_program_that_is_frozen_while_it_sends_stops_afterwards(leashed: Leashed, still_s: float) -> None:
+    leashed.ready()
+    leashed.move(0.0)
+
+    class Slow(list[tuple[str, bytes]]):
+        def append(self, sent: tuple[str, bytes]) -> None:
+            leashed.now += still_s
+            super().append(sent)
+
+    leashed.wire.sent = Slow(leashed.wire.sent)
+    leashed.robot.act({"drive": np.ones(1)})
+    assert leashed.sent == STOP
+    assert leashed.robot.armed == (still_s < 1)
+
+
+def test_without_a_watchdog_it_does_not_move(leashed: Leashed) -> None:
+    leashed.ready().move(1.0)
+    leashed.leash.said = "the watchdog died"
+    leashed.wait(0.02)
+    assert (leashed.sent, leashed.robot.stopped) == (STOP, "the watchdog died")
+    assert not leashed.robot.armed
+
+
+def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(leashed: Leashed) -> None:
+    leashed.ready().move(1.0)
+    leashed.leash.stepped_in = True
+    leashed.wait(0.02)
+    assert leashed.leash.told[-1] == ANEW
+    leashed.wait(0.02)
+    assert (leashed.sent, leashed.robot.stopped) == (STOP, "the watchdog had to stop it")
+    assert leashed.move(1.0) == AHEAD
+
+
+def test_a_computer_that_slept_is_armed_again(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
+    leashed.ready().move(1.0)
+    slept = asleep_s() + 60.0
+    monkeypatch.setattr("understudy.robots.guard.asleep_s", lambda: slept)
+    leashed.wait(0.02)
+    assert (leashed.sent, leashed.robot.stopped) == (STOP, "this computer slept")
+    leashed.ready().wait(0.1)
+    assert leashed.robot.armed
+
+
+def test_what_cannot_be_sent_is_left_to_the_watchdog(leashed: Leashed) -> None:
+    leashed.ready()
+    leashed.move(0.0)
+
+    def fail(speeds: Speeds) -> None:
+        raise OSError("no buffer")
+
+    leashed.robot.guard._send = fail
+    with pytest.raises(OSError, match="no buffer"):
+        leashed.move(1.0)
+    assert leashed.leash.dropped
+    assert (leashed.robot.armed, leashed.robot.stopped) == (False, "commands cannot be sent")
+    leashed.robot.emergency("a key")  # raises nothing: other robots are waiting for theirs
+    assert leashed.robot.stops[0].cause == "commands cannot be sent"
+
+
+def test_without_a_log_it_is_not_armed(leashed: Leashed) -> None:
+    (leashed.folder / "rover.stops.jsonl").mkdir()
+    with pytest.raises(FileError, match="cannot be written"):
+        leashed.ready()
+    assert not leashed.robot.armed
+
+
+def test_a_stop_while_it_is_armed_wins(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(leashed.leash, "start", lambda peers: leashed.robot.emergency("a key"))
+    with pytest.raises(ArmingRefused, match="told to stop meanwhile"):
+        leashed.ready()
+    assert not leashed.robot.armed
+
+
+EVENTS = (
+    "act",
+    "sense",
+    "wait",
+    "long",
+    "hear",
+    "mute",
+    "out",
+    "in",
+    "key",
+    "disarm",
+    "arm",
+    "other",
+    "alone",
+)
+
+
+@given(st.lists(st.sampled_from(EVENTS), max_size=30))
+def test_it_never_moves_but_on_a_command_in_time_with_all_in_order(events: list[str]) -> None:
+    """Whatever happens in whatever order: what is sent is a stop unless all that has to hold does."""
+    rig = Rig(FENCED)
+    place, speaks, acted = 0.0, True, -1e9
+
+    def go_on(seconds: float) -> None:
+        for _ in range(round(seconds / 0.02)):
+            rig.now += 0.02
+            if speaks:
+                rig.hear(SONAR, sonar(2.0))
+                rig.hear(ODOM, odometry(place))
+            before = len(rig.wire.sent)
+            rig.robot.guard.look()
+            check(before)
+
+    def check(before: int) -> None:
+        if len(rig.wire.sent) > before and rig.sent != STOP:
+            assert rig.robot.armed
+            assert rig.now - acted <= 0.22 + 1e-6
+            assert rig.now - rig.robot.senses.latest["sonar_ahead"].at_s <= 0.5 + 1e-6
+            assert -1 <= rig.robot.senses.value("x", rig.now) <= 1
+
+    for event in events:
+        before = len(rig.wire.sent)
+        if event == "act":
+            acted = rig.now
+            rig.robot.act({"drive": np.ones(1)})
+            check(before)
+        elif event == "sense":
+            rig.read("sonar_ahead")
+        elif event in ("wait", "long"):
+            go_on(0.1 if event == "wait" else 1.5)
+        elif event in ("hear", "mute"):
+            speaks = event == "hear"
+        elif event in ("out", "in"):
+            place = 2.0 if event == "out" else 0.0
+        elif event == "disarm":
+            rig.robot.disarm()
+            assert not rig.wire.sent or rig.sent == STOP
+        elif event == "other":
+            rig.wire.others.append(OTHER)
+        elif event == "alone":
+            rig.wire.others.clear()
+        elif event == "arm":
+            try:
+                rig.robot.arm("Ada")
+            except ArmingRefused:
+                assert not rig.robot.armed

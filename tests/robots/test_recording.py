@@ -1,0 +1,360 @@
+"""Recordings: what went over a transport and what was decided, in files that others open, whatever ends them."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from math import inf, nan
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+pytest.importorskip("mcap", reason="needs the extra ros2")
+
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+from tests.bodies import Scripted
+from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, Wire, odometry, sonar
+
+from understudy.errors import FileError
+from understudy.robots import recording
+from understudy.robots.body import Robot
+from understudy.robots.file import parse_robot
+from understudy.robots.messages import decode
+from understudy.robots.recording import Recorder, RecordingFailed, Taped
+from understudy.robots.recording_file import Pressed, read_recording
+from understudy.robots.recording_head import Ran
+from understudy.robots.recording_types import READINGS, Readings, States, states_of
+from understudy.robots.transport import Peer
+from understudy.runtime.body import every_key
+
+FORWARD = {"drive": np.array([1.0]), "turn": np.array([0.0])}
+NAMES = st.lists(st.text("abü( )_1", min_size=0, max_size=9), max_size=6, unique=True)
+NUMBERS = st.floats(width=64)
+
+
+@given(NAMES, st.data())
+def test_readings_are_kept_to_the_last_bit(names: list[str], data: st.DataObject) -> None:
+    """Other people's decoder finds the same as ours, tick after tick."""
+    messages, made = Readings(names), b""
+    for _ in range(2):
+        time_s = data.draw(NUMBERS)
+        values = np.array(data.draw(st.lists(NUMBERS, min_size=len(names), max_size=len(names))))
+        made = messages.encode(time_s, values)
+        theirs = decode(READINGS, made)
+        assert [each.name for each in theirs.readings] == names
+        found = messages.decode(made)
+        assert found is not None
+        for one in ([found[0], *found[1]], [theirs.time_s, *(each.value for each in theirs.readings)]):
+            assert np.array(one, float).tobytes() == np.array([time_s, *values], float).tobytes()
+    assert Readings([*names, "another"]).decode(made) is None
+
+
+def test_names_of_one_length_are_told_apart() -> None:
+    assert Readings(["x", "y"]).decode(Readings(["x", "z"]).encode(0.0, np.zeros(2))) is None
+
+
+def test_states_are_said_each_tick() -> None:
+    states = States()
+    said = [states_of(states.encode(*each)) for each in ((0.1, ("a", "b")), (0.2, ("a", "b")), (0.3, ()))]
+    assert said == [(0.1, ("a", "b")), (0.2, ("a", "b")), (0.3, ())]
+
+
+def rover(path: Path) -> tuple[Recorder, Robot, Wire]:
+    recorder, wire = Recorder(path), Wire([Peer("/rover/sonar", RANGE)])
+    robot = Robot(parse_robot(ROVER), Taped(wire, recorder))
+    wire.deliver("/rover/sonar", sonar(2.0), time.monotonic())  # robots do not wait until somebody begins
+    recorder.begin(robot, names=["rover"], ran=Ran(behavior="wander"), files={"rover.toml": ROVER})
+    return recorder, robot, wire
+
+
+def drive(path: Path) -> tuple[Wire, list[bytes]]:
+    """A rover that hears twice from its sonar and once from its wheels, and is told to drive."""
+    recorder, robot, wire = rover(path)
+    heard = [sonar(1.0), sonar(0.25), odometry(2.0)]
+    with recorder, robot:
+        for topic, data in zip(("/rover/sonar", "/rover/sonar", "/rover/odom"), heard, strict=True):
+            percept = robot.sense(every_key(robot))
+            robot.act(FORWARD)
+            recorder.decided(robot.time_s, percept, [("wander", "forward")])
+            wire.deliver(topic, data, time.monotonic())
+            robot.arm("a test")  # its sonar was heard
+        recorder.pressed("backward")
+        recorder.pressed(None)
+        recorder.decided(robot.time_s, robot.sense(every_key(robot)), [("wander", "backward")])
+        assert robot.transport.peers() == wire.peers()
+    assert wire.closed
+    return wire, heard
+
+
+def test_messages_are_kept_as_they_went(tmp_path: Path) -> None:
+    """Bytes in and out, on their topics and with their types, for the readers of MCAP and of rosbags alike."""
+    path = tmp_path / "drive.mcap"
+    wire, (near, nearer, wheels) = drive(path)
+    sent = [data for _, data in wire.sent]
+    expected = {
+        ("/rover/sonar", RANGE): [sonar(2.0), near, nearer],
+        ("/rover/odom", ODOMETRY): [wheels],
+        ("/rover/cmd_vel", TWIST): sent,
+    }
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert reader.get_header().profile == "ros2"
+        found: dict[tuple[str, str], list[bytes]] = {}
+        for schema, channel, message in reader.iter_messages():
+            assert schema is not None
+            assert (schema.encoding, channel.message_encoding) == ("ros2msg", "cdr")
+            found.setdefault((channel.topic, schema.name), []).append(message.data)
+    assert {key: found[key] for key in expected} == expected
+    with AnyReader([path]) as bag:
+        messages: list[tuple[str, Any]] = [
+            (connection.topic, bag.deserialize(data, connection.msgtype))
+            for connection, _, data in bag.messages()
+        ]
+    by_topic: dict[str, list[Any]] = {}
+    for topic, each in messages:
+        by_topic.setdefault(topic, []).append(each)
+    assert [each.range for each in by_topic["/rover/sonar"]] == [2.0, 1.0, 0.25]
+    assert [each.name for each in by_topic["/rover/understudy/readings"][0].readings] == [
+        "sonar_ahead", "x", "heading",
+    ]  # fmt: skip
+    assert [list(each.path) for each in by_topic["/rover/understudy/states"]][-1] == ["wander", "backward"]
+    switched = [(each.level, each.before, each.after) for each in by_topic["/rover/understudy/switched"]]
+    assert switched == [(0, "", "wander"), (1, "forward", "backward")]
+    assert [each.data for each in by_topic["/rover/understudy/presses"]] == ["backward", ""]
+
+
+def test_what_is_read_back_is_what_was_said(tmp_path: Path) -> None:
+    drive(tmp_path / "drive.mcap")
+    found = read_recording(tmp_path / "drive.mcap")
+    assert (found.ticks, found.whole) == (4, True)
+    sonar_ahead = found.values[:, found.keys.index(("sonar_ahead", None)), 0]
+    np.testing.assert_array_equal(sonar_ahead[[0, 3]], [2.0, 0.25])
+    np.testing.assert_array_equal(found.values[0, 1:, 0], [nan, nan])
+    assert found.presses == [[Pressed(3, "backward"), Pressed(3, None)]]
+    assert found.paths[0] == [("wander", "forward")] * 3 + [("wander", "backward")]
+    assert (found.head.ran.behavior, found.head.files) == ("wander", {"rover.toml": ROVER})
+
+
+def test_a_topic_that_two_listen_to_is_kept_once(tmp_path: Path) -> None:
+    recorder, wire = Recorder(tmp_path / "two.mcap"), Wire()
+    taped, heard = Taped(wire, recorder), list[bytes]()
+    with recorder:
+        for _ in range(2):
+            taped.subscribe("/sonar", RANGE, lambda data, at_s: heard.append(data))
+        wire.deliver("/sonar", sonar(1.0), 0.0)
+    assert len(heard) == 2
+    with (tmp_path / "two.mcap").open("rb") as file:
+        assert len(list(make_reader(file).iter_messages())) == 1
+
+
+def slid(path: Path, ticks: int, each: Callable[[int], object] = lambda tick: None) -> None:
+    body = Scripted(2)
+    with Recorder(path) as recorder:
+        recorder.begin(body)
+        for tick in range(ticks):
+            keys = every_key(body)
+            recorder.decided(tick / 10, {key: np.array([tick, -inf]) for key in keys}, [("a",), ()])
+            each(tick)
+
+
+def test_what_was_cut_off_is_read_up_to_its_last_chunk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Wherever a file ends, its ticks are the first of those that were recorded; no chunk that is there is lost."""
+    monkeypatch.setattr(recording, "CHUNK_S", 0.0)
+    slid(tmp_path / "all.mcap", 20)
+    data = (tmp_path / "all.mcap").read_bytes()
+    most, cut = 0, tmp_path / "cut.mcap"
+    for length in range(0, len(data), 97):
+        cut.write_bytes(data[:length])
+        if not most:
+            with suppress(FileError):
+                most = read_recording(cut).ticks
+            continue
+        found = read_recording(cut)
+        assert not found.whole
+        assert found.ticks >= most
+        most = found.ticks
+        assert found.times.tolist() == [tick / 10 for tick in range(most)]
+        np.testing.assert_array_equal(found.values[:, 0, 0], np.arange(most))
+    assert most == 20
+
+
+def test_a_killed_run_can_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "killed.mcap"
+    program = (
+        "import sys, time\n"
+        "from pathlib import Path\n"
+        "from tests.robots import test_recording as t\n"
+        "t.recording.CHUNK_S = 0.05\n"
+        f"t.slid(Path({str(path)!r}), 10_000, lambda tick: (print(tick, flush=True), time.sleep(0.01)))\n"
+    )
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, env=env) as running:
+        assert running.stdout is not None
+        told = 0
+        while told < 30:
+            told = int(running.stdout.readline())
+        os.kill(running.pid, signal.SIGKILL)
+    found = read_recording(path)
+    assert not found.whole
+    assert found.ticks >= 10
+
+
+def test_a_full_disk_ends_a_run_with_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not in the thread of some message, but at a tick, where whoever runs the robot stops it."""
+    if not Path("/dev/full").exists():
+        pytest.skip("needs /dev/full")
+    monkeypatch.setattr(recording, "CHUNK_S", 0.0)
+    monkeypatch.setattr(recording, "_opened", lambda path: Path("/dev/full").open("wb"))  # noqa: SIM115
+    with pytest.raises(
+        RecordingFailed, match=r"full\.mcap: recording ended: No space left on device; make room"
+    ):
+        slid(tmp_path / "full.mcap", 200, lambda tick: time.sleep(0.01))
+
+
+def test_what_a_full_disk_holds_can_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Small(io.FileIO):
+        """A disk with room for 4000 bytes."""
+
+        def write(self, data: Any, /) -> int:
+            room = 4000 - self.tell()
+            if room <= 0:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(memoryview(data)[:room])
+
+    monkeypatch.setattr(recording, "CHUNK_S", 0.0)
+    monkeypatch.setattr(recording, "_opened", lambda path: io.BufferedWriter(Small(path, "xb"), 64))
+    path, ticks = tmp_path / "full.mcap", list[int]()
+
+    def noted(tick: int) -> None:
+        ticks.append(tick)
+        time.sleep(0.005)
+
+    with pytest.raises(RecordingFailed):
+        slid(path, 200, noted)
+    found = read_recording(path)
+    assert not found.whole
+    assert 2 < found.ticks <= len(ticks)
+
+
+def test_a_robot_whose_recording_ends_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recording, "MOST_WAITING", -1)
+    recorder, robot, wire = rover(tmp_path / "drive.mcap")
+
+    def drives() -> None:
+        with recorder, robot:
+            wire.deliver("/rover/sonar", sonar(1.0), time.monotonic())
+            robot.arm("a test")
+            for _ in range(3):
+                percept = robot.sense(every_key(robot))
+                robot.act(FORWARD)
+                recorder.decided(robot.time_s, percept, [("forward",)])
+
+    with pytest.raises(RecordingFailed):
+        drives()
+    assert wire.closed
+    last = decode(TWIST, wire.sent[-1][1])
+    assert (last.linear.x, last.angular.z) == (0.0, 0.0)
+
+
+def test_a_run_that_begins_anew_is_what_counts(tmp_path: Path) -> None:
+    body, keys = Scripted(1), [("load", None)]
+    with Recorder(tmp_path / "two.mcap") as recorder:
+        for begun in range(2):
+            recorder.begin(body)
+            for tick in range(3):
+                recorder.decided(tick, {key: np.array([10.0 * begun + tick]) for key in keys}, [("a",)])
+    found = read_recording(tmp_path / "two.mcap")
+    assert found.values[:, 0, 0].tolist() == [10.0, 11.0, 12.0]
+
+
+@given(st.data())
+def test_damage_is_refused_or_ends_the_recording(data: st.DataObject) -> None:
+    """Whatever bytes are damaged, what is read is the beginning of what was recorded, or nothing."""
+    damaged = bytearray(_slid())
+    for _ in range(data.draw(st.integers(1, 4))):
+        damaged[data.draw(st.integers(0, len(damaged) - 1))] = data.draw(st.integers(0, 255))
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "damaged.mcap"
+        path.write_bytes(damaged)
+        try:
+            found = read_recording(path)
+        except FileError:
+            return
+    assert found.times.tolist() == [tick / 10 for tick in range(found.ticks)]
+    assert (found.values[:, 0, 0] == np.arange(found.ticks)).all()
+
+
+@cache
+def _slid() -> bytes:
+    with TemporaryDirectory() as folder:
+        slid(Path(folder) / "all.mcap", 10)
+        return (Path(folder) / "all.mcap").read_bytes()
+
+
+def test_messages_do_not_fail_where_their_recording_did(tmp_path: Path) -> None:
+    recorder, robot, wire = rover(tmp_path / "drive.mcap")
+    recorder.close()
+    wire.deliver("/rover/sonar", sonar(1.0), time.monotonic())
+    robot.arm("a test")
+    robot.act(FORWARD)
+    assert wire.sent
+
+
+def test_a_slow_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recording, "MOST_WAITING", -1)
+    with pytest.raises(RecordingFailed, match="the disk is too slow"):
+        slid(tmp_path / "slow.mcap", 2)
+
+
+def test_what_is_there_is_kept(tmp_path: Path) -> None:
+    path = tmp_path / "drive.mcap"
+    path.write_bytes(b"mine")
+    with pytest.raises(FileError, match="is there already; name another file"):
+        Recorder(path)
+    assert path.read_bytes() == b"mine"
+    with pytest.raises(FileError, match="cannot be written"):
+        Recorder(tmp_path / "nowhere" / "drive.mcap")
+
+
+NONE = [
+    (b"", "it is no MCAP"),
+    (b"not an mcap file at all", "it is no MCAP"),
+    (None, "there is no such file"),
+]
+
+
+@pytest.mark.parametrize(("content", "problem"), NONE)
+def test_what_is_no_recording_is_refused(content: bytes | None, problem: str, tmp_path: Path) -> None:
+    path = tmp_path / "none.mcap"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(FileError, match=problem):
+        read_recording(path)
+
+
+def test_a_recording_without_decisions_is_refused(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "bare.mcap") as recorder:
+        recorder.tape("/sonar", RANGE)(sonar(1.0), 0.0)
+    with pytest.raises(FileError, match="it does not say what ran"):
+        read_recording(tmp_path / "bare.mcap")
+    with Recorder(tmp_path / "begun.mcap") as recorder:
+        recorder.begin(Scripted(1))
+    with pytest.raises(FileError, match="it holds no tick"):
+        read_recording(tmp_path / "begun.mcap")

@@ -1,0 +1,292 @@
+"""Trials of stopping, with real processes over DDS: a program killed or frozen, a sensor dead, a link cut.
+
+    python -m tests.robots.trials --times 50
+
+prints for each how long the robot went on, in the middle and at worst, and each trial that failed. The robot has a
+deadline of its own only where the link is cut: nobody else can stop it then.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from argparse import ArgumentParser
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from queue import Empty, Queue
+from statistics import median
+from tempfile import TemporaryDirectory
+from threading import Thread
+
+from tests.robots.rovers import ROVER
+
+from understudy.robots.file import parse_robot
+
+ROOT = Path(__file__).parents[2]
+DOMAIN = 61
+STOP_S = 0.2
+SENSOR_S = parse_robot(ROVER).readings["sonar_ahead"].stale_s + 0.1
+ROBOT_DEADLINE_S = 0.15
+PATIENCE_S = 20.0
+AFTER_S = 1.3
+"""For so long it must not move again: longer than the watchdog goes on."""
+NUMBERS = count()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How long the robot went on, s, and what was wrong; empty where nothing was."""
+
+    took_s: float
+    problem: str = ""
+
+
+class Process:
+    """A process of ours that tells line by line."""
+
+    def __init__(
+        self, *command: str, env: Mapping[str, str] | None = None, prefix: Sequence[str] = ()
+    ) -> None:
+        self.lines: Queue[str] = Queue()
+        self.process = subprocess.Popen(
+            [*prefix, sys.executable, "-m", *command],
+            cwd=ROOT,
+            env={**os.environ, **(env or {})},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL if env else None,  # Cyclone complains of a cut link all the while
+            text=True,
+        )
+        self._reader = Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        for line in self.process.stdout or ():
+            self.lines.put(line.strip())
+
+    def line(self, wait_s: float = PATIENCE_S) -> str:
+        """The next line; empty where none comes."""
+        try:
+            return self.lines.get(timeout=wait_s)
+        except Empty:
+            return ""
+
+    def ask(self, line: str) -> str:
+        """What it answers."""
+        if self.process.stdin is None:
+            raise TypeError("a process without input")
+        self.process.stdin.write(f"{line}\n")
+        self.process.stdin.flush()
+        return self.line()
+
+    def send(self, number: int) -> float:
+        """Send it a signal; when, s."""
+        now = time.monotonic()
+        os.kill(self.process.pid, number)
+        return now
+
+    def end(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        self._reader.join()
+        for end in (self.process.stdin, self.process.stdout):
+            if end is not None:
+                end.close()
+
+
+@dataclass
+class Scene:
+    """A robot, and a program that decides for it."""
+
+    robot: Process
+    decider: Process
+    log: Path
+
+    def drive(self) -> str:
+        """Arm it, and wait until it moves, for a while that is never the same; what was wrong."""
+        until = time.monotonic() + PATIENCE_S
+        while (said := self.decider.ask("arm")) != "armed":
+            if time.monotonic() > until:
+                return f"it was never armed: {said}"
+            time.sleep(0.05)
+        if not (line := self.robot.line()).startswith("moves"):
+            return f"it never moved: {line!r}"
+        time.sleep(random.uniform(0.2, 0.5))
+        return "" if self.robot.lines.empty() else f"before anything happened: {self.robot.line()}"
+
+    def stopped(self, since_s: float, *, limit_s: float, why: str = "command") -> Outcome:
+        """How long after that the robot stopped, and whether it stays so."""
+        line = self.robot.line(5.0)
+        if not line:
+            return Outcome(5.0, "it went on for 5 s")
+        what, at, reason = line.split()
+        took_s = float(at) - since_s
+        if what != "stops" or took_s > limit_s:
+            return Outcome(took_s, f"{what} after {1000 * took_s:.0f} ms, by {reason}")
+        if reason != why:
+            return Outcome(took_s, f"stopped by its {reason}, not by a {why}")
+        if again := self.robot.line(AFTER_S):
+            return Outcome(took_s, f"then it {again}")
+        return Outcome(took_s)
+
+    def disarmed(self, outcome: Outcome, after: str) -> Outcome:
+        """What was wrong, or that it is not disarmed after something, or moves."""
+        if outcome.problem:
+            return outcome
+        if line := self.robot.line(AFTER_S):
+            return Outcome(outcome.took_s, f"{after}, and {line}")
+        said = self.decider.ask("state")
+        return outcome if said.startswith("disarmed") else Outcome(outcome.took_s, f"{after}, and is {said}")
+
+
+@contextmanager
+def scene(
+    *,
+    deadline: bool = False,
+    only: str | None = None,
+    env: Mapping[str, str] | None = None,
+    prefix: Sequence[str] = (),
+) -> Iterator[tuple[Scene, str]]:
+    """A robot that nobody else talks to, and its namespace."""
+    namespace = f"/trial_{os.getpid()}_{next(NUMBERS)}"
+    with TemporaryDirectory() as folder, ExitStack() as ending:
+        file = Path(folder) / "rover.toml"
+        file.write_text(ROVER.replace("/rover", namespace).replace("domain = 43", f"domain = {DOMAIN}"))
+        options = ["--deadline", str(ROBOT_DEADLINE_S)] if deadline else []
+        options += [] if only is None else ["--only", only]
+        robot = Process("tests.robots.trial_robot", str(DOMAIN), namespace, *options, env=env, prefix=prefix)
+        ending.callback(robot.end)
+        decider = Process("tests.robots.trial_decider", str(file), env=env)
+        ending.callback(decider.end)
+        robot.line()
+        yield Scene(robot, decider, file.with_suffix(".stops.jsonl")), namespace
+
+
+def killed(times: int) -> Iterator[Outcome]:
+    """The program that decides is killed (SIGKILL)."""
+    for _ in range(times):
+        with scene() as (here, _):
+            if problem := here.drive():
+                yield Outcome(0.0, problem)
+            else:
+                yield here.stopped(here.decider.send(signal.SIGKILL), limit_s=STOP_S)
+
+
+def frozen(times: int) -> Iterator[Outcome]:
+    """The program that decides is frozen (SIGSTOP), and goes on a while later, disarmed."""
+    with scene() as (here, _):
+        for _ in range(times):
+            if problem := here.drive():
+                yield Outcome(0.0, problem)
+                continue
+            outcome = here.stopped(here.decider.send(signal.SIGSTOP), limit_s=STOP_S)
+            here.decider.send(signal.SIGCONT)
+            yield here.disarmed(outcome, "it went on")
+
+
+def deaf(times: int) -> Iterator[Outcome]:
+    """A sensor's process dies, or falls silent, in turn."""
+    with scene(only="base") as (here, namespace):
+        for number in range(times):
+            sensor = Process("tests.robots.trial_robot", str(DOMAIN), namespace, "--only", "sonar")
+            try:
+                if problem := here.drive():
+                    yield Outcome(0.0, problem)
+                    continue
+                how = signal.SIGSTOP if number % 2 else signal.SIGKILL
+                outcome = here.stopped(sensor.send(how), limit_s=SENSOR_S)
+                sensor.send(signal.SIGCONT)
+                yield here.disarmed(outcome, "it spoke again")
+            finally:
+                sensor.end()
+
+
+def cut(times: int) -> Iterator[Outcome]:
+    """The link to the robot is cut, and later mended: its own deadline stops it, and nothing sets it off again."""
+    with link() as (ours, inside, env), scene(deadline=True, env=env, prefix=inside) as (here, _):
+        for _ in range(times):
+            if problem := here.drive():
+                yield Outcome(0.0, problem)
+                continue
+            cut_s = time.monotonic()
+            subprocess.run(["ip", "link", "set", ours, "down"], check=True)
+            outcome = here.stopped(cut_s, limit_s=STOP_S, why="deadline")
+            subprocess.run(["ip", "link", "set", ours, "up"], check=True)
+            yield here.disarmed(outcome, "it was mended")
+
+
+def can_cut() -> bool:
+    """Whether there may be a network of our own: needs root, and `ip`."""
+    if shutil.which("ip") is None:
+        return False
+    name = f"try{os.getpid()}"
+    made = subprocess.run(["ip", "netns", "add", name], capture_output=True, check=False).returncode == 0
+    if made:
+        subprocess.run(["ip", "netns", "del", name], check=False)
+    return made
+
+
+@contextmanager
+def link() -> Iterator[tuple[str, Sequence[str], Mapping[str, str]]]:
+    """A network for the robot: our end of the cable, what runs a command in there, how DDS finds both."""
+    name = f"us{os.getpid()}"
+    ours, theirs = f"{name}a", f"{name}b"
+    inside = ("ip", "netns", "exec", name)
+    commands = [
+        f"ip netns add {name}",
+        f"ip link add {ours} type veth peer name {theirs} netns {name}",
+        f"ip addr add 10.213.77.1/24 dev {ours}",
+        f"ip link set {ours} up",
+        f"{' '.join(inside)} ip addr add 10.213.77.2/24 dev {theirs}",
+        f"{' '.join(inside)} ip link set {theirs} up",
+    ]
+    try:
+        for command in commands:
+            subprocess.run(command.split(), check=True, capture_output=True)
+        interfaces = '<NetworkInterface address="10.213.77.0"/>'
+        uri = f"<CycloneDDS><Domain><General><Interfaces>{interfaces}</Interfaces></General></Domain></CycloneDDS>"
+        yield ours, inside, {"CYCLONEDDS_URI": uri}
+    finally:
+        subprocess.run(["ip", "netns", "del", name], check=False, capture_output=True)
+        subprocess.run(["ip", "link", "del", ours], check=False, capture_output=True)
+
+
+TRIALS: Mapping[str, tuple[Callable[[int], Iterator[Outcome]], float]] = {
+    "killed": (killed, STOP_S),
+    "frozen": (frozen, STOP_S),
+    "deaf": (deaf, SENSOR_S),
+    "cut": (cut, STOP_S),
+}
+
+
+def main() -> None:
+    given = ArgumentParser(description=__doc__)
+    given.add_argument("--times", type=int, default=50)
+    given.add_argument("trials", nargs="*", metavar="TRIAL", help=f"{', '.join(TRIALS)}; all")
+    asked = given.parse_args()
+    for name in asked.trials or TRIALS:
+        if name == "cut" and not can_cut():
+            print(f"{name}: skipped, needs root and ip", flush=True)  # noqa: T201
+            continue
+        trial, limit_s = TRIALS[name]
+        outcomes = list(trial(asked.times))
+        took, failed = [1000 * each.took_s for each in outcomes], [each for each in outcomes if each.problem]
+        print(  # noqa: T201
+            f"{name}: {len(outcomes)} times, median {median(took):.0f} ms, worst {max(took):.0f} ms, "
+            f"limit {1000 * limit_s:.0f} ms, failed {len(failed)}",
+            flush=True,
+        )
+        for each in failed:
+            print(f"    {each.problem}", flush=True)  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
