@@ -15,17 +15,20 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 pytest.importorskip("mcap", reason="needs the extra ros2")
 
 from tests.cli.commands import run, said
-from tests.robots.rovers import ROVER, Wire, sonar
+from tests.robots.rovers import ROVER, Wire, odometry, sonar
+from tests.robots.twins import Rig as Twins
 from tests.worlds.patrollers import ROBOTS, lead
 
 from understudy.cli.parts import find_kit
 from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
 from understudy.model.feature import BoundFeature, TimeInState
 from understudy.model.folder import open_library, save
 from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
+from understudy.robots.live import Live
 from understudy.robots.recording import Recorder, Taped
 from understudy.robots.recording_file import read_recording
 from understudy.robots.recording_head import Ran
@@ -34,6 +37,14 @@ from understudy.runtime.program import link
 from understudy.runtime.run import Run
 from understudy.training.design import new_lesson
 from understudy.training.session import Session
+
+
+class Rig(Twins):
+    """Robots whose clock waits as it is told to."""
+
+    def wait(self, seconds: float) -> None:
+        self.now += seconds
+
 
 KIT = find_kit(None, "arena")
 
@@ -173,6 +184,32 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
     assert recorded[0] == ("forward",)  # 3.8 s after it began: long enough in start
     assert sum(one != other for one, other in pairwise(recorded)) > 12
     assert recorded[15] == recorded[31] == ("start",)
+    assert said("run", "--replay", path)["differences"] == []
+
+
+def test_robots_of_a_team_decide_again_as_recorded(tmp_path: Path) -> None:
+    """As they are run live: armed after a while, when everybody begins anew, and with ticks that come late."""
+    folder, path = tmp_path / "library", tmp_path / "run.mcap"
+    near = BoundFeature(KIT.features["distance_to"], Binding(A="red_flag"))
+    approach = replace(WANDER, name="approach", features=(BoundFeature(TimeInState()), near))
+    save(folder, Taught(approach))
+    libraries = dict.fromkeys(["rover"], open_library(folder, KIT).library)
+    with Recorder(path, clock=lambda: 0.0) as recorder:
+        rig = Rig(recorder=recorder)
+        live = Live(rig.twin, libraries, {"rover": ("approach", {})}, clock=lambda: rig.now, sleep=rig.wait)
+        rig.twin.follow(lambda: live.team.paths)
+        for tick in range(80):
+            if tick % 3 == 0:
+                rig.hear(0, odometry(2.6 * (tick % 40) / 40))
+                rig.hear(1, odometry(2.6 * (tick % 33) / 33))
+            if tick == 12:
+                live.restart()
+                rig.twin.record(Ran(library=str(folder), sorts=["rover"], behavior="approach"))
+            rig.now += 0.07 * (tick % 7 == 3)
+            live.tick()
+    recorded = read_recording(path)
+    assert (recorded.ticks, len(recorded.paths)) == (68, 2)
+    assert all(len({path[0] for path in paths}) == 3 for paths in recorded.paths)
     assert said("run", "--replay", path)["differences"] == []
 
 

@@ -259,6 +259,7 @@ def test_a_robot_whose_recording_ends_stops(tmp_path: Path, monkeypatch: pytest.
 
     def drives() -> None:
         with recorder, robot:
+            robot.arm("a test")  # its sonar was heard
             for _ in range(3):
                 percept = robot.sense(every_key(robot))
                 robot.act(FORWARD)
