@@ -22,7 +22,7 @@ from tests.worlds.patrollers import ROBOTS, lead
 from understudy.cli.parts import find_kit
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature, TimeInState
+from understudy.model.feature import BoundFeature, Percept, TimeInState
 from understudy.model.folder import open_library, save
 from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
@@ -32,7 +32,7 @@ from understudy.robots.live import Live
 from understudy.robots.recording import Recorder, Taped
 from understudy.robots.recording_file import read_recording
 from understudy.robots.recording_head import Ran
-from understudy.runtime.body import every_key
+from understudy.runtime.body import Commands, every_key
 from understudy.runtime.program import link
 from understudy.runtime.run import Run
 from understudy.training.design import new_lesson
@@ -187,21 +187,40 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
     assert said("run", "--replay", path)["differences"] == []
 
 
-def test_robots_of_a_team_decide_again_as_recorded(tmp_path: Path) -> None:
-    """As they are run live: armed after a while, when everybody begins anew, and with ticks that come late."""
+@pytest.mark.parametrize("slow_s", [0.0, 0.12])
+def test_robots_of_a_team_decide_again_as_recorded(
+    slow_s: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As they are run live: armed after a while, when everybody begins anew, and with ticks that come late. Where
+    deciding takes longer than a tick, recorded is what was decided on, not what had come by then.
+    """
     folder, path = tmp_path / "library", tmp_path / "run.mcap"
     near = BoundFeature(KIT.features["distance_to"], Binding(A="red_flag"))
-    approach = replace(WANDER, name="approach", features=(BoundFeature(TimeInState()), near))
-    save(folder, Taught(approach))
+    save(folder, Taught(replace(WANDER, name="approach", features=(BoundFeature(TimeInState()), near))))
     libraries = dict.fromkeys(["rover"], open_library(folder, KIT).library)
     with Recorder(path, clock=lambda: 0.0) as recorder:
         rig = Rig(recorder=recorder)
         live = Live(rig.twin, libraries, {"rover": ("approach", {})}, clock=lambda: rig.now, sleep=rig.wait)
-        rig.twin.follow(lambda: live.team.paths)
-        for tick in range(80):
-            if tick % 3 == 0:
+        tick = 0
+
+        def heard(every: int) -> None:
+            if tick % every == 0:
                 rig.hear(0, odometry(2.6 * (tick % 40) / 40))
                 rig.hear(1, odometry(2.6 * (tick % 33) / 33))
+
+        rig.twin.follow(lambda: live.team.paths)
+        runner = live.team.layers[0].runner
+        decide = runner.decide
+
+        def slowly(percept: Percept) -> Commands:
+            commands = decide(percept)
+            rig.now += slow_s
+            heard(1)
+            return commands
+
+        monkeypatch.setattr(runner, "decide", slowly)
+        for tick in range(80):
+            heard(3)
             if tick == 12:
                 live.restart()
                 rig.twin.record(Ran(library=str(folder), sorts=["rover"], behavior="approach"))
