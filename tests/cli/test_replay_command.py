@@ -314,6 +314,13 @@ def test_presses_that_were_recorded_are_learned(toward: Path, tmp_path: Path) ->
     assert again.lesson is not None
     assert again.lesson.examples == shown.lesson.examples
     assert again.automaton.flags == ("done",)
+    asked = run("run", "--replay", toward)
+    assert "--behavior is missing: nothing ran, a person taught" in asked.stderr
+    asked = run("run", "--replay", toward, "--behavior", "goto")
+    assert "--library is missing: nothing ran" in asked.stderr
+    options = ("-l", tmp_path / "again", "--behavior", "goto", "--bind", "A=station")
+    beside = json.loads(run("run", "--replay", toward, *options, "--json").stdout)
+    assert (beside["decisions"], beside["differences"][0]["recorded"]) == (50, ["forward"])
 
 
 def test_presses_are_added_to_a_lesson(toward: Path, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from understudy.robots.twin import Twin
 ARENA = """
 format = "understudy-robot/1"
 name = "{name}"
-world = "arena"
+world = "{world}"
 namespace = "/{name}"
 tick_s = 0.1
 
@@ -44,6 +44,7 @@ class Rig:
     """Two robots, each on a wire of its own, and their twin."""
 
     names: tuple[str, ...] = ("one", "two")
+    world: str = "arena"
     now: float = 100.0
     wires: list[Wire] = field(default_factory=list)
     recorder: Recorder | None = None
@@ -51,7 +52,7 @@ class Rig:
     def __post_init__(self) -> None:
         self.wires = [Wire() for _ in self.names]
         self.robots = [
-            Robot(parse_robot(ARENA.format(name=name)), wire, clock=lambda: self.now)
+            Robot(parse_robot(ARENA.format(name=name, world=self.world)), wire, clock=lambda: self.now)
             for name, wire in zip(self.names, self.wires, strict=True)
         ]
         self.twin = Twin(Fleet(self.robots), recorder=self.recorder)
@@ -70,7 +71,7 @@ class Rig:
 
     odometry = staticmethod(odometry)
 
-    def seen(self) -> None:
-        """Odometry of all, at the origin."""
+    def seen(self, data: bytes | None = None) -> None:
+        """Odometry of all, at the origin if nothing else is said."""
         for agent in range(len(self.names)):
-            self.hear(agent, odometry(0.0))
+            self.hear(agent, data or odometry(0.0))

@@ -29,8 +29,15 @@ ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
 class Lab:
     """A studio with one real robot, and a page that directs."""
 
-    def __init__(self, folder: Path, recorder: Recorder | None = None) -> None:
-        self.rig, self.wall = Rig(("one",), recorder=recorder), Wall()
+    def __init__(
+        self,
+        folder: Path,
+        recorder: Recorder | None = None,
+        *,
+        names: tuple[str, ...] = ("one",),
+        world: str = "arena",
+    ) -> None:
+        self.rig, self.wall = Rig(names, world=world, recorder=recorder), Wall()
         twin = self.rig.twin
         stage = Stage(twin.scenario, folder, kit_of(twin.scenario), wall=self.wall, twin=twin)
         self.studio = Studio(stage, wall=self.wall)
@@ -58,7 +65,7 @@ class Lab:
         for _ in range(round(seconds * 100)):
             self.wall.now += 0.01
             self.rig.now += 0.01
-            self.rig.hear(0, self.rig.last)
+            self.rig.seen(self.rig.last)
             if here:
                 self.studio.stage.robots.hear(holding=False)
             self.studio.beat()
@@ -192,3 +199,27 @@ def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None
     )
     assert [str(each) for each in again.examples] == [str(each) for each in session.examples]
     assert len(again.examples) >= 4
+
+
+def test_a_coordinator_of_real_robots_is_taught(tmp_path: Path) -> None:
+    """Paper section 5.1, on four robots: who leads them is pressed from one order to the next."""
+    lab = Lab(tmp_path, names=("one", "two", "three", "four"), world="patrol")
+    assert "error" not in lab.say(do="agent", sort="patrol", agent=0)
+    opened = lab.say(
+        do="new",
+        name="lead",
+        states=["forwards", "left"],
+        features=["none_sees(intruder)"],
+        parameters=[],
+        flags=[],
+        targets={},
+    )
+    assert "error" not in opened, opened
+    assert "error" not in lab.say(do="arm")
+    lab.say(do="pause", paused=False)
+    lab.wait(0.2)
+    assert [lab.rig.sent(agent) for agent in range(4)] == [(0.0, 0.0)] * 4
+    lab.say(do="press", state=lab.studio.stage.trained.session.automaton.state_names[1])
+    lab.wait(0.3)
+    assert [lab.rig.sent(agent) for agent in range(4)] == [(0.4, 0.0)] * 4
+    lab.studio.stage.close()

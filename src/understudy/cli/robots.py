@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from understudy.cli import robot_color, robot_stops
+from understudy.cli import robot_color, robot_simulate, robot_stops
 from understudy.cli.parts import Json
 
 app = typer.Typer(no_args_is_help=True, help="Look at real robots and at what their cameras see; stop them.")
@@ -23,6 +23,7 @@ def robots() -> None:
 app.command("stop")(robot_stops.stop)
 app.command("stops")(robot_stops.stops)
 app.command("color")(robot_color.color)
+app.command("simulate")(robot_simulate.simulate)
 
 
 @app.command("check")

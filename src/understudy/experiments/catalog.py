@@ -25,6 +25,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "swarm": "Can two hundred robots and three levels of coordinators be taught, and ten thousand run the same?",
         "unlearning": "Can bad examples be found by the corrections that they made necessary?",
         "slips": "How many corrections does unlearning save those who hit wrong buttons and press late?",
+        "transfer": "Does what was taught in the 2-D world hold in physics, seen by rendered cameras?",
         "small": "How small are the lessons that robots learn from?",
     }
 )

@@ -83,6 +83,26 @@ class Arena:
         self.data.qvel[fast : fast + FREE + 1] = 0.0
         self.settle()
 
+    def put(self, robot: int, pose: Pose) -> None:
+        """Put a robot somewhere, going at its speeds, its wheels rolling along."""
+        height = float(self.data.qpos[self.built.qpos[robot] + 2])
+        self.place(robot, pose.x, pose.y, pose.heading)
+        at, fast = self.built.qpos[robot], self.built.qvel[robot]
+        self.data.qpos[at + 2] = height
+        velocity = (
+            pose.speed * cos(pose.heading),
+            pose.speed * sin(pose.heading),
+            0.0,
+            0.0,
+            0.0,
+            pose.turning,
+        )
+        self.data.qvel[fast : fast + FREE - 1] = velocity
+        radius = self.kinds[robot].radius
+        side = pose.turning * TRACK * radius
+        rolling = ((pose.speed - side) / (WHEEL * radius), (pose.speed + side) / (WHEEL * radius))
+        self.data.qvel[fast + FREE - 1 : fast + FREE + 1] = rolling
+
     def image(self, robot: int, camera: Camera) -> Image:
         """What a robot's camera sees [H, W, 3]."""
         if self._looking is None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from math import nan
+from math import nan, radians
 
 import msgspec
 import numpy as np
@@ -19,16 +19,15 @@ from understudy.errors import FileError
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.kit import Kit
-from understudy.physics.arena import Arena
+from understudy.physics.arena import Arena, Pose
 from understudy.physics.model import camera_of, check_physics
-from understudy.physics.paints import seen_as
 from understudy.physics.ranging import Ranging
+from understudy.physics.robot_files import colors_of
 from understudy.robots.camera import LEAST_PX, Frame, Image
 from understudy.robots.camera import Camera as Decoding
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.worlds import snapshots
 from understudy.worlds.kits import CAMERA, COLUMNS
-from understudy.worlds.plans import Planner
 from understudy.worlds.scenario import RobotType, Scenario, Since, Sonar
 from understudy.worlds.view import WorldView
 from understudy.worlds.world import World
@@ -56,7 +55,7 @@ class Physics:
         self.targets: Sequence[str] = self.world.targets
         self.agents, self.worlds, self.robots = self.world.agents, self.world.worlds, self.world.robots
         self.tick_s = self.world.tick_s
-        self._eyes = {name: _decoding(self.world, name) for name in scenario.types}
+        self._eyes = {name: _decoding(scenario, name) for name in scenario.types}
         self._sonars = {
             name: [(sonar, Ranging(kind, sonar)) for sonar in kind.sensors if isinstance(sonar, Sonar)]
             for name, kind in scenario.types.items()
@@ -118,6 +117,28 @@ class Physics:
         self.world.place(agent, x, y, heading)
         self.arenas[agent // self.robots].place(agent % self.robots, x, y, heading)
         self._asked[agent] = 0.0
+        self._forget()
+
+    def follow(self, agent: int, pose: Pose) -> tuple[float, float]:
+        """Put a robot that is driven elsewhere where it is said to be, at its speeds; the commands that keep them."""
+        kind = self._kind(agent)
+        self.arenas[agent // self.robots].put(agent % self.robots, pose)
+        robot = self.world.state.robots[agent]
+        robot["x"], robot["y"], robot["heading"] = pose.x, pose.y, pose.heading
+        self._forget()
+        return pose.speed / kind.speed, pose.turning / radians(kind.turning_deg)
+
+    def show(self, things: Sequence[tuple[float, float, bool]]) -> None:
+        """Objects as somebody else keeps them: of each slot x, y (m) and whether it is there; none come or go by
+        themselves from now on.
+        """
+        objects = self.world.state.objects[0]
+        objects["due"] = objects["captured"] = -1
+        if len(things) != len(objects):
+            return
+        objects["x"], objects["y"], objects["present"] = np.array(things, np.float64).reshape(-1, 3).T
+        self.arenas[0].show(self.view())
+        self.arenas[0].settle()
         self._forget()
 
     def reset(self, seeds: Sequence[int]) -> None:
@@ -321,19 +342,10 @@ class Physics:
         return {"asked": self._asked, "last": self._last, **states}
 
 
-def _decoding(world: World, name: str) -> Decoding | None:
+def _decoding(scenario: Scenario, name: str) -> Decoding | None:
     """What reads the pictures of a type's camera; None where it has none."""
-    scenario = world.scenario
     camera = camera_of(scenario.types[name])
     if camera is None:
         return None
-    planner = Planner(scenario, world.rules, world.names)
-    films = {thing.color for thing in scenario.objects if thing.aloft and thing.color is not None}
-    colors = {target: planner.color_of(of, name) for target, of in scenario.targets.items()}
-    known = {
-        target: seen_as(color, film=color in films, films=films)
-        for target, color in colors.items()
-        if color is not None
-    }
     frame = Frame(camera.width_px, camera.height_px, camera.view_deg)
-    return Decoding(known, frame=frame, least_px=max(LEAST_PX, camera.least_px))
+    return Decoding(colors_of(scenario, name), frame=frame, least_px=max(LEAST_PX, camera.least_px))

@@ -122,7 +122,7 @@ def _light(spec: Any, view: WorldView, *, fine: bool) -> None:
     if fine:
         sight.global_.offwidth, sight.global_.offheight = 2560, 1920
     spec.worldbody.add_light(
-        type=light, pos=[view.width / 2, view.height / 2, 8.0], dir=[-0.35, 0.45, -1.0],
+        type=light, pos=[view.width / 2 + 7.0, view.height / 2 - 9.0, 20.0], dir=[-0.35, 0.45, -1.0],
         diffuse=[0.45] * 3, ambient=[0.0] * 3, specular=[0.05] * 3, castshadow=fine,
     )  # fmt: skip
     kinds, builtin = mujoco().mjtTexture, mujoco().mjtBuiltin
@@ -316,7 +316,7 @@ def _worn(body: Any, kind: RobotType, high: float) -> None:
 
 
 def _eye(body: Any, number: int, camera: Camera | None) -> None:
-    """Looks ahead from above the robot's middle, as the 2-D camera does: from inside its own egg, which has none."""
+    """Looks ahead from above the robot's middle as the 2-D camera does, out of its own egg, which has no inside."""
     seen = camera or Camera()
     half = seen.height_px / seen.width_px * tan(radians(seen.view_deg) / 2)
     eye = body.add_camera(name=f"eye{number}", pos=[0, 0, EYE_M], fovy=2.0 * degrees(atan(half)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import nan
 from typing import Any, TypeAlias
 
@@ -19,7 +19,8 @@ from understudy.physics.body import Physics
 from understudy.runtime.engine import Engine
 from understudy.runtime.program import link
 from understudy.runtime.team import Team
-from understudy.training.demonstrators import forager, patrol
+from understudy.training.demonstrators import forager
+from understudy.training.demonstrators.patrol_wandering import DISPERSE
 from understudy.training.demonstrators.servo import topics
 from understudy.training.demonstrators.teacher import Teacher, Teaching
 from understudy.worlds import soccer
@@ -103,7 +104,7 @@ WANDER_S, STUCK_S, AWAY_M = 60.0, 2.0, 2.0
 def teach_disperse(seed: int) -> Teaching:
     """Teach Disperse alone, as `patrol` does."""
     teacher = Teacher(Library(kit_of_patrol()), practice.robots_world, seed, options={})
-    return teacher.teach(patrol.DISPERSE)
+    return teacher.teach(DISPERSE)
 
 
 def kit_of_patrol() -> Any:
@@ -166,10 +167,11 @@ def patrol_cycles(taught: teaching.Taught, ground: World | Physics) -> dict[str,
     tracks = watch(team, PATROL_TICKS)
     found = list(cycles(tracks))
     return {
+        "success": sum(cycle.complete for cycle in found) / len(found) if found else nan,
         "cycles": len(found),
         "complete": sum(cycle.complete for cycle in found),
         "captures": len(captures(tracks)),
-        "seconds": _rounded(np.array([cycle.seconds for cycle in found])),
+        "values": _rounded(np.array([cycle.seconds for cycle in found])),
     }
 
 
@@ -188,13 +190,18 @@ def tried(behavior: str, seed: int) -> dict[str, Any]:
     return TRIED[behavior](seed)
 
 
+def came(values: Sequence[float], *, least: float = 0.0) -> dict[str, Any]:
+    """How many trials succeeded: those with a value of `least` or more."""
+    return {"success": float(np.mean([value >= least for value in values])), "values": list(values)}
+
+
 def _goto(seed: int) -> dict[str, Any]:
     taught, seeds = teach_goto(seed), worlds_of(seed)
-    made: Mapping[str, Callable[[], World | Physics]] = {
-        "flat": lambda: Forage(seeds),
-        "physics": lambda: Physics(Forage([0]).scenario, seeds),
+    return {
+        "examples": taught.examples,
+        FLAT: came(goto(taught.library, Forage(seeds))),
+        PHYSICS: came(goto(taught.library, Physics(Forage([0]).scenario, seeds))),
     }
-    return {"examples": taught.examples} | {name: goto(taught.library, make()) for name, make in made.items()}
 
 
 def _servoing(seed: int) -> dict[str, Any]:
@@ -203,8 +210,8 @@ def _servoing(seed: int) -> dict[str, Any]:
     ground = in_physics(body)
     return {
         "examples": taught.examples,
-        "flat": approach(taught.library, body),
-        "physics": approach(taught.library, ground),
+        FLAT: came(approach(taught.library, body)),
+        PHYSICS: came(approach(taught.library, ground)),
     }
 
 
@@ -212,8 +219,8 @@ def _disperse(seed: int) -> dict[str, Any]:
     taught, seeds = teach_disperse(seed), worlds_of(seed)
     return {
         "examples": taught.examples,
-        "flat": disperse(taught.library, World(quiet(), seeds)),
-        "physics": disperse(taught.library, Physics(quiet(), seeds)),
+        FLAT: came(disperse(taught.library, World(quiet(), seeds)), least=AWAY_M),
+        PHYSICS: came(disperse(taught.library, Physics(quiet(), seeds)), least=AWAY_M),
     }
 
 
@@ -221,14 +228,16 @@ def _patrol(seed: int) -> dict[str, Any]:
     taught, seeds = teach_patrol(seed), worlds_of(seed, PATROLS)
     return {
         "examples": taught.robots.examples + taught.coordinators.examples,
-        "flat": patrol_cycles(taught, World(practice.scenario(), seeds)),
-        "physics": patrol_cycles(taught, Physics(practice.scenario(), seeds)),
+        FLAT: patrol_cycles(taught, World(practice.scenario(), seeds)),
+        PHYSICS: patrol_cycles(taught, Physics(practice.scenario(), seeds)),
     }
 
 
+FLAT, PHYSICS = "flat", "physics"
+GOTO, SERVOING, DISPERSING, PATROL = "GoTo", "visual servoing", "Disperse", "CollectivePatrol"
 TRIED: Mapping[str, Callable[[int], dict[str, Any]]] = {
-    "GoTo": _goto,
-    "visual servoing": _servoing,
-    "Disperse": _disperse,
-    "CollectivePatrol": _patrol,
+    GOTO: _goto,
+    SERVOING: _servoing,
+    DISPERSING: _disperse,
+    PATROL: _patrol,
 }

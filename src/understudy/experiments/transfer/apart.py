@@ -1,0 +1,185 @@
+"""CollectivePatrol over DDS: four simulated robots, a process each, and who decides for all of them in this one.
+
+python -m understudy.experiments.transfer.apart --seconds 600
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from understudy.experiments.patrol import practice
+from understudy.experiments.patrol.judging import captures, cycles
+from understudy.experiments.patrol.orders import Told
+from understudy.experiments.patrol.watching import Thing, Tracks
+from understudy.experiments.transfer.trials import teach_patrol
+from understudy.physics.apart import OBJECTS, POSES
+from understudy.physics.model import AWAY_M
+from understudy.robots.dds import DDS
+from understudy.robots.fleet import Fleet, connect_team
+from understudy.robots.messages import decode
+from understudy.robots.twin import Twin
+from understudy.runtime.team import Team
+from understudy.worlds.dealing import deal
+from understudy.worlds.teams import engined
+
+SETTLES_S = 30.0
+"""For so long robots may take until all are there."""
+HOME, INTRUDER, BOSS = 0, 1, 2
+"""What the scenario's objects are, in their order."""
+
+
+def patrol(seed: int, *, world: int, seconds: float, domain: int, together: bool = False) -> dict[str, Any]:
+    """Teach a patrol from this seed, let it patrol in a simulated world for so long; what came of it."""
+    taught = teach_patrol(seed)
+    known = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
+    with TemporaryDirectory() as folder:
+        command = [
+            sys.executable,
+            "-m",
+            "understudy.cli",
+            "robots",
+            "simulate",
+            "patrol",
+            "--domain",
+            str(domain),
+        ]
+        command += ["--seed", str(world), "--write-files", folder, *([] if together else ["--apart"])]
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL) as simulated:
+            try:
+                fleet = _joined(Path(folder) / "team.toml")
+                with fleet:
+                    return _watched(fleet, known, seconds=seconds, domain=domain)
+            finally:
+                simulated.send_signal(signal.SIGINT)
+                simulated.wait(20.0)
+
+
+def _joined(path: Path) -> Fleet:
+    """The robots, once all of them are heard."""
+    until = time.monotonic() + SETTLES_S
+    while not path.is_file():
+        time.sleep(0.1)
+    fleet = connect_team(path)
+    while time.monotonic() < until:
+        if all(robot.senses.missing(robot.now_s) is None for robot in fleet):
+            time.sleep(1.0)  # for the watchdogs, too
+            return fleet
+        time.sleep(0.1)
+    fleet.close()
+    raise TimeoutError("the simulated robots never came")
+
+
+def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int) -> dict[str, Any]:
+    twin = Twin(fleet)
+    team = Team(
+        twin,
+        deal(twin.scenario),
+        known,
+        {practice.SQUAD: ("collective_patrol", {})},
+        makes=engined,
+        seeds=(0,),
+    )
+    told, objects = Told(team, 1, ["home"]), Objects(domain)
+    rows: list[tuple[Any, ...]] = []
+    fleet.arm("an experiment")
+    began, cpu = time.monotonic(), resource.getrusage(resource.RUSAGE_SELF)
+    due, late = began, 0
+    while time.monotonic() - began < seconds:
+        team.tick()
+        robots = twin.view().robots
+        rows.append((told.now()[0].copy(), robots.x, robots.y, objects.now()))
+        due += twin.tick_s
+        if (left := due - time.monotonic()) > 0:
+            time.sleep(left)
+        else:
+            late, due = late + 1, time.monotonic()
+    spent, used = time.monotonic() - began, resource.getrusage(resource.RUSAGE_SELF)
+    stops = [stop for robot in fleet for stop in robot.stops]
+    objects.close()
+    tracks = _tracks(rows, twin.tick_s)
+    found = list(cycles(tracks))
+    return {
+        "seconds": round(spent, 1),
+        "cycles": len(found),
+        "complete": sum(each.complete for each in found),
+        "captures": len(captures(tracks)),
+        "cycle_s": [round(each.seconds, 1) for each in found],
+        "late_ticks": late,
+        "stops": [str(each) for each in stops],
+        "cores": round((used.ru_utime + used.ru_stime - cpu.ru_utime - cpu.ru_stime) / spent, 3),
+    }
+
+
+class Objects:
+    """Where the referee says that objects are, from the beginning of a run."""
+
+    def __init__(self, domain: int) -> None:
+        self._last: list[tuple[float, float, bool]] = []
+        self._transport = DDS(domain)
+        self._transport.subscribe(OBJECTS, POSES, self._heard)
+
+    def _heard(self, data: bytes, _: float) -> None:
+        self._last = [
+            (each.position.x, each.position.y, each.position.z > AWAY_M / 2)
+            for each in decode(POSES, data).poses
+        ]
+
+    def now(self) -> list[tuple[float, float, bool]]:
+        """Of each slot x, y (m) and whether it is there."""
+        return self._last
+
+    def close(self) -> None:
+        """Leave."""
+        self._transport.close()
+
+
+def _tracks(rows: list[tuple[Any, ...]], tick_s: float) -> Tracks:
+    """What happened, as the patrol's judges look at it."""
+    rows = [row for row in rows if row[3]]
+    scenario = practice.scenario()
+    spare = scenario.spare_objects + 1
+    doing = np.array([row[0] for row in rows], np.int8)[:, None, :]
+    x, y = (np.array([row[k] for row in rows], np.float32)[:, None, :] for k in (1, 2))
+    seen = np.zeros(x.shape, np.bool_)
+    intruder, boss = (_thing([row[3][index * spare] for row in rows]) for index in (INTRUDER, BOSS))
+    home = np.tile(np.array([rows[-1][3][HOME][:2]], np.float64), (x.shape[2], 1))
+    return Tracks(
+        tick_s, doing, x, y, np.zeros_like(x), seen, seen, intruder, boss, home,
+        np.array([0], np.intp), np.zeros((1, 0, 3)),
+    )  # fmt: skip
+
+
+def _thing(places: list[tuple[float, float, bool]]) -> Thing:
+    """One object over time."""
+    x, y, there = np.array(places, np.float64).T[:, :, None]
+    return Thing(there > 0, x.astype(np.float32), y.astype(np.float32))
+
+
+def main() -> None:
+    """From the command line: one line of JSON."""
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("--seed", type=int, default=1000, help="of the teaching")
+    asked.add_argument("--world", type=int, default=1, help="seed of the simulated world")
+    asked.add_argument("--seconds", type=float, default=600.0)
+    asked.add_argument("--domain", type=int, default=92)
+    asked.add_argument("--together", action="store_true", help="all robots in one process")
+    given = asked.parse_args()
+    found = patrol(
+        given.seed, world=given.world, seconds=given.seconds, domain=given.domain, together=given.together
+    )
+    sys.stdout.write(json.dumps(found) + "\n")
+
+
+if __name__ == "__main__":
+    main()

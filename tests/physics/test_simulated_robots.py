@@ -1,0 +1,162 @@
+"""Simulated robots as ROS 2 robots: what they publish, what they obey, and their files."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+
+from msgspec.structs import replace
+from tests.cli.commands import run
+from tests.physics.drawing import draws
+from tests.robots.rovers import Wire
+
+from understudy.physics.body import Physics
+from understudy.physics.robot_files import (
+    IMAGE,
+    ODOMETRY,
+    RANGE,
+    TWIST,
+    names_of_robots,
+    robot_file,
+    team_file,
+)
+from understudy.physics.ros import Simulation
+from understudy.robots.file import load_team, parse_robot
+from understudy.robots.images import decode as decode_image
+from understudy.robots.messages import decode, twist
+from understudy.robots.senses import Senses
+from understudy.worlds.scenario_files import load_scenario
+
+ROOT = Path(__file__).parents[2]
+SHIPPED = ["arena", "forage", "patrol", "soccer", "rooms"]
+
+
+def simulated(name: str, tick_s: float = 0.05) -> tuple[Simulation, Wire]:
+    wire = Wire()
+    return Simulation(Physics(replace(load_scenario(name), tick_s=tick_s), [0]), wire), wire
+
+
+def last(wire: Wire, topic: str, type: str) -> Any:
+    return decode(type, next(data for name, data in reversed(wire.sent) if name == topic))
+
+
+def test_robots_are_named_by_type_and_number() -> None:
+    assert names_of_robots(load_scenario("soccer")) == ("humanoid",)
+    assert names_of_robots(load_scenario("patrol")) == tuple(f"pioneer_{k}" for k in (1, 2, 3, 4))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_files_are_robots_of_their_world(name: str) -> None:
+    scenario = load_scenario(name)
+    for number, robot in enumerate(names_of_robots(scenario)):
+        file = parse_robot(robot_file(scenario, number, world=name, domain=7, rate_hz=20.0))
+        assert (file.name, file.namespace, file.world, file.domain) == (robot, f"/{robot}", name, 7)
+        kind = scenario.types[file.kind or ""]
+        assert (file.commands.drive_m_s, file.limits.speed_m_s) == (kind.speed, kind.speed)
+
+
+def test_a_team_is_its_robots(tmp_path: Path) -> None:
+    scenario = load_scenario("patrol")
+    (tmp_path / "team.toml").write_text(team_file(scenario))
+    team, paths = load_team(tmp_path / "team.toml")
+    assert (team.name, [path.name for path in paths]) == (
+        "patrol",
+        [f"pioneer_{k}.toml" for k in (1, 2, 3, 4)],
+    )
+
+
+def test_a_twist_moves_it_and_it_stops_by_itself() -> None:
+    simulation, wire = simulated("arena")
+    start = simulation.body.arenas[0].pose(0)
+    wire.deliver("/rover/cmd_vel", twist(TWIST, speed_m_s=0.3, turn_rad_s=0.5), 10.0)
+    for tick in range(3):
+        simulation.tick(10.0 + 0.05 * tick)  # the last 0.1 s after it: before its deadline
+    said = last(wire, "/rover/odom", ODOMETRY)
+    assert 0.1 < said.twist.twist.linear.x < 0.3
+    assert said.twist.twist.angular.z > 0.1
+    assert said.pose.pose.position.x != start.x
+    for tick in range(20):
+        simulation.tick(10.16 + 0.05 * tick)
+    assert last(wire, "/rover/odom", ODOMETRY).twist.twist.linear.x == pytest.approx(0.0, abs=1e-3)
+
+
+BAD = [b"", b"\x00\x01\x00\x00", twist(TWIST, speed_m_s=inf, turn_rad_s=0.0), os.urandom(52)[:20]]
+
+
+@pytest.mark.parametrize("data", BAD, ids=range(len(BAD)))
+def test_what_is_no_twist_moves_nothing(data: bytes) -> None:
+    simulation, wire = simulated("arena")
+    wire.deliver("/rover/cmd_vel", data, 10.0)
+    for tick in range(4):
+        simulation.tick(10.0 + 0.05 * tick)
+    assert simulation.body.arenas[0].pose(0).speed == pytest.approx(0.0, abs=1e-3)
+
+
+def test_sonar_is_as_rep_117_has_it() -> None:
+    simulation, wire = simulated("arena")
+    simulation.body.place(0, 0.6, 5.0, np.pi)  # 0.4 m from the left wall, facing it
+    simulation.tick(0.0)
+    ahead = last(wire, "/rover/sonar/sonar_ahead", RANGE)
+    assert ahead.range == pytest.approx(0.4, abs=0.05)
+    assert (ahead.min_range, ahead.max_range) == (0.0, 3.0)
+    simulation.body.place(0, 6.0, 0.3, 0.0)
+    found = [last(wire, f"/rover/sonar/{name}", RANGE).range for name in simulation.robots[0]._limits]
+    assert all(each == inf or each < 3.0 for each in found)
+
+
+@draws
+def test_what_is_published_reads_as_the_body_senses_it() -> None:
+    """Through messages and a robot's own senses: the same sonar, pose and blobs."""
+    simulation, wire = simulated("patrol")
+    file = parse_robot(robot_file(load_scenario("patrol"), 0, world="patrol", domain=0, rate_hz=20.0))
+    there = Wire()
+    senses = Senses(file, there)
+    body = simulation.body
+    keys = [
+        ("sonar_rear", None),
+        *((name, target) for name in ("blob_x", "blob_size") for target in body.targets),
+    ]
+    sensed = body.sense(keys)
+    simulation.tick(0.0)
+    for topic, data in wire.sent:
+        if topic.startswith("/pioneer_1/"):
+            there.deliver(topic, data, 0.0)
+    heard = senses.values(0.0)
+    for key in keys:
+        assert heard[key] == pytest.approx(float(sensed[key][0]), abs=1e-6, nan_ok=True)
+    image = last(wire, "/pioneer_1/image_raw", IMAGE)
+    assert (image.width, image.height, image.encoding, image.step) == (160, 120, "rgb8", 480)
+    pixels = decode_image(image.data, encoding="rgb8", width=160, height=120, step=480)
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 20
+
+
+@draws
+def test_a_person_without_hardware_finds_all_there(tmp_path: Path) -> None:
+    """`robots simulate` in one process, and `robots check` in this one, over DDS."""
+    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+    command = [sys.executable, "-m", "understudy.cli", "robots", "simulate", "soccer", "--domain", "47"]
+    command += ["--write-files", str(tmp_path), "--seconds", "60"]
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        try:
+            assert process.stdout is not None
+            while "Ctrl-C" not in (line := process.stdout.readline()):
+                assert line, "it ended early"
+            result = run("robots", "check", tmp_path / "humanoid.toml", "--seconds", 3.0, "--json")
+            assert json.loads(result.stdout)["problems"] == []
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.wait(20)
+    assert process.returncode == 0
