@@ -103,6 +103,7 @@ class RecordingWriter:
             elif isinstance(item, dict):
                 self._writer.flush()
                 self._writer.add_metadata(METADATA, item)
+                self._flush()
             elif item:
                 number, data, at_ns = item
                 with self._lock:
