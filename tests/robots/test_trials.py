@@ -19,8 +19,10 @@ GENEROUS_S = 2.0
 """How long a robot may go on here, where many tests may run at once; what is promised is measured by the trials."""
 
 
-@pytest.mark.parametrize("name", [name for name in TRIALS if name != "cut"])
+@pytest.mark.parametrize("name", ["killed", "frozen", "deaf", "killed, Zenoh"])
 def test_it_stops(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if "Zenoh" in name:
+        pytest.importorskip("zenoh", reason="needs the extra ros2")
     monkeypatch.setattr("tests.robots.trials.STOP_S", GENEROUS_S)
     monkeypatch.setattr("tests.robots.trials.SENSOR_S", GENEROUS_S)
     trial, _ = TRIALS[name]
