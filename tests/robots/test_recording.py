@@ -259,6 +259,8 @@ def test_a_robot_whose_recording_ends_stops(tmp_path: Path, monkeypatch: pytest.
 
     def drives() -> None:
         with recorder, robot:
+            wire.deliver("/rover/sonar", sonar(1.0), time.monotonic())
+            robot.arm("a test")
             for _ in range(3):
                 percept = robot.sense(every_key(robot))
                 robot.act(FORWARD)

@@ -102,10 +102,12 @@ def check(text: str, folder: Path, seconds: float = 0.5) -> tuple[int, list[str]
     return result.exit_code, json.loads(result.stdout)["problems"]
 
 
-def test_a_robot_reads_and_commands_another_process(rover: subprocess.Popen[str], text: str) -> None:
+def test_a_robot_reads_and_commands_another_process(
+    rover: subprocess.Popen[str], text: str, tmp_path: Path
+) -> None:
     """Ranges and odometry come in, and the Twist there is byte for byte what rosbags writes, of Humble too."""
     robot: Robot
-    with connect(parse_robot(text)) as robot:
+    with connect(parse_robot(text), path=tmp_path / "rover.toml") as robot:
         wait_for(lambda: all(latest.count > 3 for latest in robot.senses.latest.values()))
         keys = [(reading.name, None) for reading in robot.readings]
         assert [float(column[0]) for column in robot.sense(keys).values()] == [2.0, 1.0, 0.0]
