@@ -31,6 +31,7 @@ from threading import Thread
 from tests.robots.rovers import ROVER
 
 from understudy.robots.file import parse_robot
+from understudy.robots.stops import read_stops
 
 ROOT = Path(__file__).parents[2]
 DOMAIN = 61
@@ -129,7 +130,10 @@ class Scene:
         if not (line := self.robot.line()).startswith("moves"):
             return f"it never moved: {line!r}"
         time.sleep(random.uniform(0.2, 0.5))
-        return "" if self.robot.lines.empty() else f"before anything happened: {self.robot.line()}"
+        if self.robot.lines.empty():
+            return ""
+        causes = "; ".join(f"{stop.by}: {stop.cause}" for stop in read_stops(self.log)[-2:])
+        return f"before anything happened: {self.robot.line()} ({causes})"
 
     def stopped(self, since_s: float, *, limit_s: float, why: str = "command") -> Outcome:
         """How long after that the robot stopped, and whether it stays so."""
