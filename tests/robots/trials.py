@@ -241,6 +241,7 @@ def deaf(times: int) -> Iterator[Outcome]:
                 yield here.disarmed(outcome, "it spoke again")
             finally:
                 sensor.end()
+                time.sleep(SENSOR_S)  # else its last word would arm the robot before the next sensor speaks
 
 
 def cut(times: int) -> Iterator[Outcome]:
