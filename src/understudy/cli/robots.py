@@ -20,8 +20,6 @@ def robots() -> None:
     """Look at real robots and at what their cameras see; stop them."""
 
 
-app.command("stop")(robot_stops.stop)
-app.command("stops")(robot_stops.stops)
 app.command("color")(robot_color.color)
 app.command("simulate")(robot_simulate.simulate)
 
@@ -70,6 +68,10 @@ def check(
             out.print(f"{found.name}: all is there.", markup=False)
     if found.problems:
         raise typer.Exit(1)
+
+
+app.command("stop")(robot_stops.stop)
+app.command("stops")(robot_stops.stops)
 
 
 def _values(values: Mapping[str, float], unit: str) -> str:
