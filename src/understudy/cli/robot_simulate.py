@@ -50,6 +50,7 @@ def simulate(
     from understudy.model.atomic import failing, write
     from understudy.physics.apart import REFEREE
     from understudy.physics.robot_files import names_of_robots, robot_file, team_file
+    from understudy.physics.ros import served
     from understudy.robots.dds import DDS
 
     out = console()
@@ -77,7 +78,7 @@ def simulate(
     transport = DDS(domain)
     late = 0
     try:
-        late = _what(replace(scenario, tick_s=1.0 / rate), seed, transport, only).run(seconds=seconds)
+        late = _what(served(replace(scenario, tick_s=1.0 / rate)), seed, transport, only).run(seconds=seconds)
     except KeyboardInterrupt:
         pass
     finally:

@@ -118,7 +118,7 @@ def _light(spec: Any, view: WorldView, *, fine: bool) -> None:
     sight.headlight.ambient, sight.headlight.diffuse = [0.42] * 3, [0.25] * 3
     sight.headlight.specular = [0.0] * 3
     sight.quality.offsamples, sight.quality.shadowsize = (8, 4096) if fine else (0, 0)
-    sight.map.shadowclip = 0.6 * max(view.width, view.height)
+    sight.map.shadowclip = 0.9 * max(view.width, view.height)
     if fine:
         sight.global_.offwidth, sight.global_.offheight = 2560, 1920
     spec.worldbody.add_light(
