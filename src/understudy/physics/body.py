@@ -20,9 +20,10 @@ from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.kit import Kit
 from understudy.physics.arena import Arena, Pose
-from understudy.physics.model import camera_of, check_physics
+from understudy.physics.model import check_physics
 from understudy.physics.ranging import Ranging
 from understudy.physics.robot_files import colors_of
+from understudy.physics.rover import camera_of
 from understudy.robots.camera import LEAST_PX, Frame, Image
 from understudy.robots.camera import Camera as Decoding
 from understudy.runtime.body import Channel, Commands, Reading

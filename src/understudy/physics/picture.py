@@ -10,8 +10,9 @@ import numpy as np
 
 from understudy.physics.body import Physics
 from understudy.physics.looking import Looking
-from understudy.physics.model import AWAY_M, build
+from understudy.physics.model import build
 from understudy.physics.mujoco import mujoco
+from understudy.physics.shapes import AWAY_M
 from understudy.robots.camera import Image
 
 SIZE_PX = (1000, 560)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import radians
 
-from understudy.physics.model import camera_of
 from understudy.physics.paints import seen_as
+from understudy.physics.rover import camera_of
 from understudy.robots.camera import LEAST_PX
 from understudy.robots.camera_file import HEADING, color_line
 from understudy.robots.colors import Color

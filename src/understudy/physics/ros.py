@@ -13,7 +13,6 @@ from msgspec.structs import replace
 
 from understudy.model.feature import ReadingKey
 from understudy.physics.body import Physics
-from understudy.physics.model import camera_of
 from understudy.physics.robot_files import (
     BOOL,
     IMAGE,
@@ -26,6 +25,7 @@ from understudy.physics.robot_files import (
     readings_of_robot,
     types_of_robots,
 )
+from understudy.physics.rover import camera_of
 from understudy.robots.camera import Image
 from understudy.robots.messages import MessageRefused, decode, encode, make
 from understudy.robots.transport import Publish, Transport

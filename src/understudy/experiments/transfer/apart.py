@@ -24,7 +24,7 @@ from understudy.experiments.patrol.orders import Told
 from understudy.experiments.patrol.watching import Thing, Tracks
 from understudy.experiments.transfer.trials import teach_patrol
 from understudy.physics.apart import OBJECTS, POSES
-from understudy.physics.model import AWAY_M
+from understudy.physics.shapes import AWAY_M
 from understudy.robots.dds import DDS
 from understudy.robots.fleet import Fleet, connect_team
 from understudy.robots.messages import decode
