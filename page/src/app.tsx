@@ -27,8 +27,10 @@ export function App({ studio, panel, tour }: { studio: Studio; panel: Panel; tou
     <AroundContext.Provider value={around}>
       <div class="screen" onClick={letKeysGo}>
         <Header />
-        <Bars />
-        <Robots />
+        <div class="bars">
+          <Bars />
+          <Robots />
+        </div>
         <Side />
         <main class="center">
           <WorldView />

@@ -13,6 +13,13 @@ export type Request =
   | { do: "press"; state: string }
   | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "take" | "hand_over" | "arm" | "stop" }
   | { do: "here"; holding: boolean }
+  | {
+      do: "pick_color";
+      robot: number;
+      name: string;
+      image: number;
+      points: readonly (readonly [number, number])[];
+    }
   | { do: "pause"; paused: boolean }
   | { do: "speed"; speed: Speed }
   | { do: "reset"; seed: number | null }
@@ -208,6 +215,8 @@ export interface Scene {
   squads: readonly SquadSort[];
   /** The names of the robots, where they are real. */
   real: readonly string[];
+  /** The numbers of those that have a camera. */
+  eyes: readonly number[];
   /** Whether they move only while a key is held. */
   holds: boolean;
 }

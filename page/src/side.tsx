@@ -1,5 +1,6 @@
-/** The left column: robots, library, parameters, food, features now. */
+/** The left column: robots, library, parameters, food, features now, what a camera sees. */
 
+import { Eye } from "./eye";
 import { TakeUp } from "./guide";
 import { Food } from "./side/food";
 import { Readings } from "./side/readings";
@@ -16,6 +17,7 @@ export function Side() {
       <Standing />
       <Food />
       <Readings />
+      <Eye />
     </aside>
   );
 }

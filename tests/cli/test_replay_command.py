@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from shutil import rmtree
 
 import numpy as np
 import pytest
@@ -20,7 +22,7 @@ from understudy.cli.parts import find_kit
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.feature import BoundFeature, TimeInState
 from understudy.model.folder import open_library, save
-from understudy.model.library import Taught
+from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
@@ -30,6 +32,8 @@ from understudy.robots.recording_head import Ran
 from understudy.runtime.body import every_key
 from understudy.runtime.program import link
 from understudy.runtime.run import Run
+from understudy.training.design import new_lesson
+from understudy.training.session import Session
 
 KIT = find_kit(None, "arena")
 
@@ -109,6 +113,26 @@ def test_where_another_library_decides_otherwise_is_shown(library: Path, tmp_pat
     assert "it read distance_to(A) = 0." in shown
 
 
+def test_what_has_changed_since_decides_as_it_was(tmp_path: Path) -> None:
+    """Unless a library is named: then it is asked as it is."""
+    folder, path = tmp_path / "library", tmp_path / "run.mcap"
+    save(folder, Taught(WANDER))
+    said("run", "arena", "-l", folder, "--behavior", "wander", "--seconds", "5", "--record", path)
+    save(folder, Taught(replace(WANDER, transitions={**WANDER.transitions, "forward": after(2.0, 2)})))
+    told = said("run", "--replay", path)
+    assert (told["former"], told["differences"]) == ({"wander": 1}, [])
+    assert "wander is another by now: this is its version 1" in run("run", "--replay", path).stdout
+    now = run("run", "--replay", path, "-l", folder, "--json")
+    assert now.exit_code == 1
+    assert json.loads(now.stdout)["changed"] == ["wander"]
+    (folder / "wander.json").unlink()
+    assert said("run", "--replay", path)["differences"] == []
+    rmtree(folder / "versions")
+    gone = run("run", "--replay", path)
+    assert gone.exit_code == 2
+    assert "'wander'" in gone.stderr
+
+
 def test_a_coordinator_decides_again_as_recorded(tmp_path: Path) -> None:
     """What squads read follows from what their robots read, so the robots' readings are enough."""
     library, path = tmp_path / "library", tmp_path / "run.mcap"
@@ -136,6 +160,9 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
         ran = Ran(scenario="arena", library=str(folder), sorts=["robot"], behavior="wander")
         recorder.begin(robot, names=["rover"], ran=ran, files={"rover.toml": ROVER})
         for tick in range(60):
+            if tick in (15, 31):  # between two ticks, when its clock stands at the one before
+                going.begin([0], going.interpreters[0].program)
+                recorder.stepped("restart")
             now[0] += 0.1 + 0.003 * (tick % 5)
             if tick % 4 == 1:
                 wire.deliver("/rover/sonar", sonar((3.0, 0.4, 0.4, 2.0)[tick // 4 % 4]), now[0] - 0.02)
@@ -145,6 +172,7 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
     recorded = read_recording(path).paths[0]
     assert recorded[0] == ("forward",)  # 3.8 s after it began: long enough in start
     assert sum(one != other for one, other in pairwise(recorded)) > 12
+    assert recorded[15] == recorded[31] == ("start",)
     assert said("run", "--replay", path)["differences"] == []
 
 
@@ -152,6 +180,7 @@ def test_a_basic_behavior_is_decided_again(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     said("run", "arena", "-l", tmp_path / "none", "--behavior", "forward", "--seconds", "2", "--record", path)
     assert said("run", "--replay", path)["same"] == 20
+    assert said("why", path, "--time", "1")["agents"][0]["levels"] == []
 
 
 def test_what_is_no_recording_is_refused(tmp_path: Path, library: Path) -> None:
@@ -162,6 +191,9 @@ def test_what_is_no_recording_is_refused(tmp_path: Path, library: Path) -> None:
     again = run("run", "-l", library, "--seconds", "1", "--record", tmp_path / "a.mcap")
     assert again.exit_code == 2
     assert "is there already" in again.stderr
+    both = run("run", "arena", "--replay", tmp_path / "a.mcap")
+    assert both.exit_code == 2
+    assert "SCENARIO means nothing to --replay" in both.stderr
 
 
 def test_presses_over_a_recording_are_learned(tmp_path: Path) -> None:
@@ -181,3 +213,85 @@ def test_presses_over_a_recording_are_learned(tmp_path: Path) -> None:
     assert (again.exit_code, taught["now"]) == (1, ["forward"])
     more = said("learn", "--recording", recording, "--presses", presses, "-l", library, "-n", "wander")
     assert more["states"]["forward"]["contradictions"] == 0
+
+
+@pytest.fixture
+def toward(tmp_path: Path) -> Path:
+    """A recording of a robot that went to the station, with presses of somebody who watched it."""
+    from understudy.worlds.forage import Forage, kit
+
+    lesson = new_lesson(
+        Library(kit),
+        "goto",
+        states=["forward", "rotate_left"],
+        flags=["done"],
+        features=["distance_to(A)", "angle_to(A)"],
+        parameters=["A"],
+    )
+    session = Session(Forage([42]), Library(kit), lesson, targets={"A": "station"})
+    pressed = {0: "rotate_left", 9: "forward", 39: "rotate_left", 44: "forward", 49: "done"}
+    with Recorder(tmp_path / "goto.mcap", clock=lambda: session.body.time_s) as recorder:
+        recorder.begin(session.body, ran=Ran(scenario="forage"))
+        for tick in range(50):
+            if tick in pressed:
+                recorder.pressed(pressed[tick])
+                session.direct(pressed[tick])
+            time_s, percept = session.body.time_s, session.percept
+            session.tick()
+            recorder.decided(time_s, percept, [session.trainee.path], at_s=time_s)
+    save(tmp_path / "shown", session.taught())
+    return tmp_path / "goto.mcap"
+
+
+GOTO = ("--parameters", "A", "--targets", "A=station", "--features", "distance_to(A),angle_to(A)")
+
+
+def test_presses_that_were_recorded_are_learned(toward: Path, tmp_path: Path) -> None:
+    """The same automaton as the session's; `done`, which is no behavior, is taken for a flag."""
+    told = said("learn", "--recording", toward, *GOTO, "-l", tmp_path / "again", "-n", "goto")
+    assert list(told["states"]) == ["start", "rotate_left", "forward"]
+    shown, again = (
+        open_library(tmp_path / folder, find_kit(None, "forage")).library.taught["goto"]
+        for folder in ("shown", "again")
+    )
+    assert shown.lesson is not None
+    assert again.lesson is not None
+    assert again.lesson.examples == shown.lesson.examples
+    assert again.automaton.flags == ("done",)
+
+
+def test_presses_are_added_to_a_lesson(toward: Path, tmp_path: Path) -> None:
+    more = tmp_path / "more.csv"
+    more.write_text("time_s,state\n0,rotate_left\n1,\n", encoding="utf-8")
+    options = ("--recording", toward, "--presses", more, "--targets", "A=station")
+    told = said("learn", *options, "-l", tmp_path / "shown", "-n", "goto")
+    assert told["saved"].endswith("goto.json")
+    lesson = open_library(tmp_path / "shown", find_kit(None, "forage")).library.taught["goto"].lesson
+    assert lesson is not None
+    assert [str(each.kind) for each in lesson.examples[-3:]] == ["directive", "default", "confirmation"]
+    assert len(lesson.examples) == 9 + 3
+
+
+REFUSED = [
+    ((), "--features is missing; give --features"),
+    ((*GOTO, "--agent", "1"), "--agent is 1; count from 0 to 0"),
+    (("lesson.csv", *GOTO), "LESSON.csv is one too many beside a recording"),
+    ((*GOTO, "--targets", "A=moon"), "the body has no target 'moon'"),
+    ((*GOTO, "--states", "forward", "--flags", "done"), "has no state 'rotate_left'"),
+    ((*GOTO, "--presses", "none.csv"), "none.csv: it cannot be read"),
+    (("-l", "shown", "-n", "goto", "--features", "angle_to(A)"), "--features cannot be changed here"),
+]
+
+
+@pytest.mark.parametrize(("options", "problem"), REFUSED)
+def test_a_lesson_that_cannot_be_is_refused(
+    options: tuple[str, ...], problem: str, toward: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    refused = run("learn", "--recording", toward, *options)
+    assert refused.exit_code == 2
+    assert problem in " ".join(refused.stderr.split())
+
+
+def test_a_table_or_a_recording_is_needed() -> None:
+    assert "LESSON.csv is missing; give either a table, or --recording" in run("learn").stderr

@@ -96,6 +96,38 @@ def test_every_level_of_a_hierarchy_answers(library: Path) -> None:
     assert "written by hand: no example is behind it" in run("why", path, "--time", "3").stdout
 
 
+def test_a_recording_answers_as_a_trace(library: Path) -> None:
+    """Without making the run again, so that a real robot can be asked, too; its times are those of decisions."""
+    pytest.importorskip("rosbags", reason="needs the extra ros2")
+    pytest.importorskip("mcap", reason="needs the extra ros2")
+    recording = library.parent / "run.mcap"
+    path = record(library, "--seed", "1", "--seconds", "20", "--record", recording)
+    for when in (0.1, 3.0, 7.4, 20.0, *(when for when, _, _ in switches(path)[:4])):
+        of_trace = said("why", path, "--time", when)
+        told = said("why", recording, "--time", when - 0.1)
+        assert told.pop("time_s") == pytest.approx(of_trace.pop("time_s") - 0.1)
+        assert told == of_trace
+    for option, value, problem in (
+        ("--time", 21, "after the run had ended"),
+        ("--agent", 1, "is 1; count from 0 to 0"),
+    ):
+        refused = run("why", recording, "--time", 1, option, value)
+        assert refused.exit_code == 2
+        assert problem in refused.stderr
+
+
+def test_a_recording_of_another_library_gives_no_reasons(library: Path) -> None:
+    pytest.importorskip("mcap", reason="needs the extra ros2")
+    recording = library.parent / "run.mcap"
+    record(library, "--seconds", "5", "--record", recording)
+    (library / "goto.json").write_text(
+        (library / "goto.json").read_text().replace('"cut": 0.3,', '"cut": 0.4,')
+    )
+    refused = run("why", recording, "--time", 1)
+    assert refused.exit_code == 1
+    assert "goto in" in refused.stderr
+
+
 def test_a_robot_in_a_team_is_asked_from_its_coordinator_down(tmp_path: Path) -> None:
     folder = tmp_path / "library"
     for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):

@@ -9,12 +9,16 @@ from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
 from understudy.robots.dds import DDS
 from understudy.robots.messages import twist
+from understudy.robots.transport import Transport
+from understudy.robots.zenoh import Zenoh
 
 RATE_HZ = 50
 
 
-def main(domain: str, namespace: str) -> None:
-    wire, moving = DDS(int(domain)), list[bytes]()
+def main(domain: str, namespace: str, router: str = "") -> None:
+    """Over DDS, or where there is a router, over Zenoh."""
+    wire: Transport = Zenoh(int(domain), router) if router else DDS(int(domain))
+    moving = list[bytes]()
     stop = twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
     wire.subscribe(f"{namespace}/cmd_vel", TWIST, lambda data, _: moving.extend([data][data == stop :]))
     ranges, odometries = (

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,10 +14,16 @@ from hypothesis import strategies as st
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rigs import CMD, FENCED, HELD, ODOM, SONAR, STOP, Rig
-from tests.robots.rovers import TWIST, Wire, odometry, sonar
+from tests.robots.rovers import TWIST, odometry, sonar
 
-from understudy.robots.guard import ArmingRefused
+from understudy.errors import FileError
+from understudy.robots.body import Robot
+from understudy.robots.file import parse_robot
+from understudy.robots.guard import ArmingRefused, Guard, asleep_s
+from understudy.robots.leash import Leash
+from understudy.robots.limits import Speeds
 from understudy.robots.transport import Peer
+from understudy.robots.watchdog import ANEW, MOVING, RESTING
 
 AHEAD = (0.4, 0.0)
 OTHER = Peer(CMD, TWIST)
@@ -184,25 +192,172 @@ def test_arming_is_refused(before: Callable[[Rig], None], by: str, said: str) ->
     assert rig.wire.sent == []
 
 
-def test_what_cannot_be_sent_disarms() -> None:
-    class Broken(Wire):
-        fails = False
+class Tame(Leash):
+    """A leash with nobody at its end."""
 
-        def publisher(self, topic: str, type: str) -> Callable[[bytes], None]:
-            def publish(data: bytes) -> None:
-                if self.fails:
-                    raise OSError("no buffer")
-                self.sent.append((topic, data))
+    said = ""
+    stepped_in = False
 
-            return publish
+    def __init__(self) -> None:
+        self.told: list[bytes] = []
+        self.dropped = False
 
-    wire = Broken()
-    rig = Rig(wire=wire).ready()
-    rig.move(1.0)
-    wire.fails = True
+    @property
+    def alive(self) -> bool:
+        return True
+
+    def start(self, peers: Sequence[Peer]) -> None:
+        self.found = set(peers)
+
+    def tell(self, words: bytes) -> None:
+        self.told.append(words)
+
+    def problem(self) -> str:
+        return self.said
+
+    def intervened(self) -> bool:
+        stepped_in, self.stepped_in = self.stepped_in, False
+        return stepped_in
+
+    def leave(self) -> None: ...
+
+    def drop(self) -> None:
+        self.dropped = True
+
+
+@dataclass
+class Leashed(Rig):
+    """A robot with a watchdog, but no thread: tests look themselves."""
+
+    folder: Path = field(default=Path())
+
+    def __post_init__(self) -> None:
+        self.leash = Tame()
+        self.robot = Robot(
+            parse_robot(self.text),
+            self.wire,
+            path=self.folder / "rover.toml",
+            clock=lambda: self.now,
+            leash=self.leash,
+        )
+
+
+@pytest.fixture
+def leashed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Leashed:
+    monkeypatch.setattr(Guard, "_watch", lambda self: None)
+    return Leashed(folder=tmp_path)
+
+
+def test_the_watchdog_hears_of_it(leashed: Leashed) -> None:
+    """And has to find who publishes what the robot reads, but not others."""
+    sensor = Peer(SONAR, "sensor_msgs/msg/Range")
+    leashed.wire.others.extend([sensor, Peer("/elsewhere", TWIST)])
+    leashed.ready()
+    assert leashed.leash.found == {sensor}
+    leashed.move(1.0)
+    leashed.wait(0.04)
+    leashed.robot.disarm()
+    leashed.wait(0.04)
+    leashed.wait(5.0)
+    assert leashed.leash.told[:5] == [ANEW, MOVING, MOVING, MOVING, MOVING]
+    assert leashed.leash.told[-1] == RESTING
+
+
+@pytest.mark.parametrize("still_s", [0.13, 1.1])
+@pytest.mark.parametrize("finds", ["look", "act"])
+def test_a_program_that_stood_still_stops_it_and_long_disarms_it(
+    leashed: Leashed, still_s: float, finds: str
+) -> None:
+    leashed.ready()
+    leashed.move(1.0)
+    leashed.wait(0.1)
+    leashed.now += still_s
+    leashed.hear(SONAR, sonar(2.0))
+    leashed.hear(ODOM, odometry(0.0))
+    if finds == "act":
+        assert leashed.move(1.0) == STOP
+    leashed.robot.guard.look()
+    assert leashed.sent == STOP
+    assert leashed.robot.stopped == f"this program stood still for {still_s:.2f} s"
+    assert leashed.leash.told[-1] == (ANEW if still_s < 1 else MOVING)
+    leashed.wait(0.02)
+    assert leashed.sent == STOP
+    assert leashed.leash.told[-1] == MOVING
+    assert leashed.move(1.0) == (AHEAD if still_s < 1 else STOP)
+
+
+@pytest.mark.parametrize("still_s", [0.2, 1.1])
+def test_a_program_that_is_frozen_while_it_sends_stops_afterwards(leashed: Leashed, still_s: float) -> None:
+    leashed.ready()
+    leashed.move(0.0)
+
+    class Slow(list[tuple[str, bytes]]):
+        def append(self, sent: tuple[str, bytes]) -> None:
+            leashed.now += still_s
+            super().append(sent)
+
+    leashed.wire.sent = Slow(leashed.wire.sent)
+    leashed.robot.act({"drive": np.ones(1)})
+    assert leashed.sent == STOP
+    assert leashed.robot.armed == (still_s < 1)
+
+
+def test_without_a_watchdog_it_does_not_move(leashed: Leashed) -> None:
+    leashed.ready().move(1.0)
+    leashed.leash.said = "the watchdog died"
+    leashed.wait(0.02)
+    assert (leashed.sent, leashed.robot.stopped) == (STOP, "the watchdog died")
+    assert not leashed.robot.armed
+
+
+def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(leashed: Leashed) -> None:
+    leashed.ready().move(1.0)
+    leashed.leash.stepped_in = True
+    leashed.wait(0.02)
+    assert leashed.leash.told[-1] == ANEW
+    leashed.wait(0.02)
+    assert (leashed.sent, leashed.robot.stopped) == (STOP, "the watchdog had to stop it")
+    assert leashed.move(1.0) == AHEAD
+
+
+def test_a_computer_that_slept_is_armed_again(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
+    leashed.ready().move(1.0)
+    slept = asleep_s() + 60.0
+    monkeypatch.setattr("understudy.robots.guard.asleep_s", lambda: slept)
+    leashed.wait(0.02)
+    assert (leashed.sent, leashed.robot.stopped) == (STOP, "this computer slept")
+    leashed.ready().wait(0.1)
+    assert leashed.robot.armed
+
+
+def test_what_cannot_be_sent_is_left_to_the_watchdog(leashed: Leashed) -> None:
+    leashed.ready()
+    leashed.move(0.0)
+
+    def fail(speeds: Speeds) -> None:
+        raise OSError("no buffer")
+
+    leashed.robot.guard._send = fail
     with pytest.raises(OSError, match="no buffer"):
-        rig.move(1.0)
-    assert (rig.robot.armed, rig.robot.stopped) == (False, "commands cannot be sent")
+        leashed.move(1.0)
+    assert leashed.leash.dropped
+    assert (leashed.robot.armed, leashed.robot.stopped) == (False, "commands cannot be sent")
+    leashed.robot.emergency("a key")  # raises nothing: other robots are waiting for theirs
+    assert leashed.robot.stops[0].cause == "commands cannot be sent"
+
+
+def test_without_a_log_it_is_not_armed(leashed: Leashed) -> None:
+    (leashed.folder / "rover.stops.jsonl").mkdir()
+    with pytest.raises(FileError, match="cannot be written"):
+        leashed.ready()
+    assert not leashed.robot.armed
+
+
+def test_a_stop_while_it_is_armed_wins(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(leashed.leash, "start", lambda peers: leashed.robot.emergency("a key"))
+    with pytest.raises(ArmingRefused, match="told to stop meanwhile"):
+        leashed.ready()
+    assert not leashed.robot.armed
 
 
 EVENTS = (

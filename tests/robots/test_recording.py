@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import os
 import signal
 import subprocess
@@ -9,8 +11,10 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from math import inf, nan
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -73,6 +77,7 @@ def test_states_are_said_each_tick() -> None:
 def rover(path: Path) -> tuple[Recorder, Robot, Wire]:
     recorder, wire = Recorder(path), Wire([Peer("/rover/sonar", RANGE)])
     robot = Robot(parse_robot(ROVER), Taped(wire, recorder))
+    wire.deliver("/rover/sonar", sonar(2.0), time.monotonic())  # robots do not wait until somebody begins
     recorder.begin(robot, names=["rover"], ran=Ran(behavior="wander"), files={"rover.toml": ROVER})
     return recorder, robot, wire
 
@@ -87,6 +92,7 @@ def drive(path: Path) -> tuple[Wire, list[bytes]]:
             robot.act(FORWARD)
             recorder.decided(robot.time_s, percept, [("wander", "forward")])
             wire.deliver(topic, data, time.monotonic())
+            robot.arm("a test")  # its sonar was heard
         recorder.pressed("backward")
         recorder.pressed(None)
         recorder.decided(robot.time_s, robot.sense(every_key(robot)), [("wander", "backward")])
@@ -101,7 +107,7 @@ def test_messages_are_kept_as_they_went(tmp_path: Path) -> None:
     wire, (near, nearer, wheels) = drive(path)
     sent = [data for _, data in wire.sent]
     expected = {
-        ("/rover/sonar", RANGE): [near, nearer],
+        ("/rover/sonar", RANGE): [sonar(2.0), near, nearer],
         ("/rover/odom", ODOMETRY): [wheels],
         ("/rover/cmd_vel", TWIST): sent,
     }
@@ -122,7 +128,7 @@ def test_messages_are_kept_as_they_went(tmp_path: Path) -> None:
     by_topic: dict[str, list[Any]] = {}
     for topic, each in messages:
         by_topic.setdefault(topic, []).append(each)
-    assert [each.range for each in by_topic["/rover/sonar"]] == [1.0, 0.25]
+    assert [each.range for each in by_topic["/rover/sonar"]] == [2.0, 1.0, 0.25]
     assert [each.name for each in by_topic["/rover/understudy/readings"][0].readings] == [
         "sonar_ahead", "x", "heading",
     ]  # fmt: skip
@@ -137,7 +143,8 @@ def test_what_is_read_back_is_what_was_said(tmp_path: Path) -> None:
     found = read_recording(tmp_path / "drive.mcap")
     assert (found.ticks, found.whole) == (4, True)
     sonar_ahead = found.values[:, found.keys.index(("sonar_ahead", None)), 0]
-    np.testing.assert_array_equal(sonar_ahead[[0, 3]], [nan, 0.25])
+    np.testing.assert_array_equal(sonar_ahead[[0, 3]], [2.0, 0.25])
+    np.testing.assert_array_equal(found.values[0, 1:, 0], [nan, nan])
     assert found.presses == [[Pressed(3, "backward"), Pressed(3, None)]]
     assert found.paths[0] == [("wander", "forward")] * 3 + [("wander", "backward")]
     assert (found.head.ran.behavior, found.head.files) == ("wander", {"rover.toml": ROVER})
@@ -155,7 +162,7 @@ def test_a_topic_that_two_listen_to_is_kept_once(tmp_path: Path) -> None:
         assert len(list(make_reader(file).iter_messages())) == 1
 
 
-def slid(path: Path, ticks: int, each: Callable[[int], None] = lambda tick: None) -> None:
+def slid(path: Path, ticks: int, each: Callable[[int], object] = lambda tick: None) -> None:
     body = Scripted(2)
     with Recorder(path) as recorder:
         recorder.begin(body)
@@ -221,10 +228,91 @@ def test_a_full_disk_ends_a_run_with_a_sentence(tmp_path: Path, monkeypatch: pyt
         slid(tmp_path / "full.mcap", 200, lambda tick: time.sleep(0.01))
 
 
+def test_what_a_full_disk_holds_can_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Small(io.FileIO):
+        """A disk with room for 4000 bytes."""
+
+        def write(self, data: Any, /) -> int:
+            room = 4000 - self.tell()
+            if room <= 0:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(memoryview(data)[:room])
+
+    monkeypatch.setattr(recording, "CHUNK_S", 0.0)
+    monkeypatch.setattr(recording, "_opened", lambda path: io.BufferedWriter(Small(path, "xb"), 64))
+    path, ticks = tmp_path / "full.mcap", list[int]()
+
+    def noted(tick: int) -> None:
+        ticks.append(tick)
+        time.sleep(0.005)
+
+    with pytest.raises(RecordingFailed):
+        slid(path, 200, noted)
+    found = read_recording(path)
+    assert not found.whole
+    assert 2 < found.ticks <= len(ticks)
+
+
+def test_a_robot_whose_recording_ends_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recording, "MOST_WAITING", -1)
+    recorder, robot, wire = rover(tmp_path / "drive.mcap")
+
+    def drives() -> None:
+        with recorder, robot:
+            wire.deliver("/rover/sonar", sonar(1.0), time.monotonic())
+            robot.arm("a test")
+            for _ in range(3):
+                percept = robot.sense(every_key(robot))
+                robot.act(FORWARD)
+                recorder.decided(robot.time_s, percept, [("forward",)])
+
+    with pytest.raises(RecordingFailed):
+        drives()
+    assert wire.closed
+    last = decode(TWIST, wire.sent[-1][1])
+    assert (last.linear.x, last.angular.z) == (0.0, 0.0)
+
+
+def test_a_run_that_begins_anew_is_what_counts(tmp_path: Path) -> None:
+    body, keys = Scripted(1), [("load", None)]
+    with Recorder(tmp_path / "two.mcap") as recorder:
+        for begun in range(2):
+            recorder.begin(body)
+            for tick in range(3):
+                recorder.decided(tick, {key: np.array([10.0 * begun + tick]) for key in keys}, [("a",)])
+    found = read_recording(tmp_path / "two.mcap")
+    assert found.values[:, 0, 0].tolist() == [10.0, 11.0, 12.0]
+
+
+@given(st.data())
+def test_damage_is_refused_or_ends_the_recording(data: st.DataObject) -> None:
+    """Whatever bytes are damaged, what is read is the beginning of what was recorded, or nothing."""
+    damaged = bytearray(_slid())
+    for _ in range(data.draw(st.integers(1, 4))):
+        damaged[data.draw(st.integers(0, len(damaged) - 1))] = data.draw(st.integers(0, 255))
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "damaged.mcap"
+        path.write_bytes(damaged)
+        try:
+            found = read_recording(path)
+        except FileError:
+            return
+    assert found.times.tolist() == [tick / 10 for tick in range(found.ticks)]
+    assert (found.values[:, 0, 0] == np.arange(found.ticks)).all()
+
+
+@cache
+def _slid() -> bytes:
+    with TemporaryDirectory() as folder:
+        slid(Path(folder) / "all.mcap", 10)
+        return (Path(folder) / "all.mcap").read_bytes()
+
+
 def test_messages_do_not_fail_where_their_recording_did(tmp_path: Path) -> None:
     recorder, robot, wire = rover(tmp_path / "drive.mcap")
     recorder.close()
     wire.deliver("/rover/sonar", sonar(1.0), time.monotonic())
+    robot.arm("a test")
     robot.act(FORWARD)
     assert wire.sent
 

@@ -48,6 +48,7 @@ def do(session: Session, step: str, recorder: Recorder) -> None:
         recorder.pressed(None)
         session.confirm()
     else:
+        recorder.stepped(step)
         getattr(session, step)()
 
 
@@ -89,7 +90,7 @@ def test_presses_that_were_recorded_give_the_lesson(options: Options, tmp_path: 
 
 
 def test_a_table_of_presses_gives_the_lesson(tmp_path: Path) -> None:
-    """With what else there was in the session, though other commands than the recorded ones would have followed."""
+    """With corrections and restarts, from a table or as they were recorded."""
     session = scripted(features=["range_of(ball)", "load"], options=Options(reaction_s=0.2))
     empty = session.lesson
     recording = recorded(session, tmp_path / "s.mcap", CORRECTED, 80)
@@ -97,6 +98,8 @@ def test_a_table_of_presses_gives_the_lesson(tmp_path: Path) -> None:
     again = taught_over(recording, session.library, empty, presses)
     assert any(each.correction for each in session.examples)
     assert again.examples == session.examples
+    live = taught_over(recording, session.library, empty, recorded_presses(recording))
+    assert live.examples == session.examples
 
 
 def test_a_session_in_a_world_is_learned_from_its_recording(tmp_path: Path) -> None:
@@ -153,6 +156,8 @@ def test_presses_that_cannot_be_are_refused(tmp_path: Path) -> None:
         recorded_presses(recording)
     with pytest.raises(UnderstudyError, match="no state 'backward'"):
         taught_over(recording, session.library, empty, [Pressed(3, "backward")])
+    with pytest.raises(SessionError, match="has a step 'jump'; sessions have press, test, train, restart"):
+        taught_over(recording, session.library, empty, [Pressed(3, None, "jump")])
 
 
 def test_a_press_between_ticks_acts_at_the_next(tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def test_two_robots_of_one_namespace_are_no_fleet() -> None:
 
 
 def test_a_robot_without_a_world_has_no_twin() -> None:
-    robot = Robot(parse_robot(ARENA.format(name="one").replace('world = "arena"', "")), Wire())
+    robot = Robot(parse_robot(ARENA.format(name="one", world="arena").replace('world = "arena"', "")), Wire())
     with pytest.raises(SettingError, match="name the scenario"):
         Twin(Fleet([robot]))
 

@@ -19,7 +19,7 @@ from understudy.robots.file import RobotFile, parse_robot
 from understudy.robots.leash import Leash, WatchdogFailed
 from understudy.robots.stops import read_stops
 from understudy.robots.transport import Peer
-from understudy.robots.watchdog import ARMED, BYE, MOVING, RESTING, STOPPED, WELL, watch
+from understudy.robots.watchdog import ANEW, BYE, MOVING, RESTING, STOPPED, WELL, watch
 
 NUMBERS = count()
 DEADLINE_S = 0.12
@@ -68,9 +68,9 @@ QUIET = [  # words after which it does nothing
     [(0.0, GONE)],
     [(0.0, BYE)],
     [(60.0, RESTING), (120.0, GONE)],
-    [(0.0, ARMED), *beats(0.02, 2.0), (2.0, BYE)],
-    [(0.0, ARMED), (0.1, MOVING), (0.2, RESTING), (60.0, RESTING), (61.0, GONE)],
-    [(0.0, ARMED), (0.1, MOVING + MOVING + BYE)],
+    [(0.0, ANEW), *beats(0.02, 2.0), (2.0, BYE)],
+    [(0.0, ANEW), (0.1, MOVING), (0.2, RESTING), (60.0, RESTING), (61.0, GONE)],
+    [(0.0, ANEW), (0.1, MOVING + MOVING + BYE)],
 ]
 
 
@@ -82,7 +82,7 @@ def test_it_does_nothing_while_all_is_well(words: list[tuple[float, bytes]]) -> 
 
 
 def test_of_a_program_that_is_gone_it_stops_the_robot_for_a_second() -> None:
-    scene = Scene([(0.0, ARMED), (0.1, MOVING), (0.15, GONE)]).play()
+    scene = Scene([(0.0, ANEW), (0.1, MOVING), (0.15, GONE)]).play()
     assert scene.stopped[0] == 0.15
     assert len(scene.stopped) == 51
     assert scene.stopped[-1] == pytest.approx(1.13, abs=0.021)
@@ -90,7 +90,7 @@ def test_of_a_program_that_is_gone_it_stops_the_robot_for_a_second() -> None:
 
 
 def test_of_a_frozen_program_it_stops_the_robot_for_as_long_and_a_second_more() -> None:
-    words = [(0.0, ARMED), (0.1, MOVING), *beats(5.1, 10.0), (10.0, BYE)]
+    words = [(0.0, ANEW), (0.1, MOVING), *beats(5.1, 10.0), (10.0, BYE)]
     scene = Scene(words).play()
     assert scene.stopped[0] == 0.22
     assert scene.stopped[-1] == pytest.approx(6.1, abs=0.021)
@@ -99,8 +99,8 @@ def test_of_a_frozen_program_it_stops_the_robot_for_as_long_and_a_second_more() 
     assert scene.logged == ["no sign for 0.12 s of the program that decides"]
 
 
-def test_a_robot_that_a_person_arms_again_is_left_alone_at_once() -> None:
-    words = [(0.0, ARMED), (1.0, MOVING), (1.1, ARMED), *beats(1.12, 3.0), (3.0, BYE)]
+def test_a_robot_that_may_move_anew_is_left_alone_at_once() -> None:
+    words = [(0.0, ANEW), (1.0, MOVING), (1.1, ANEW), *beats(1.12, 3.0), (3.0, BYE)]
     scene = Scene(words).play()
     assert scene.stopped[-1] < 1.1
 
@@ -163,7 +163,7 @@ def test_it_is_missed(leash: Leash, number: int, said: str) -> None:
 
 def test_dropped_it_stops_the_robot(leash: Leash, tmp_path: Path) -> None:
     leash.start([])
-    leash.tell(ARMED)
+    leash.tell(ANEW)
     leash.drop()
     assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
 

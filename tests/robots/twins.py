@@ -10,12 +10,13 @@ from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
 from understudy.robots.fleet import Fleet
 from understudy.robots.messages import decode
+from understudy.robots.recording import Recorder
 from understudy.robots.twin import Twin
 
 ARENA = """
 format = "understudy-robot/1"
 name = "{name}"
-world = "arena"
+world = "{world}"
 namespace = "/{name}"
 tick_s = 0.1
 
@@ -43,16 +44,18 @@ class Rig:
     """Two robots, each on a wire of its own, and their twin."""
 
     names: tuple[str, ...] = ("one", "two")
+    world: str = "arena"
     now: float = 100.0
     wires: list[Wire] = field(default_factory=list)
+    recorder: Recorder | None = None
 
     def __post_init__(self) -> None:
         self.wires = [Wire() for _ in self.names]
         self.robots = [
-            Robot(parse_robot(ARENA.format(name=name)), wire, clock=lambda: self.now)
+            Robot(parse_robot(ARENA.format(name=name, world=self.world)), wire, clock=lambda: self.now)
             for name, wire in zip(self.names, self.wires, strict=True)
         ]
-        self.twin = Twin(Fleet(self.robots))
+        self.twin = Twin(Fleet(self.robots), recorder=self.recorder)
 
     def hear(self, agent: int, data: bytes) -> None:
         self.last = data
@@ -68,7 +71,7 @@ class Rig:
 
     odometry = staticmethod(odometry)
 
-    def seen(self) -> None:
-        """Odometry of all, at the origin."""
+    def seen(self, data: bytes | None = None) -> None:
+        """Odometry of all, at the origin if nothing else is said."""
         for agent in range(len(self.names)):
-            self.hear(agent, odometry(0.0))
+            self.hear(agent, data or odometry(0.0))

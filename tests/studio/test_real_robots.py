@@ -14,9 +14,13 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.twins import Rig
 from tests.studio.pages import GOTO, Wall
 
+from understudy.robots.recording import Recorder
+from understudy.robots.recording_file import read_recording
+from understudy.robots.replay_lesson import recorded_presses, taught_over
 from understudy.studio.stage import Stage
 from understudy.studio.studio import Studio
 from understudy.studio.viewers import Viewer
+from understudy.training.design import new_lesson
 from understudy.worlds.kits import kit_of
 
 ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
@@ -25,8 +29,15 @@ ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
 class Lab:
     """A studio with one real robot, and a page that directs."""
 
-    def __init__(self, folder: Path) -> None:
-        self.rig, self.wall = Rig(("one",)), Wall()
+    def __init__(
+        self,
+        folder: Path,
+        recorder: Recorder | None = None,
+        *,
+        names: tuple[str, ...] = ("one",),
+        world: str = "arena",
+    ) -> None:
+        self.rig, self.wall = Rig(names, world=world, recorder=recorder), Wall()
         twin = self.rig.twin
         stage = Stage(twin.scenario, folder, kit_of(twin.scenario), wall=self.wall, twin=twin)
         self.studio = Studio(stage, wall=self.wall)
@@ -54,7 +65,7 @@ class Lab:
         for _ in range(round(seconds * 100)):
             self.wall.now += 0.01
             self.rig.now += 0.01
-            self.rig.hear(0, self.rig.last)
+            self.rig.seen(self.rig.last)
             if here:
                 self.studio.stage.robots.hear(holding=False)
             self.studio.beat()
@@ -156,3 +167,59 @@ def test_what_a_real_robot_cannot_do(lab: Lab, message: dict[str, Any], said: st
 def test_what_cannot_be_armed_says_why(lab: Lab) -> None:
     lab.rig.hear(0, lab.rig.odometry(9.0))
     assert "outside its geofence" in lab.say(do="arm")["error"]
+
+
+def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None:
+    path = tmp_path / "one.mcap"
+    with Recorder(path) as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        lab.say(do="press", state="rotate_left")
+        lab.wait(0.3)
+        lab.say(do="confirm")
+        lab.wait(0.3)
+        lab.say(do="turn")
+        lab.wait(0.3)
+        lab.say(do="press", state="done")  # a correction
+        lab.wait(0.3)
+        session = lab.studio.stage.trained.session
+        lab.studio.stage.close()
+    recording = read_recording(path)
+    assert recording.head.ran.binding == {"A": "red_flag"}
+    assert set(recording.head.files) == {"scenario"}
+    empty = new_lesson(
+        session.library,
+        "goto",
+        states=["forward", "rotate_left", "rotate_right"],
+        features=["distance_to(A)", "angle_to(A)"],
+        parameters=["A"],
+        flags=["done"],
+    )
+    again = taught_over(
+        recording, session.library, empty, recorded_presses(recording), targets={"A": "red_flag"}
+    )
+    assert [str(each) for each in again.examples] == [str(each) for each in session.examples]
+    assert len(again.examples) >= 4
+
+
+def test_a_coordinator_of_real_robots_is_taught(tmp_path: Path) -> None:
+    """Paper section 5.1, on four robots: who leads them is pressed from one order to the next."""
+    lab = Lab(tmp_path, names=("one", "two", "three", "four"), world="patrol")
+    assert "error" not in lab.say(do="agent", sort="patrol", agent=0)
+    opened = lab.say(
+        do="new",
+        name="lead",
+        states=["forwards", "left"],
+        features=["none_sees(intruder)"],
+        parameters=[],
+        flags=[],
+        targets={},
+    )
+    assert "error" not in opened, opened
+    assert "error" not in lab.say(do="arm")
+    lab.say(do="pause", paused=False)
+    lab.wait(0.2)
+    assert [lab.rig.sent(agent) for agent in range(4)] == [(0.0, 0.0)] * 4
+    lab.say(do="press", state=lab.studio.stage.trained.session.automaton.state_names[1])
+    lab.wait(0.3)
+    assert [lab.rig.sent(agent) for agent in range(4)] == [(0.4, 0.0)] * 4
+    lab.studio.stage.close()

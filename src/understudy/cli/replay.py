@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from understudy.review.again import Again, Difference
     from understudy.robots.recording_file import Recording
     from understudy.robots.recording_head import Ran
+    from understudy.worlds.scenario import Scenario
     from understudy.worlds.teams import Libraries
 
 DIFFERENT = 1
@@ -31,28 +33,28 @@ def replay(
 ) -> None:
     """Decide again over a recording; what is not said is as it was recorded. Exit code 1 where anything differs."""
     from understudy.cli.output import console, print_json
-    from understudy.cli.parts import behavior_of, bindings, team_for
+    from understudy.cli.parts import behavior_of, bindings
     from understudy.cli.recording import kit_for, scenario_of
     from understudy.review.again import decided_again
+    from understudy.review.rerun import Rerun
     from understudy.robots.recording_file import read_recording
     from understudy.worlds.teams import runners, sort_of
 
     recording = read_recording(path)
     ran = recording.head.ran
-    folder = library or Path(ran.library or "library")
     where = scenario_of(recording)
     parts = kit_for(recording, kit, where)
     named = behavior or ran.behavior
-    known = _alone(folder, parts, named) if where is None else team_for(where, named, folder, parts)
+    known, former = _known(ran, where, named, library, parts)
+    folder = library or Path(ran.library)
     asked = named if behavior or not ran.sorts or ran.sorts[0] not in known else f"{ran.sorts[0]}/{named}"
     sort = sort_of(known, asked)
     name = behavior_of(known[sort], asked and asked.removeprefix(f"{sort}/"), folder)
     bound = bindings(bind) if bind else dict(ran.binding) if name == ran.behavior else {}
     sorts = [each for each in ran.sorts if each in known and name == ran.behavior]
-    again = decided_again(
-        recording, known, sorts or runners(known, sort, name), name, binding=bound, scenario=where
-    )
-    facts = _facts(recording, again, folder, name, _changed(ran, known))
+    rerun = Rerun(recording, known, sorts or runners(known, sort, name), name, binding=bound, scenario=where)
+    again = decided_again(rerun)
+    facts = _facts(recording, again, folder, name) | {"changed": _changed(ran, known), "former": former}
     if as_json:
         print_json(facts)
     else:
@@ -61,11 +63,18 @@ def replay(
         raise typer.Exit(DIFFERENT)
 
 
-def _alone(folder: Path, kit: Kit, behavior: str | None) -> Libraries:
-    """What a robot without a world knows."""
-    from understudy.cli.parts import library_for
+def _known(
+    ran: Ran, where: Scenario | None, behavior: str | None, library: Path | None, kit: Kit
+) -> tuple[Libraries, dict[str, int]]:
+    """What everybody knows: of a library that was named, as it is; else as it was, where there are versions of it."""
+    from understudy.cli.former import known_now, known_then
+    from understudy.review.why import CannotRepeat
 
-    return {"robot": library_for(behavior, folder, kit)}
+    folder = library or Path(ran.library)
+    if library is None and behavior == ran.behavior:
+        with suppress(CannotRepeat):
+            return known_then(where, behavior, folder, kit, ran.automata)
+    return known_now(where, behavior, folder, kit), {}
 
 
 def _changed(ran: Ran, known: Libraries) -> list[str]:
@@ -81,9 +90,7 @@ def _changed(ran: Ran, known: Libraries) -> list[str]:
     return found
 
 
-def _facts(
-    recording: Recording, again: Again, library: Path, behavior: str, changed: list[str]
-) -> dict[str, Any]:
+def _facts(recording: Recording, again: Again, library: Path, behavior: str) -> dict[str, Any]:
     times = recording.times
     return {
         "recording": str(recording.path),
@@ -93,7 +100,6 @@ def _facts(
         "robots": len(recording.head.names),
         "ticks": recording.ticks,
         "seconds": round(float(times[-1] - times[0]) + recording.head.tick_s, 6),
-        "changed": changed,
         "decisions": again.decisions,
         "same": again.same,
         "differences": [_difference(each) for each in again.differences],
@@ -127,6 +133,8 @@ def _show(facts: dict[str, Any], out: Console) -> None:
     if facts["changed"]:
         are = "is another" if len(facts["changed"]) == 1 else "are others"
         out.print(f"[dim]{escape(listed(facts['changed']))} {are} since it was recorded[/]", soft_wrap=True)
+    for name, version in facts["former"].items():
+        out.print(f"[dim]{escape(name)} is another by now: this is its version {version}[/]", soft_wrap=True)
     differences = facts["differences"]
     head = f"{facts['behavior']} over {count(facts['ticks'], 'tick')} ({facts['seconds']:.1f} s)"
     if facts["robots"] > 1:

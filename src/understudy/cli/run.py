@@ -91,12 +91,15 @@ def run(
 
     [dim]understudy run patrol --behavior forwards --seconds 20[/]
 
+    [dim]understudy run --record run.mcap[/], then [dim]understudy run --replay run.mcap --library corrected[/]
+
     [dim]understudy run --robot rover.toml --behavior servo[/]
 
     What a squad was taught (in a folder of the squad's name) is run by its coordinators. Where types of robots differ,
     each has a folder of its name, too; SORT/BEHAVIOR says whose behavior is meant.
     """
     if replay is not None:
+        _only_replayed(context)
         from understudy.cli.replay import replay as again
 
         again(
@@ -178,6 +181,17 @@ def _given(context: typer.Context, option: str) -> bool:
     """Whether somebody gave an option, be it what it is otherwise."""
     source = context.get_parameter_source(option)
     return source is not None and source.name == "COMMANDLINE"
+
+
+def _only_replayed(context: typer.Context) -> None:
+    """Refuse what means nothing where readings are those of a recording."""
+    from understudy.errors import SettingError
+
+    for option in ("scenario", "world", "seed", "seconds", "speed", "record", "trace"):
+        if _given(context, option):
+            named = "SCENARIO" if option == "scenario" else f"--{option}"
+            problem, remedy = "means nothing to --replay: all is as it was recorded", "leave it out"
+            raise SettingError(where="run", setting=named, problem=problem, remedy=remedy)
 
 
 def _how(

@@ -14,18 +14,15 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from understudy.model.kit import Kit
-    from understudy.model.library import Library, Taught
-    from understudy.review.recorded import How, Recorded
     from understudy.review.why import Level, Reason, Why
-    from understudy.worlds.scenario import Scenario
-    from understudy.worlds.teams import Libraries
 
 MOST_EXAMPLES = 6
+NEAR_S = 1e-6
+"""Times this near are one."""
 
 
 def why(
-    run: Annotated[Path, typer.Argument(help="The trace that `understudy run --trace` wrote.")],
+    run: Annotated[Path, typer.Argument(help="What `understudy run` wrote: a trace, or a recording.")],
     time_s: Annotated[float, typer.Option("--time", "-t", min=0, help="The moment, s.")],
     robot: Annotated[int, typer.Option("--agent", "-a", min=0, help="Which robot, from 0.")] = 0,
     library: Annotated[
@@ -43,13 +40,31 @@ def why(
     """Say why a robot of a recorded run did what it did: what each level decided, what held, and who showed that.
 
     The run is made again until then. Where its library has changed since, former versions take their place; where
-    none is what was run, that is said, with exit code 1.
+    none is what was run, that is said, with exit code 1. Of a recording (.mcap), whatever robot it is of, the readings
+    are decided on again.
 
     [dim]understudy run --library demo/library --seed 7 --trace run.jsonl[/]
 
     [dim]understudy why run.jsonl --time 12.5[/]
     """
     from understudy.cli.output import console, print_json
+    from understudy.cli.recording import is_recording
+
+    if is_recording(run):
+        told = _of_recording(run, time_s, robot, library)
+    else:
+        told = _of_trace(run, time_s, robot, library, world, quiet=as_json)
+    if as_json:
+        print_json(told)
+    else:
+        _show(told, console())
+
+
+def _of_trace(
+    run: Path, time_s: float, robot: int, library: Path | None, world: str | None, *, quiet: bool
+) -> dict[str, Any]:
+    """Of a simulated run, which is made again."""
+    from understudy.cli.former import known_then
     from understudy.cli.parts import find_kit, find_world
     from understudy.cli.progress import compile_once
     from understudy.review.recorded import recorded, world_mark
@@ -63,65 +78,51 @@ def why(
         remedy = "run it again with --trace, or name the scenario as it was with --world"
         raise CannotRepeat(problem=f"the scenario {where.name} is another by now", remedy=remedy)
     parts = find_kit(how.kit, world or how.scenario)
-    known, former = _known(how, where, library or Path(how.library), parts)
-    compile_once(world=where, quiet=as_json)
-    told = _facts(found, reasons(found, where, known), former)
-    if as_json:
-        print_json(told)
-    else:
-        _show(told, console())
+    known, former = known_then(where, how.behavior, library or Path(how.library), parts, how.automata)
+    compile_once(world=where, quiet=quiet)
+    header, row = found.header, found.row
+    run_facts = {"scenario": header.scenario, "seed": header.seed, "robot": row.robot, "doing": row.doing}
+    return _facts(run_facts, reasons(found, where, known), former)
 
 
-def _known(how: How, where: Scenario, folder: Path, kit: Kit) -> tuple[Libraries, dict[str, int]]:
-    """What everybody knew when the run was made, and the number of the former version of each automaton that is
-    another by now; CannotRepeat where one is gone.
-    """
-    from understudy.cli.parts import team_for
-    from understudy.worlds.teams import folders_of
+def _of_recording(run: Path, time_s: float, robot: int, library: Path | None) -> dict[str, Any]:
+    """Of a recording, whose readings are decided on again."""
+    from understudy.cli.former import known_then
+    from understudy.cli.recording import kit_for, scenario_of
+    from understudy.errors import SettingError
+    from understudy.review.again import why_recorded
+    from understudy.review.rerun import Rerun
+    from understudy.robots.recording_file import read_recording
+    from understudy.traces import BETWEEN
 
-    known = dict(team_for(where, how.behavior, folder, kit))
-    folders = {name: place for name, (place, _) in folders_of(where, folder, kit).items()}
-    former: dict[str, int] = {}
-    for sort, automata in how.automata.items():
-        place = folders.get(sort, folder / sort)
-        for name, mark in automata.items():
-            library, version = _as_it_was(known[sort], place, name, mark)
-            if version is not None:
-                known = {each: library if it is known[sort] else it for each, it in known.items()}
-                former[name] = version
-    return known, former
-
-
-def _as_it_was(library: Library, place: Path, name: str, mark: str) -> tuple[Library, int | None]:
-    """The library with an automaton as its mark says, and which former version that is; None where it still is so."""
-    from understudy.cli.parts import learner
-    from understudy.errors import UnderstudyError
-    from understudy.model.fingerprint import fingerprint
-    from understudy.model.folder import load_version, versions
-    from understudy.review.why import CannotRepeat
-
-    now = library.taught.get(name)
-    if now is not None and fingerprint(now) == mark:
-        return library, None
-    for version in reversed(versions(place, name)):
-        try:
-            taught: Taught = load_version(place, name, version.number, library.kit, learner()).taught
-        except UnderstudyError:
-            continue  # of another kit, or damaged: it is none of what was run, as far as anybody can tell
-        if fingerprint(taught) == mark:
-            return library.with_taught(taught), version.number
-    problem = f"{name} in {place} {'is another by now' if now else 'is gone'}, and no former version is what was run"
-    raise CannotRepeat(problem=problem, remedy="run it again with --trace, and ask that")
+    recording = read_recording(run)
+    ran, names = recording.head.ran, recording.head.names
+    if not 0 <= robot < len(names):
+        remedy = f"count from 0 to {len(names) - 1}"
+        raise SettingError(where=str(run), setting="--agent", problem=f"is {robot}", remedy=remedy)
+    if time_s > recording.times[-1] + recording.head.tick_s:
+        problem, remedy = f"is {time_s:g}, after the run had ended", f"give at most {recording.times[-1]:g}"
+        raise SettingError(where=str(run), setting="--time", problem=problem, remedy=remedy)
+    if ran.behavior is None:
+        problem, remedy = "ran: a person taught", "give a recording of a run"
+        raise SettingError(where=str(run), setting="no automaton", problem=problem, remedy=remedy)
+    where = scenario_of(recording)
+    folder, parts = library or Path(ran.library), kit_for(recording, None, where)
+    known, former = known_then(where, ran.behavior, folder, parts, ran.automata)
+    sorts = [each for each in ran.sorts if each in known] or list(known)[:1]
+    rerun = Rerun(recording, known, sorts, ran.behavior, binding=ran.binding, scenario=where)
+    tick = max(0, int(sum(recording.times <= time_s + NEAR_S)) - 1)
+    said = why_recorded(rerun, robot, tick)
+    called = names[robot] if where is None else where.name
+    doing = BETWEEN.join(recording.paths[robot][tick])
+    return _facts({"scenario": called, "seed": ran.seed, "robot": robot, "doing": doing}, said, former)
 
 
-def _facts(found: Recorded, said: Why, former: Mapping[str, int]) -> dict[str, Any]:
+def _facts(run: dict[str, Any], said: Why, former: Mapping[str, int]) -> dict[str, Any]:
     return {
-        "scenario": found.header.scenario,
-        "seed": found.header.seed,
-        "robot": found.row.robot,
-        "time_s": said.time_s,
+        **run,
+        "time_s": round(said.time_s, 6),
         "decided_s": round(said.decided_s, 6),
-        "doing": found.row.doing,
         "former": dict(former),
         "switched": said.switched,
         "agents": [

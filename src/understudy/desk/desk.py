@@ -25,7 +25,7 @@ from understudy.model.feature import BoundFeature
 from understudy.model.folder import save
 from understudy.model.lesson import Lesson
 from understudy.model.library import Taught
-from understudy.robots.twin import Ground, Twin, drawn
+from understudy.robots.twin import Ground, Twin, drawn, unnoted
 from understudy.training.edits import Edit
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -47,6 +47,7 @@ class Desk:
         saved: Lesson | None,
     ) -> None:
         self.session, self.body, self.pace = session, body, pace
+        self._note = body.noted if isinstance(body, Twin) else unnoted
         self.folder, self.seed = folder, seed
         self.memory, self.why = Memory(), Why(session)
         self.coach = Coach(session, self.why)
@@ -220,8 +221,7 @@ class Desk:
         self._pressed(correction, f"keep {self.screen.state}", None)
 
     def _pressed(self, correction: bool, what: str, state: str | None) -> None:
-        if isinstance(self.body, Twin):
-            self.body.pressed(state, self.robot)
+        self._note(self.robot, state)
         self.corrected = correction or (self.corrected and self.screen.waiting is not None)
         self.screen = self.session.screen()
         then = " when time goes on" if self.paused else ""
@@ -241,15 +241,18 @@ class Desk:
                     "there is nothing to test yet: direct the robot with the keys of the states first"
                 )
             self.session.test()
+            self._note(self.robot, step="test")
             self.said = Said("Testing: it decides by itself. Press a state's key where it does wrong")
         else:
             self.session.train()
+            self._note(self.robot, step="train")
             self.said = Said("Training: you decide")
         self._look()
 
     def restart(self) -> None:
         """Start the automaton afresh where the robot is."""
         self.session.restart()
+        self._note(self.robot, step="restart")
         self.said = Said(f"{self.name} started afresh; nothing recorded")
         self._look()
 

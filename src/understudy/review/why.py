@@ -6,7 +6,7 @@ not come out the same, that is said, and no reason is given.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isclose
 
@@ -120,15 +120,19 @@ def why(run: Recorded, scenario: Scenario, libraries: Libraries) -> Why:
         team.tick()
     _check(world, team.paths[run.row.robot], run)
     decided_s = run.row.time_s - run.header.tick_s
-    agents = tuple(_asked(post, libraries[post.sort].taught) for post in chain)
+    agents = tuple(asked(post, libraries[post.sort].taught) for post in chain)
+    return Why(run.row.time_s, decided_s, agents, latest(chain, libraries))
+
+
+def latest(chain: Sequence[Post], libraries: Libraries) -> Reason | None:
+    """The last switch before this tick of a robot and of all above it."""
     lasts = [(_runner(post).last, libraries[post.sort].taught) for post in chain]
     switches = [(machine, query, taught) for last, taught in lasts if last for machine, query in [last]]
-    latest = max(switches, key=lambda each: each[1].time_s, default=None)
-    last = None
-    if latest is not None:
-        machine, query, taught = latest
-        last = reason(str(machine.instance), query, taught[machine.automaton.name])
-    return Why(run.row.time_s, decided_s, agents, last)
+    found = max(switches, key=lambda each: each[1].time_s, default=None)
+    if found is None:
+        return None
+    machine, query, taught = found
+    return reason(str(machine.instance), query, taught[machine.automaton.name])
 
 
 def _runner(post: Post) -> Followed:
@@ -153,7 +157,8 @@ def _check(world: World, path: tuple[str, ...], run: Recorded) -> None:
         raise CannotRepeat(problem=f"{problem}, and is in {BETWEEN.join(path)!r} or elsewhere", remedy=remedy)
 
 
-def _asked(post: Post, taught: Mapping[str, Taught]) -> Asked:
+def asked(post: Post, taught: Mapping[str, Taught]) -> Asked:
+    """What an agent was asked in this tick, level by level."""
     levels = tuple(_level(each, taught) for each in _runner(post).stood(post.agent))
     return Asked(post.sort, post.agent, post.ordered, levels)
 

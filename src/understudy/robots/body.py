@@ -20,7 +20,7 @@ from understudy.robots.limits import Speeds
 from understudy.robots.messages import twist
 from understudy.robots.recording import Recorder, Taped
 from understudy.robots.senses import Senses
-from understudy.robots.stops import Stop, log_path
+from understudy.robots.stops import Stop, StopLog, log_path
 from understudy.robots.transport import Publish, Transport
 from understudy.robots.transports import open_transport
 from understudy.runtime.body import Channel, Commands, Reading
@@ -57,7 +57,8 @@ class Robot:
         self._at = self._began
         self.scenario, self.kind = _world_of(file, path)
         """The scenario whose lessons it runs, and what it is there; None where its file names none."""
-        self.senses = Senses(file, transport, path=path)
+        colored = () if self.scenario is None else tuple(self.scenario.targets)
+        self.senses = Senses(file, transport, path=path, targets=colored)
         self.targets: Sequence[str] = self.senses.targets
         self._derived = Derived(self.kind, self.senses.readings, self.targets)
         self.readings: Sequence[Reading] = (*self.senses.readings, *self._derived.readings)
@@ -69,7 +70,7 @@ class Robot:
             peers=transport.peers,
             heard={file.topic(source.topic) for source in self.senses.sources.values()},
             clock=clock,
-            log=None if leash is None else log_path(file, path),
+            log=StopLog(file.name, None if leash is None else log_path(file, path)),
             leash=leash,
         )
 
@@ -86,7 +87,7 @@ class Robot:
     @property
     def stops(self) -> Sequence[Stop]:
         """All stops since it was connected, oldest first."""
-        return tuple(self.guard.stops)
+        return tuple(self.guard.log.stops)
 
     @property
     def tick_s(self) -> float:
@@ -136,9 +137,9 @@ class Robot:
         self.guard.command((drive * of.drive_m_s, turn * of.turn_rad_s), sensed_s=sensed_s)
 
     def arm(self, by: str) -> None:
-        """From now on, obey: only a person, `by`, asks for this. ArmingRefused or WatchdogFailed where it must not.
+        """From now on, obey: only a person, `by`, asks for this.
 
-        Whatever happens, the robot is stopped when the program ends.
+        ArmingRefused, WatchdogFailed or FileError (its log) where it must not. It is stopped when the program ends.
         """
         self.guard.arm(by)
         atexit.register(self.close)

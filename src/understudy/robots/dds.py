@@ -10,7 +10,7 @@ from functools import cache
 from threading import Thread
 from typing import Any
 
-from understudy.robots.messages import ARRAY, BASE, JAZZY, NAMED, fields, releases
+from understudy.robots.messages import ARRAY, BASE, JAZZY, NAMED, dds_name, fields, releases, ros_name
 from understudy.robots.transport import ExtraMissing, Peer, Publish, Received, Unreachable
 
 PREFIX = "rt"
@@ -155,20 +155,6 @@ def _new(info: Any, seen: dict[int, int] | None) -> bool:
         return False
     seen[info.publication_handle] = info.source_timestamp
     return True
-
-
-def dds_name(type: str) -> str:
-    """`sensor_msgs::msg::dds_::Range_` for `sensor_msgs/msg/Range`."""
-    *packages, name = type.split("/")
-    return "::".join((*packages, "dds_", f"{name}_"))
-
-
-def ros_name(type: str) -> str:
-    """`sensor_msgs/msg/Range` for `sensor_msgs::msg::dds_::Range_`; another name stays as it is."""
-    *packages, name = type.split("::")
-    if packages[-1:] != ["dds_"]:
-        return type
-    return "/".join((*packages[:-1], name.removesuffix("_")))
 
 
 @cache

@@ -26,6 +26,7 @@ DOMAINS = range(233)
 """Domain ids that ROS 2 has on every system; above them the network ports run out."""
 TOPIC = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*")
 TYPE = re.compile(r"[a-z]\w*/msg/[A-Z]\w*")
+ROUTER = re.compile(r"(tcp|udp|tls|quic|ws)/\S+:\d+")
 READING = re.compile(r"[A-Za-z_]\w*")
 FASTEST_TICK_S, SLOWEST_TICK_S = 0.005, 1.0
 FASTEST_M_S, FASTEST_RAD_S = 5.0, 10.0
@@ -214,6 +215,8 @@ def _wrong(robot: RobotFile) -> Iterator[Mismatch]:
     yield from _range("safety.deadline_s", robot.safety.deadline_s, 0.0, 1.0)
     if robot.router is not None and robot.transport != "zenoh":
         yield Mismatch("router", "means nothing to DDS", 'leave it out, or give transport = "zenoh"')
+    if robot.router is not None and not ROUTER.fullmatch(robot.router):
+        yield Mismatch("router", f"is {robot.router!r:.60}", "give one as tcp/192.168.0.5:7447")
     for name, target in robot.targets.items():
         yield from _wrong_target(f"targets.{name}", name, target)
     if robot.camera is not None:

@@ -12,24 +12,23 @@ import sys
 import time
 from collections.abc import Callable, Collection, Sequence
 from math import inf
-from pathlib import Path
 from threading import Event, Lock, RLock, Thread, current_thread
 from typing import NamedTuple, NoReturn
 
 from understudy.errors import UnderstudyError
 from understudy.robots.file import RobotFile
-from understudy.robots.leash import HICCUP, Leash
+from understudy.robots.leash import Leash
 from understudy.robots.limits import STILL, Speeds, within
-from understudy.robots.stops import Stop, append, stop_now
+from understudy.robots.stops import StopLog
 from understudy.robots.transport import Peer
-from understudy.robots.watchdog import ARMED, MOVING, RESTING
+from understudy.robots.watchdog import ANEW, MOVING, RESTING
 
 NOT_ARMED = "not armed"
 NO_KEY = "nobody holds the key"
 PERIOD_S = 0.02
 """From one look to the next, and from one repeated command to the next."""
 LOST_S = 1.0
-"""A robot that has to wait longer than this for a tick, or for a reading, is disarmed."""
+"""A robot that waits longer than this for a tick, a reading, or a program that stood still is disarmed."""
 FIRST_S = 10.0
 """For so long after arming the first command may take."""
 STOPPING_S = 5.0
@@ -76,11 +75,12 @@ class Guard:
         peers: Callable[[], Sequence[Peer]],
         heard: Collection[str],
         clock: Callable[[], float],
-        log: Path | None = None,
+        log: StopLog | None = None,
         leash: Leash | None = None,
     ) -> None:
         self._file, self._send, self._danger, self._peers = file, send, danger, peers
-        self._heard, self._clock, self._log, self._leash = heard, clock, log, leash
+        self._heard, self._clock, self._leash = heard, clock, leash
+        self.log = log or StopLog(file.name)
         self._topic = file.topic(file.commands.topic)
         self._hold_s = file.tick_s + file.safety.deadline_s
         self._lock, self._arming, self._end = RLock(), Lock(), Event()
@@ -88,13 +88,11 @@ class Guard:
         self._by, self._orders = "", 0
         self.stopped = NOT_ARMED
         """Why the last command was a stop; empty where it may move."""
-        self.stops: list[Stop] = []
-        """All stops since it was connected, oldest first."""
         self.speeds = STILL
         """What the robot was told last."""
         self._looked_s = self._asked_s = self._told_s = self._stopped_s = -inf
         self._due_s = self._held_s = self._quiet_s = -inf
-        self._asleep_s = 0.0
+        self._asleep_s, self._anew = 0.0, False
 
     @property
     def armed(self) -> bool:
@@ -102,7 +100,7 @@ class Guard:
         return bool(self._by)
 
     def arm(self, by: str) -> None:
-        """Obey from now on, since a person says so. ArmingRefused or WatchdogFailed where it must not.
+        """Obey from now on, since a person says so. ArmingRefused, WatchdogFailed or FileError where it must not.
 
         The first time this takes about half a second: until the watchdog has found the robot.
         """
@@ -113,13 +111,8 @@ class Guard:
             if not by.strip():
                 self._refuse("nobody says who arms it", "give a person's name")
             self._refuse_danger()
-            if self._leash is not None and self._log is not None:
-                try:
-                    append(self._log)
-                except OSError as error:
-                    self._refuse(
-                        f"{self._log} cannot be written ({error.strerror})", "stops are logged there"
-                    )
+            self.log.begin()
+            if self._leash is not None:
                 self._leash.start([peer for peer in self._peers() if peer.topic in self._heard])
                 self._refuse_danger()  # it took a while
             with self._lock:
@@ -131,7 +124,8 @@ class Guard:
                     self.stopped = NO_KEY
                 if self._leash is not None:
                     self._leash.problem()  # what it said of an earlier time
-                    self._leash.tell(ARMED)
+                    self._leash.intervened()
+                    self._leash.tell(ANEW)
                 self._looked_s, self._told_s, self._asleep_s = now, now, asleep_s()
                 self._due_s, self._held_s = now + FIRST_S, -inf
             self._watch()
@@ -154,7 +148,7 @@ class Guard:
             self._due_s = now + self._hold_s
             if danger is None:
                 self.stopped = ""
-                self._issue(within(self._file.limits, asked, last=self.speeds, elapsed_s=elapsed_s))
+                self._issue(within(self._file.limits, asked, last=self.speeds, elapsed_s=elapsed_s), now)
             else:
                 self._heed(danger, now)
 
@@ -170,13 +164,14 @@ class Guard:
                 if danger is None and now > self._due_s:
                     danger = Danger(f"no command came for {now - self._told_s:.2f} s", lost=False)
                 if danger is None:
-                    self._issue(self.speeds)
+                    self._issue(self.speeds, now)
                 else:
                     self._heed(danger, now)
             else:
                 self._repeat(now)
                 if self._leash is not None:
                     self._leash.problem()  # answers are not to pile up
+                    self._leash.intervened()
             self._looked_s = now
             self._tell()
 
@@ -202,7 +197,8 @@ class Guard:
         """Stop it, whether it was armed or not, and let it obey no more."""
         with self._lock:
             self._orders += 1
-            self._disarm(f"emergency: {cause}", "program")
+            if not self._end.is_set():
+                self._disarm(f"emergency: {cause}", "program")
         self._watch()
 
     def close(self, cause: str) -> None:
@@ -217,6 +213,7 @@ class Guard:
             for _ in range(PARTING):
                 self._repeat(self._clock())
                 time.sleep(PERIOD_S)
+        self._quiet_s = -inf
         if self._leash is not None:
             self._leash.leave()
 
@@ -239,20 +236,23 @@ class Guard:
     def _against(self, now: float, others: int = 0) -> Danger | None:
         """What speaks against moving now, but for a tick that is a little late."""
         if self._leash is not None:
-            stood_s = now - self._looked_s
-            if stood_s > self._file.safety.deadline_s:
-                return Danger(f"this program stood still for {stood_s:.2f} s", lost=stood_s > LOST_S)
+            if (still_s := now - self._looked_s) > self._file.safety.deadline_s:
+                self._anew = True
+                return Danger(f"this program stood still for {still_s:.2f} s", lost=still_s > LOST_S)
             if asleep_s() - self._asleep_s > ASLEEP_S:
                 return Danger("this computer slept")
             if problem := self._leash.problem():
-                return Danger(problem, lost=problem != HICCUP)  # how long that was, this program knows itself
+                return Danger(problem)
+            if self._leash.intervened():
+                self._anew = True
+                return Danger("the watchdog had to stop it", lost=False)
         if others:
             return Danger(f"somebody else publishes on {self._topic}")
         if now - self._due_s > LOST_S:
             return Danger(f"no command came for {now - self._told_s:.2f} s")
         danger = self._danger(now)
         if danger is not None:
-            lasts = bool(self.stopped) and now - self._stopped_s > LOST_S
+            lasts = danger.cause == self.stopped and now - self._stopped_s > LOST_S
             return Danger(danger.cause, danger.lost or lasts)
         if self._file.safety.hold_to_run and now > self._held_s:
             return Danger(NO_KEY, lost=False)
@@ -262,34 +262,40 @@ class Guard:
         if danger.lost:
             self._disarm(danger.cause, "guard")
             return
-        first, self.stopped = not self.stopped, danger.cause
-        self._issue(STILL)
-        if first:
+        before, self.stopped = self.stopped, danger.cause
+        self._stop(now)
+        if danger.cause != before:
             self._stopped_s = now
-            self._record(danger.cause, "guard")
+        if not before:
+            self.log.add(danger.cause, "guard")
 
     def _disarm(self, cause: str, by: str) -> None:
-        self._by, self.stopped, self._quiet_s = "", cause, self._clock() + STOPPING_S
-        self._issue(STILL)
-        self._record(cause, by)
+        now = self._clock()
+        self._by, self.stopped, self._quiet_s = "", cause, now + STOPPING_S
+        self._stop(now)
+        self.log.add(cause, by)
 
     def _repeat(self, now: float) -> None:
         """Disarmed, send stop for a while."""
         if now < self._quiet_s:
-            self._issue(STILL)
+            self._stop(now)
 
-    def _issue(self, speeds: Speeds) -> None:
-        before, self.speeds = self._clock(), speeds
+    def _stop(self, now: float) -> None:
+        with contextlib.suppress(Exception):  # it was left to the watchdog, and who stops several goes on
+            self._issue(STILL, now)
+
+    def _issue(self, speeds: Speeds, now: float) -> None:
+        self.speeds = speeds
         try:
             self._send(speeds)
         except Exception:
             self._give_up("commands cannot be sent")
             raise
-        late = self._leash is not None and self._clock() - before > self._file.safety.deadline_s
-        if (
-            late and speeds != STILL
-        ):  # it was frozen just here, and this command came after the watchdog's stop
-            self._disarm("this program stood still while it sent a command", "guard")
+        still_s = self._clock() - now
+        if speeds != STILL and self._leash is not None and still_s > self._file.safety.deadline_s:
+            # It was frozen just here: this command may have come after the watchdog's stop.
+            cause = f"this program stood still for {still_s:.2f} s while it sent a command"
+            self._heed(Danger(cause, lost=still_s > LOST_S), now)
 
     def _give_up(self, cause: str) -> None:
         """Leave it to the watchdog, which stops it."""
@@ -297,18 +303,13 @@ class Guard:
             self._by, self.stopped, self.speeds, self._quiet_s = "", cause, STILL, -inf
             if self._leash is not None:
                 self._leash.drop()
-            self._record(cause, "guard")
-
-    def _record(self, cause: str, by: str) -> None:
-        stop = stop_now(self._file.name, cause, by)
-        self.stops.append(stop)
-        if self._log is not None:
-            with contextlib.suppress(OSError):  # a full disk must not keep anything from stopping
-                append(self._log, stop)
+            self.log.add(cause, "guard")
 
     def _tell(self) -> None:
         if self._leash is not None:
-            self._leash.tell(MOVING if self.armed or self._clock() < self._quiet_s else RESTING)
+            moving = self.armed or self._clock() < self._quiet_s
+            self._leash.tell(ANEW if self.armed and self._anew else MOVING if moving else RESTING)
+            self._anew = False
 
     def _watch(self) -> None:
         """Look all the time from now on."""

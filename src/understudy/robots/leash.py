@@ -27,10 +27,6 @@ LEAVING_S = 3.0
 """For so long it may take to end, which it does after it sent stop for a while."""
 
 
-HICCUP = "the watchdog had to stop it"
-"""What it had to do while this program stood still."""
-
-
 class WatchdogFailed(UnderstudyError):
     """The watchdog cannot be started."""
 
@@ -48,7 +44,7 @@ class Leash:
         self._file, self._log = file, log
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = 0
-        self._answered_s = 0.0
+        self._answered_s, self._stopped = 0.0, False
         self._lock = Lock()
 
     @property
@@ -93,13 +89,13 @@ class Leash:
             self._process, self._owner = process, os.getpid()
 
     def tell(self, words: bytes) -> None:
-        """All is well: ARMED, MOVING or RESTING."""
+        """All is well: ANEW, MOVING or RESTING."""
         if self._process is not None:
             with contextlib.suppress(OSError):  # `problem` tells of it
                 _tell(self._process, words)
 
     def problem(self) -> str:
-        """Why it cannot be relied on, or what it had to do; empty where all is well."""
+        """Why it cannot be relied on; empty where all is well. Takes in what it answered."""
         process = self._process
         if process is None or process.stdout is None:
             return "there is no watchdog"
@@ -115,7 +111,13 @@ class Leash:
         if not said:
             return "the watchdog died"
         self._answered_s = now
-        return HICCUP if STOPPED in said else ""
+        self._stopped = self._stopped or STOPPED in said
+        return ""
+
+    def intervened(self) -> bool:
+        """Whether it said that it had to stop the robot, since this was asked last."""
+        stopped, self._stopped = self._stopped, False
+        return stopped
 
     def leave(self) -> None:
         """Say good-bye, and wait until it is gone."""

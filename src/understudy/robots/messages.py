@@ -58,6 +58,20 @@ def releases(type: str) -> Sequence[str]:
     return (JAZZY, HUMBLE) if older else (JAZZY,)
 
 
+def dds_name(type: str) -> str:
+    """`sensor_msgs::msg::dds_::Range_` for `sensor_msgs/msg/Range`."""
+    *packages, name = type.split("/")
+    return "::".join((*packages, "dds_", f"{name}_"))
+
+
+def ros_name(type: str) -> str:
+    """`sensor_msgs/msg/Range` for `sensor_msgs::msg::dds_::Range_`; another name stays as it is."""
+    *packages, name = type.split("::")
+    if packages[-1:] != ["dds_"]:
+        return type
+    return "/".join((*packages[:-1], name.removesuffix("_")))
+
+
 def decode(type: str, data: bytes) -> Any:
     """The message that bytes hold, by the newest definition that fits; MessageRefused where none of this type does."""
     problem = ""

@@ -46,6 +46,8 @@ TOPICS = {READINGS: "understudy/readings", STATES: "understudy/states", TRANSITI
 """Ours, within the namespace of each robot."""
 PRESSES = "understudy/presses"
 """What a person pressed, as std_msgs/String: the name of a state; empty confirms the current one."""
+STEPS = "understudy/session"
+"""What else was done, as std_msgs/String: test, train or restart, with the body's time."""
 
 
 class RecordingFailed(UnderstudyError):
@@ -83,6 +85,7 @@ class Recorder:
         self._problem, self._closed = "", False
         self._agents: list[_Agent] = []
         self._names: Sequence[str] = ()
+        self._body: Body | None = None
         self._file = _opened(self.path)
         self._whole = 0  # bytes that hold whole chunks
         self._writer = writer(self._file)
@@ -98,9 +101,12 @@ class Recorder:
         ran: Ran | None = None,
         files: Mapping[str, str] | None = None,
     ) -> None:
-        """Say what is recorded, before its first tick: a body, its agents' namespaces, what runs, files as they are."""
+        """Say what is recorded, before its first tick: a body, its agents' namespaces, what runs, files as they are.
+
+        Said again, the run begins anew; replayed is the last one.
+        """
         names = names or [f"robot{number}" if body.agents > 1 else "" for number in range(body.agents)]
-        self._names = tuple(names)
+        self._names, self._body = tuple(names), body
         # Before the topics of its agents, which whoever reads it knows by their names.
         self._queue.put(head_entries(Head.of(body, names, ran or Ran(), files or {})))
         self._agents = [_Agent(self, name) for name in names]
@@ -135,8 +141,17 @@ class Recorder:
 
     def pressed(self, state: str | None, *, agent: int = 0) -> None:
         """A person directed an agent to a state, or confirmed the current one (None): it acts at the next tick."""
+        self.noted(PRESSES, state or "", agent=agent)
+
+    def stepped(self, step: str, *, agent: int = 0) -> None:
+        """Something else came before the next tick: a session's test or train, a restart in a session or a run."""
+        at = "" if self._body is None else f" {self._body.time_s!r}"
+        self.noted(STEPS, step + at, agent=agent)
+
+    def noted(self, topic: str, content: str, *, agent: int = 0) -> None:
+        """Anything else worth keeping, as text on a topic in the namespace of an agent."""
         name = self._names[agent] if self._names else ""
-        self.tape(within(name, PRESSES), TEXT)(text(state or ""), None)
+        self.tape(within(name, topic), TEXT)(text(content), None)
 
     def close(self) -> None:
         """Finish the file; RecordingFailed where it could not be written."""

@@ -14,7 +14,7 @@ from understudy.errors import FileError, UnderstudyError
 from understudy.model.feature import ReadingKey
 from understudy.model.kinds import Column
 from understudy.robots.messages import MessageRefused, decode
-from understudy.robots.recording import PRESSES, TOPICS
+from understudy.robots.recording import PRESSES, STEPS, TOPICS
 from understudy.robots.recording_head import METADATA, Head, head_of
 from understudy.robots.recording_types import (
     READINGS,
@@ -29,6 +29,8 @@ from understudy.robots.recording_types import (
 from understudy.robots.transitions import within
 from understudy.robots.transport import ExtraMissing
 
+PRESS, TEST, TRAIN, RESTART = "press", "test", "train", "restart"
+"""What a step of a session can be."""
 MOST_BYTES = 2**30
 """Of one record: a damaged length must not take all memory."""
 REMEDY = "name a file that `understudy run --record FILE.mcap` wrote"
@@ -42,7 +44,9 @@ class Pressed:
 
     tick: int
     state: str | None
-    does: str = "press"
+    does: str = PRESS
+    at_s: float | None = None
+    """The body's time then, where that is known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +86,8 @@ class _Kept:
 
     def __init__(self) -> None:
         self.head: Head | str = "it does not say what ran, so nobody can decide it again"
-        self._channels: dict[int, tuple[str, int]] = {}
+        self._channels: dict[int, tuple[str, str]] = {}
+        self._wanted: dict[tuple[str, str], tuple[str, int]] = {}
         self._schemas: dict[int, str] = {}
         self._readings: list[_Column] = []
         self._paths: list[list[tuple[str, ...]]] = []
@@ -114,39 +119,41 @@ class _Kept:
         from mcap.records import Channel, Message, Metadata, Schema
 
         if isinstance(record, Message):
-            of = self._channels.get(record.channel_id)
-            if of is not None:
+            what = self._wanted.get(self._channels.get(record.channel_id, ("", "")))
+            if what is not None:
                 try:
-                    self._keep(*of, record.data)
+                    self._keep(*what, record.data)
                 except MessageRefused as error:
                     raise _no_recording(path, str(error)) from None
         elif isinstance(record, Schema):
             self._schemas[record.id] = record.name
         elif isinstance(record, Channel):
-            self._know(record.id, record.topic, self._schemas.get(record.schema_id, ""))
+            self._channels[record.id] = record.topic, self._schemas.get(record.schema_id, "")
         elif isinstance(record, Metadata) and record.name == METADATA:
             self.head = head_of(record.metadata)
             if isinstance(self.head, Head):
-                self._readings = [_Column() for _ in self.head.names]
-                self._paths = [[] for _ in self.head.names]
-                self._presses = [[] for _ in self.head.names]
+                self._begin(self.head.names)
 
-    def _know(self, channel: int, topic: str, type: str) -> None:
-        """Note a channel that is one of ours."""
-        wanted = {**{type: TOPICS[type] for type in (READINGS, STATES)}, TEXT: PRESSES}
-        if isinstance(self.head, Head) and type in wanted:
-            for agent, name in enumerate(self.head.names):
-                if topic == within(name, wanted[type]):
-                    self._channels[channel] = type, agent
+    def _begin(self, names: Sequence[str]) -> None:
+        """Another run begins; of those before nothing is kept."""
+        topics = {READINGS: TOPICS[READINGS], STATES: TOPICS[STATES]}
+        self._wanted = {
+            (within(name, topic), type): (topic, agent)
+            for agent, name in enumerate(names)
+            for type, topic in (*topics.items(), (TEXT, PRESSES), (TEXT, STEPS))
+        }
+        self._readings = [_Column() for _ in names]
+        self._paths = [[] for _ in names]
+        self._presses = [[] for _ in names]
 
-    def _keep(self, type: str, agent: int, data: bytes) -> None:
-        if type == READINGS:
+    def _keep(self, topic: str, agent: int, data: bytes) -> None:
+        if topic == TOPICS[READINGS]:
             self._readings[agent].add(data)
-        elif type == STATES:
+        elif topic == TOPICS[STATES]:
             self._paths[agent].append(states_of(data)[1])
         else:
-            state = decode(TEXT, data).data
-            self._presses[agent].append(Pressed(len(self._paths[agent]), state or None))
+            said, tick = decode(TEXT, data).data, len(self._paths[agent])
+            self._presses[agent].append(_step(tick, said) if topic == STEPS else Pressed(tick, said or None))
 
     def recording(self, path: Path, head: Head, *, whole: bool) -> Recording:
         ticks = min(
@@ -169,6 +176,15 @@ class _Kept:
             self._presses,
             whole,
         )
+
+
+def _step(tick: int, said: str) -> Pressed:
+    """A step as it is recorded: restart 12.5."""
+    does, _, at = said.partition(" ")
+    try:
+        return Pressed(tick, None, does, float(at) if at else None)
+    except ValueError:
+        raise MessageRefused(type=TEXT, problem=f"{said!r:.60} is no step of a session") from None
 
 
 class _Column:

@@ -27,7 +27,7 @@ class Ran(msgspec.Struct, frozen=True, kw_only=True):
     scenario: str | None = None
     seed: int = 0
     kit: str | None = None
-    library: str = ""
+    library: str = "library"
     sorts: list[str] = []
     behavior: str | None = None
     binding: dict[str, str] = {}

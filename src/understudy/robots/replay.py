@@ -26,9 +26,9 @@ class Replay:
         self.channels: Sequence[Channel] = head.channels
         self.tick_s = head.tick_s
         self._rows = {key: row for row, key in enumerate(recording.keys)}
-        self._sensed = False
         self.tick = 0
         """Which tick it is at; the number of ticks, once all have passed."""
+        self._now = head.began_s
 
     @property
     def ended(self) -> bool:
@@ -38,14 +38,16 @@ class Replay:
     @property
     def time_s(self) -> float:
         """The time of this tick as it was recorded, s."""
-        if not self._sensed and self.tick == 0:
-            return self.recording.head.began_s
-        times = self.recording.times
-        return float(times[min(self.tick, len(times) - 1)])
+        return self._now
+
+    def wait(self, until_s: float | None) -> None:
+        """Let its clock stand, until it senses, where the body's stood when something came between two ticks."""
+        if until_s is not None:
+            self._now = until_s
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """What was read at this tick; UnknownName of what was not recorded."""
-        self._sensed = True
+        self._now = self._time()
         values = self.recording.values[min(self.tick, self.recording.ticks - 1)]
         for key in keys:
             if key not in self._rows:
@@ -56,3 +58,7 @@ class Replay:
     def act(self, commands: Commands) -> None:
         """Go on to the next tick."""
         self.tick += 1
+        self._now = self._time()
+
+    def _time(self) -> float:
+        return float(self.recording.times[min(self.tick, self.recording.ticks - 1)])

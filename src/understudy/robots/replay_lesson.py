@@ -17,13 +17,13 @@ import numpy as np
 from understudy.errors import FileError, SessionError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.robots.recording_file import Pressed, Recording
+from understudy.robots.recording_file import PRESS, RESTART, TEST, TRAIN, Pressed, Recording
 from understudy.robots.replay import Replay
 from understudy.training.session import Session
 
 COLUMNS = ("time_s", "state")
 DOES = "does"
-PRESS, TEST, TRAIN, RESTART = STEPS = ("press", "test", "train", "restart")
+STEPS = (PRESS, TEST, TRAIN, RESTART)
 """What a row may do besides pressing: switch to testing or to training, restart the automaton."""
 NEAR_S = 1e-6
 """A time this little after a tick is that tick: tables round."""
@@ -44,12 +44,18 @@ def taught_over(
     body = Replay(recording)
     session = Session(body, library, lesson, targets=targets, agent=agent)
     waiting = sorted(presses, key=lambda each: each.tick)
-    for each in waiting:
-        if each.does == PRESS and each.state is not None:
-            session.automaton.index(each.state)  # a mistake is told before a long recording is gone through
+    for each in waiting:  # a mistake is told before a long recording is gone through
+        if each.does not in STEPS:
+            raise SessionError(
+                f"{recording.path} has a step {each.does!r:.60}; sessions have {', '.join(STEPS)}"
+            )
+        if each.state is not None:
+            session.automaton.index(each.state)
     while not body.ended:
         while waiting and waiting[0].tick <= body.tick:
-            _do(session, waiting.pop(0))
+            step = waiting.pop(0)
+            body.wait(step.at_s)
+            _do(session, step)
         session.tick()
     return session
 

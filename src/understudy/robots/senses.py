@@ -6,18 +6,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isnan, nan
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from understudy.errors import FileError
 from understudy.model.feature import ReadingKey
 from understudy.robots.file import RobotFile
 from understudy.robots.messages import MessageRefused, decode
 from understudy.robots.places import located
-from understudy.robots.sources import PLACE, Source, sources
+from understudy.robots.sources import PLACE, Source, eye_of, sources
 from understudy.robots.transport import Transport
 from understudy.runtime.body import Reading
 from understudy.worlds.kits import LOCATOR
 from understudy.worlds.mismatch import Mismatch
+
+Right = TypeVar("Right")
 
 
 @dataclass(slots=True)
@@ -43,10 +45,17 @@ class Senses:
     FileError where the file asks for what no message has.
     """
 
-    def __init__(self, file: RobotFile, transport: Transport, *, path: Path | str = "robot.toml") -> None:
-        found = sources(file)
-        if isinstance(found, Mismatch):
-            raise FileError(path=path, place=found.key, problem=found.problem, remedy=found.remedy)
+    def __init__(
+        self,
+        file: RobotFile,
+        transport: Transport,
+        *,
+        path: Path | str = "robot.toml",
+        targets: Sequence[str] = (),
+    ) -> None:
+        """`targets` may get a color while it runs."""
+        self.eye = _right(eye_of(file), path)
+        found = _right(sources(file, self.eye, targets), path)
         self._places = file.targets
         self.sources: Mapping[str, Source] = {source.name: source for source in found}
         self.latest: Mapping[str, Latest] = {name: Latest() for name in self.sources}
@@ -54,7 +63,8 @@ class Senses:
         if file.targets:
             readings.update({each.name: each for each in LOCATOR})
         self.readings: Sequence[Reading] = tuple(readings.values())
-        self.targets: Sequence[str] = tuple(dict.fromkeys((*_colors(file), *file.targets)))
+        seen = () if file.camera is None else (*file.camera.colors, *targets)
+        self.targets: Sequence[str] = tuple(dict.fromkeys((*seen, *file.targets)))
         for topic, type in dict.fromkeys((source.topic, source.type) for source in found if source.topic):
             transport.subscribe(file.topic(topic), type, self._listener(topic, type))
 
@@ -132,5 +142,8 @@ class Senses:
         return received
 
 
-def _colors(file: RobotFile) -> Sequence[str]:
-    return () if file.camera is None else tuple(file.camera.colors)
+def _right(found: Right | Mismatch, path: Path | str) -> Right:
+    """What a file asks for, where it can be."""
+    if isinstance(found, Mismatch):
+        raise FileError(path=path, place=found.key, problem=found.problem, remedy=found.remedy)
+    return found

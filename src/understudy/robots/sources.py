@@ -10,6 +10,7 @@ from understudy.errors import UnderstudyError
 from understudy.model.feature import ReadingKey
 from understudy.robots.camera_file import CAMERA, CameraOf
 from understudy.robots.extracting import Extract, extraction, place
+from understudy.robots.eye import Eye
 from understudy.robots.file import RobotFile
 from understudy.runtime.body import Reading
 from understudy.worlds.kits import CAMERA as BLOBS
@@ -36,14 +37,26 @@ class Source:
     extract: Values
 
 
-def sources(file: RobotFile) -> Sequence[Source] | Mismatch:
-    """All of a file, in its order; or what in it cannot be."""
+def sources(file: RobotFile, eye: Eye | None, targets: Sequence[str]) -> Sequence[Source] | Mismatch:
+    """All of a file, in its order, with what its eye sees of these targets; or what in it cannot be."""
     found: list[Source] = []
-    for made in (*_numbers(file), *_images(file), *_places(file)):
+    for made in (*_numbers(file), *_places(file)):
         if isinstance(made, Mismatch):
             return made
         found.append(made)
+    if eye is not None and file.camera is not None:
+        found.append(_images(file.camera, eye, targets))
     return tuple(found)
+
+
+def eye_of(file: RobotFile) -> Eye | Mismatch | None:
+    """What looks at the images of a file's camera, if there is one; or what of it cannot be."""
+    if file.camera is None:
+        return None
+    try:
+        return Eye(file.camera)
+    except UnderstudyError as error:
+        return Mismatch(CAMERA, f"cannot be: {error}", "correct it there")
 
 
 def _numbers(file: RobotFile) -> Iterator[Source | Mismatch]:
@@ -63,33 +76,12 @@ def _of_number(name: str, extract: Extract) -> Values:
     return lambda message: {(name, None): extract(message)}
 
 
-def _images(file: RobotFile) -> Iterator[Source | Mismatch]:
-    if file.camera is None:
-        return
-    try:
-        extract = _blobs(file.camera)
-    except UnderstudyError as error:
-        yield Mismatch(CAMERA, f"cannot be: {error}", "correct it there")
-        return
-    of = file.camera
-    keys = tuple((blob.name, color) for color in of.colors for blob in BLOBS)
-    yield Source(
-        CAMERA, of.topic, of.type, of.stale_s, of.rate_hz, of.required, False, keys, BLOBS, extract
+def _images(of: CameraOf, eye: Eye, targets: Sequence[str]) -> Source:
+    """What is seen of colors, and of targets that may get one while it runs."""
+    keys = tuple((blob.name, name) for name in dict.fromkeys((*of.colors, *targets)) for blob in BLOBS)
+    return Source(
+        CAMERA, of.topic, of.type, of.stale_s, of.rate_hz, of.required, False, keys, BLOBS, eye.see
     )  # fmt: skip
-
-
-def _blobs(of: CameraOf) -> Values:
-    from understudy.robots.images import decode, decode_compressed
-
-    camera = of.camera()
-
-    def extract(message: Any) -> Mapping[ReadingKey, float]:
-        if of.type.endswith("CompressedImage"):
-            return camera.readings(decode_compressed(message.data))
-        size = {each: getattr(message, each) for each in ("encoding", "width", "height", "step")}
-        return camera.readings(decode(message.data, **size))
-
-    return extract
 
 
 def _places(file: RobotFile) -> Iterator[Source | Mismatch]:

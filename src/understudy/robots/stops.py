@@ -5,6 +5,7 @@ The program that decides and its watchdog write to one file, each line whole: th
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -47,6 +48,32 @@ def append(path: Path, stop: Stop | None = None) -> None:
             os.write(log, line)
     finally:
         os.close(log)
+
+
+class StopLog:
+    """The stops of one robot since it was connected, in memory and in a file if there is one."""
+
+    def __init__(self, robot: str, path: Path | None = None) -> None:
+        self._robot, self._path = robot, path
+        self.stops: list[Stop] = []
+        """Oldest first."""
+
+    def begin(self) -> None:
+        """See that it can be written; FileError where it cannot."""
+        if self._path is not None:
+            try:
+                append(self._path)
+            except OSError as error:
+                problem = f"cannot be written ({error.strerror}), and stops of {self._robot} are logged there"
+                raise FileError(path=self._path, place="", problem=problem, remedy="correct that") from None
+
+    def add(self, cause: str, by: str) -> None:
+        """A stop of this moment; a full disk must not keep anything from stopping."""
+        stop = stop_now(self._robot, cause, by)
+        self.stops.append(stop)
+        if self._path is not None:
+            with contextlib.suppress(OSError):
+                append(self._path, stop)
 
 
 def read_stops(path: Path) -> Sequence[Stop]:

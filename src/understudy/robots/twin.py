@@ -159,10 +159,16 @@ class Twin:
         )
         self._recording = True
 
-    def pressed(self, state: str | None, agent: int) -> None:
-        """A person directs a robot to a state, or confirms the present one (None)."""
-        if self._recorder is not None and self._recording:
+    def noted(self, agent: int, state: str | None = None, *, step: str = "press") -> None:
+        """A person presses a state for a robot, or confirms the present one (None); or takes another step: test, train,
+        restart. It comes before the next tick, and is recorded.
+        """
+        if self._recorder is None or not self._recording:
+            return
+        if step == "press":
             self._recorder.pressed(state, agent=agent)
+        else:
+            self._recorder.stepped(step, agent=agent)
 
     def idle(self) -> bool:
         """Let the robots stand still where nobody commanded them for a tick; whether that was so.
@@ -240,6 +246,10 @@ class Twin:
 
 Ground: TypeAlias = World | Twin
 """What a person looks at while robots are taught: a simulated world, or a real one."""
+
+
+def unnoted(agent: int, state: str | None = None, *, step: str = "press") -> None:
+    """What nobody has to be told, where robots are simulated."""
 
 
 def drawn(ground: Ground) -> World:

@@ -23,8 +23,9 @@ from understudy.robots.stops import append, stop_now
 from understudy.robots.transport import Peer, Transport
 from understudy.robots.transports import open_transport
 
-ARMED, MOVING, RESTING, BYE = b"*", b"+", b"-", b"."
-"""What it is told: a person just armed the robot; it may move; it is disarmed; the program ends as it should."""
+ANEW, MOVING, RESTING, BYE = b"*", b"+", b"-", b"."
+"""What it is told: the robot may move anew, since it was armed, or stopped by the program itself after that had been
+frozen; it may move; it is disarmed; the program ends as it should."""
 WELL, STOPPED = b"+", b"!"
 """What it answers to each word: all was well, or that it has sent stop since the last one."""
 READY = b"ready"
@@ -76,9 +77,9 @@ def watch(
                 frozen, until = False, clock() + LASTING_S
             if words.endswith(BYE):
                 return
-            if ARMED in words:
+            if ANEW in words:
                 until = 0.0
-            moving = words.endswith((ARMED, MOVING))
+            moving = words.endswith((ANEW, MOVING))
         elif moving and not stopping:
             frozen = True
         if frozen or clock() < until:

@@ -17,6 +17,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy.studio.post import post
+from understudy.studio.sight import sight
 from understudy.studio.studio import Studio
 from understudy.studio.viewers import Viewer
 
@@ -71,7 +72,8 @@ def app(
 
     files = StaticFiles(directory=static, check_dir=False)
     library = post(studio, lambda request: _refusal(request, token, hosts))
-    routes = [Route("/", page), WebSocketRoute("/ws", socket), library, Mount("/", files)]
+    camera = sight(studio.stage, lambda request: _refusal(request, token, hosts))
+    routes = [Route("/", page), WebSocketRoute("/ws", socket), library, camera, Mount("/", files)]
     return Starlette(routes=routes, lifespan=life)
 
 

@@ -22,6 +22,7 @@ from understudy.studio import (
     naming,
     openings,
     reasons,
+    sight,
     simplifying,
     testing,
 )
@@ -196,6 +197,7 @@ ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
         m.Pause: _pause,
         m.Arm: _arm,
         m.Stop: _stop,
+        m.PickColor: sight.pick,
         m.Here: lambda stage, message: stage.robots.hear(holding=message.holding),
         m.Step: _step,
         m.Speed: _speed,

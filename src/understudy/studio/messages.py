@@ -274,6 +274,15 @@ class Here(Message, frozen=True, kw_only=True, tag="here"):
     holding: bool = False
 
 
+class PickColor(Message, frozen=True, kw_only=True, tag="pick_color"):
+    """Clicks (column, row) into an image of a robot's camera: that is the color of what is called so."""
+
+    robot: Index
+    name: Name
+    image: Annotated[int, Meta(ge=1)]
+    points: Annotated[list[tuple[Index, Index]], Meta(min_length=1, max_length=200)]
+
+
 class HandOver(Message, frozen=True, kw_only=True, tag="hand_over"):
     """No longer direct: anyone may take."""
 
@@ -318,6 +327,7 @@ AnyMessage: TypeAlias = (
     | Arm
     | Stop
     | Here
+    | PickColor
     | Take
     | HandOver
     | CoachMessage

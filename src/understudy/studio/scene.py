@@ -26,6 +26,7 @@ def scene(world: Ground, kit: Kit) -> Plain:
         "tick_s": world.tick_s,
         "seed": world.seeds[0],
         "real": [robot.file.name for robot in world.fleet] if isinstance(world, Twin) else [],
+        "eyes": _eyes(world),
         "holds": isinstance(world, Twin) and world.fleet.holds_to_run,
         "robots": world.robots,
         "types": [
@@ -57,6 +58,13 @@ def scene(world: Ground, kit: Kit) -> Plain:
             for name, behavior in kit.behaviors.items()
         ],
     }
+
+
+def _eyes(world: Ground) -> list[int]:
+    """The real robots that have a camera."""
+    if not isinstance(world, Twin):
+        return []
+    return [number for number, robot in enumerate(world.fleet) if robot.senses.eye is not None]
 
 
 def described(kind: Kind) -> Plain:

@@ -105,7 +105,7 @@ def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int) -> dict[s
         else:
             late, due = late + 1, time.monotonic()
     spent, used = time.monotonic() - began, resource.getrusage(resource.RUSAGE_SELF)
-    stops = [stop for robot in fleet for stop in robot.guard.stops]
+    stops = [stop for robot in fleet for stop in robot.stops]
     objects.close()
     tracks = _tracks(rows, twin.tick_s)
     found = list(cycles(tracks))

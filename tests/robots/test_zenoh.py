@@ -1,0 +1,198 @@
+"""Zenoh as ROS 2 speaks it: keys and tokens beside those of its documentation, a plain program as the robot."""
+
+from __future__ import annotations
+
+import os
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("zenoh", reason="needs the extra ros2")
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+
+from tests.robots.routers import Router, free_port
+from tests.robots.rovers import RANGE, ROVER, TWIST, sonar
+
+from understudy.errors import FileError
+from understudy.robots.body import Robot
+from understudy.robots.file import parse_robot
+from understudy.robots.messages import twist
+from understudy.robots.transport import Peer, Unreachable
+from understudy.robots.transports import open_transport
+from understudy.robots.zenoh import Zenoh
+from understudy.robots.zenoh_keys import End, Session, attachment, end, keys
+
+PLAIN = Path(__file__).with_name("plain_zenoh.py")
+NUMBERS = count()
+HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
+STRING = "std_msgs/msg/String"
+TALKER = (
+    "@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/10/MP/%/%/talker/%chatter/std_msgs::msg::dds_::String_/"
+    f"{HASH}/::,7:,:,:,,"
+)
+"""The publisher of the documentation of rmw_zenoh, as are the keys below."""
+
+KEYS = [
+    (0, "/chatter", f"0/chatter/std_msgs::msg::dds_::String_/{HASH}"),
+    (0, "/robot1/chatter", f"0/robot1/chatter/std_msgs::msg::dds_::String_/{HASH}"),
+]
+NOBODY = [
+    "@ros2_lv/2/aac3178e146ba6f1fc6e6a4085e77f21/0/0/NN/%/%/listener",  # a node
+    TALKER.replace("/MP/", "/SS/"),  # of a service
+    TALKER.replace("@ros2_lv", "@ros3_lv"),
+    TALKER + "/more",
+    TALKER.rpartition("/")[0],
+    "",
+    "/" * 12,
+]
+
+
+@pytest.fixture(scope="module")
+def router() -> Iterator[Router]:
+    with Router() as opened:
+        yield opened
+
+
+@pytest.fixture
+def namespace() -> str:
+    return f"/plain_{os.getpid()}_{next(NUMBERS)}"
+
+
+def wait_for(what: Callable[[], object], seconds: float = 10.0) -> None:
+    until = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < until, "it never came"
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize(("domain", "topic", "key"), KEYS)
+def test_keys_are_those_of_the_documentation(domain: int, topic: str, key: str) -> None:
+    assert keys(domain, topic, STRING) == (key, key.replace(HASH, "TypeHashNotSupported"))
+
+
+def test_tokens_are_those_of_the_documentation() -> None:
+    session = Session(2, "8b20917502ee955ac4476e0266340d5c")
+    ours = session.token(10, "MP", topic="/chatter", type=STRING, depth=7)
+    assert ours == TALKER.replace("talker", "understudy")
+    assert session.node() == "@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/0/NN/%/%/understudy"
+    assert end(TALKER) == End("8b20917502ee955ac4476e0266340d5c", "MP", "/chatter", STRING, HASH)
+
+
+@pytest.mark.parametrize("token", NOBODY)
+def test_other_tokens_are_nobodies(token: str) -> None:
+    assert end(token) is None
+
+
+def test_an_attachment_is_33_bytes() -> None:
+    """Two numbers of 8 bytes, the length of the id, and an id of its own for each publisher."""
+    data = attachment(5, 1_000_000_007, TALKER)
+    assert struct.unpack("<qqB", data[:17]) == (5, 1_000_000_007, 16)
+    assert len(data) == 33
+    assert data[17:] == attachment(6, 8, TALKER)[17:] != attachment(5, 1_000_000_007, "other")[17:]
+
+
+@pytest.mark.parametrize("release", ["jazzy", "humble"])
+def test_a_plain_program_is_read_and_obeys(release: str, router: Router, namespace: str) -> None:
+    """Also one of Humble, whose keys have no hash, and whose ranges have no variance."""
+    command = [sys.executable, str(PLAIN), router.endpoint, namespace, release]
+    text = ROVER.replace("/rover", namespace).replace("domain = 43", "domain = 3")
+    joined = Zenoh(3, router.endpoint)
+    with (
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process,
+        Robot(parse_robot(text), joined) as robot,
+    ):
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        wait_for(lambda: robot.senses.latest["sonar_ahead"].count > 3)
+        assert robot.senses.value("sonar_ahead", robot.now_s) == 2.0
+        assert joined.peers() == [Peer(f"{namespace}/sonar", RANGE)]
+        robot.arm("a test")
+        until = time.monotonic() + 10
+        while process.poll() is None and time.monotonic() < until:
+            robot.act({"drive": np.array([1.0]), "turn": np.array([-0.5])})
+            time.sleep(0.02)
+        data, attached = (bytes.fromhex(each) for each in process.stdout.readline().split())
+    assert data == twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5)
+    number, time_ns, length = struct.unpack("<qqB", attached[:17])
+    assert number >= 1
+    assert abs(time_ns - time.time_ns()) < 60e9
+    assert (length, len(attached)) == (16, 33)
+
+
+def test_who_is_killed_is_no_peer(router: Router, namespace: str) -> None:
+    """Nobody is left to take back its tokens."""
+    ours = Zenoh(3, router.endpoint)
+    command = [sys.executable, str(PLAIN), router.endpoint, namespace]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            wait_for(ours.peers)
+            process.kill()
+            wait_for(lambda: not ours.peers())
+        finally:
+            process.kill()
+            ours.close()
+
+
+def test_without_a_router_one_listens_and_the_other_connects(namespace: str) -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    listening, came = Zenoh(3, listen=endpoint), list[bytes]()
+    connected = Zenoh(3, endpoint)
+    try:
+        connected.subscribe(f"{namespace}/sonar", RANGE, lambda data, _: came.append(data))
+        publish = listening.publisher(f"{namespace}/sonar", RANGE)
+
+        def arrived() -> bool:
+            publish(sonar(1.5))
+            return bool(came)
+
+        wait_for(arrived)
+        assert came[0] == sonar(1.5)
+        assert Peer(f"{namespace}/sonar", RANGE) in connected.peers()
+    finally:
+        connected.close()
+        listening.close()
+
+
+def test_domains_hear_nothing_of_each_other(router: Router, namespace: str) -> None:
+    here, there, same = (Zenoh(domain, router.endpoint) for domain in (3, 4, 3))
+    try:
+        came = list[str]()
+        there.subscribe(f"{namespace}/sonar", RANGE, lambda data, _: came.append("there"))
+        same.subscribe(f"{namespace}/sonar", RANGE, lambda data, _: came.append("same"))
+        publish = here.publisher(f"{namespace}/sonar", RANGE)
+
+        def arrived() -> bool:
+            publish(sonar(1.5))
+            return "same" in came
+
+        wait_for(arrived)
+        wait_for(same.peers)
+        assert "there" not in came
+        assert there.peers() == []
+    finally:
+        for each in (here, there, same):
+            each.close()
+
+
+def test_a_router_that_is_not_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("understudy.robots.zenoh.WAIT_MS", 200)
+    file = parse_robot(ROVER.replace("tick_s", 'transport = "zenoh"\nrouter = "tcp/127.0.0.1:1"\ntick_s'))
+    with pytest.raises(Unreachable) as raised:
+        open_transport(file)
+    assert str(raised.value).startswith("Zenoh's router tcp/127.0.0.1:1 cannot be joined: Unable to connect")
+    assert "rmw_zenohd" in str(raised.value)
+    assert "\n" not in str(raised.value)
+    assert "cargo" not in str(raised.value)
+
+
+@pytest.mark.parametrize("router", ["nonsense", "192.168.0.5:7447", "tcp/192.168.0.5", ""])
+def test_a_router_that_is_no_endpoint_is_refused(router: str) -> None:
+    with pytest.raises(FileError, match="router"):
+        parse_robot(ROVER.replace("tick_s", f'transport = "zenoh"\nrouter = "{router}"\ntick_s'))
