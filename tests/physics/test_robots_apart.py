@@ -15,6 +15,7 @@ from tests.physics.drawing import draws
 from tests.robots.rovers import Wire
 
 from understudy.physics.apart import OBJECTS, Alone, Referee
+from understudy.physics.arena import Pose
 from understudy.physics.body import Physics
 from understudy.physics.robot_files import TWIST
 from understudy.physics.ros import keep_time, served
@@ -66,6 +67,15 @@ def test_all_processes_have_all_robots_where_each_one_is() -> None:
         for number, pose in enumerate(own):
             assert np.hypot(robots.x[number] - pose.x, robots.y[number] - pose.y) < 0.05
             assert abs(np.angle(np.exp(1j * (robots.heading[number] - pose.heading)))) < 0.12
+
+
+def test_who_is_followed_is_put_there_at_its_speeds() -> None:
+    body = Physics(crew(), [3])
+    told = Pose(6.0, 2.0, 1.0, 0.3, -0.5)
+    drive, turn = body.follow(1, told)
+    assert [drive, turn] == pytest.approx([0.75, -0.5])
+    assert list(body.arenas[0].pose(1)) == pytest.approx(list(told))
+    assert float(body.view().robots.x[1]) == 6.0
 
 
 @draws
