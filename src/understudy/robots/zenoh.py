@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from threading import Lock
 from typing import Any
 
+from understudy.robots.messages import LONGEST_IMAGE
 from understudy.robots.transport import ExtraMissing, Peer, Publish, Received, Unreachable
 from understudy.robots.zenoh_keys import UNHASHED, End, Session, attachment, end, everybody, keys
 
@@ -150,6 +151,7 @@ def _settings(zenoh: Any, router: str | None, listen: str | None) -> Any:
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
         "transport/shared_memory/enabled": False,
+        "transport/link/rx/max_message_size": LONGEST_IMAGE,
     }.items():
         config.insert_json5(key, json.dumps(value))
     return config
