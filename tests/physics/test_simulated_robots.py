@@ -146,7 +146,7 @@ def test_a_person_without_hardware_finds_all_there(tmp_path: Path) -> None:
     """`robots simulate` in one process, and `robots check` in this one, over DDS."""
     pytest.importorskip("cyclonedds", reason="needs the extra ros2")
     command = [sys.executable, "-m", "understudy.cli", "robots", "simulate", "soccer", "--domain", "47"]
-    command += ["--write-files", str(tmp_path), "--seconds", "60"]
+    command += ["--write-files", str(tmp_path), "--seconds", "60", "--rate", "10"]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as process:

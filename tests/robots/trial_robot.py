@@ -15,6 +15,8 @@ from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
 from understudy.robots.dds import DDS
 from understudy.robots.messages import decode
+from understudy.robots.transport import Transport
+from understudy.robots.zenoh import Zenoh
 
 PERIOD_S = 0.02
 SLICE_S = 0.005
@@ -51,8 +53,10 @@ def main() -> None:
     given.add_argument("namespace")
     given.add_argument("--deadline", type=float, default=math.inf)
     given.add_argument("--only", choices=("sonar", "base"), help="either sensor or base")
+    given.add_argument("--listen", help="speak Zenoh, and listen at this endpoint")
     asked = given.parse_args()
-    wire, base = DDS(asked.domain), Base(asked.deadline)
+    wire: Transport = DDS(asked.domain) if asked.listen is None else Zenoh(asked.domain, listen=asked.listen)
+    base = Base(asked.deadline)
     if asked.only != "sonar":
         wire.subscribe(f"{asked.namespace}/cmd_vel", TWIST, base.told)
     ranges = wire.publisher(f"{asked.namespace}/sonar", RANGE) if asked.only != "base" else None

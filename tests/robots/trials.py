@@ -12,6 +12,7 @@ import os
 import random
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -19,6 +20,7 @@ from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
 from pathlib import Path
 from queue import Empty, Queue
@@ -29,6 +31,7 @@ from threading import Thread
 from tests.robots.rovers import ROVER
 
 from understudy.robots.file import parse_robot
+from understudy.robots.stops import read_stops
 
 ROOT = Path(__file__).parents[2]
 DOMAIN = 61
@@ -38,15 +41,22 @@ ROBOT_DEADLINE_S = 0.15
 PATIENCE_S = 20.0
 AFTER_S = 1.3
 """For so long it must not move again: longer than the watchdog goes on."""
+TWITCH_S = 0.05
+"""Moving once more for longer than this is no twitch."""
 NUMBERS = count()
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How long the robot went on, s, and what was wrong; empty where nothing was."""
+    """How long the robot went on, s, and what was wrong; empty where nothing was.
+
+    `twitch_s` is for how long it moved once more when the program went on: what a transport had accepted, but not yet
+    sent when that was frozen, comes out then, until the next stop.
+    """
 
     took_s: float
     problem: str = ""
+    twitch_s: float = 0.0
 
 
 class Process:
@@ -120,7 +130,10 @@ class Scene:
         if not (line := self.robot.line()).startswith("moves"):
             return f"it never moved: {line!r}"
         time.sleep(random.uniform(0.2, 0.5))
-        return "" if self.robot.lines.empty() else f"before anything happened: {self.robot.line()}"
+        if self.robot.lines.empty():
+            return ""
+        causes = "; ".join(f"{stop.by}: {stop.cause}" for stop in read_stops(self.log)[-2:])
+        return f"before anything happened: {self.robot.line()} ({causes})"
 
     def stopped(self, since_s: float, *, limit_s: float, why: str = "command") -> Outcome:
         """How long after that the robot stopped, and whether it stays so."""
@@ -141,10 +154,18 @@ class Scene:
         """What was wrong, or that it is not disarmed after something, or moves."""
         if outcome.problem:
             return outcome
-        if line := self.robot.line(AFTER_S):
-            return Outcome(outcome.took_s, f"{after}, and {line}")
+        lines = []
+        while line := self.robot.line(AFTER_S):
+            lines.append(line)
+        if len(lines) % 2:
+            return Outcome(outcome.took_s, f"{after}, and {lines[-1]}")
+        times = [float(line.split()[1]) for line in lines]
+        twitch_s = sum(times[1::2]) - sum(times[::2])
+        if twitch_s > TWITCH_S:
+            return Outcome(outcome.took_s, f"{after}, and moved for {1000 * twitch_s:.0f} ms", twitch_s)
         said = self.decider.ask("state")
-        return outcome if said.startswith("disarmed") else Outcome(outcome.took_s, f"{after}, and is {said}")
+        problem = "" if said.startswith("disarmed") else f"{after}, and is {said}"
+        return Outcome(outcome.took_s, problem, twitch_s)
 
 
 @contextmanager
@@ -152,6 +173,7 @@ def scene(
     *,
     deadline: bool = False,
     only: str | None = None,
+    zenoh: bool = False,
     env: Mapping[str, str] | None = None,
     prefix: Sequence[str] = (),
 ) -> Iterator[tuple[Scene, str]]:
@@ -159,8 +181,13 @@ def scene(
     namespace = f"/trial_{os.getpid()}_{next(NUMBERS)}"
     with TemporaryDirectory() as folder, ExitStack() as ending:
         file = Path(folder) / "rover.toml"
-        file.write_text(ROVER.replace("/rover", namespace).replace("domain = 43", f"domain = {DOMAIN}"))
+        text = ROVER.replace("/rover", namespace).replace("domain = 43", f"domain = {DOMAIN}")
         options = ["--deadline", str(ROBOT_DEADLINE_S)] if deadline else []
+        if zenoh:
+            endpoint = f"tcp/localhost:{free_port()}"
+            text = text.replace("[limits]", f'transport = "zenoh"\nrouter = "{endpoint}"\n[limits]')
+            options += ["--listen", endpoint]
+        file.write_text(text)
         options += [] if only is None else ["--only", only]
         robot = Process("tests.robots.trial_robot", str(DOMAIN), namespace, *options, env=env, prefix=prefix)
         ending.callback(robot.end)
@@ -170,19 +197,26 @@ def scene(
         yield Scene(robot, decider, file.with_suffix(".stops.jsonl")), namespace
 
 
-def killed(times: int) -> Iterator[Outcome]:
+def free_port() -> int:
+    with socket.socket() as any_port:
+        any_port.bind(("localhost", 0))
+        number: int = any_port.getsockname()[1]
+        return number
+
+
+def killed(times: int, *, zenoh: bool = False) -> Iterator[Outcome]:
     """The program that decides is killed (SIGKILL)."""
     for _ in range(times):
-        with scene() as (here, _):
+        with scene(zenoh=zenoh) as (here, _):
             if problem := here.drive():
                 yield Outcome(0.0, problem)
             else:
                 yield here.stopped(here.decider.send(signal.SIGKILL), limit_s=STOP_S)
 
 
-def frozen(times: int) -> Iterator[Outcome]:
+def frozen(times: int, *, zenoh: bool = False) -> Iterator[Outcome]:
     """The program that decides is frozen (SIGSTOP), and goes on a while later, disarmed."""
-    with scene() as (here, _):
+    with scene(zenoh=zenoh) as (here, _):
         for _ in range(times):
             if problem := here.drive():
                 yield Outcome(0.0, problem)
@@ -207,6 +241,7 @@ def deaf(times: int) -> Iterator[Outcome]:
                 yield here.disarmed(outcome, "it spoke again")
             finally:
                 sensor.end()
+                time.sleep(SENSOR_S)  # else its last word would arm the robot before the next sensor speaks
 
 
 def cut(times: int) -> Iterator[Outcome]:
@@ -264,6 +299,8 @@ TRIALS: Mapping[str, tuple[Callable[[int], Iterator[Outcome]], float]] = {
     "frozen": (frozen, STOP_S),
     "deaf": (deaf, SENSOR_S),
     "cut": (cut, STOP_S),
+    "killed, Zenoh": (partial(killed, zenoh=True), STOP_S),
+    "frozen, Zenoh": (partial(frozen, zenoh=True), STOP_S),
 }
 
 
@@ -284,6 +321,9 @@ def main() -> None:
             f"limit {1000 * limit_s:.0f} ms, failed {len(failed)}",
             flush=True,
         )
+        if twitched := [each.twitch_s for each in outcomes if each.twitch_s]:
+            most = 1000 * max(twitched)
+            print(f"    {len(twitched)} moved once more when the program went on, for {most:.0f} ms at most")  # noqa: T201
         for each in failed:
             print(f"    {each.problem}", flush=True)  # noqa: T201
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import radians
 
-from understudy.physics.model import camera_of
 from understudy.physics.paints import seen_as
+from understudy.physics.rover import camera_of
 from understudy.robots.camera import LEAST_PX
 from understudy.robots.camera_file import HEADING, color_line
 from understudy.robots.colors import Color
@@ -20,8 +20,8 @@ from understudy.worlds.scenario import Bumper, Cargo, Locator, RobotType, Scenar
 RANGE, BOOL, FLOAT = "sensor_msgs/msg/Range", "std_msgs/msg/Bool", "std_msgs/msg/Float64"
 ODOMETRY, IMAGE, PLACE = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Image", "geometry_msgs/msg/PoseStamped"
 TWIST = "geometry_msgs/msg/Twist"
-STALE_S = 0.3
-"""Readings older than this are absent: six messages were lost, or the simulation is gone."""
+STALE_S = 0.5
+"""Readings older than this are absent: ten messages were lost, or the simulation is gone."""
 POSE: Mapping[str, tuple[str, str]] = {
     "x": ("pose.pose.position.x", "m"),
     "y": ("pose.pose.position.y", "m"),
