@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import json
 import time
-from collections.abc import Callable, Sequence
-from threading import RLock
+from collections.abc import Sequence
+from threading import Event, RLock, Thread, main_thread
 from typing import Any
 
 from understudy.robots.messages import LONGEST_IMAGE
@@ -20,6 +19,8 @@ WAIT_MS = 3000
 """How long a router may take to answer."""
 MOST_TOKENS = 4096
 """Of others; who makes up more finds nobody who remembers them."""
+BEAT_S = 0.2
+"""How often it is looked whether the program has ended."""
 NEWEST = 1
 """How many messages a publisher says that it keeps; it keeps none."""
 WAITING = 4
@@ -50,15 +51,16 @@ class Zenoh:
         self._domain, self._id = domain, str(self._session.zid())
         self._own = Session(domain, self._id)
         self._lock, self._closed = RLock(), False  # who listens may publish at once
+        self._left = Event()
         self._others: dict[str, End] = {}
         self._declared: list[Any] = []
         self._publishers: list[Any] = []
         self._declare_token(self._own.node())
         watched = self._session.liveliness().declare_subscriber(
-            everybody(domain), self._at_once(self._appeared), history=True
+            everybody(domain), self._appeared, history=True
         )
         self._declared.append(watched)
-        atexit.register(self.close)  # a program whose session is open does not end
+        Thread(target=self._close_at_the_end, name="zenoh").start()
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
         """Hand each message of a topic to `received`, whichever release of ROS 2 sends it."""
@@ -68,7 +70,7 @@ class Zenoh:
                 received(bytes(sample.payload), time.monotonic())
 
         for key in keys(self._domain, topic, type):
-            self._declared.append(self._session.declare_subscriber(key, self._at_once(came)))
+            self._declared.append(self._session.declare_subscriber(key, came))
         self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
 
     def publisher(self, topic: str, type: str) -> Publish:
@@ -112,15 +114,21 @@ class Zenoh:
             if self._closed:
                 return
             self._closed = True
-        atexit.unregister(self.close)
+        self._left.set()
         for each in (*self._publishers, *reversed(self._declared)):
             with contextlib.suppress(self._zenoh.ZError):
                 each.undeclare()
         self._session.close()
 
-    def _at_once(self, called: Callable[[Any], None]) -> Any:
-        """A callback in the thread that receives: in one of its own it would come later, and no program would end."""
-        return self._zenoh.handlers.Callback(called, indirect=False)
+    def _close_at_the_end(self) -> None:
+        """Zenoh calls back in threads that keep a program from ending while its session is open.
+
+        Were it told to call back in those that receive, it would now and then wait for Python, and Python for it.
+        """
+        while main_thread().is_alive():
+            if self._left.wait(BEAT_S):
+                return
+        self.close()
 
     def _number(self) -> int:
         return len(self._declared) + 1
