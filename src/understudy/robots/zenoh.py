@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import json
 import time
@@ -54,13 +55,15 @@ class Zenoh:
         self._left = Event()
         self._others: dict[str, End] = {}
         self._declared: list[Any] = []
+        self._heard: list[Any] = []
         self._publishers: list[Any] = []
         self._declare_token(self._own.node())
         watched = self._session.liveliness().declare_subscriber(
             everybody(domain), self._appeared, history=True
         )
-        self._declared.append(watched)
-        Thread(target=self._close_at_the_end, name="zenoh").start()
+        self._heard.append(watched)
+        atexit.register(self.close)
+        Thread(target=self._listen_to_the_end, name="zenoh").start()
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
         """Hand each message of a topic to `received`, whichever release of ROS 2 sends it."""
@@ -70,7 +73,7 @@ class Zenoh:
                 received(bytes(sample.payload), time.monotonic())
 
         for key in keys(self._domain, topic, type):
-            self._declared.append(self._session.declare_subscriber(key, came))
+            self._heard.append(self._session.declare_subscriber(key, came))
         self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
 
     def publisher(self, topic: str, type: str) -> Publish:
@@ -115,23 +118,27 @@ class Zenoh:
                 return
             self._closed = True
         self._left.set()
-        for each in (*self._publishers, *reversed(self._declared)):
+        atexit.unregister(self.close)
+        for each in (*self._heard, *self._publishers, *reversed(self._declared)):
             with contextlib.suppress(self._zenoh.ZError):
                 each.undeclare()
         self._session.close()
 
-    def _close_at_the_end(self) -> None:
-        """Zenoh calls back in threads that keep a program from ending while its session is open.
+    def _listen_to_the_end(self) -> None:
+        """Zenoh calls back in threads that keep a program from ending, and they end with what they call back for.
 
-        Were it told to call back in those that receive, it would now and then wait for Python, and Python for it.
+        What is said at the very end, such as stop, still goes out. Were Zenoh told to call back in those threads that
+        receive, they would now and then wait for Python, and Python for them.
         """
         while main_thread().is_alive():
             if self._left.wait(BEAT_S):
                 return
-        self.close()
+        for each in self._heard:
+            with contextlib.suppress(self._zenoh.ZError):
+                each.undeclare()
 
     def _number(self) -> int:
-        return len(self._declared) + 1
+        return len(self._declared)
 
     def _declare_token(self, key: str) -> None:
         self._declared.append(self._session.liveliness().declare_token(key))
