@@ -13,6 +13,7 @@ import random
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import time
@@ -43,6 +44,9 @@ AFTER_S = 1.3
 """For so long it must not move again: longer than the watchdog goes on."""
 TWITCH_S = 0.05
 """Moving once more for longer than this is no twitch."""
+GET_FLAGS, SET_FLAGS, IS_UP = 0x8913, 0x8914, 1
+IFREQ = struct.Struct("16sH22x")
+"""What Linux takes to ask for the flags of an interface, and to set them."""
 NUMBERS = count()
 
 
@@ -252,9 +256,9 @@ def cut(times: int) -> Iterator[Outcome]:
                 yield Outcome(0.0, problem)
                 continue
             cut_s = time.monotonic()
-            subprocess.run(["ip", "link", "set", ours, "down"], check=True)
+            turn(ours, up=False)
             outcome = here.stopped(cut_s, limit_s=STOP_S, why="deadline")
-            subprocess.run(["ip", "link", "set", ours, "up"], check=True)
+            turn(ours, up=True)
             yield here.disarmed(outcome, "it was mended")
 
 
@@ -267,6 +271,17 @@ def can_cut() -> bool:
     if made:
         subprocess.run(["ip", "netns", "del", name], check=False)
     return made
+
+
+def turn(interface: str, *, up: bool) -> None:
+    """Take an interface up or down: at once, where starting `ip` takes a while on a busy machine."""
+    import fcntl
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        name = interface.encode()
+        flags: int = IFREQ.unpack(fcntl.ioctl(any_socket, GET_FLAGS, IFREQ.pack(name, 0)))[1]
+        flags = flags | IS_UP if up else flags & ~IS_UP
+        fcntl.ioctl(any_socket, SET_FLAGS, IFREQ.pack(name, flags))
 
 
 @contextmanager
