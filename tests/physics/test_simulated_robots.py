@@ -66,6 +66,12 @@ def test_files_are_robots_of_their_world(name: str) -> None:
         assert (file.commands.drive_m_s, file.limits.speed_m_s) == (kind.speed, kind.speed)
 
 
+def test_with_a_router_they_speak_zenoh() -> None:
+    scenario, router = load_scenario("soccer"), "tcp/localhost:7447"
+    file = parse_robot(robot_file(scenario, 0, world="soccer", domain=7, rate_hz=20.0, router=router))
+    assert (file.transport, file.router) == ("zenoh", router)
+
+
 def test_a_team_is_its_robots(tmp_path: Path) -> None:
     scenario = load_scenario("patrol")
     (tmp_path / "team.toml").write_text(team_file(scenario))
