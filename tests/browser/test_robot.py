@@ -83,7 +83,7 @@ def test_a_robot_is_armed_taught_and_stopped(
     readings = page.get_by_role("complementary")
     expect(readings).to_contain_text("px", timeout=15_000)  # the ball comes into sight
     teacher.directing("walk_forward").click()
-    expect(page.get_by_role("tab", name="Lesson")).to_contain_text("3")
+    expect(page.get_by_role("tab", name="Lesson")).to_contain_text("4")  # each directive has its default
     assert camera.get_attribute("src") != before
     snap(page, "robot")
 
