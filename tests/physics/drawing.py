@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-from importlib.util import find_spec
 
 import pytest
 
-if find_spec("mujoco") is None:  # not imported yet: how it draws is decided then
-    pytest.skip("needs the extra mujoco", allow_module_level=True)
+pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
 from understudy.physics.looking import MOST_PX
 from understudy.physics.mujoco import NoDrawing, drawing

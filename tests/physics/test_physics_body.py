@@ -121,10 +121,11 @@ def test_what_comes_and_goes_is_seen_and_captured() -> None:
     x, y = float(objects.x[0]), float(objects.y[0])
     side = -1.0 if x > 6 else 1.0
     body.place(0, x + side * 0.7, y, 0.0 if side < 0 else pi)
+    unseen = ("unseen", "intruder")
     assert body.sense([key])[key][0] == pytest.approx(80.0, abs=1.0)
+    assert body.sense([unseen])[unseen][0] == 0.0
     driven(body, 1.0)
     assert np.isnan(body.sense([key])[key][0])
-    unseen = ("unseen", "intruder")
     assert body.sense([unseen])[unseen][0] == pytest.approx(0.4, abs=0.11)
 
 

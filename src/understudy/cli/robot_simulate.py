@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from understudy.worlds.scenario import Scenario
 
 RATE_HZ = 20.0
+GRACE_S = 1.0
+"""For so long robots in processes of their own may take to leave, before they are told to."""
 
 
 def simulate(
@@ -28,12 +31,16 @@ def simulate(
     rate: Annotated[
         float, typer.Option(metavar="HZ", help="Messages per second.", min=5.0, max=100.0)
     ] = RATE_HZ,
+    router: Annotated[
+        str | None, typer.Option(metavar="ENDPOINT", help="Over Zenoh, by this router, instead of DDS.")
+    ] = None,
     write_files: Annotated[
         Path | None, typer.Option("--write-files", metavar="DIR", help="Write the robots' files there first.")
     ] = None,
     apart: Annotated[bool, typer.Option("--apart", help="Each robot in a process of its own.")] = False,
     only: Annotated[
-        str | None, typer.Option("--only", metavar="NAME", help="One of them alone, or the referee.")
+        str | None,
+        typer.Option("--only", metavar="NAME", help="One of them alone, or the referee.", hidden=True),
     ] = None,
     seconds: Annotated[float, typer.Option(help="End after so long; on Ctrl-C unless given.", min=0.1)] = inf,
 ) -> None:
@@ -50,7 +57,9 @@ def simulate(
     from understudy.model.atomic import failing, write
     from understudy.physics.apart import REFEREE
     from understudy.physics.robot_files import names_of_robots, robot_file, team_file
+    from understudy.physics.ros import served
     from understudy.robots.dds import DDS
+    from understudy.robots.zenoh import Zenoh
 
     out = console()
     scenario = find_world(world)
@@ -58,7 +67,9 @@ def simulate(
     if write_files is not None and only is None:
         known = str(Path(world).resolve()) if Path(world).is_file() else world
         files = {
-            f"{name}.toml": robot_file(scenario, number, world=known, domain=domain, rate_hz=rate)
+            f"{name}.toml": robot_file(
+                scenario, number, world=known, domain=domain, rate_hz=rate, router=router
+            )
             for number, name in enumerate(names)
         }
         if len(names) > 1:
@@ -74,10 +85,12 @@ def simulate(
     if apart and only is None:
         _apart([*names, REFEREE], seconds=seconds)
         return
-    transport = DDS(domain)
-    late = 0
+    transport: Transport = DDS(domain) if router is None else Zenoh(domain, router)
+    late, parent = 0, os.getppid()
     try:
-        late = _what(replace(scenario, tick_s=1.0 / rate), seed, transport, only).run(seconds=seconds)
+        simulated = _what(served(replace(scenario, tick_s=1.0 / rate)), seed, transport, only)
+        # One of several ends with the process that began all of them, however that ends.
+        late = simulated.run(seconds=seconds, stopped=lambda: only is not None and os.getppid() != parent)
     except KeyboardInterrupt:
         pass
     finally:
@@ -120,6 +133,9 @@ def _apart(names: list[str], *, seconds: float) -> None:
     except KeyboardInterrupt:
         pass
     finally:
+        ends = time.monotonic() + GRACE_S  # a terminal's Ctrl-C came to all of them
+        while time.monotonic() < ends and any(each.poll() is None for each in processes):
+            time.sleep(0.05)
         for each in processes:
             each.send_signal(signal.SIGINT)
         for each in processes:

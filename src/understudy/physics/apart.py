@@ -16,9 +16,9 @@ import numpy as np
 
 from understudy.physics.arena import Pose
 from understudy.physics.body import Physics
-from understudy.physics.model import AWAY_M
 from understudy.physics.robot_files import ODOMETRY, names_of_robots
 from understudy.physics.ros import DEADLINE_S, Serving, header_of, keep_time, point
+from understudy.physics.shapes import AWAY_M
 from understudy.robots.extracting import heading as heading_of
 from understudy.robots.messages import MessageRefused, decode, encode, make
 from understudy.robots.transport import Transport

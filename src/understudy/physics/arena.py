@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.physics.looking import Looking
-from understudy.physics.model import AWAY_M, STEP_S, TRACK, WHEEL, build
+from understudy.physics.model import STEP_S, build
 from understudy.physics.mujoco import mujoco
+from understudy.physics.rover import TRACK, WHEEL
+from understudy.physics.shapes import AWAY_M
 from understudy.robots.camera import Image
 from understudy.worlds.scenario import Camera, Scenario
 from understudy.worlds.view import WorldView

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from understudy.physics.model import ROLLING, UNSEEN
 from understudy.physics.mujoco import drawing, mujoco
+from understudy.physics.shapes import ROLLING, UNSEEN
 from understudy.robots.camera import Image
 
 MOST_PX = (2560, 1920)

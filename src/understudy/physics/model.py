@@ -2,15 +2,14 @@
 
 What a camera is to see - robots, balls, intruders - wears its color as an egg at eye height, as wide as its disc and as
 high as the scenario says: the outline of an egg is that of the 2-D camera's disc from near and far, which that of a
-cylinder is not (its rim comes nearer). What stops robots are upright cylinders below; in the groups below, sonar tells
-them apart.
+cylinder is not (its rim comes nearer). What stops robots are upright cylinders below, which sonar hears.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from math import atan, atan2, degrees, hypot, radians, tan
+from math import atan2, hypot
 from typing import Any
 
 import numpy as np
@@ -18,33 +17,38 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.physics.mujoco import mujoco
-from understudy.physics.paints import FILM, Paint, film_of, paint
+from understudy.physics.paints import FILM, film_of, paint
+from understudy.physics.rover import SIDES, add_robot, camera_of
+from understudy.physics.shapes import (
+    AWAY_M,
+    DARK,
+    EYE_M,
+    FLOOR,
+    FLOORED,
+    GRIP,
+    LOOKS,
+    OBSTACLES,
+    SKY,
+    SOLIDLY,
+    UNSEEN,
+    WALL,
+    WALLS,
+    egg,
+    pole,
+    rgba,
+    shown,
+    turned,
+)  # fmt: skip
 from understudy.worlds.rules import most_of
-from understudy.worlds.scenario import Camera, Objects, RobotType, Scenario
+from understudy.worlds.scenario import Objects, Scenario
 from understudy.worlds.view import Floats, WorldView
 
-WALLS, OBSTACLES, ROBOTS, LOOKS, UNSEEN, ROLLING = range(6)
-"""Groups of geoms: what sonar hears as such; what is only looked at; solid obstacles, and what rolls, not drawn."""
-FLOORED, SOLID = 1, 2
-"""What meets the floor, and what meets everything else."""
-
-EYE_M = 0.55
-"""The height of cameras, and of the middle of what they are to see, m."""
 TALL_M = 0.95
 """Obstacles and walls are as high where there are cameras: in the 2-D world they hide whatever is behind them."""
+STEP_S = 0.005
+"""The length of a step of physics, s; a tick is a whole number of them."""
 WALL_M, EDGE_M, THICK_M = 0.3, 0.1, 0.02
 """How high walls are where there are no cameras; how thick those around the arena, and inner ones."""
-AWAY_M = -10.0
-"""Where objects wait that are not there: under the floor."""
-STEP_S = 0.005
-KG_PER_M2, SLOW_S, GRIP, PULL = 225.0, 0.1, 1.0, 0.6
-"""A robot's mass by its radius squared (a Pioneer 3-DX of 0.2 m has 9 kg); how fast wheels follow a command; friction
-of wheels; the most they pull, as a share of the robot's weight."""
-WHEEL, TRACK, CASTER = 0.4, 0.75, 0.25
-"""Radius of wheels, how far they are from the middle, radius of casters: shares of the robot's radius."""
-
-DARK, FLOOR, SKY = Paint(0.13, 0.13, 0.14), Paint(0.74, 0.73, 0.70), Paint(0.88, 0.90, 0.92)
-WALL, GRASS = Paint(0.80, 0.79, 0.77), Paint(0.45, 0.50, 0.42)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +78,6 @@ def check_physics(scenario: Scenario) -> None:
                 )
 
 
-def camera_of(kind: RobotType) -> Camera | None:
-    """The camera of a type of robots, if it has one."""
-    return next((each for each in kind.sensors if isinstance(each, Camera)), None)
-
-
 def build(scenario: Scenario, view: WorldView, *, fine: bool = False) -> Built:
     """The model of a world as a view shows it, robots where they are. `fine` is for pictures: shadows, smooth edges."""
     spec = mujoco().MjSpec()
@@ -92,7 +91,7 @@ def build(scenario: Scenario, view: WorldView, *, fine: bool = False) -> Built:
     kinds = list(scenario.types.values())
     for robot, index in enumerate(view.robots.type.tolist()):
         place = (view.robots.x[robot], view.robots.y[robot], view.robots.heading[robot])
-        _robot(spec, robot, kinds[index], place)
+        add_robot(spec, robot, kinds[index], place)
     model = spec.compile()
     numbers = range(len(view.robots))
     joints = [model.joint(f"robot{each}").id for each in numbers]
@@ -107,9 +106,6 @@ def build(scenario: Scenario, view: WorldView, *, fine: bool = False) -> Built:
     )
 
 
-SIDES = ("left", "right")
-
-
 def _light(spec: Any, view: WorldView, *, fine: bool) -> None:
     """Even light, so that a color is nearly the same on all sides; a sun for some shading."""
     sight, light = spec.visual, mujoco().mjtLightType.mjLIGHT_DIRECTIONAL
@@ -118,7 +114,7 @@ def _light(spec: Any, view: WorldView, *, fine: bool) -> None:
     sight.headlight.ambient, sight.headlight.diffuse = [0.42] * 3, [0.25] * 3
     sight.headlight.specular = [0.0] * 3
     sight.quality.offsamples, sight.quality.shadowsize = (8, 4096) if fine else (0, 0)
-    sight.map.shadowclip = 0.6 * max(view.width, view.height)
+    sight.map.shadowclip = 0.9 * max(view.width, view.height)
     if fine:
         sight.global_.offwidth, sight.global_.offheight = 2560, 1920
     spec.worldbody.add_light(
@@ -137,7 +133,7 @@ def _ground(spec: Any, view: WorldView, high: float) -> None:
     shapes, width, height = mujoco().mjtGeom, view.width, view.height
     spec.worldbody.add_geom(
         type=shapes.mjGEOM_PLANE, pos=[width / 2, height / 2, 0.0], size=[width / 2, height / 2, 1.0],
-        rgba=_rgba(FLOOR), contype=FLOORED, conaffinity=FLOORED, friction=[GRIP, 0.005, 0.0001], group=LOOKS,
+        rgba=rgba(FLOOR), contype=FLOORED, conaffinity=FLOORED, friction=[GRIP, 0.005, 0.0001], group=LOOKS,
     )  # fmt: skip
     corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)]
     lines = np.array(list(zip(corners, [*corners[1:], corners[0]], strict=True))).reshape(-1, 4)
@@ -154,13 +150,8 @@ def _wall(spec: Any, line: Floats, *, thick: float, aside: float, high: float) -
     middle = [(x0 + x1) / 2 - aside * np.sin(angle), (y0 + y1) / 2 + aside * np.cos(angle), high / 2]
     spec.worldbody.add_geom(
         type=mujoco().mjtGeom.mjGEOM_BOX, pos=middle, size=[length / 2 + abs(aside), thick / 2, high / 2],
-        quat=_turned(angle), rgba=_rgba(WALL), group=WALLS, **SOLIDLY,
+        quat=turned(angle), rgba=rgba(WALL), group=WALLS, **SOLIDLY,
     )  # fmt: skip
-
-
-SOLIDLY = {"contype": SOLID, "conaffinity": SOLID, "friction": [0.1, 0.005, 0.0001]}
-"""Robots slide along what is solid, as in the 2-D world."""
-SHOWN = {"contype": 0, "conaffinity": 0, "mass": 0.0, "group": LOOKS}
 
 
 def _obstacles(spec: Any, view: WorldView, *, sees: bool) -> None:
@@ -170,7 +161,7 @@ def _obstacles(spec: Any, view: WorldView, *, sees: bool) -> None:
         high = TALL_M if sees else 2.0 * radius
         spec.worldbody.add_geom(
             type=shapes.mjGEOM_CYLINDER, pos=[x, y, high / 2], size=[radius, high / 2, 0.0],
-            rgba=_rgba(paint(view.color(int(color)))), group=OBSTACLES, **SOLIDLY,
+            rgba=rgba(paint(view.color(int(color)))), group=OBSTACLES, **SOLIDLY,
         )  # fmt: skip
     high = TALL_M if sees else WALL_M + 0.2
     for number, corners in enumerate(view.polygons):
@@ -183,7 +174,7 @@ def _obstacles(spec: Any, view: WorldView, *, sees: bool) -> None:
         spec.worldbody.add_geom(
             type=shapes.mjGEOM_MESH,
             meshname=f"prism{number}",
-            rgba=_rgba(paint("brown")),
+            rgba=rgba(paint("brown")),
             group=OBSTACLES,
             **SOLIDLY,
         )
@@ -216,117 +207,13 @@ def _object(body: Any, thing: Objects, *, sees: bool) -> None:
             **SOLIDLY,
         )  # fmt: skip
     if thing.aloft:
-        _egg(body, radius, half, film_of(thing.color), opaque=FILM)
+        egg(body, radius, half, film_of(thing.color), opaque=FILM)
     elif sees or thing.solid:
-        _shown(body, shapes.mjGEOM_CYLINDER, [0, 0, 0.02], [max(0.1, 0.8 * radius), 0.02, 0.0], DARK)
-        _pole(body, EYE_M - half)
-        _egg(body, radius, half, color)
+        shown(body, shapes.mjGEOM_CYLINDER, [0, 0, 0.02], [max(0.1, 0.8 * radius), 0.02, 0.0], DARK)
+        pole(body, EYE_M - half)
+        egg(body, radius, half, color)
     elif thing.home or thing.amount != 0:
-        _shown(body, shapes.mjGEOM_CYLINDER, [0, 0, 0.015], [radius, 0.015, 0.0], color)
+        shown(body, shapes.mjGEOM_CYLINDER, [0, 0, 0.015], [radius, 0.015, 0.0], color)
     else:
-        _pole(body, 0.5)
-        _shown(body, shapes.mjGEOM_BOX, [0.13, 0, 0.42], [0.13, 0.006, 0.08], color)
-
-
-def _egg(
-    body: Any, radius: float, half: float, color: Paint, *, opaque: float = 1.0, eye: float = EYE_M
-) -> None:
-    """Colored on all sides, its middle at eye height, or above the floor where it is larger."""
-    middle = [0.0, 0.0, max(eye, half)]
-    _shown(body, mujoco().mjtGeom.mjGEOM_ELLIPSOID, middle, [radius, radius, half], color, opaque)
-
-
-def _pole(body: Any, high: float) -> None:
-    if high > 0:
-        _shown(body, mujoco().mjtGeom.mjGEOM_CYLINDER, [0, 0, high / 2], [0.018, high / 2, 0.0], DARK)
-
-
-def _shown(
-    body: Any,
-    shape: Any,
-    pos: Sequence[float],
-    size: Sequence[float],
-    color: Paint,
-    opaque: float = 1.0,
-    **more: Any,
-) -> None:
-    body.add_geom(type=shape, pos=list(pos), size=list(size), rgba=_rgba(color, opaque), **SHOWN, **more)
-
-
-def _robot(spec: Any, number: int, kind: RobotType, place: tuple[float, float, float]) -> None:
-    """A round chassis on two driven wheels and two casters without friction, and what it wears for others to see."""
-    shapes, radius = mujoco().mjtGeom, kind.radius
-    wheel, caster, mass = WHEEL * radius, CASTER * radius, KG_PER_M2 * radius**2
-    body = spec.worldbody.add_body(name=f"robot{number}", pos=[*place[:2], 0.0], quat=_turned(place[2]))
-    body.add_freejoint(name=f"robot{number}")
-    low, high = 0.3 * radius, 1.1 * radius
-    solid = SOLIDLY if kind.collides else {"contype": 0, "conaffinity": 0}
-    body.add_geom(
-        type=shapes.mjGEOM_CYLINDER, pos=[0, 0, (low + high) / 2], size=[radius, (high - low) / 2, 0.0],
-        mass=0.8 * mass, rgba=_rgba(DARK), group=ROBOTS, **solid,
-    )  # fmt: skip
-    for side in (1.0, -1.0):
-        body.add_geom(
-            type=shapes.mjGEOM_SPHERE, pos=[side * 0.7 * radius, 0, caster], size=[caster, 0, 0], mass=0.01 * mass,
-            contype=FLOORED, conaffinity=FLOORED, condim=1, priority=1, rgba=_rgba(DARK), group=LOOKS,
-        )  # fmt: skip
-    pull = PULL * mass * 9.81 * wheel / 2
-    for name, side in zip(SIDES, (1.0, -1.0), strict=True):
-        hub = body.add_body(pos=[0, side * TRACK * radius, wheel])
-        hub.add_joint(name=f"{name}{number}", axis=[0, 1, 0], armature=1e-4)
-        # It rolls on a ball, which has one point on the floor; what is seen of it is a wheel.
-        hub.add_geom(
-            type=shapes.mjGEOM_SPHERE, size=[wheel, 0, 0], mass=0.09 * mass, contype=FLOORED, conaffinity=FLOORED,
-            friction=[GRIP, 0.005, 0.0001], group=ROLLING,
-        )  # fmt: skip
-        _shown(
-            hub,
-            shapes.mjGEOM_CYLINDER,
-            [0, 0, 0],
-            [wheel, 0.1 * radius, 0],
-            DARK,
-            quat=[0.7071, 0.7071, 0, 0],
-        )
-        motor = spec.add_actuator(name=f"{name}{number}", target=f"{name}{number}", forcerange=[-pull, pull])
-        motor.trntype = mujoco().mjtTrn.mjTRN_JOINT
-        motor.set_to_velocity(kv=mass * wheel**2 / (2.0 * SLOW_S))
-    _worn(body, kind, high)
-    _eye(body, number, camera_of(kind))
-
-
-def _worn(body: Any, kind: RobotType, high: float) -> None:
-    """What others know it by; on top a mark of where its front is."""
-    shapes, radius = mujoco().mjtGeom, kind.radius
-    if camera_of(kind) is not None:
-        half = radius if kind.height is None else kind.height / 2
-        _shown(body, shapes.mjGEOM_CYLINDER, [0, 0, EYE_M / 2], [0.018, EYE_M / 2, 0.0], DARK)
-        if kind.color is not None:
-            _egg(body, radius, half, paint(kind.color))
-    else:
-        _shown(
-            body,
-            shapes.mjGEOM_CYLINDER,
-            [0, 0, high + 0.004],
-            [0.92 * radius, 0.004, 0],
-            paint(kind.color or "red"),
-        )
-    _shown(
-        body, shapes.mjGEOM_BOX, [0.72 * radius, 0, high + 0.01], [0.2 * radius, 0.06 * radius, 0.008], SKY
-    )
-
-
-def _eye(body: Any, number: int, camera: Camera | None) -> None:
-    """Looks ahead from above the robot's middle as the 2-D camera does, out of its own egg, which has no inside."""
-    seen = camera or Camera()
-    half = seen.height_px / seen.width_px * tan(radians(seen.view_deg) / 2)
-    eye = body.add_camera(name=f"eye{number}", pos=[0, 0, EYE_M], fovy=2.0 * degrees(atan(half)))
-    eye.quat = [0.5, 0.5, -0.5, -0.5]
-
-
-def _rgba(color: Paint, opaque: float = 1.0) -> list[float]:
-    return [*color, opaque]
-
-
-def _turned(angle: float) -> list[float]:
-    """The quaternion of a turn about the vertical."""
-    return [float(np.cos(angle / 2)), 0.0, 0.0, float(np.sin(angle / 2))]
+        pole(body, 0.5)
+        shown(body, shapes.mjGEOM_BOX, [0.13, 0, 0.42], [0.13, 0.006, 0.08], color)

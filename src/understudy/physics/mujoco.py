@@ -36,7 +36,10 @@ def mujoco() -> Any:
 def drawing(width_px: int, height_px: int) -> Any:
     """What draws pictures up to this size, current in this thread; NoDrawing where there is none."""
     try:
-        context = mujoco().GLContext(width_px, height_px)
+        lib = mujoco()
+        # Asked for by name: who imported MuJoCo before us left it to choose a way that needs a screen.
+        found = import_module("mujoco.egl") if os.environ["MUJOCO_GL"].lower() == "egl" else lib
+        context = found.GLContext(width_px, height_px)
         context.make_current()
     except Exception as error:  # what it raises depends on what is missing
         raise NoDrawing(

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.kinds import Column
-from understudy.physics.model import OBSTACLES, ROBOTS, UNSEEN, WALLS
 from understudy.physics.mujoco import mujoco
+from understudy.physics.shapes import OBSTACLES, ROBOTS, UNSEEN, WALLS
 from understudy.worlds.scenario import RobotType, Sonar
 
 APART_DEG = 2.5

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import radians
 
-from understudy.physics.model import camera_of
 from understudy.physics.paints import seen_as
+from understudy.physics.rover import camera_of
 from understudy.robots.camera import LEAST_PX
 from understudy.robots.camera_file import HEADING, color_line
 from understudy.robots.colors import Color
@@ -20,8 +20,8 @@ from understudy.worlds.scenario import Bumper, Cargo, Locator, RobotType, Scenar
 RANGE, BOOL, FLOAT = "sensor_msgs/msg/Range", "std_msgs/msg/Bool", "std_msgs/msg/Float64"
 ODOMETRY, IMAGE, PLACE = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Image", "geometry_msgs/msg/PoseStamped"
 TWIST = "geometry_msgs/msg/Twist"
-STALE_S = 0.3
-"""Readings older than this are absent: six messages were lost, or the simulation is gone."""
+STALE_S = 0.5
+"""Readings older than this are absent: ten messages were lost, or the simulation is gone."""
 POSE: Mapping[str, tuple[str, str]] = {
     "x": ("pose.pose.position.x", "m"),
     "y": ("pose.pose.position.y", "m"),
@@ -59,8 +59,10 @@ def colors_of(scenario: Scenario, type_name: str) -> Mapping[str, Color]:
     }
 
 
-def robot_file(scenario: Scenario, number: int, *, world: str, domain: int, rate_hz: float) -> str:
-    """The file of a simulated robot, TOML; `world` is the scenario by name or path."""
+def robot_file(
+    scenario: Scenario, number: int, *, world: str, domain: int, rate_hz: float, router: str | None = None
+) -> str:
+    """The file of a simulated robot, TOML; `world` is the scenario by name or path. With a router it speaks Zenoh."""
     name, type_name = names_of_robots(scenario)[number], types_of_robots(scenario)[number]
     kind = scenario.types[type_name]
     lines = [
@@ -69,6 +71,7 @@ def robot_file(scenario: Scenario, number: int, *, world: str, domain: int, rate
         'about = "Simulated: understudy robots simulate."',
         f'world = "{world}"',
         f'kind = "{type_name}"',
+        *([] if router is None else ['transport = "zenoh"', f'router = "{router}"']),
         f"domain = {domain}",
         f'namespace = "/{name}"',
         f"tick_s = {scenario.tick_s:g}",

@@ -9,10 +9,10 @@ from math import cos, inf, isfinite, isnan, pi, radians, sin
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from understudy.model.feature import ReadingKey
 from understudy.physics.body import Physics
-from understudy.physics.model import camera_of
 from understudy.physics.robot_files import (
     BOOL,
     IMAGE,
@@ -25,10 +25,11 @@ from understudy.physics.robot_files import (
     readings_of_robot,
     types_of_robots,
 )
+from understudy.physics.rover import camera_of
 from understudy.robots.camera import Image
 from understudy.robots.messages import MessageRefused, decode, encode, make
 from understudy.robots.transport import Publish, Transport
-from understudy.worlds.scenario import RobotType, Sonar
+from understudy.worlds.scenario import RobotType, Scenario, Since, Sonar
 
 DEADLINE_S = 0.15
 """A robot whose last command is older stops: its own watch over who decides."""
@@ -160,6 +161,15 @@ def header_of(time_s: float, frame: str) -> Any:
     seconds = int(time_s)
     stamp = make("builtin_interfaces/msg/Time", sec=seconds, nanosec=int((time_s - seconds) * 1e9))
     return make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+
+def served(scenario: Scenario) -> Scenario:
+    """The scenario without readings that robots do not publish, since who decides works them out: it saves drawing."""
+    types = {
+        name: replace(kind, sensors=tuple(each for each in kind.sensors if not isinstance(each, Since)))
+        for name, kind in scenario.types.items()
+    }
+    return replace(scenario, types=types)
 
 
 def point(x: float, y: float, z: float = 0.0) -> Any:

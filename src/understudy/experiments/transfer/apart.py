@@ -7,25 +7,29 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import resource
 import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
+from understudy.errors import UnderstudyError
 from understudy.experiments.patrol import practice
 from understudy.experiments.patrol.judging import captures, cycles
 from understudy.experiments.patrol.orders import Told
 from understudy.experiments.patrol.watching import Thing, Tracks
 from understudy.experiments.transfer.trials import teach_patrol
 from understudy.physics.apart import OBJECTS, POSES
-from understudy.physics.model import AWAY_M
+from understudy.physics.shapes import AWAY_M
 from understudy.robots.dds import DDS
+from understudy.robots.file import load_team
 from understudy.robots.fleet import Fleet, connect_team
 from understudy.robots.messages import decode
 from understudy.robots.twin import Twin
@@ -39,37 +43,35 @@ HOME, INTRUDER, BOSS = 0, 1, 2
 """What the scenario's objects are, in their order."""
 
 
-def patrol(seed: int, *, world: int, seconds: float, domain: int, together: bool = False) -> dict[str, Any]:
-    """Teach a patrol from this seed, let it patrol in a simulated world for so long; what came of it."""
+def patrol(
+    seed: int, *, world: int, seconds: float, domain: int, together: bool = False, tick_s: float = 0.1
+) -> dict[str, Any]:
+    """Teach a patrol from this seed, let it patrol in a simulated world for so long; what came of it.
+
+    `together` has all robots in one process; `tick_s` is how often they decide.
+    """
     taught = teach_patrol(seed)
     known = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     with TemporaryDirectory() as folder:
-        command = [
-            sys.executable,
-            "-m",
-            "understudy.cli",
-            "robots",
-            "simulate",
-            "patrol",
-            "--domain",
-            str(domain),
-        ]
-        command += ["--seed", str(world), "--write-files", folder, *([] if together else ["--apart"])]
+        options = ["--domain", str(domain), "--seed", str(world), "--write-files", folder]
+        options += [] if together else ["--apart"]
+        command = [sys.executable, "-m", "understudy.cli", "robots", "simulate", "patrol", *options]
         with subprocess.Popen(command, stdout=subprocess.DEVNULL) as simulated:
             try:
-                fleet = _joined(Path(folder) / "team.toml")
-                with fleet:
-                    return _watched(fleet, known, seconds=seconds, domain=domain)
+                with _joined(Path(folder) / "team.toml", tick_s) as fleet:
+                    return _watched(fleet, known, seconds=seconds, domain=domain, simulation=simulated.pid)
             finally:
                 simulated.send_signal(signal.SIGINT)
                 simulated.wait(20.0)
 
 
-def _joined(path: Path) -> Fleet:
+def _joined(path: Path, tick_s: float) -> Fleet:
     """The robots, once all of them are heard."""
     until = time.monotonic() + SETTLES_S
     while not path.is_file():
         time.sleep(0.1)
+    for each in load_team(path)[1]:
+        each.write_text(each.read_text().replace("\ntick_s = 0.1\n", f"\ntick_s = {tick_s:g}\n"))
     fleet = connect_team(path)
     while time.monotonic() < until:
         if all(robot.senses.missing(robot.now_s) is None for robot in fleet):
@@ -80,7 +82,7 @@ def _joined(path: Path) -> Fleet:
     raise TimeoutError("the simulated robots never came")
 
 
-def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int) -> dict[str, Any]:
+def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int, simulation: int) -> dict[str, Any]:
     twin = Twin(fleet)
     team = Team(
         twin,
@@ -93,10 +95,12 @@ def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int) -> dict[s
     told, objects = Told(team, 1, ["home"]), Objects(domain)
     rows: list[tuple[Any, ...]] = []
     fleet.arm("an experiment")
-    began, cpu = time.monotonic(), resource.getrusage(resource.RUSAGE_SELF)
-    due, late = began, 0
+    began, cpu_s = time.monotonic(), _spent_s(simulation)
+    due, late, armed = began, 0, 1
     while time.monotonic() - began < seconds:
         team.tick()
+        if not all(robot.armed for robot in fleet):  # as a person would, who looks after it
+            armed += _armed_again(fleet)
         robots = twin.view().robots
         rows.append((told.now()[0].copy(), robots.x, robots.y, objects.now()))
         due += twin.tick_s
@@ -104,21 +108,53 @@ def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int) -> dict[s
             time.sleep(left)
         else:
             late, due = late + 1, time.monotonic()
-    spent, used = time.monotonic() - began, resource.getrusage(resource.RUSAGE_SELF)
+    spent, used_s = time.monotonic() - began, _spent_s(simulation) - cpu_s
     stops = [stop for robot in fleet for stop in robot.stops]
     objects.close()
-    tracks = _tracks(rows, twin.tick_s)
-    found = list(cycles(tracks))
     return {
         "seconds": round(spent, 1),
+        **(_judged(_tracks(rows, twin.tick_s)) if _told(rows) else {}),
+        "late_ticks": late,
+        "armed": armed,
+        "stops": [f"{each.robot}: {each.cause}" for each in stops],
+        "cores": round(used_s / spent, 3),
+    }
+
+
+def _spent_s(simulation: int) -> float:
+    """Time of processors spent by this process and the watchdogs that it began, s (Linux); not by the simulation."""
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    spent = used.ru_utime + used.ru_stime
+    for each in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            _, _, after = each.read_text().rpartition(")")
+            parent, user, system = (int(after.split()[k]) for k in (1, 11, 12))
+            if parent == os.getpid() and int(each.parent.name) != simulation:
+                spent += (user + system) / os.sysconf("SC_CLK_TCK")
+    return spent
+
+
+def _told(rows: list[tuple[Any, ...]]) -> bool:
+    """Whether a referee told where objects are."""
+    return any(row[3] for row in rows)
+
+
+def _judged(tracks: Tracks) -> dict[str, Any]:
+    found = list(cycles(tracks))
+    return {
         "cycles": len(found),
         "complete": sum(each.complete for each in found),
         "captures": len(captures(tracks)),
         "cycle_s": [round(each.seconds, 1) for each in found],
-        "late_ticks": late,
-        "stops": [str(each) for each in stops],
-        "cores": round((used.ru_utime + used.ru_stime - cpu.ru_utime - cpu.ru_stime) / spent, 3),
     }
+
+
+def _armed_again(fleet: Fleet) -> bool:
+    try:
+        fleet.arm("an experiment")
+    except UnderstudyError:
+        return False
+    return True
 
 
 class Objects:
@@ -166,6 +202,11 @@ def _thing(places: list[tuple[float, float, bool]]) -> Thing:
     return Thing(there > 0, x.astype(np.float32), y.astype(np.float32))
 
 
+def _settings(given: argparse.Namespace) -> dict[str, Any]:
+    settings = vars(given)
+    return {"tick_s": settings.pop("tick"), **settings}
+
+
 def main() -> None:
     """From the command line: one line of JSON."""
     asked = argparse.ArgumentParser(description=__doc__)
@@ -174,10 +215,8 @@ def main() -> None:
     asked.add_argument("--seconds", type=float, default=600.0)
     asked.add_argument("--domain", type=int, default=92)
     asked.add_argument("--together", action="store_true", help="all robots in one process")
-    given = asked.parse_args()
-    found = patrol(
-        given.seed, world=given.world, seconds=given.seconds, domain=given.domain, together=given.together
-    )
+    asked.add_argument("--tick", type=float, default=0.1, help="seconds from one decision to the next")
+    found = patrol(**_settings(asked.parse_args()))
     sys.stdout.write(json.dumps(found) + "\n")
 
 
