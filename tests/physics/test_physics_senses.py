@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 from tests.physics.drawing import draws
+from tests.physics.pictures import ROBOT, patrol
 
 from understudy.physics.body import Physics
 from understudy.physics.paints import PAINTS, paint, seen_as
+from understudy.physics.picture import INSET, SIZE_PX, save, with_eye
 from understudy.physics.robot_files import colors_of
 from understudy.robots.camera import Camera
 from understudy.worlds.scenario import Camera as Simulated
@@ -117,3 +120,19 @@ def test_a_film_widens_the_colors_behind_it_towards_its_own() -> None:
     assert bare == seen_as("orange")
     assert list(behind["intruder"].hue_deg) == pytest.approx([120.0, 168.6], abs=0.1)
     assert list(behind["teammate"].hue_deg) == pytest.approx([328.1, 12.0], abs=0.1)
+
+
+@draws
+def test_the_picture_of_the_documents_shows_what_the_robot_sees(tmp_path: Path) -> None:
+    """The arena, with four red robots; in the corner the camera's own pixels, three times as large; small on disk."""
+    body = patrol()
+    image, seen = with_eye(body, ROBOT), body.image(ROBOT)
+    assert seen is not None
+    assert image.shape == (SIZE_PX[1], SIZE_PX[0], 3)
+    wide = round(INSET * SIZE_PX[0])
+    inset = image[: round(wide * 0.75), -wide:]
+    assert len(np.unique(inset.reshape(-1, 3), axis=0)) == len(np.unique(seen.reshape(-1, 3), axis=0))
+    reds = Camera({"it": seen_as("red")}).masks(image[:, :600])["it"]
+    assert (reds > 0).sum() > 1000
+    save(image, tmp_path / "picture.png")
+    assert (tmp_path / "picture.png").stat().st_size < 100_000

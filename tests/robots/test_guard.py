@@ -161,6 +161,18 @@ def test_an_emergency_stops_a_robot_that_others_drive() -> None:
     assert rig.robot.stops[0].cause == "emergency: a key"
 
 
+def test_closed_it_sends_nothing_any_more() -> None:
+    rig = Rig().ready()
+    rig.move(1.0)
+    rig.robot.close()
+    assert rig.sent == STOP
+    sent = len(rig.wire.sent)
+    rig.robot.emergency("a key")
+    rig.robot.act({"drive": np.ones(1)})
+    rig.robot.guard.look()
+    assert len(rig.wire.sent) == sent
+
+
 def test_a_reading_that_is_no_number_for_a_second_disarms() -> None:
     rig = Rig().ready()
     rig.move(1.0)

@@ -31,6 +31,9 @@ def simulate(
     rate: Annotated[
         float, typer.Option(metavar="HZ", help="Messages per second.", min=5.0, max=100.0)
     ] = RATE_HZ,
+    router: Annotated[
+        str | None, typer.Option(metavar="ENDPOINT", help="Over Zenoh, by this router, instead of DDS.")
+    ] = None,
     write_files: Annotated[
         Path | None, typer.Option("--write-files", metavar="DIR", help="Write the robots' files there first.")
     ] = None,
@@ -56,6 +59,7 @@ def simulate(
     from understudy.physics.robot_files import names_of_robots, robot_file, team_file
     from understudy.physics.ros import served
     from understudy.robots.dds import DDS
+    from understudy.robots.zenoh import Zenoh
 
     out = console()
     scenario = find_world(world)
@@ -63,7 +67,9 @@ def simulate(
     if write_files is not None and only is None:
         known = str(Path(world).resolve()) if Path(world).is_file() else world
         files = {
-            f"{name}.toml": robot_file(scenario, number, world=known, domain=domain, rate_hz=rate)
+            f"{name}.toml": robot_file(
+                scenario, number, world=known, domain=domain, rate_hz=rate, router=router
+            )
             for number, name in enumerate(names)
         }
         if len(names) > 1:
@@ -79,7 +85,7 @@ def simulate(
     if apart and only is None:
         _apart([*names, REFEREE], seconds=seconds)
         return
-    transport = DDS(domain)
+    transport: Transport = DDS(domain) if router is None else Zenoh(domain, router)
     late, parent = 0, os.getppid()
     try:
         simulated = _what(served(replace(scenario, tick_s=1.0 / rate)), seed, transport, only)

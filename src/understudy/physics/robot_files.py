@@ -59,8 +59,10 @@ def colors_of(scenario: Scenario, type_name: str) -> Mapping[str, Color]:
     }
 
 
-def robot_file(scenario: Scenario, number: int, *, world: str, domain: int, rate_hz: float) -> str:
-    """The file of a simulated robot, TOML; `world` is the scenario by name or path."""
+def robot_file(
+    scenario: Scenario, number: int, *, world: str, domain: int, rate_hz: float, router: str | None = None
+) -> str:
+    """The file of a simulated robot, TOML; `world` is the scenario by name or path. With a router it speaks Zenoh."""
     name, type_name = names_of_robots(scenario)[number], types_of_robots(scenario)[number]
     kind = scenario.types[type_name]
     lines = [
@@ -69,6 +71,7 @@ def robot_file(scenario: Scenario, number: int, *, world: str, domain: int, rate
         'about = "Simulated: understudy robots simulate."',
         f'world = "{world}"',
         f'kind = "{type_name}"',
+        *([] if router is None else ['transport = "zenoh"', f'router = "{router}"']),
         f"domain = {domain}",
         f'namespace = "/{name}"',
         f"tick_s = {scenario.tick_s:g}",

@@ -20,7 +20,7 @@ from understudy.robots.leash import Leash
 from understudy.robots.limits import STILL, Speeds, within
 from understudy.robots.stops import StopLog
 from understudy.robots.transport import Peer
-from understudy.robots.vigil import LOST_S, Danger, Vigil
+from understudy.robots.vigil import LOST_S, Danger, Vigil, hurry
 
 NOT_ARMED = "not armed"
 NO_KEY = "nobody holds the key"
@@ -281,6 +281,7 @@ class Guard:
                 self._thread.start()
 
     def _run(self) -> None:
+        hurry()
         while not self._end.wait(PERIOD_S):
             try:
                 self.look()
