@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import subprocess
 import sys
 from math import inf
@@ -165,7 +164,7 @@ def test_a_person_without_hardware_finds_all_there(tmp_path: Path) -> None:
             assert all(each["messages"] > 2 for each in said["arrivals"])  # how many, a busy machine decides
             assert not said["lacks"]
         finally:
-            process.send_signal(signal.SIGINT)
+            process.terminate()  # as Ctrl-C
             process.wait(20)
     assert process.returncode == 0
 
