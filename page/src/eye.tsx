@@ -25,7 +25,7 @@ export function Eye() {
   return (
     <section class="eye" aria-label="Camera">
       <button type="button" class="fold" aria-expanded={open} onClick={() => setOpen(!open)}>
-        {open ? "▾" : "▸"} Camera{eyes.length > 1 && ` of ${studio.scene?.real[robot] ?? ""}`}
+        Camera{eyes.length > 1 && ` of ${studio.scene?.real[robot] ?? ""}`}
       </button>
       {open && <Picture key={robot} studio={studio} robot={robot} />}
     </section>

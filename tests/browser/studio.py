@@ -15,15 +15,16 @@ READY = re.compile(r"The studio is at (http://\S+)")
 class Studio:
     """`understudy studio` on a library."""
 
-    def __init__(self, library: Path, scenario: str = "forage") -> None:
-        self.library, self._scenario = library, scenario
+    def __init__(self, library: Path, *what: str) -> None:
+        """`what` is a scenario, forage if left out, or options such as a robot's file."""
+        self.library, self._what = library, what or ("forage",)
         self.address = ""
         self._port = "0"
         self._process: subprocess.Popen[str] | None = None
 
     def start(self) -> None:
         """Start it, on the same port as before, and wait until it says where it is."""
-        command = [sys.executable, "-m", "understudy.cli", "studio", self._scenario, "--no-browser"]
+        command = [sys.executable, "-m", "understudy.cli", "studio", *self._what, "--no-browser"]
         options = ["--library", str(self.library), "--port", self._port]
         environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
         self._process = subprocess.Popen(

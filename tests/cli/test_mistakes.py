@@ -53,7 +53,11 @@ BAD = [  # arguments, what the error says
     (["worlds", "moon"], "no world 'moon'; it has arena"),
     (["run", "-l", "{lib}", "--trace", "x.csv"], "is no trace; name a file that ends in .jsonl"),
     (["run", "-l", "{lib}", "--trace", "/nowhere/x.jsonl"], "/nowhere/x.jsonl: writing the trace failed"),
-    (["run", "-l", "{lib}", "--record", "x.mp4"], "is no picture; name a file that ends in .gif"),
+    (["run", "-l", "{lib}", "--record", "x.mp4"], "is no picture or recording; name a file that ends in"),
+    (["run", "-l", "{lib}", "--replay", "/none.mcap"], "/none.mcap: there is no such file"),
+    (["run", "-l", "{lib}", "--record", "/nowhere/x.mcap"], "/nowhere/x.mcap: cannot be written"),
+    (["learn", "--recording", "/none.mcap", "--features", "x"], "/none.mcap: there is no such file"),
+    (["why", "/none.mcap", "--time", "1"], "/none.mcap: there is no such file"),
     (
         ["run", "-l", "{lib}", "--record", "/nowhere/x.png", "--seconds", "1"],
         "/nowhere/x.png: writing the picture",

@@ -15,25 +15,36 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 pytest.importorskip("mcap", reason="needs the extra ros2")
 
 from tests.cli.commands import run, said
-from tests.robots.rovers import ROVER, Wire, sonar
+from tests.robots.rovers import ROVER, Wire, odometry, sonar
+from tests.robots.twins import Rig as Twins
 from tests.worlds.patrollers import ROBOTS, lead
 
 from understudy.cli.parts import find_kit
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.feature import BoundFeature, TimeInState
+from understudy.model.binding import Binding
+from understudy.model.feature import BoundFeature, Percept, TimeInState
 from understudy.model.folder import open_library, save
 from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
+from understudy.robots.live import Live
 from understudy.robots.recording import Recorder, Taped
 from understudy.robots.recording_file import read_recording
 from understudy.robots.recording_head import Ran
-from understudy.runtime.body import every_key
+from understudy.runtime.body import Commands, every_key
 from understudy.runtime.program import link
 from understudy.runtime.run import Run
 from understudy.training.design import new_lesson
 from understudy.training.session import Session
+
+
+class Rig(Twins):
+    """Robots whose clock waits as it is told to."""
+
+    def wait(self, seconds: float) -> None:
+        self.now += seconds
+
 
 KIT = find_kit(None, "arena")
 
@@ -176,6 +187,51 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
     assert said("run", "--replay", path)["differences"] == []
 
 
+@pytest.mark.parametrize("slow_s", [0.0, 0.12])
+def test_robots_of_a_team_decide_again_as_recorded(
+    slow_s: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As they are run live: armed after a while, when everybody begins anew, and with ticks that come late. Where
+    deciding takes longer than a tick, recorded is what was decided on, not what had come by then.
+    """
+    folder, path = tmp_path / "library", tmp_path / "run.mcap"
+    near = BoundFeature(KIT.features["distance_to"], Binding(A="red_flag"))
+    save(folder, Taught(replace(WANDER, name="approach", features=(BoundFeature(TimeInState()), near))))
+    libraries = dict.fromkeys(["rover"], open_library(folder, KIT).library)
+    with Recorder(path, clock=lambda: 0.0) as recorder:
+        rig = Rig(recorder=recorder)
+        live = Live(rig.twin, libraries, {"rover": ("approach", {})}, clock=lambda: rig.now, sleep=rig.wait)
+        tick = 0
+
+        def heard(every: int) -> None:
+            if tick % every == 0:
+                rig.hear(0, odometry(2.6 * (tick % 40) / 40))
+                rig.hear(1, odometry(2.6 * (tick % 33) / 33))
+
+        rig.twin.follow(lambda: live.team.paths)
+        runner = live.team.layers[0].runner
+        decide = runner.decide
+
+        def slowly(percept: Percept) -> Commands:
+            commands = decide(percept)
+            rig.now += slow_s
+            heard(1)
+            return commands
+
+        monkeypatch.setattr(runner, "decide", slowly)
+        for tick in range(80):
+            heard(3)
+            if tick == 12:
+                live.restart()
+                rig.twin.record(Ran(library=str(folder), sorts=["rover"], behavior="approach"))
+            rig.now += 0.07 * (tick % 7 == 3)
+            live.tick()
+    recorded = read_recording(path)
+    assert (recorded.ticks, len(recorded.paths)) == (68, 2)
+    assert all(len({path[0] for path in paths}) == 3 for paths in recorded.paths)
+    assert said("run", "--replay", path)["differences"] == []
+
+
 def test_a_basic_behavior_is_decided_again(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     said("run", "arena", "-l", tmp_path / "none", "--behavior", "forward", "--seconds", "2", "--record", path)
@@ -258,6 +314,13 @@ def test_presses_that_were_recorded_are_learned(toward: Path, tmp_path: Path) ->
     assert again.lesson is not None
     assert again.lesson.examples == shown.lesson.examples
     assert again.automaton.flags == ("done",)
+    asked = run("run", "--replay", toward)
+    assert "--behavior is missing: nothing ran, a person taught" in asked.stderr
+    asked = run("run", "--replay", toward, "--behavior", "goto")
+    assert "--library is missing: nothing ran" in asked.stderr
+    options = ("-l", tmp_path / "again", "--behavior", "goto", "--bind", "A=station")
+    beside = json.loads(run("run", "--replay", toward, *options, "--json").stdout)
+    assert (beside["decisions"], beside["differences"][0]["recorded"]) == (50, ["forward"])
 
 
 def test_presses_are_added_to_a_lesson(toward: Path, tmp_path: Path) -> None:

@@ -27,15 +27,15 @@ def missing() -> str:
     return ""
 
 
-def fast_dds(folder: Path) -> Path:
-    """The peer on Fast DDS, as a program in a folder."""
-    sources = [HERE / "fastdds" / name for name in ("peer.cpp", "messages.hpp")]
+def fast_dds(folder: Path, program: str = "peer") -> Path:
+    """A program on Fast DDS, built in a folder: the peer, or `raw`, which publishes any bytes."""
+    source = HERE / "fastdds" / f"{program}.cpp"
     strict = ["g++", "-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror"]
 
     def build(target: Path, _: Path) -> None:
-        _run([*strict, str(sources[0]), "-o", str(target), "-lfastrtps", "-lfastcdr"])
+        _run([*strict, str(source), "-o", str(target), "-lfastrtps", "-lfastcdr"])
 
-    return _once(folder, "fast_dds", sources, build)
+    return _once(folder, f"fast_dds-{program}", [source, HERE / "fastdds" / "messages.hpp"], build)
 
 
 def cyclone(folder: Path, *options: str) -> Path:

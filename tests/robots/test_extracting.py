@@ -101,6 +101,13 @@ def test_a_scan_of_nothing_is_absent() -> None:
     assert isnan(value(scan(), type=SCAN, sector_deg=(-180, 180)))
 
 
+def test_a_not_a_number_that_signals_is_absent_like_any_other() -> None:
+    """NumPy warns of those; warnings are errors here."""
+    message = scan(*BEAMS)
+    message.ranges = np.full(len(BEAMS), 0x7FA00000, np.uint32).view(np.float32)
+    assert isnan(value(message, type=SCAN, sector_deg=(-180, 180)))
+
+
 @given(
     st.lists(st.floats(width=32), max_size=8), st.floats(width=32), st.floats(width=32), st.floats(width=32)
 )

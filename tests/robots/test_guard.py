@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from threading import Event, Thread
 
 import numpy as np
 import pytest
@@ -14,15 +16,17 @@ from hypothesis import strategies as st
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rigs import CMD, FENCED, HELD, ODOM, SONAR, STOP, Rig
-from tests.robots.rovers import TWIST, odometry, sonar
+from tests.robots.rovers import ROVER, TWIST, Wire, odometry, sonar
 
 from understudy.errors import FileError
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
-from understudy.robots.guard import ArmingRefused, Guard, asleep_s
+from understudy.robots.guard import ArmingRefused, Guard
 from understudy.robots.leash import Leash
 from understudy.robots.limits import Speeds
-from understudy.robots.transport import Peer
+from understudy.robots.messages import twist
+from understudy.robots.transport import Peer, Publish
+from understudy.robots.vigil import asleep_s
 from understudy.robots.watchdog import ANEW, MOVING, RESTING
 
 AHEAD = (0.4, 0.0)
@@ -155,6 +159,18 @@ def test_an_emergency_stops_a_robot_that_others_drive() -> None:
     rig.robot.emergency("a key")
     assert rig.sent == STOP
     assert rig.robot.stops[0].cause == "emergency: a key"
+
+
+def test_closed_it_sends_nothing_any_more() -> None:
+    rig = Rig().ready()
+    rig.move(1.0)
+    rig.robot.close()
+    assert rig.sent == STOP
+    sent = len(rig.wire.sent)
+    rig.robot.emergency("a key")
+    rig.robot.act({"drive": np.ones(1)})
+    rig.robot.guard.look()
+    assert len(rig.wire.sent) == sent
 
 
 def test_a_reading_that_is_no_number_for_a_second_disarms() -> None:
@@ -323,7 +339,7 @@ def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(leashed: Leashed) -> 
 def test_a_computer_that_slept_is_armed_again(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
     leashed.ready().move(1.0)
     slept = asleep_s() + 60.0
-    monkeypatch.setattr("understudy.robots.guard.asleep_s", lambda: slept)
+    monkeypatch.setattr("understudy.robots.vigil.asleep_s", lambda: slept)
     leashed.wait(0.02)
     assert (leashed.sent, leashed.robot.stopped) == (STOP, "this computer slept")
     leashed.ready().wait(0.1)
@@ -358,6 +374,47 @@ def test_a_stop_while_it_is_armed_wins(leashed: Leashed, monkeypatch: pytest.Mon
     with pytest.raises(ArmingRefused, match="told to stop meanwhile"):
         leashed.ready()
     assert not leashed.robot.armed
+
+
+def test_no_older_command_overtakes_a_stop(tmp_path: Path) -> None:
+    """One thread acts, the guard's repeats, a third stops it: once that has returned, nothing but stop is sent."""
+
+    class Slow(Wire):
+        def publisher(self, topic: str, type: str) -> Publish:
+            def publish(data: bytes) -> None:
+                time.sleep(0.001)  # that others come between
+                self.sent.append((topic, data))
+
+            return publish
+
+    wire, ended = Slow(), Event()
+    robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", leash=Tame())
+    still = twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
+
+    def act() -> None:
+        while not ended.is_set():
+            robot.act({"drive": np.ones(1)})
+
+    acting = Thread(target=act)
+    acting.start()
+    try:
+        for _ in range(20):
+            wire.deliver(SONAR, sonar(2.0), time.monotonic())
+            robot.arm("Ada")
+            moved = len(wire.sent)
+            until = time.monotonic() + 5.0
+            while all(data == still for _, data in wire.sent[moved:]):
+                assert time.monotonic() < until
+                time.sleep(0.005)
+            robot.emergency("a key")
+            stopped = len(wire.sent)
+            time.sleep(0.01)
+            assert stopped > moved
+            assert all(data == still for _, data in wire.sent[stopped - 1 :])
+    finally:
+        ended.set()
+        acting.join()
+        robot.close()
 
 
 EVENTS = (

@@ -193,6 +193,22 @@ def test_messages_arrive_as_they_were_sent_and_who_leaves_is_no_peer(join: Join,
     wait_for(lambda: Peer(topic, ODOMETRY) not in ours.peers())
 
 
+def test_who_listens_may_answer_at_once(join: Join, namespace: str) -> None:
+    """Over the same session, also what it said itself."""
+    ours, came = join(), list[bytes]()
+    answer = ours.publisher(f"{namespace}/answer", ODOMETRY)
+    ours.subscribe(f"{namespace}/odom", ODOMETRY, lambda data, _: answer(data))
+    ours.subscribe(f"{namespace}/answer", ODOMETRY, lambda data, _: came.append(data))
+    ask = ours.publisher(f"{namespace}/odom", ODOMETRY)
+
+    def arrived() -> bool:
+        ask(odometry(2.5))
+        return bool(came)
+
+    wait_for(arrived)
+    assert came[0] == odometry(2.5)
+
+
 def test_waiting_takes_no_time_of_the_processor(join: Join, namespace: str) -> None:
     """Whether or not it subscribed to anything."""
     join().publisher(f"{namespace}/odom", ODOMETRY)

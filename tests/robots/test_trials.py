@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +13,7 @@ pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.cli.commands import run
+from tests.robots.rovers import ROVER
 from tests.robots.trials import TRIALS, Process, can_cut, scene
 
 from understudy.robots.stops import read_stops
@@ -19,10 +22,14 @@ GENEROUS_S = 2.0
 """How long a robot may go on here, where many tests may run at once; what is promised is measured by the trials."""
 
 
-@pytest.mark.parametrize("name", [name for name in TRIALS if name != "cut"])
+@pytest.mark.parametrize("name", ["killed", "frozen", "deaf", "killed, Zenoh"])
 def test_it_stops(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if "Zenoh" in name:
+        pytest.importorskip("zenoh", reason="needs the extra ros2")
     monkeypatch.setattr("tests.robots.trials.STOP_S", GENEROUS_S)
     monkeypatch.setattr("tests.robots.trials.SENSOR_S", GENEROUS_S)
+    if name != "frozen":  # which has to last until it is disarmed
+        monkeypatch.setattr("tests.robots.trials.AFTER_S", 0.4)
     trial, _ = TRIALS[name]
     assert [outcome.problem for outcome in trial(1)] == [""]
 
@@ -30,6 +37,7 @@ def test_it_stops(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.skipif(not can_cut(), reason="needs root and ip, for a network of its own")
 def test_it_stops_where_the_link_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tests.robots.trials.STOP_S", GENEROUS_S)
+    monkeypatch.setattr("tests.robots.trials.AFTER_S", 0.8)
     assert [outcome.problem for outcome in TRIALS["cut"][0](1)] == [""]
 
 
@@ -92,3 +100,11 @@ def test_it_is_stopped_from_another_terminal() -> None:
             lines.append(line)
         assert lines[-1].startswith("stops")
         assert "robots stop" in {stop.by for stop in read_stops(here.log)}
+
+
+def test_a_robot_that_is_not_heard_may_not_have_heard_it(tmp_path: Path) -> None:
+    file = tmp_path / "rover.toml"
+    file.write_text(ROVER.replace("/rover", f"/nobody_{os.getpid()}"))
+    result = run("robots", "stop", file)
+    assert result.exit_code == 1
+    assert "look whether it stands" in result.stdout

@@ -142,6 +142,16 @@ def test_it_starts_answers_and_leaves(leash: Leash, tmp_path: Path) -> None:
     assert read_stops(tmp_path / "log") == ()
 
 
+def test_it_starts_in_any_folder(leash: Leash, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Even in one whose files go by the names of modules, and from which a relative PYTHONPATH leads nowhere."""
+    (tmp_path / "select.py").write_text("raise ImportError")
+    monkeypatch.syspath_prepend(Path("src").absolute())
+    monkeypatch.setenv("PYTHONPATH", "src")
+    monkeypatch.chdir(tmp_path)
+    leash.start([])
+    assert leash.alive
+
+
 @pytest.mark.parametrize(
     ("number", "said"),
     [(signal.SIGKILL, "the watchdog died"), (signal.SIGSTOP, "the watchdog does not answer")],
@@ -159,6 +169,12 @@ def test_it_is_missed(leash: Leash, number: int, said: str) -> None:
     keep_on(leash, missed)
     assert problems[-1] == said
     os.kill(leash.pid, signal.SIGKILL)
+
+
+def test_a_program_that_cannot_be_started_is_told(leash: Leash, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.executable", "/nowhere/python")
+    with pytest.raises(WatchdogFailed, match="No such file"):
+        leash.start([])
 
 
 def test_dropped_it_stops_the_robot(leash: Leash, tmp_path: Path) -> None:

@@ -140,6 +140,15 @@ def test_who_is_killed_is_no_peer(router: Router, namespace: str) -> None:
             ours.close()
 
 
+def test_who_forgets_to_close_ends_all_the_same(router: Router) -> None:
+    code = (
+        "from understudy.robots.zenoh import Zenoh\n"
+        f"joined = Zenoh(3, {router.endpoint!r})\n"
+        f"joined.subscribe('/odom', {RANGE!r}, print)\n"
+    )
+    assert subprocess.run([sys.executable, "-c", code], timeout=20, check=False).returncode == 0
+
+
 def test_without_a_router_one_listens_and_the_other_connects(namespace: str) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     listening, came = Zenoh(3, listen=endpoint), list[bytes]()

@@ -6,7 +6,9 @@ and why: `moves 12.345 command`, `stops 12.567 deadline`.
 
 from __future__ import annotations
 
+import contextlib
 import math
+import os
 import sys
 import time
 from argparse import ArgumentParser
@@ -15,9 +17,13 @@ from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
 from understudy.robots.dds import DDS
 from understudy.robots.messages import decode
+from understudy.robots.transport import Transport
+from understudy.robots.zenoh import Zenoh
 
 PERIOD_S = 0.02
 SLICE_S = 0.005
+PRIORITY = -10
+"""A robot has a computer of its own; where it may, it takes precedence here."""
 
 
 class Base:
@@ -51,8 +57,12 @@ def main() -> None:
     given.add_argument("namespace")
     given.add_argument("--deadline", type=float, default=math.inf)
     given.add_argument("--only", choices=("sonar", "base"), help="either sensor or base")
+    given.add_argument("--listen", help="speak Zenoh, and listen at this endpoint")
     asked = given.parse_args()
-    wire, base = DDS(asked.domain), Base(asked.deadline)
+    with contextlib.suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, PRIORITY)
+    wire: Transport = DDS(asked.domain) if asked.listen is None else Zenoh(asked.domain, listen=asked.listen)
+    base = Base(asked.deadline)
     if asked.only != "sonar":
         wire.subscribe(f"{asked.namespace}/cmd_vel", TWIST, base.told)
     ranges = wire.publisher(f"{asked.namespace}/sonar", RANGE) if asked.only != "base" else None

@@ -16,6 +16,7 @@ from understudy.errors import UnderstudyError
 from understudy.learning.transitions import learn
 from understudy.model.folder import open_library
 from understudy.model.library import Library
+from understudy.robots.twin import Twin
 from understudy.terminal.app import Ended, Trainer
 from understudy.terminal.teaching import Teaching
 from understudy.training.screen import Screen
@@ -135,12 +136,12 @@ def tolerable(screen: Screen) -> str | None:
 
 @asynccontextmanager
 async def trainer(
-    made: Plan, *, size: tuple[int, int] = (80, 24), offer: bool = False
+    made: Plan, *, size: tuple[int, int] = (80, 24), offer: bool = False, twin: Twin | None = None
 ) -> AsyncIterator[Hand]:
     """The trainer on a screen nobody sees."""
     wall = Wall()
     left = journals.unfinished(made.folder, made.name, made.world.name, made.library) if offer else None
-    app = Trainer(made, unfinished=left, wall=wall)
+    app = Trainer(made, unfinished=left, wall=wall, twin=twin)
     try:
         async with app.run_test(size=size) as pilot:
             await pilot.pause()

@@ -71,6 +71,12 @@ def million(as_json: Json = False) -> None:
     _measure("million", as_json=as_json)
 
 
+@app.command()
+def robots(as_json: Json = False) -> None:
+    """From a reading to the command it causes, in another process, over DDS and Zenoh, beside a program in C."""
+    _measure("robots", as_json=as_json)
+
+
 def _measure(*names: str, as_json: bool) -> None:
     """Each measurement in a module of its name, which is loaded when its turn comes."""
     from understudy.cli.output import console, print_json
@@ -135,6 +141,24 @@ def _interpreter(result: dict[str, Any]) -> None:
     console().print(made)
 
 
+def _robots(result: dict[str, Any]) -> None:
+    from understudy.cli.output import console, table
+
+    title = "From a reading to its command, ms"
+    made = table("~", "#messages", "#median", "#99 of 100", "#longest", "#lost", title=title)
+    for row in result["results"]:
+        times = [f"{row[key]:.2f}" for key in ("p50_ms", "p99_ms", "max_ms")]
+        made.add_row(row["what"], str(row["messages"]), *times, str(row["lost"]))
+    console().print(made)
+    goals = table("~goal", "#at most", "#measured", "reached")
+    for row in result["goals"]:
+        measured = "-" if row["passed"] is None else f"{row['value']:.2f}"
+        goals.add_row(row["what"], f"{row['most']:g}", measured, _mark(row["passed"]))
+    console().print(goals)
+    for peer in result["missing"]:
+        console().print(f"Not measured: {peer}.", markup=False)
+
+
 def _mark(reached: bool | None) -> str:
     return "[dim]not measured[/]" if reached is None else "[green]yes[/]" if reached else "[red]no[/]"
 
@@ -181,6 +205,7 @@ MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(
         "learning": _learning,
         "looks": _looks,
         "interpreter": _interpreter,
+        "robots": _robots,
         **dict.fromkeys(("swarm", "patrol", "squads", "crowding", "million"), _speeds),
     }
 )

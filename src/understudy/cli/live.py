@@ -157,7 +157,7 @@ def _go(live: Live, behavior: str, flags: set[str], sort: str, seconds: float | 
         shown = -SHOWN_S
         while True:
             live.tick()
-            if seconds is not None and live.ticks == 1:
+            if seconds is not None and until == inf:
                 until = twin.time_s + seconds
             if pressed():
                 twin.fleet.emergency("a key was pressed in the terminal")

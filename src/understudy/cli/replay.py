@@ -35,6 +35,7 @@ def replay(
     from understudy.cli.output import console, print_json
     from understudy.cli.parts import behavior_of, bindings
     from understudy.cli.recording import kit_for, scenario_of
+    from understudy.errors import SettingError
     from understudy.review.again import decided_again
     from understudy.review.rerun import Rerun
     from understudy.robots.recording_file import read_recording
@@ -42,6 +43,13 @@ def replay(
 
     recording = read_recording(path)
     ran = recording.head.ran
+    if ran.behavior is None and (behavior is None or library is None):
+        missing = "--behavior" if behavior is None else "--library"
+        problem, remedy = (
+            "is missing: nothing ran, a person taught",
+            "say which automaton of which library to ask",
+        )
+        raise SettingError(where=str(path), setting=missing, problem=problem, remedy=remedy)
     where = scenario_of(recording)
     parts = kit_for(recording, kit, where)
     named = behavior or ran.behavior

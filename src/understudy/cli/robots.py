@@ -20,8 +20,6 @@ def robots() -> None:
     """Look at real robots and at what their cameras see; stop them."""
 
 
-app.command("stop")(robot_stops.stop)
-app.command("stops")(robot_stops.stops)
 app.command("color")(robot_color.color)
 app.command("simulate")(robot_simulate.simulate)
 
@@ -49,19 +47,19 @@ def check(
     if as_json:
         print_json(found)
     else:
-        made = table("reading", "topic", "#messages", "#rate", "#age", "#value", "~")
+        made = table("reading", "#rate", "#age", "~value", "~topic")
         for each in found.arrivals:
             made.add_row(
-                each.name,
-                each.topic,
-                str(each.messages),
+                each.name + "*" * each.required,
                 _measured(each.rate_hz, "Hz"),
                 _measured(each.age_s, "s"),
                 _values(each.values, each.unit),
-                "required" if each.required else "",
+                each.topic,
             )
         out = console()
         out.print(made)
+        if any(each.required for each in found.arrivals):
+            out.print("* required: the robot stops without it.", markup=False)
         for problem in found.problems:
             out.print(problem, markup=False)
         if found.lacks:
@@ -72,11 +70,16 @@ def check(
         raise typer.Exit(1)
 
 
+app.command("stop")(robot_stops.stop)
+app.command("stops")(robot_stops.stops)
+
+
 def _values(values: Mapping[str, float], unit: str) -> str:
-    """The one value, or each with its name."""
+    """The one value, or each that is there with its name."""
     if len(values) == 1:
         return _measured(next(iter(values.values())), unit)
-    return ", ".join(f"{name} {_measured(value, unit)}" for name, value in values.items())
+    there = [f"{name} {_measured(value, unit)}" for name, value in values.items() if not isnan(value)]
+    return ", ".join(there) or "none of its colors"
 
 
 def _measured(value: float, unit: str) -> str:

@@ -14,7 +14,7 @@ from understudy.errors import FileError, UnderstudyError, UnknownName, listed
 from understudy.model.feature import Percept, ReadingKey
 from understudy.robots.deriving import Derived
 from understudy.robots.file import RobotFile
-from understudy.robots.guard import Danger, Guard
+from understudy.robots.guard import Guard
 from understudy.robots.leash import Leash
 from understudy.robots.limits import Speeds
 from understudy.robots.messages import twist
@@ -23,6 +23,7 @@ from understudy.robots.senses import Senses
 from understudy.robots.stops import Stop, StopLog, log_path
 from understudy.robots.transport import Publish, Transport
 from understudy.robots.transports import open_transport
+from understudy.robots.vigil import Danger
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.worlds.catalog import find_world
 from understudy.worlds.commands import table_of

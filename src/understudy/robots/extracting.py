@@ -121,7 +121,8 @@ def _of_scan(sector_deg: tuple[float, float], offset_m: float) -> Extract:
     beam = not full and (width < _SAME or width > tau - _SAME)
 
     def extract(message: Any) -> float:
-        ranges = np.asarray(message.ranges, np.float64)
+        with np.errstate(invalid="ignore"):  # some NaN are said to be signals, which anybody may send
+            ranges = np.asarray(message.ranges, np.float64)
         low, high, step = message.range_min, message.range_max, message.angle_increment
         if not (
             len(ranges)

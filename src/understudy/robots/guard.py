@@ -8,12 +8,11 @@ or the watchdog is gone. One lock orders all that is sent: no older command over
 from __future__ import annotations
 
 import contextlib
-import sys
 import time
 from collections.abc import Callable, Collection, Sequence
 from math import inf
 from threading import Event, Lock, RLock, Thread, current_thread
-from typing import NamedTuple, NoReturn
+from typing import NoReturn
 
 from understudy.errors import UnderstudyError
 from understudy.robots.file import RobotFile
@@ -21,14 +20,12 @@ from understudy.robots.leash import Leash
 from understudy.robots.limits import STILL, Speeds, within
 from understudy.robots.stops import StopLog
 from understudy.robots.transport import Peer
-from understudy.robots.watchdog import ANEW, MOVING, RESTING
+from understudy.robots.vigil import LOST_S, Danger, Vigil, hurry
 
 NOT_ARMED = "not armed"
 NO_KEY = "nobody holds the key"
 PERIOD_S = 0.02
 """From one look to the next, and from one repeated command to the next."""
-LOST_S = 1.0
-"""A robot that waits longer than this for a tick, a reading, or a program that stood still is disarmed."""
 FIRST_S = 10.0
 """For so long after arming the first command may take."""
 STOPPING_S = 5.0
@@ -37,8 +34,6 @@ PARTING = 3
 """So often stop is sent when the program ends."""
 OTHERS_S = 0.2
 """From one look for others who command to the next."""
-ASLEEP_S = 0.5
-"""A computer that slept longer than this has to be armed again: nobody expects a robot to go on with it."""
 KEY_S = 1.0
 """No key counts as held for longer without a new sign."""
 
@@ -49,13 +44,6 @@ class ArmingRefused(UnderstudyError):
     def __init__(self, *, robot: str, problem: str, remedy: str) -> None:
         self.robot, self.problem, self.remedy = robot, problem, remedy
         super().__init__(f"robot {robot!r} stays disarmed: {problem}; {remedy}")
-
-
-class Danger(NamedTuple):
-    """Why a robot must not move now. Where `lost`, a person has to look after it before it may again."""
-
-    cause: str
-    lost: bool = True
 
 
 class Guard:
@@ -79,7 +67,8 @@ class Guard:
         leash: Leash | None = None,
     ) -> None:
         self._file, self._send, self._danger, self._peers = file, send, danger, peers
-        self._heard, self._clock, self._leash = heard, clock, leash
+        self._heard, self._clock = heard, clock
+        self._vigil = Vigil(leash, deadline_s=file.safety.deadline_s)
         self.log = log or StopLog(file.name)
         self._topic = file.topic(file.commands.topic)
         self._hold_s = file.tick_s + file.safety.deadline_s
@@ -90,9 +79,8 @@ class Guard:
         """Why the last command was a stop; empty where it may move."""
         self.speeds = STILL
         """What the robot was told last."""
-        self._looked_s = self._asked_s = self._told_s = self._stopped_s = -inf
+        self._asked_s = self._told_s = self._stopped_s = -inf
         self._due_s = self._held_s = self._quiet_s = -inf
-        self._asleep_s, self._anew = 0.0, False
 
     @property
     def armed(self) -> bool:
@@ -112,8 +100,8 @@ class Guard:
                 self._refuse("nobody says who arms it", "give a person's name")
             self._refuse_danger()
             self.log.begin()
-            if self._leash is not None:
-                self._leash.start([peer for peer in self._peers() if peer.topic in self._heard])
+            if self._vigil.keeps:
+                self._vigil.start([peer for peer in self._peers() if peer.topic in self._heard])
                 self._refuse_danger()  # it took a while
             with self._lock:
                 if orders != self._orders:
@@ -122,11 +110,8 @@ class Guard:
                 self._by, self.stopped, self.speeds = by, "", STILL
                 if self._file.safety.hold_to_run:
                     self.stopped = NO_KEY
-                if self._leash is not None:
-                    self._leash.problem()  # what it said of an earlier time
-                    self._leash.intervened()
-                    self._leash.tell(ANEW)
-                self._looked_s, self._told_s, self._asleep_s = now, now, asleep_s()
+                self._told_s = now
+                self._vigil.begin(now)
                 self._due_s, self._held_s = now + FIRST_S, -inf
             self._watch()
 
@@ -169,11 +154,7 @@ class Guard:
                     self._heed(danger, now)
             else:
                 self._repeat(now)
-                if self._leash is not None:
-                    self._leash.problem()  # answers are not to pile up
-                    self._leash.intervened()
-            self._looked_s = now
-            self._tell()
+            self._vigil.looked(now, armed=self.armed, moving=self.armed or now < self._quiet_s)
 
     def hold(self, for_s: float) -> None:
         """A person's key is down, and counts as held for so long, at most KEY_S; 0: it was let go."""
@@ -214,13 +195,12 @@ class Guard:
                 self._repeat(self._clock())
                 time.sleep(PERIOD_S)
         self._quiet_s = -inf
-        if self._leash is not None:
-            self._leash.leave()
+        self._vigil.leave()
 
     def _others(self) -> int:
         """How many publish commands besides us and our watchdog."""
         count = sum(peer.topic == self._topic for peer in self._peers())
-        return max(0, count - (self._leash is not None and self._leash.alive))
+        return max(0, count - self._vigil.watchdogs)
 
     def _refuse_danger(self) -> None:
         danger = self._danger(self._clock())
@@ -235,17 +215,8 @@ class Guard:
 
     def _against(self, now: float, others: int = 0) -> Danger | None:
         """What speaks against moving now, but for a tick that is a little late."""
-        if self._leash is not None:
-            if (still_s := now - self._looked_s) > self._file.safety.deadline_s:
-                self._anew = True
-                return Danger(f"this program stood still for {still_s:.2f} s", lost=still_s > LOST_S)
-            if asleep_s() - self._asleep_s > ASLEEP_S:
-                return Danger("this computer slept")
-            if problem := self._leash.problem():
-                return Danger(problem)
-            if self._leash.intervened():
-                self._anew = True
-                return Danger("the watchdog had to stop it", lost=False)
+        if danger := self._vigil.doubt(now):
+            return danger
         if others:
             return Danger(f"somebody else publishes on {self._topic}")
         if now - self._due_s > LOST_S:
@@ -291,44 +262,29 @@ class Guard:
         except Exception:
             self._give_up("commands cannot be sent")
             raise
-        still_s = self._clock() - now
-        if speeds != STILL and self._leash is not None and still_s > self._file.safety.deadline_s:
+        if speeds != STILL and (danger := self._vigil.overrun(now, self._clock())):
             # It was frozen just here: this command may have come after the watchdog's stop.
-            cause = f"this program stood still for {still_s:.2f} s while it sent a command"
-            self._heed(Danger(cause, lost=still_s > LOST_S), now)
+            self._heed(danger, now)
 
     def _give_up(self, cause: str) -> None:
         """Leave it to the watchdog, which stops it."""
         with self._lock:
             self._by, self.stopped, self.speeds, self._quiet_s = "", cause, STILL, -inf
-            if self._leash is not None:
-                self._leash.drop()
+            self._vigil.give_up()
             self.log.add(cause, "guard")
-
-    def _tell(self) -> None:
-        if self._leash is not None:
-            moving = self.armed or self._clock() < self._quiet_s
-            self._leash.tell(ANEW if self.armed and self._anew else MOVING if moving else RESTING)
-            self._anew = False
 
     def _watch(self) -> None:
         """Look all the time from now on."""
         with self._lock:
-            if self._leash is not None and self._thread is None and not self._end.is_set():
+            if self._vigil.keeps and self._thread is None and not self._end.is_set():
                 self._thread = Thread(target=self._run, name="guard", daemon=True)
                 self._thread.start()
 
     def _run(self) -> None:
+        hurry()
         while not self._end.wait(PERIOD_S):
             try:
                 self.look()
             except Exception as error:  # whatever it was, nobody would guard the robot
                 if self.armed:
                     self._give_up(f"the guard failed ({error})")
-
-
-def asleep_s() -> float:
-    """For how long this computer slept since it was started, s: time that no clock of ours has seen; 0 if unknown."""
-    if sys.platform != "linux":
-        return 0.0
-    return time.clock_gettime(time.CLOCK_BOOTTIME) - time.monotonic()

@@ -39,8 +39,14 @@ def halt(file: RobotFile, *, path: Path | str, by: str, seconds: float = HALTING
         while time.monotonic() < until:
             stop()
             time.sleep(PERIOD_S)
-        own = file.topic(file.commands.topic)
-        topics = {file.topic(reading.topic) for reading in file.readings.values()}
-        return any(peer.topic in topics - {own} for peer in transport.peers())
+        return not topics(file).isdisjoint(peer.topic for peer in transport.peers())
     finally:
         transport.close()
+
+
+def topics(file: RobotFile) -> set[str]:
+    """The topics that a robot speaks on."""
+    named = [reading.topic for reading in file.readings.values()]
+    named += [target.topic for target in file.targets.values() if target.topic is not None]
+    named += [] if file.camera is None else [file.camera.topic]
+    return {file.topic(name) for name in named}

@@ -63,14 +63,18 @@ class Leash:
             if self.alive:
                 return
             self._end()
-            process = subprocess.Popen(  # unbuffered: what it says is read as it comes
-                [sys.executable, "-m", "understudy.robots.watchdog"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                bufsize=0,
-                start_new_session=True,  # the terminal's Ctrl-C is not meant for it
-            )
+            try:
+                process = subprocess.Popen(
+                    [sys.executable, "-P", "-m", "understudy.robots.watchdog"],
+                    env={**os.environ, "PYTHONPATH": _path()},
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.DEVNULL,
+                    bufsize=0,  # what it says is read as it comes
+                    start_new_session=True,  # the terminal's Ctrl-C is not meant for it
+                )
+            except OSError as error:
+                raise WatchdogFailed(robot=self._file.name, problem=str(error)) from None
             orders = Orders(file=self._file, log=str(self._log.absolute()), peers=tuple(set(peers)))
             try:
                 _tell(process, msgspec.json.encode(orders) + b"\n")
@@ -144,6 +148,11 @@ class Leash:
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+
+
+def _path() -> str:
+    """Where this program finds modules, for another to find the same, whatever lies in its folder."""
+    return os.pathsep.join(str(Path(each).absolute()) for each in sys.path)
 
 
 def _tell(process: subprocess.Popen[bytes], words: bytes) -> None:

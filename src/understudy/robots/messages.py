@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 BASE, NAMED, ARRAY, SEQUENCE = 1, 2, 3, 4
 """What rosbags calls the sorts of fields: a number or text, another message, so many of one, any number of one."""
 
+LONGEST = 2**22
+"""No message is longer, in bytes, that robots have use for, but for images."""
+LONGEST_IMAGE = 2**26
 JAZZY, HUMBLE = "jazzy", "humble"
 """Releases of ROS 2 whose definitions are not all the same."""
 
@@ -75,6 +78,8 @@ def ros_name(type: str) -> str:
 def decode(type: str, data: bytes) -> Any:
     """The message that bytes hold, by the newest definition that fits; MessageRefused where none of this type does."""
     problem = ""
+    if len(data) > (LONGEST_IMAGE if type.endswith("Image") else LONGEST):
+        raise MessageRefused(type=type, problem=f"it is {len(data)} bytes long")
     for release in releases(type):
         try:
             return types(release).deserialize_cdr(data, type)

@@ -1,26 +1,23 @@
 """Recordings: all messages of a run and all it decided, in one MCAP file that ROS 2 and Foxglove open.
 
-Whoever records only hands bytes over; a thread of its own compresses and writes them, a chunk each second. What is
-killed leaves a file that can be read up to its last chunk.
+Whoever records only hands bytes over; what writes them is in `recording_writer.py`.
 """
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from threading import Lock, Thread
-from typing import IO, Any, NamedTuple, Self
+from threading import Lock
+from typing import Any, Self
 
 import numpy as np
 
-from understudy.errors import FileError, UnderstudyError
+from understudy.errors import UnderstudyError
 from understudy.model.feature import Percept, ReadingKey
-from understudy.robots.messages import encode, known, make
-from understudy.robots.recording_head import METADATA, Head, Ran, head_entries
+from understudy.robots.messages import encode, make
+from understudy.robots.recording_head import Head, Ran, head_entries
 from understudy.robots.recording_types import (
     READINGS,
     STATES,
@@ -28,20 +25,15 @@ from understudy.robots.recording_types import (
     TRANSITION,
     Readings,
     States,
-    definition,
     known_types,
     label,
     text,
 )
+from understudy.robots.recording_writer import RecordingWriter
 from understudy.robots.transitions import transition, within
-from understudy.robots.transport import ExtraMissing, Peer, Publish, Received, Transport
+from understudy.robots.transport import Peer, Publish, Received, Transport
 from understudy.runtime.body import Body
 
-PROFILE, LIBRARY = "ros2", "understudy"
-CHUNK_S = 1.0
-"""How often what was handed over is put on disk: a killed run loses that much."""
-MOST_WAITING = 256 * 2**20
-"""So many bytes may wait for a disk that is slow."""
 TOPICS = {READINGS: "understudy/readings", STATES: "understudy/states", TRANSITION: "understudy/switched"}
 """Ours, within the namespace of each robot."""
 PRESSES = "understudy/presses"
@@ -57,15 +49,7 @@ class RecordingFailed(UnderstudyError):
 
     def __init__(self, *, path: Path, problem: str) -> None:
         self.path, self.problem = str(path), problem
-        super().__init__(f"{path}: recording ended: {problem}; make room, or run it without --record")
-
-
-class _Topic(NamedTuple):
-    """A topic to be made known in the file, before its first message."""
-
-    topic: str
-    type: str
-    definition: str
+        super().__init__(f"{path}: recording ended: {problem}; make room, or go on without a recording")
 
 
 class Recorder:
@@ -76,22 +60,14 @@ class Recorder:
 
     def __init__(self, path: Path | str, *, clock: Callable[[], float] = time.monotonic) -> None:
         known_types()
-        writer = _mcap()
         self.path, self._clock = Path(path), clock
         self._began_ns = time.time_ns() - round(clock() * 1e9)
         self._topics: dict[tuple[str, str], int] = {}
-        self._queue: SimpleQueue[Any] = SimpleQueue()
-        self._waiting, self._lock = 0, Lock()
-        self._problem, self._closed = "", False
+        self._lock = Lock()
         self._agents: list[_Agent] = []
         self._names: Sequence[str] = ()
         self._body: Body | None = None
-        self._file = _opened(self.path)
-        self._whole = 0  # bytes that hold whole chunks
-        self._writer = writer(self._file)
-        self._writer.start(profile=PROFILE, library=LIBRARY)
-        self._thread = Thread(target=self._write, name="recorder", daemon=True)
-        self._thread.start()
+        self._writer = RecordingWriter(self.path)
 
     def begin(
         self,
@@ -108,7 +84,7 @@ class Recorder:
         names = names or [f"robot{number}" if body.agents > 1 else "" for number in range(body.agents)]
         self._names, self._body = tuple(names), body
         # Before the topics of its agents, which whoever reads it knows by their names.
-        self._queue.put(head_entries(Head.of(body, names, ran or Ran(), files or {})))
+        self._writer.head(head_entries(Head.of(body, names, ran or Ran(), files or {})))
         self._agents = [_Agent(self, name) for name in names]
 
     def tape(self, topic: str, type: str) -> Callable[[bytes, float | None], None]:
@@ -117,10 +93,11 @@ class Recorder:
             number = self._topics.get((topic, type))
             if number is None:
                 number = self._topics[topic, type] = len(self._topics)
-                self._queue.put(_Topic(topic, type, definition(type) if known(type) else ""))
+                self._writer.topic(topic, type)
 
         def keep(data: bytes, at_s: float | None = None) -> None:
-            self._put(number, data, self._clock() if at_s is None else at_s)
+            at_s = self._clock() if at_s is None else at_s
+            self._writer.keep(number, data, self._began_ns + round(at_s * 1e9))
 
         return keep
 
@@ -131,8 +108,8 @@ class Recorder:
 
         RecordingFailed where something before could not be written, so that what cannot be recorded stops.
         """
-        if self._problem:
-            raise RecordingFailed(path=self.path, problem=self._problem)
+        if self._writer.problem:
+            raise RecordingFailed(path=self.path, problem=self._writer.problem)
         at = self._clock() if at_s is None else at_s
         values = np.array(list(percept.values())) if percept else np.empty((0, len(self._agents)))
         keys = tuple(percept)
@@ -155,13 +132,8 @@ class Recorder:
 
     def close(self) -> None:
         """Finish the file; RecordingFailed where it could not be written."""
-        if self._closed:
-            return
-        self._closed = True
-        self._queue.put(None)
-        self._thread.join()
-        if self._problem:
-            raise RecordingFailed(path=self.path, problem=self._problem)
+        if self._writer.close() and self._writer.problem:
+            raise RecordingFailed(path=self.path, problem=self._writer.problem)
 
     def __enter__(self) -> Self:
         return self
@@ -172,68 +144,6 @@ class Recorder:
         else:  # what ended the run matters more than what ended its recording
             with suppress(RecordingFailed):
                 self.close()
-
-    def _put(self, number: int, data: bytes, at_s: float) -> None:
-        with self._lock:
-            if self._waiting > MOST_WAITING:
-                self._problem = self._problem or "the disk is too slow"
-            if self._problem or self._closed:
-                return
-            self._waiting += len(data)
-        self._queue.put((number, data, self._began_ns + round(at_s * 1e9)))
-
-    def _write(self) -> None:
-        """The thread that writes; whatever goes wrong here is told by the next tick."""
-        try:
-            self._write_all()
-        except Exception as error:
-            self._problem = (error.strerror or str(error)) if isinstance(error, OSError) else repr(error)
-            with suppress(OSError, ValueError):
-                self._file.close()
-            with suppress(OSError):
-                os.truncate(self.path, self._whole)
-
-    def _write_all(self) -> None:
-        channels: list[int] = []
-        due = time.monotonic() + CHUNK_S
-        while True:
-            try:
-                item = self._queue.get(timeout=max(0.0, due - time.monotonic()))
-            except Empty:
-                item = ()
-            if item is None:
-                break
-            if isinstance(item, _Topic):
-                channels.append(self._registered(item))
-            elif isinstance(item, dict):
-                self._writer.flush()
-                self._writer.add_metadata(METADATA, item)
-            elif item:
-                number, data, at_ns = item
-                with self._lock:
-                    self._waiting -= len(data)
-                self._writer.add_message(channels[number], at_ns, data, at_ns)
-            if time.monotonic() >= due:
-                self._flush()
-                due = time.monotonic() + CHUNK_S
-        self._flush()
-        self._writer.finish()
-        self._file.flush()
-        os.fsync(self._file.fileno())
-        self._file.close()
-
-    def _flush(self) -> None:
-        self._writer.flush()
-        os.fsync(self._file.fileno())
-        self._whole = self._file.tell()
-
-    def _registered(self, topic: _Topic) -> int:
-        defined = bool(topic.definition)
-        schema = self._writer.register_schema(
-            topic.type, "ros2msg" if defined else "", topic.definition.encode()
-        )
-        quality = {"offered_qos_profiles": ""}  # as rosbag2 has it: unknown, so a player takes its default
-        return int(self._writer.register_channel(topic.topic, "cdr", schema, quality))
 
 
 class _Agent:
@@ -297,27 +207,3 @@ class Taped:
     def close(self) -> None:
         """Leave; the recording goes on until its recorder is closed."""
         self._transport.close()
-
-
-def _opened(path: Path) -> IO[bytes]:
-    """A new file; one that is there is kept."""
-    try:
-        return path.open("xb")
-    except OSError as error:
-        there = isinstance(error, FileExistsError)
-        problem = "is there already" if there else f"cannot be written ({error.strerror or error})"
-        remedy = (
-            "name another file, or move that one away"
-            if there
-            else "name a file in a folder you may write to"
-        )
-        raise FileError(path=path, place="", problem=problem, remedy=remedy) from None
-
-
-def _mcap() -> Any:
-    """What writes MCAP."""
-    try:
-        from mcap.writer import Writer
-    except ImportError:
-        raise ExtraMissing(what="a recording", extra="ros2") from None
-    return Writer

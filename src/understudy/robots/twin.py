@@ -64,6 +64,7 @@ class Twin:
         self._keys = every_key(self)
         self._paths: Paths | None = None
         self._recorder, self._recording = recorder, False
+        self._sensed: Percept = {}
         self._told: list[Transitions] = []
         self._moving = {channel.name for channel in fleet.channels}
 
@@ -118,16 +119,20 @@ class Twin:
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """The columns [N] of these keys; absent (NaN) for robots that have no such sensor."""
         self._drawn.known(keys)
-        there = [key for key in keys if self._senses(key)]
-        found = self.fleet.sense(there)
+        asked = self._keys if self._recording else keys
+        found = self.fleet.sense([key for key in asked if self._senses(key)])
         absent = np.full(self.agents, nan)
         self._see()
-        return {key: found.get(key, absent) for key in keys}
+        # Recorded is what is decided on: sensed after a slow decision, it would be another snapshot.
+        self._sensed = {key: found.get(key, absent) for key in asked}
+        return {key: self._sensed[key] for key in keys}
 
     def act(self, commands: Commands) -> None:
         """Let the robots drive and turn; they have no other channels, so that what these say is not done."""
         self._drawn.commanded(commands)  # refuses what cannot be
-        time_s, percept = self.time_s, self.sense(self._keys) if self._recording else {}
+        if self._recording and len(self._sensed) < len(self._keys):
+            self.sense(self._keys)  # what was sensed before the recording began
+        time_s, percept = self.time_s, self._sensed
         self._obey({name: column for name, column in commands.items() if name in self._moving})
         if self._paths is None:
             return

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import json
 import time
-from collections.abc import Sequence
-from threading import Lock
+from collections.abc import Callable, Sequence
+from threading import RLock
 from typing import Any
 
+from understudy.robots.messages import LONGEST_IMAGE
 from understudy.robots.transport import ExtraMissing, Peer, Publish, Received, Unreachable
 from understudy.robots.zenoh_keys import UNHASHED, End, Session, attachment, end, everybody, keys
 
@@ -47,15 +49,16 @@ class Zenoh:
             raise Unreachable(what=f"Zenoh's router {where}", problem=problem, remedy=remedy) from error
         self._domain, self._id = domain, str(self._session.zid())
         self._own = Session(domain, self._id)
-        self._lock, self._closed = Lock(), False
+        self._lock, self._closed = RLock(), False  # who listens may publish at once
         self._others: dict[str, End] = {}
         self._declared: list[Any] = []
         self._publishers: list[Any] = []
         self._declare_token(self._own.node())
         watched = self._session.liveliness().declare_subscriber(
-            everybody(domain), self._appeared, history=True
+            everybody(domain), self._at_once(self._appeared), history=True
         )
         self._declared.append(watched)
+        atexit.register(self.close)  # a program whose session is open does not end
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
         """Hand each message of a topic to `received`, whichever release of ROS 2 sends it."""
@@ -65,7 +68,7 @@ class Zenoh:
                 received(bytes(sample.payload), time.monotonic())
 
         for key in keys(self._domain, topic, type):
-            self._declared.append(self._session.declare_subscriber(key, came))
+            self._declared.append(self._session.declare_subscriber(key, self._at_once(came)))
         self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
 
     def publisher(self, topic: str, type: str) -> Publish:
@@ -109,10 +112,15 @@ class Zenoh:
             if self._closed:
                 return
             self._closed = True
+        atexit.unregister(self.close)
         for each in (*self._publishers, *reversed(self._declared)):
             with contextlib.suppress(self._zenoh.ZError):
                 each.undeclare()
         self._session.close()
+
+    def _at_once(self, called: Callable[[Any], None]) -> Any:
+        """A callback in the thread that receives: in one of its own it would come later, and no program would end."""
+        return self._zenoh.handlers.Callback(called, indirect=False)
 
     def _number(self) -> int:
         return len(self._declared) + 1
@@ -150,6 +158,7 @@ def _settings(zenoh: Any, router: str | None, listen: str | None) -> Any:
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
         "transport/shared_memory/enabled": False,
+        "transport/link/rx/max_message_size": LONGEST_IMAGE,
     }.items():
         config.insert_json5(key, json.dumps(value))
     return config

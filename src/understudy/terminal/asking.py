@@ -78,6 +78,10 @@ KEYS = {
         ("s, q", "save into the library, quit"),
         ("esc, h", "close this page"),
     ),
+    "A real robot": (
+        ("y", "let it move from now on"),
+        ("esc", "stop it at once"),
+    ),
 }
 LAST = """
 Angles: 0° is ahead, above 0 is to the left, below 0 to the right. Every press is on disk before it \

@@ -235,10 +235,19 @@ class Teaching(Screen[str]):
         world.styles.width, world.styles.height = columns + 2, tall + 2
         name = desk.body.scenario.name
         world.border_title = name if desk.seed is None else f"{name} {desk.seed}"
+        if self.robots.real:
+            world.border_title = self._standing()
         world.border_subtitle = facts(view, columns, desk.robot)
         drawn = picture(view, desk.memory.trail, desk.aims, columns=columns, lines=tall, robot=desk.robot)
         self._show("world", drawn)
         self._draw_side(width - columns - 4, lines)
+
+    def _standing(self) -> str:
+        """What real robots are up to, and the key that changes it."""
+        robot = self.robots.plain()[self.desk.robot]
+        if not robot["armed"]:
+            return f"{robot['name']}: not armed (y)"
+        return f"{robot['name']}: {'stands' if robot['stopped'] else 'armed'} (Esc)"
 
     def _draw_side(self, width: int, lines: int) -> None:
         desk = self.desk

@@ -1,0 +1,110 @@
+"""A real robot at the page, simulated in physics in a process of its own: armed, taught, shown a color, and stopped."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+from tests.browser.studio import Studio
+from tests.browser.teacher import Teacher
+
+for module in ("cyclonedds", "rosbags", "mujoco", "cv2"):
+    pytest.importorskip(module, reason="needs the extras ros2 and mujoco")
+
+DOMAIN = "61"
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Iterator[Path]:
+    """The file of a robot that plays soccer."""
+    command = [sys.executable, "-m", "understudy.cli", "robots", "simulate", "soccer", "--domain", DOMAIN]
+    process = subprocess.Popen(
+        [*command, "--write-files", str(tmp_path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    try:
+        assert process.stdout is not None
+        said = ""
+        while "Ctrl-C" not in said:
+            line = process.stdout.readline()
+            assert line, f"the robot did not start: {said}"
+            said += line
+        yield tmp_path / "humanoid.toml"
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+
+
+@pytest.fixture
+def studio(tmp_path: Path, robot: Path) -> Iterator[Studio]:
+    made = Studio(tmp_path / "library", "--robot", str(robot))
+    made.start()
+    yield made
+    made.stop()
+
+
+def causes(robot: Path) -> list[str]:
+    """Why it stopped, each time."""
+    lines = robot.with_suffix(".stops.jsonl").read_text().splitlines()
+    return [json.loads(line)["cause"] for line in lines]
+
+
+def test_a_robot_is_armed_taught_and_stopped(
+    visit: Callable[[], Page], robot: Path, snap: Callable[[Page, str], None]
+) -> None:
+    page = visit()
+    teacher = Teacher(page)
+    bar = page.get_by_role("group", name="Real robots")
+    expect(bar).to_contain_text("humanoid not armed")
+    expect(page.get_by_role("button", name="New world")).to_have_count(0)
+    camera = page.get_by_role("img", name="What the camera sees")
+    expect(camera).to_be_visible()
+    assert camera.evaluate("image => [image.naturalWidth, image.naturalHeight]") == [160, 120]
+
+    teacher.click("New automaton")
+    form = page.locator("form.choice")
+    form.get_by_role("textbox", name="Name", exact=True).fill("servo")
+    for label in ("turn_left", "turn_right", "walk_forward", "blob_x(ball)", "blob_size(ball)"):
+        form.get_by_role("checkbox", name=label, exact=True).check()
+    teacher.click("Begin")
+    bar.get_by_role("button", name="Arm").click()
+    expect(bar).to_contain_text("humanoid armed")
+    before = camera.get_attribute("src")
+    teacher.directing("turn_left").click()
+    readings = page.get_by_role("complementary")
+    expect(readings).to_contain_text("px", timeout=15_000)  # the ball comes into sight
+    teacher.directing("walk_forward").click()
+    expect(page.get_by_role("tab", name="Lesson")).to_contain_text("4")  # each directive has its default
+    assert camera.get_attribute("src") != before
+    snap(page, "robot")
+
+    page.keyboard.press("Escape")
+    expect(bar).to_contain_text("not armed: emergency: stopped in the studio")
+    expect(bar.get_by_role("button", name="Arm", exact=True)).to_be_enabled()
+    snap(page, "robot-stopped")
+    assert causes(robot) == ["emergency: stopped in the studio"]
+
+
+def test_a_color_is_shown_by_clicking_and_who_leaves_stops_it(visit: Callable[[], Page], robot: Path) -> None:
+    page = visit()
+    bar = page.get_by_role("group", name="Real robots")
+    camera = page.get_by_role("img", name="What the camera sees")
+    former = robot.read_text()
+    camera.click()
+    expect(page.get_by_text("ball is looked for by this color, in humanoid.toml too")).to_be_visible()
+    assert robot.read_text() != former
+    bar.get_by_role("button", name="Arm").click()
+    expect(bar).to_contain_text("humanoid armed")
+    page.close()
+    watcher = visit()
+    expect(watcher.get_by_role("group", name="Real robots")).to_contain_text("nobody directs in the studio")
+    assert causes(robot) == ["nobody directs in the studio"]
