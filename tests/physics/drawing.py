@@ -21,5 +21,5 @@ def _draws() -> bool:
 
 
 draws = pytest.mark.skipif(
-    "CI" not in os.environ and not _draws(), reason="needs EGL (Debian: libegl1 libgl1-mesa-dri)"
+    "CI" not in os.environ and not _draws(), reason="needs EGL (Debian: libegl1 libopengl0 libgl1-mesa-dri)"
 )

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -147,12 +148,24 @@ def test_what_is_published_reads_as_the_body_senses_it() -> None:
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 20
 
 
+def checked(file: Path) -> Iterator[dict[str, Any]]:
+    """What `robots check` says, again and again: a busy machine takes a while to find who is there."""
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        said: dict[str, Any] = json.loads(run("robots", "check", file, "--seconds", 2.0, "--json").stdout)
+        yield said
+
+
+def _all_came(said: dict[str, Any]) -> bool:
+    return all(each["messages"] > 2 for each in said["arrivals"])
+
+
 @draws
 def test_a_person_without_hardware_finds_all_there(tmp_path: Path) -> None:
     """`robots simulate` in one process, and `robots check` in this one, over DDS."""
     pytest.importorskip("cyclonedds", reason="needs the extra ros2")
     command = [sys.executable, "-m", "understudy.cli", "robots", "simulate", "soccer", "--domain", "47"]
-    command += ["--write-files", str(tmp_path), "--seconds", "60", "--rate", "10"]
+    command += ["--write-files", str(tmp_path), "--seconds", "90", "--rate", "10"]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as process:
@@ -160,12 +173,10 @@ def test_a_person_without_hardware_finds_all_there(tmp_path: Path) -> None:
             assert process.stdout is not None
             while "Ctrl-C" not in (line := process.stdout.readline()):
                 assert line, "it ended early"
-            result = run("robots", "check", tmp_path / "humanoid.toml", "--seconds", 3.0, "--json")
-            said = json.loads(result.stdout)
-            assert all(each["messages"] > 2 for each in said["arrivals"])  # how many, a busy machine decides
+            said = next(each for each in checked(tmp_path / "humanoid.toml") if _all_came(each))
             assert not said["lacks"]
         finally:
-            process.send_signal(signal.SIGINT)
+            process.terminate()  # as Ctrl-C
             process.wait(20)
     assert process.returncode == 0
 

@@ -7,6 +7,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -58,8 +60,6 @@ def simulate(
     from understudy.physics.apart import REFEREE
     from understudy.physics.robot_files import names_of_robots, robot_file, team_file
     from understudy.physics.ros import served
-    from understudy.robots.dds import DDS
-    from understudy.robots.zenoh import Zenoh
 
     out = console()
     scenario = find_world(world)
@@ -79,24 +79,48 @@ def simulate(
             for name, content in files.items():
                 write(write_files / name, content.encode())
                 out.print(f"Wrote {write_files / name}", soft_wrap=True, markup=False)
+    signal.signal(
+        signal.SIGTERM, signal.default_int_handler
+    )  # all leave as on Ctrl-C, which some shells keep away
     said = ", ".join(f"/{name}" for name in names)
     if only is None:
         out.print(f"{scenario.name} (seed {seed}): {said} on domain {domain}, {rate:g} Hz. Ctrl-C ends it.")
-    if apart and only is None:
-        _apart([*names, REFEREE], seconds=seconds)
-        return
-    transport: Transport = DDS(domain) if router is None else Zenoh(domain, router)
-    late, parent = 0, os.getppid()
-    try:
-        simulated = _what(served(replace(scenario, tick_s=1.0 / rate)), seed, transport, only)
-        # One of several ends with the process that began all of them, however that ends.
-        late = simulated.run(seconds=seconds, stopped=lambda: only is not None and os.getppid() != parent)
-    except KeyboardInterrupt:
-        pass
-    finally:
-        transport.close()
+    with _leaving_orderly():
+        if apart and only is None:
+            _apart([*names, REFEREE], seconds=seconds)
+            return
+        late = _simulate(served(replace(scenario, tick_s=1.0 / rate)), seed, domain, router, only, seconds)
     if late:
         out.print(f"{late} ticks came late: this machine is too slow for {rate:g} Hz with as many robots.")
+
+
+@contextmanager
+def _leaving_orderly() -> Iterator[None]:
+    """SIGTERM is as Ctrl-C, which some shells keep away from what runs behind them."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _simulate(
+    scenario: Scenario, seed: int, domain: int, router: str | None, only: str | None, seconds: float
+) -> int:
+    """Until the time is over or somebody ends it; how many ticks came late."""
+    from understudy.robots.dds import DDS
+    from understudy.robots.zenoh import Zenoh
+
+    transport: Transport = DDS(domain) if router is None else Zenoh(domain, router)
+    parent = os.getppid()
+    try:
+        simulated = _what(scenario, seed, transport, only)
+        # One of several ends with the process that began all of them, however that ends.
+        return simulated.run(seconds=seconds, stopped=lambda: only is not None and os.getppid() != parent)
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        transport.close()
 
 
 def _what(
@@ -137,6 +161,6 @@ def _apart(names: list[str], *, seconds: float) -> None:
         while time.monotonic() < ends and any(each.poll() is None for each in processes):
             time.sleep(0.05)
         for each in processes:
-            each.send_signal(signal.SIGINT)
+            each.terminate()
         for each in processes:
             each.wait(10.0)

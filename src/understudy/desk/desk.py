@@ -106,16 +106,13 @@ class Desk:
     @property
     def unsaved(self) -> bool:
         """Whether the lesson is not as the library has it."""
-        session = self.session
-        key = (session.examples, session.automaton, self._saved)
+        session, saved = self.session, self._saved
+        key = (session.examples, session.automaton, saved)
         if self._compared is None or any(
             new is not old for new, old in zip(key, self._compared[0], strict=True)
         ):
-            saved = self._saved
-            self._compared = (
-                key,
-                bool(session.examples) if saved is None else not alike(saved, session.lesson),
-            )
+            unsaved = bool(session.examples) if saved is None else not alike(saved, session.lesson)
+            self._compared = key, unsaved
         return self._compared[1]
 
     @property

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy.physics.mujoco import drawing, mujoco
+from understudy.physics.mujoco import NoDrawing, drawing, mujoco
 from understudy.physics.shapes import ROLLING, UNSEEN
 from understudy.robots.camera import Image
 
@@ -22,7 +22,12 @@ class Looking:
         lib = mujoco()
         self._on.make_current()
         self._scene = lib.MjvScene(model, maxgeom=2000)
-        self._context = lib.MjrContext(model, lib.mjtFontScale.mjFONTSCALE_100)
+        try:
+            self._context = lib.MjrContext(model, lib.mjtFontScale.mjFONTSCALE_100)
+        except (
+            lib.FatalError
+        ) as error:  # a way to draw that is there, but draws nothing, such as one without a screen
+            raise NoDrawing(problem=str(error).partition(",")[0]) from error
         for flag in (lib.mjtRndFlag.mjRND_SHADOW, lib.mjtRndFlag.mjRND_REFLECTION):
             self._scene.flags[flag] = fine
         self._option, self._eye = lib.MjvOption(), lib.MjvCamera()

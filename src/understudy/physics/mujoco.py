@@ -17,32 +17,40 @@ class NoDrawing(UnderstudyError):
     def __init__(self, *, problem: str) -> None:
         self.problem = problem
         super().__init__(
-            f"cameras cannot be rendered here: {problem}; install EGL (Debian: libegl1 libgl1-mesa-dri), "
+            f"cameras cannot be rendered here: {problem}; install EGL (Debian: libegl1 libopengl0 libgl1-mesa-dri), "
             "or choose another way to draw with MUJOCO_GL"
         )
 
 
+WAYS = ("egl", "osmesa", "glfw")
+"""How MuJoCo can draw; the first needs no screen, and is taken unless MUJOCO_GL names another."""
+
+
 @cache
 def mujoco() -> Any:
-    """The module `mujoco`; ExtraMissing where it is not installed. It draws with EGL, unless MUJOCO_GL says how."""
-    os.environ.setdefault("MUJOCO_GL", "egl")
+    """The module `mujoco`; ExtraMissing where it is not installed."""
     try:
         return import_module("mujoco")
     except ImportError:
         raise ExtraMissing(what="a world in simulated physics", extra="mujoco") from None
+    except Exception as error:  # it looks at MUJOCO_GL at once, and fails as that does
+        raise NoDrawing(problem=_said(error)) from error
 
 
 @cache
 def drawing(width_px: int, height_px: int) -> Any:
     """What draws pictures up to this size, current in this thread; NoDrawing where there is none."""
+    mujoco()
+    asked = os.environ.get("MUJOCO_GL", "").lower()
     try:
-        lib = mujoco()
-        # Asked for by name: who imported MuJoCo before us left it to choose a way that needs a screen.
-        found = import_module("mujoco.egl") if os.environ["MUJOCO_GL"].lower() == "egl" else lib
-        context = found.GLContext(width_px, height_px)
+        context = import_module(f"mujoco.{asked if asked in WAYS else WAYS[0]}").GLContext(
+            width_px, height_px
+        )
         context.make_current()
     except Exception as error:  # what it raises depends on what is missing
-        raise NoDrawing(
-            problem=f"{error.__class__.__name__}: {error}" if str(error) else str(error)
-        ) from error
+        raise NoDrawing(problem=_said(error)) from error
     return context
+
+
+def _said(error: Exception) -> str:
+    return f"{error.__class__.__name__}: {error}" if str(error) else error.__class__.__name__

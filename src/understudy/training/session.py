@@ -87,8 +87,7 @@ class Session:
 
     def _begin(self, body: Body, library: Library, past: Past, clock: Callable[[], float] | None) -> None:
         self.body, self.library, self.agent = body, library, past.agent
-        self.paused = False
-        self._targets = past.targets
+        self.paused, self._targets = False, past.targets
         self._clock = clock or (lambda: body.time_s)
         self._keys = every_key(body)
         self._notebook = Notebook(past, Journal(), steady=steady_readings(body))
