@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Self
@@ -77,13 +78,16 @@ class Fleet:
         return any(robot.armed for robot in self.robots)
 
     def arm(self, by: str) -> None:
-        """Arm all of them, or none: what stands against one is raised, and those before it stop again."""
-        try:
-            for robot in self.robots:
-                robot.arm(by)
-        except BaseException:
+        """Arm all of them, or none: what stands against one is raised, and the others stop again.
+
+        All at once, since each waits for its watchdog.
+        """
+        with ThreadPoolExecutor(len(self.robots)) as pool:
+            tried = [pool.submit(robot.arm, by) for robot in self.robots]
+        problems = [error for each in tried if (error := each.exception()) is not None]
+        if problems:
             self.disarm("another robot of the team could not be armed")
-            raise
+            raise problems[0]
 
     def disarm(self, cause: str) -> None:
         """Stop all of them, and let them be armed anew before they move."""
@@ -107,6 +111,7 @@ class Fleet:
 
     def close(self) -> None:
         """Stop and leave, all of them, whatever goes wrong with one."""
+        self.disarm("its program left")
         with ExitStack() as each:
             for robot in self.robots:
                 each.callback(robot.close)
