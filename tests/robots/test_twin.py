@@ -12,7 +12,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import Wire, odometry
 from tests.robots.twins import ARENA, Rig
 
-from understudy.errors import SettingError
+from understudy.errors import SettingError, UnderstudyError
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
 from understudy.robots.fleet import Fleet
@@ -81,3 +81,37 @@ def test_absent_where_no_odometry_comes() -> None:
     rig = Rig()
     percept = rig.twin.sense([("range", "red_flag")])
     assert all(map(isnan, percept["range", "red_flag"]))
+
+
+def broken(*_: object) -> None:
+    raise OSError("broken")
+
+
+def test_what_goes_wrong_with_one_robot_keeps_no_other_from_stopping(monkeypatch: pytest.MonkeyPatch) -> None:
+    for stop in ("disarm", "emergency", "close"):
+        rig = Rig()
+        rig.seen()
+        rig.twin.fleet.arm("a test")
+        monkeypatch.setattr(rig.robots[0], stop, broken)
+        with pytest.raises(OSError, match="broken"):
+            getattr(rig.twin.fleet, stop)("a test")
+        assert not rig.robots[1].armed
+        monkeypatch.undo()
+
+
+def test_where_one_robot_cannot_be_armed_none_is() -> None:
+    rig = Rig()
+    rig.hear(0, odometry(0.0))
+    with pytest.raises(UnderstudyError, match="geofence"):
+        rig.twin.fleet.arm("a test")
+    assert not rig.twin.fleet.armed
+    assert rig.robots[0].stopped == "another robot of the team could not be armed"
+
+
+def test_robots_tell_that_their_program_failed() -> None:
+    rig = Rig()
+    rig.seen()
+    with pytest.raises(KeyError), rig.twin.fleet as fleet:
+        fleet.arm("a test")
+        raise KeyError
+    assert [robot.stops[-1].cause for robot in rig.robots] == ["its program failed: KeyError"] * 2

@@ -47,8 +47,8 @@ class Robots:
         """A person lets them move from now on; what stands against it is raised."""
         if self._twin is None:
             raise SessionError("these robots are simulated: nothing has to be armed")
-        self._heard_s = self._wall()
         self._twin.fleet.arm(self._place)
+        self._heard_s = self._wall()  # what was said meanwhile, which may take seconds, was not heard yet
 
     def stop(self, cause: str) -> None:
         """Stop them at once; they have to be armed again."""
