@@ -111,7 +111,12 @@ def test_where_one_robot_cannot_be_armed_none_is() -> None:
 def test_robots_tell_that_their_program_failed() -> None:
     rig = Rig()
     rig.seen()
-    with pytest.raises(KeyError), rig.twin.fleet as fleet:
-        fleet.arm("a test")
-        raise KeyError
+
+    def fail() -> None:
+        with rig.twin.fleet as fleet:
+            fleet.arm("a test")
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        fail()
     assert [robot.stops[-1].cause for robot in rig.robots] == ["its program failed: KeyError"] * 2
