@@ -5,7 +5,7 @@ import type { Studio } from "./studio";
 /** The key that is held where robots move only while one is. */
 export const HOLD = "h";
 const EVERY_MS = 150;
-const TYPES = "input, textarea, [contenteditable]";
+const TYPES = "input:not([type=checkbox]):not([type=radio]), textarea, select, [contenteditable]";
 
 export class Live {
   holding = false;
@@ -23,9 +23,14 @@ export class Live {
     const down = (event: KeyboardEvent): void => {
       if (!this.real) return;
       // Wherever one types, and whatever else Escape does.
-      if (event.key === "Escape") void this.studio.ask({ do: "stop" });
+      if (event.key === "Escape") {
+        this.hold(false);
+        if (!event.repeat) void this.studio.ask({ do: "stop" });
+      }
       const typing = event.target instanceof Element && event.target.closest(TYPES) !== null;
-      if (event.key.toLowerCase() === HOLD && !typing && !event.ctrlKey && !event.metaKey) this.hold(true);
+      // Beside these the system may keep to itself that the key was let go.
+      if (event.ctrlKey || event.metaKey || event.altKey) this.hold(false);
+      else if (event.key.toLowerCase() === HOLD && !typing && !event.repeat) this.hold(true);
     };
     const up = (event: KeyboardEvent): void => {
       if (event.key.toLowerCase() === HOLD) this.hold(false);
@@ -34,11 +39,15 @@ export class Live {
     addEventListener("keydown", down, true);
     addEventListener("keyup", up, true);
     addEventListener("blur", away);
+    addEventListener("contextmenu", away, true);
+    document.addEventListener("visibilitychange", away);
     return () => {
       clearInterval(beat);
       removeEventListener("keydown", down, true);
       removeEventListener("keyup", up, true);
       removeEventListener("blur", away);
+      removeEventListener("contextmenu", away, true);
+      document.removeEventListener("visibilitychange", away);
     };
   }
 
@@ -51,6 +60,7 @@ export class Live {
   }
 
   private tell(): void {
+    if (!this.studio.directs) this.holding = false; // a button that is disabled does not tell when it is let go
     if (this.real && this.studio.directs) void this.studio.ask({ do: "here", holding: this.holding });
   }
 }

@@ -29,9 +29,10 @@ export function Robots() {
           aria-pressed={holding}
           disabled={!studio.directs}
           title="It moves only while you hold this, or the key"
-          onPointerDown={() => studio.live.hold(true)}
+          onPointerDown={(event) => studio.live.hold(event.button === 0)}
           onPointerUp={() => studio.live.hold(false)}
           onPointerLeave={() => studio.live.hold(false)}
+          onPointerCancel={() => studio.live.hold(false)}
         >
           Hold to move <kbd>{HOLD.toUpperCase()}</kbd>
         </button>

@@ -12,10 +12,11 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import Wire, odometry
 from tests.robots.twins import ARENA, Rig
 
-from understudy.errors import SettingError
+from understudy.errors import SettingError, UnderstudyError
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
 from understudy.robots.fleet import Fleet
+from understudy.robots.guard import ArmingRefused
 from understudy.robots.twin import Twin
 from understudy.testing import check_body
 
@@ -81,3 +82,52 @@ def test_absent_where_no_odometry_comes() -> None:
     rig = Rig()
     percept = rig.twin.sense([("range", "red_flag")])
     assert all(map(isnan, percept["range", "red_flag"]))
+
+
+def broken(*_: object) -> None:
+    raise OSError("broken")
+
+
+def test_what_goes_wrong_with_one_robot_keeps_no_other_from_stopping(monkeypatch: pytest.MonkeyPatch) -> None:
+    for stop in ("disarm", "emergency", "close"):
+        rig = Rig()
+        rig.seen()
+        rig.twin.fleet.arm("a test")
+        monkeypatch.setattr(rig.robots[0], stop, broken)
+        with pytest.raises(OSError, match="broken"):
+            getattr(rig.twin.fleet, stop)("a test")
+        assert not rig.robots[1].armed
+        monkeypatch.undo()
+
+
+def test_where_one_robot_cannot_be_armed_none_is() -> None:
+    rig = Rig()
+    rig.hear(0, odometry(0.0))
+    with pytest.raises(UnderstudyError, match="geofence"):
+        rig.twin.fleet.arm("a test")
+    assert not rig.twin.fleet.armed
+    assert rig.robots[0].stopped == "another robot of the team could not be armed"
+
+
+def test_robots_tell_that_their_program_failed() -> None:
+    rig = Rig()
+    rig.seen()
+
+    def fail() -> None:
+        with rig.twin.fleet as fleet:
+            fleet.arm("a test")
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        fail()
+    assert [robot.stops[-1].cause for robot in rig.robots] == ["its program failed: KeyError"] * 2
+
+
+def test_all_robots_of_a_team_are_armed_or_none() -> None:
+    rig = Rig()
+    rig.seen()
+    rig.hear(1, odometry(9.0))  # outside its geofence
+    with pytest.raises(ArmingRefused, match="'two' stays disarmed: outside its geofence"):
+        rig.twin.fleet.arm("a test")
+    assert [robot.armed for robot in rig.robots] == [False, False]
+    assert rig.robots[0].stopped == "another robot of the team could not be armed"

@@ -19,7 +19,7 @@ from understudy.robots.recording_file import read_recording
 from understudy.robots.replay_lesson import recorded_presses, taught_over
 from understudy.studio.stage import Stage
 from understudy.studio.studio import Studio
-from understudy.studio.viewers import Viewer
+from understudy.studio.viewers import PER_SECOND, Viewer
 from understudy.training.design import new_lesson
 from understudy.worlds.kits import kit_of
 
@@ -146,6 +146,38 @@ def test_it_stops_where_the_page_falls_silent(lab: Lab) -> None:
     lab.wait(0.3, here=False)
     assert not lab.moves()
     assert lab.shown()[0]["stopped"] == "the studio was silent"
+
+
+def test_it_stops_where_the_page_is_loaded_again(lab: Lab) -> None:
+    """Its connection was lost, though nobody has noticed yet."""
+    teaching(lab)
+    again = lab.studio.arrive(lab.page.key)
+    assert lab.studio.viewers.director is again
+    assert not lab.moves()
+    assert not lab.shown()[0]["armed"]
+
+
+def test_the_time_that_arming_takes_is_no_silence(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet = lab.rig.twin.fleet
+    arm = fleet.arm
+
+    def slowly(by: str) -> None:
+        arm(by)
+        lab.wall.now += 2.0  # a watchdog is started for each
+
+    monkeypatch.setattr(fleet, "arm", slowly)
+    lab.say(do="arm")
+    lab.studio.beat()
+    assert lab.shown()[0]["armed"]
+
+
+def test_a_page_that_says_too_much_still_stops_it(lab: Lab) -> None:
+    teaching(lab)
+    for _ in range(PER_SECOND + 1):
+        answer = lab.say(do="here", holding=False)
+    assert "too many messages" in answer["error"]
+    assert "error" not in lab.say(do="stop")
+    assert not lab.shown()[0]["armed"]
 
 
 REFUSED = [

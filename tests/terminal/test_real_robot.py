@@ -76,3 +76,17 @@ async def test_help_and_questions_stop_it_not(tmp_path: Path) -> None:
             teaching.beat()
         assert rig.sent(0) == (0.0, 0.0)
         assert rig.robots[0].armed
+
+
+@run
+async def test_escape_stops_it_whatever_lies_on_top(tmp_path: Path) -> None:
+    """Without that, it would close the help, and the robot would go on."""
+    rig = Rig(("one",))
+    rig.seen()
+    async with trainer(plan(rig, tmp_path), twin=rig.twin) as hand:
+        for key in ("h", "l", "c"):
+            await hand.press("y", "up", key, "escape")
+            await wait(hand, rig, 0.2)
+            assert rig.sent(0) == (0.0, 0.0)
+            assert [stop.cause for stop in rig.robots[0].stops] == ["emergency: stopped in the terminal"]
+            rig.robots[0].guard.log.stops.clear()

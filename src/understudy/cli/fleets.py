@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -50,23 +50,49 @@ def twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recor
     """The robots of a file, connected, in their world; stopped and left at the end.
 
     Where `recorded`, every message goes into a recording, `record` or one made beside the file; it says what is
-    decided once `Twin.record` was called.
+    decided once `Twin.record` was called, and is not kept where that never was.
     """
     from understudy.robots.fleet import connect_robot, connect_team
     from understudy.robots.recording import Recorder
     from understudy.robots.twin import Twin
 
     path = team or robot or Path()
+    _see_record(record, recorded=recorded)
     recorder = Recorder(record or _place(path)) if recorded and path.is_file() else None
+    twin = None
     try:
         with (
             connect_team(team, recorder=recorder) if team else connect_robot(path, recorder=recorder) as fleet
         ):
-            yield Twin(fleet, recorder=recorder)
+            twin = Twin(fleet, recorder=recorder)
+            yield twin
     finally:
         if recorder is not None:
             recorder.close()
-            typer.echo(f"Recorded in {recorder.path}", err=True)
+            if twin is not None and twin.recorded:
+                typer.echo(f"Recorded in {recorder.path}", err=True)
+            else:
+                recorder.path.unlink(missing_ok=True)
+                with suppress(OSError):  # others are in it, or it is not ours
+                    (path.parent / FOLDER).rmdir()
+
+
+def _see_record(record: Path | None, *, recorded: bool) -> None:
+    """Refuse a recording that is none, or is not wanted."""
+    if record is None:
+        return
+    if not recorded:
+        raise SettingError(
+            where="--record", setting="and --no-record", problem="were both given", remedy="give one of them"
+        )
+    if record.suffix.lower() != ".mcap":
+        problem = "is no recording, and real robots are not drawn"
+        raise SettingError(
+            where="--record",
+            setting=repr(str(record)),
+            problem=problem,
+            remedy="name a file that ends in .mcap",
+        )
 
 
 def _place(path: Path) -> Path:

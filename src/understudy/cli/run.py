@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from time import monotonic, sleep
 from typing import TYPE_CHECKING, Annotated, Any
@@ -130,6 +131,7 @@ def run(
     if real(robot, team, world=scenario or world) is not None:
         from understudy.cli.live import run_live
 
+        _refuse(context, ("seed", "speed", "trace"), "means nothing to real robots")
         with twin_of(robot, team, record=record, recorded=not no_record) as twin:
             run_live(twin, behavior, library, kit=kit, bind=bind, seconds=seconds, as_json=as_json)
         return
@@ -185,13 +187,18 @@ def _given(context: typer.Context, option: str) -> bool:
 
 def _only_replayed(context: typer.Context) -> None:
     """Refuse what means nothing where readings are those of a recording."""
+    options = "scenario", "world", "seed", "seconds", "speed", "record", "trace", "robot", "team", "no_record"
+    _refuse(context, options, "means nothing to --replay: all is as it was recorded")
+
+
+def _refuse(context: typer.Context, options: Sequence[str], problem: str) -> None:
+    """Refuse the first of these options that was given."""
     from understudy.errors import SettingError
 
-    for option in ("scenario", "world", "seed", "seconds", "speed", "record", "trace"):
+    for option in options:
         if _given(context, option):
-            named = "SCENARIO" if option == "scenario" else f"--{option}"
-            problem, remedy = "means nothing to --replay: all is as it was recorded", "leave it out"
-            raise SettingError(where="run", setting=named, problem=problem, remedy=remedy)
+            named = "SCENARIO" if option == "scenario" else f"--{option.replace('_', '-')}"
+            raise SettingError(where="run", setting=named, problem=problem, remedy="leave it out")
 
 
 def _how(

@@ -21,6 +21,11 @@ from understudy.worlds.part import Part
 
 FORMAT = "understudy-robot/1"
 TEAM = "understudy-robots/1"
+OTHER = {
+    FORMAT: "is that of one robot's file, not of a team's; name it with --robot, or in a team's file",
+    TEAM: "is that of a team's file, not of a robot's; name it with --team, or one of the files in it",
+}
+"""What to do with a file where the other sort is wanted: problem and remedy."""
 
 DOMAINS = range(233)
 """Domain ids that ROS 2 has on every system; above them the network ports run out."""
@@ -182,6 +187,9 @@ def _described(content: str, path: Path | str, format: str, whole: type[Describe
         problem = f"is no TOML: {error}"
         raise FileError(path=path, place="", problem=problem, remedy="correct it there") from None
     if (given := document.get("format")) != format:
+        if isinstance(given, str) and given in OTHER:
+            problem, _, remedy = OTHER[given].partition("; ")
+            raise FileError(path=path, place="format", problem=problem, remedy=remedy)
         problem = (
             "is missing" if given is None else f"is {given!r:.60}, which is no format of {what} known here"
         )

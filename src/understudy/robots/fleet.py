@@ -78,6 +78,7 @@ class Fleet:
         return any(robot.armed for robot in self.robots)
 
     def arm(self, by: str) -> None:
+<<<<<<< HEAD
         """Arm all of them, or none: what stands against one is raised, and the others stop again.
 
         All at once, since each waits for its watchdog.
@@ -86,18 +87,29 @@ class Fleet:
             tried = [pool.submit(robot.arm, by) for robot in self.robots]
         problems = [error for each in tried if (error := each.exception()) is not None]
         if problems:
+=======
+        """Arm all of them, or none: what stands against one is raised, and the others stop again."""
+        try:
+            with ThreadPoolExecutor(len(self.robots)) as side_by_side:  # each waits for a watchdog of its own
+                armed = [side_by_side.submit(robot.arm, by) for robot in self.robots]
+            for each in armed:
+                each.result()
+        except BaseException:
+>>>>>>> read1
             self.disarm("another robot of the team could not be armed")
             raise problems[0]
 
     def disarm(self, cause: str) -> None:
-        """Stop all of them, and let them be armed anew before they move."""
-        for robot in self.robots:
-            robot.disarm(cause)
+        """Stop all of them, whatever goes wrong with one, and let them be armed anew before they move."""
+        with ExitStack() as each:
+            for robot in reversed(self.robots):
+                each.callback(robot.disarm, cause)
 
     def emergency(self, cause: str) -> None:
-        """Stop all of them at once."""
-        for robot in self.robots:
-            robot.emergency(cause)
+        """Stop all of them at once, whatever goes wrong with one."""
+        with ExitStack() as each:
+            for robot in reversed(self.robots):
+                each.callback(robot.emergency, cause)
 
     def hold(self, for_s: float) -> None:
         """A person holds the key, for so long from now."""
@@ -109,12 +121,13 @@ class Fleet:
         """Whether any of them moves only while a person holds a key."""
         return any(robot.file.safety.hold_to_run for robot in self.robots)
 
-    def close(self) -> None:
+    def close(self, cause: str = "its program left") -> None:
         """Stop and leave, all of them, whatever goes wrong with one."""
         self.disarm("its program left")
         with ExitStack() as each:
-            for robot in self.robots:
-                each.callback(robot.close)
+            for robot in reversed(self.robots):
+                each.callback(robot.close, cause)
+            self.disarm(cause)  # first of all: to leave one takes a while
 
     def __iter__(self) -> Iterator[Robot]:
         return iter(self.robots)
@@ -122,8 +135,11 @@ class Fleet:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
+        if error is None:
+            self.close()
+        else:
+            self.close(f"its program failed: {error.__name__}")
 
     def _can(self, agent: int, key: ReadingKey) -> bool:
         name, target = key

@@ -164,6 +164,11 @@ class Twin:
         )
         self._recording = True
 
+    @property
+    def recorded(self) -> bool:
+        """Whether what is decided is recorded."""
+        return self._recording
+
     def noted(self, agent: int, state: str | None = None, *, step: str = "press") -> None:
         """A person presses a state for a robot, or confirms the present one (None); or takes another step: test, train,
         restart. It comes before the next tick, and is recorded.

@@ -47,7 +47,10 @@ class Studio:
 
     def arrive(self, key: str | None) -> Viewer:
         """A page connects, and is shown everything."""
+        former = self.viewers.director
         viewer = self.viewers.arrive(key)
+        if former is not None and viewer is self.viewers.director:
+            self.stage.robots.leave(LEFT_ROBOTS)  # it comes again since its connection was lost
         self._see_rebuilt()
         hello = {
             "is": "hello",
@@ -74,7 +77,7 @@ class Studio:
         began = perf_counter()
         number: int | None = None
         try:
-            if not viewer.may_speak():
+            if not viewer.may_speak() and not _stops(text):
                 number = m.number_of(text)
                 raise SessionError(f"too many messages: at most {PER_SECOND} a second are heard")
             if isinstance(text, bytes):
@@ -182,6 +185,14 @@ class Studio:
 
     def _desk_for(self, viewer: Viewer) -> bytes:
         return _encode({**self._shown, "directs": viewer is self.viewers.director})
+
+
+def _stops(text: str | bytes) -> bool:
+    """Whether a message stops robots, which is heard however many there are."""
+    try:
+        return isinstance(text, str) and isinstance(m.read(text), m.Stop)
+    except m.UnusableMessage:
+        return False
 
 
 def _version() -> str:

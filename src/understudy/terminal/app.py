@@ -12,6 +12,7 @@ from pathlib import Path
 from time import monotonic
 from typing import ClassVar
 
+from textual import events
 from textual.app import App
 
 from understudy.desk import journals
@@ -127,6 +128,14 @@ class Trainer(App[Ended | UnderstudyError]):
         desk = self.opened.desk
         kept = journals.end(self.opened.journal, self.plan.folder, self.plan.name)
         self.exit(Ended(desk.screen.examples, not desk.unsaved and bool(desk.session.examples), kept))
+
+    async def on_event(self, event: events.Event) -> None:
+        """Escape stops real robots whatever lies on top of their screen, and does what else it does there."""
+        if isinstance(event, events.Key) and event.key == "escape" and not event.is_forwarded:
+            for screen in self.screen_stack:
+                if isinstance(screen, Teaching):
+                    screen.action_stop()
+        await super().on_event(event)
 
     async def action_quit(self) -> None:
         """Ctrl-Q: the same as q, so that nothing is lost unasked."""

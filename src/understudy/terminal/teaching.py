@@ -63,7 +63,7 @@ class Teaching(Screen[str]):
         Binding("l", "lesson", show=False),
         Binding("A", "ask", show=False),
         Binding("y", "arm", show=False),
-        Binding("escape,backspace", "stop", show=False),
+        Binding("backspace", "stop", show=False),
         Binding("C", "coach", show=False),
         Binding("c", "choose", show=False),
         Binding("h,f1", "help", show=False),

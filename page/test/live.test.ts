@@ -1,0 +1,92 @@
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { Live } from "../src/live";
+import type { Request } from "../src/protocol";
+import type { Studio } from "../src/studio";
+
+/** What a key does in a window without anything else. */
+class Field extends EventTarget {
+  constructor(private readonly tag: string) {
+    super();
+  }
+  closest(selector: string): Field | null {
+    return selector.split(/,\s*/).some((each) => each.split(":")[0] === this.tag) ? this : null;
+  }
+}
+
+const asked: Request[] = [];
+let directs = true;
+let live: Live;
+let end: () => void;
+let page: EventTarget;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  asked.length = 0;
+  directs = true;
+  page = new EventTarget();
+  vi.stubGlobal("Element", Field);
+  vi.stubGlobal("document", new EventTarget());
+  vi.stubGlobal("addEventListener", page.addEventListener.bind(page));
+  vi.stubGlobal("removeEventListener", page.removeEventListener.bind(page));
+  live = new Live({
+    scene: { real: ["rover"] },
+    get directs() {
+      return directs;
+    },
+    ask: (request: Request) => {
+      asked.push(request);
+      return Promise.resolve({ re: 1 });
+    },
+    news: { tell: () => undefined },
+  } as unknown as Studio);
+  end = live.begin();
+});
+
+afterEach(() => {
+  end();
+  vi.unstubAllGlobals();
+  vi.useRealTimers();
+});
+
+function key(type: "keydown" | "keyup", name: string, more: object = {}): void {
+  const event = new Event(type);
+  Object.defineProperty(event, "target", { value: new Field("body") });
+  page.dispatchEvent(Object.assign(event, { key: name, ...more }));
+}
+
+test("it moves while the key is held, and the studio is told all the while", () => {
+  key("keydown", "h");
+  vi.advanceTimersByTime(300);
+  key("keyup", "h");
+  expect(asked.map((each) => "holding" in each && each.holding)).toEqual([true, true, true, false]);
+});
+
+const LETS_GO: [string, () => void][] = [
+  ["another window", () => page.dispatchEvent(new Event("blur"))],
+  ["another tab", () => document.dispatchEvent(new Event("visibilitychange"))],
+  ["the menu of the right button, which takes the keys", () => page.dispatchEvent(new Event("contextmenu"))],
+  ["a key beside which some systems tell of no other", () => key("keydown", "Meta", { metaKey: true })],
+  ["the emergency stop", () => key("keydown", "Escape")],
+  ["no longer directing", () => ((directs = false), vi.advanceTimersByTime(150))],
+];
+
+test.each(LETS_GO)("%s lets go, and a key that repeats holds it no more", (_, happens) => {
+  key("keydown", "h");
+  happens();
+  key("keydown", "h", { repeat: true });
+  expect(live.holding).toBe(false);
+});
+
+test.each(["input", "textarea", "select"])("who types in a field (%s) holds nothing", (tag) => {
+  const event = new Event("keydown");
+  Object.defineProperty(event, "target", { value: new Field(tag) });
+  page.dispatchEvent(Object.assign(event, { key: "h" }));
+  expect(live.holding).toBe(false);
+});
+
+test("Escape stops, wherever one types", () => {
+  const event = new Event("keydown");
+  Object.defineProperty(event, "target", { value: new Field("input") });
+  page.dispatchEvent(Object.assign(event, { key: "Escape" }));
+  expect(asked).toContainEqual({ do: "stop" });
+});
