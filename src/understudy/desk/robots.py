@@ -48,11 +48,7 @@ class Robots:
         if self._twin is None:
             raise SessionError("these robots are simulated: nothing has to be armed")
         self._twin.fleet.arm(self._place)
-<<<<<<< HEAD
-        self._heard_s = self._wall()  # arming takes a moment, in which nobody was heard
-=======
         self._heard_s = self._wall()  # what was said meanwhile, which may take seconds, was not heard yet
->>>>>>> read1
 
     def stop(self, cause: str) -> None:
         """Stop them at once; they have to be armed again."""

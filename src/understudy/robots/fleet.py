@@ -78,16 +78,6 @@ class Fleet:
         return any(robot.armed for robot in self.robots)
 
     def arm(self, by: str) -> None:
-<<<<<<< HEAD
-        """Arm all of them, or none: what stands against one is raised, and the others stop again.
-
-        All at once, since each waits for its watchdog.
-        """
-        with ThreadPoolExecutor(len(self.robots)) as pool:
-            tried = [pool.submit(robot.arm, by) for robot in self.robots]
-        problems = [error for each in tried if (error := each.exception()) is not None]
-        if problems:
-=======
         """Arm all of them, or none: what stands against one is raised, and the others stop again."""
         try:
             with ThreadPoolExecutor(len(self.robots)) as side_by_side:  # each waits for a watchdog of its own
@@ -95,9 +85,8 @@ class Fleet:
             for each in armed:
                 each.result()
         except BaseException:
->>>>>>> read1
             self.disarm("another robot of the team could not be armed")
-            raise problems[0]
+            raise
 
     def disarm(self, cause: str) -> None:
         """Stop all of them, whatever goes wrong with one, and let them be armed anew before they move."""
@@ -123,7 +112,6 @@ class Fleet:
 
     def close(self, cause: str = "its program left") -> None:
         """Stop and leave, all of them, whatever goes wrong with one."""
-        self.disarm("its program left")
         with ExitStack() as each:
             for robot in reversed(self.robots):
                 each.callback(robot.close, cause)
