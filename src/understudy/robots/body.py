@@ -145,6 +145,10 @@ class Robot:
         self.guard.arm(by)
         atexit.register(self.close)
 
+    def prepare(self) -> None:
+        """Start what arming needs, which takes half a second; WatchdogFailed where that does not start."""
+        self.guard.prepare()
+
     def disarm(self, cause: str = "disarmed") -> None:
         """Stop at once, and stay so until armed again."""
         self.guard.disarm(cause)

@@ -87,6 +87,14 @@ class Guard:
         """Whether it obeys."""
         return bool(self._by)
 
+    def prepare(self) -> None:
+        """Start the watchdog, so that arming takes no time; WatchdogFailed where it does not start."""
+        with self._arming:
+            self._start()
+
+    def _start(self) -> None:
+        self._vigil.start([peer for peer in self._peers() if peer.topic in self._heard])
+
     def arm(self, by: str) -> None:
         """Obey from now on, since a person says so. ArmingRefused, WatchdogFailed or FileError where it must not.
 
@@ -101,7 +109,7 @@ class Guard:
             self._refuse_danger()
             self.log.begin()
             if self._vigil.keeps:
-                self._vigil.start([peer for peer in self._peers() if peer.topic in self._heard])
+                self._start()
                 self._refuse_danger()  # it took a while
             with self._lock:
                 if orders != self._orders:

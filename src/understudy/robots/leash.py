@@ -98,6 +98,12 @@ class Leash:
             with contextlib.suppress(OSError):  # `problem` tells of it
                 _tell(self._process, words)
 
+    def begin(self) -> None:
+        """Forget what it said until now, or did not say: nobody spoke to it."""
+        self.problem()
+        self.intervened()
+        self._answered_s = time.monotonic()
+
     def problem(self) -> str:
         """Why it cannot be relied on; empty where all is well. Takes in what it answered."""
         process = self._process

@@ -53,8 +53,7 @@ class Vigil:
         """The robot may move from now on."""
         self._looked_s, self._asleep_s = now, asleep_s()
         if self._leash is not None:
-            self._leash.problem()  # whatever it said was of an earlier time
-            self._leash.intervened()
+            self._leash.begin()
             self._leash.tell(ANEW)
 
     def doubt(self, now: float) -> Danger | None:
