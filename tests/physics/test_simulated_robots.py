@@ -246,10 +246,11 @@ def test_without_robots_there_is_nothing_to_simulate() -> None:
 
 def test_one_of_several_ends_without_who_began_them() -> None:
     pytest.importorskip("cyclonedds", reason="needs the extra ros2")
-    result = run(
-        "robots", "simulate", "arena", "--domain", "47", "--only", "referee", "--parent", os.getpid()
-    )
+    began = time.monotonic()
+    alone = ("--only", "referee", "--parent", os.getpid(), "--seconds", 60)
+    result = run("robots", "simulate", "arena", "--domain", "47", *alone)
     assert result.exit_code == 0, result.output
+    assert time.monotonic() - began < 50
 
 
 def test_an_interrupt_that_gets_lost_ends_it_nevertheless() -> None:
