@@ -133,3 +133,9 @@ def test_boxes_are_refused() -> None:
     scenario: Scenario = load_scenario("boxes")
     with pytest.raises(SettingError, match=r"objects\[1\].pull"):
         Physics(scenario)
+
+
+@pytest.mark.parametrize("agent", [-1, 1])
+def test_nobody_sees_nothing(agent: int) -> None:
+    with pytest.raises(SettingError, match=f"agent is {agent}; give one from 0 to 0"):
+        rovers(*ALONE).image(agent)

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import FileError
+from understudy.errors import FileError, SettingError
 from understudy.model.feature import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.kit import Kit
@@ -139,6 +139,9 @@ class Physics:
 
     def image(self, agent: int) -> Image | None:
         """What a robot's camera sees now [H, W, 3]; None where it has none."""
+        if not 0 <= agent < self.agents:
+            where, remedy = f"world {self.scenario.name!r}", f"give one from 0 to {self.agents - 1}"
+            raise SettingError(where=where, setting="agent", problem=f"is {agent}", remedy=remedy)
         return self._senses.image(agent)
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
