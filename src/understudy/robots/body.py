@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Self
+from zlib import crc32
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from understudy.robots.vigil import Danger
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.worlds.catalog import find_world
 from understudy.worlds.commands import table_of
-from understudy.worlds.kits import COLUMNS, MOVING
+from understudy.worlds.kits import COLUMNS, MOVING, readings_of_type
 from understudy.worlds.scenario import RobotType, Scenario
 
 
@@ -61,7 +62,9 @@ class Robot:
         colored = () if self.scenario is None else tuple(self.scenario.targets)
         self.senses = Senses(file, transport, path=path, targets=colored)
         self.targets: Sequence[str] = self.senses.targets
-        self._derived = Derived(self.kind, self.senses.readings, self.targets)
+        _see_fit(file, self.senses.readings, self.kind, path)
+        seed = crc32(f"{file.domain} {file.namespace} {file.name}".encode())
+        self._derived = Derived(self.kind, self.senses.readings, self.targets, seed=seed)
         self.readings: Sequence[Reading] = (*self.senses.readings, *self._derived.readings)
         self._publish: Publish | None = None
         self.guard = Guard(
@@ -218,6 +221,23 @@ def connect(file: RobotFile, *, path: Path | str = "robot.toml", recorder: Recor
     except BaseException:
         transport.close()
         raise
+
+
+def _see_fit(file: RobotFile, offered: Sequence[Reading], kind: RobotType | None, path: Path | str) -> None:
+    """FileError where a reading is of another sort than the one of its name in the world: lessons are about that."""
+    there = {} if kind is None else {each.name: each for _, each in readings_of_type(kind)}
+    for each in offered:
+        of = there.get(each.name)
+        if of is None or each.of_targets != of.of_targets:
+            continue
+        place = f"readings.{each.name}"
+        if each.kind != of.kind:
+            problem = f"is {each.kind}, and {of.kind} in {file.world}"
+            raise FileError(path=path, place=place, problem=problem, remedy="read such a field, or rename it")
+        if each.unit and of.unit and each.unit != of.unit:
+            problem = f"is {each.unit}, and {of.unit} in {file.world}"
+            remedy = f"read a field in {of.unit}, or rename it"
+            raise FileError(path=path, place=f"{place}.unit", problem=problem, remedy=remedy)
 
 
 def _world_of(file: RobotFile, path: Path | str) -> tuple[Scenario | None, RobotType | None]:
