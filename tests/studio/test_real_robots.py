@@ -21,6 +21,7 @@ from understudy.studio.stage import Stage
 from understudy.studio.studio import Studio
 from understudy.studio.viewers import PER_SECOND, Viewer
 from understudy.training.design import new_lesson
+from understudy.training.trainee import Mode
 from understudy.worlds.kits import kit_of
 
 ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
@@ -231,6 +232,37 @@ def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None
     )
     assert [str(each) for each in again.examples] == [str(each) for each in session.examples]
     assert len(again.examples) >= 4
+
+
+def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
+    """While it waits, it stands; the world goes on, and so does what it reads."""
+    path = tmp_path / "one.mcap"
+    with Recorder(path) as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        lab.say(do="press", state="rotate_left")
+        lab.wait(0.3)
+        lab.say(do="press", state="forward")
+        lab.wait(0.3)
+        lab.say(do="ask_when", when="pause")
+        lab.say(do="turn")
+        session = lab.studio.stage.trained.session
+        for tenths in range(1, 20):  # ever nearer to the flag
+            lab.rig.hear(0, lab.rig.odometry(tenths / 10))
+            lab.wait(0.2)
+            if session.paused:
+                break
+        assert "What is right?" in lab.studio.stage.said.text
+        assert not lab.moves()
+        known, state = len(session.examples), session.screen().state
+        lab.rig.hear(0, lab.rig.odometry(1.95))
+        lab.wait(0.2)
+        assert "error" not in lab.say(do="press", state="rotate_right")
+        assert len(session.examples) == known + 2
+        assert (session.examples[-2].state, session.examples[-2].correction) == (state, True)
+        assert (session.mode, session.paused, session.screen().state) == (Mode.TESTING, False, "rotate_right")
+        assert lab.shown()[0]["armed"]
+        lab.studio.stage.close()
+    assert [each.does for each in recorded_presses(read_recording(path))][-2:] == ["press", "resume"]
 
 
 def test_a_coordinator_of_real_robots_is_taught(tmp_path: Path) -> None:
