@@ -265,6 +265,26 @@ def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
     assert [each.does for each in recorded_presses(read_recording(path))][-2:] == ["press", "resume"]
 
 
+def test_of_several_sessions_the_last_is_recorded_as_one(tmp_path: Path) -> None:
+    """Presses of another automaton would be none of its states."""
+    path = tmp_path / "one.mcap"
+    with Recorder(path) as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        other = {"name": "turns", "states": ["rotate_left"], "parameters": [], "targets": {}, "flags": []}
+        answer = lab.say(**{**ARENA_GOTO, **other, "features": ["distance_to(red_flag)"], "discard": True})
+        assert "error" not in answer
+        lab.wait(0.3)
+        assert not lab.moves()  # armed, and in its start state
+        assert lab.shown()[0]["armed"]
+        lab.say(do="press", state="rotate_left")
+        lab.wait(0.3)
+        assert lab.moves()
+        lab.studio.stage.close()
+    recording = read_recording(path)
+    assert recording.head.ran.binding == {}
+    assert [each.state for each in recorded_presses(recording)] == ["rotate_left"]
+
+
 def test_a_coordinator_of_real_robots_is_taught(tmp_path: Path) -> None:
     """Paper section 5.1, on four robots: who leads them is pressed from one order to the next."""
     lab = Lab(tmp_path, names=("one", "two", "three", "four"), world="patrol")
