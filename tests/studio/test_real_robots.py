@@ -172,11 +172,30 @@ def test_the_time_that_arming_takes_is_no_silence(lab: Lab, monkeypatch: pytest.
     assert lab.shown()[0]["armed"]
 
 
+def test_what_was_read_before_arming_is_not_decided_on(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else its first tick would be a stop, and logged."""
+    lab.say(**ARENA_GOTO)
+    lab.say(do="pause", paused=False)
+    lab.wait(0.3)
+    fleet = lab.rig.twin.fleet
+    arm = fleet.arm
+
+    def slowly(by: str) -> None:
+        lab.rig.now += 0.4
+        arm(by)
+
+    monkeypatch.setattr(fleet, "arm", slowly)
+    lab.say(do="arm")
+    lab.say(do="press", state="forward")
+    lab.wait(0.3)
+    assert lab.moves()
+    assert not lab.rig.robots[0].stops
+
+
 def test_a_page_that_says_too_much_still_stops_it(lab: Lab) -> None:
     teaching(lab)
-    for _ in range(PER_SECOND + 1):
-        answer = lab.say(do="here", holding=False)
-    assert "too many messages" in answer["error"]
+    answers = [lab.say(do="here", holding=False) for _ in range(PER_SECOND + 1)]
+    assert "too many messages" in answers[-1]["error"]
     assert "error" not in lab.say(do="stop")
     assert not lab.shown()[0]["armed"]
 
