@@ -103,5 +103,5 @@ def test_a_program_that_the_system_ends_leaves_as_it_should(number: signal.Signa
     with pytest.raises(SystemExit) as error:
         ended()
     transports[0].close()
-    assert (error.value.code, left) == (128 + number, ["its program failed: SystemExit"])
+    assert (error.value.code, left) == (128 + number, ["its program left"])
     assert signal.getsignal(number) is before

@@ -304,6 +304,33 @@ def test_of_several_sessions_the_last_is_recorded_as_one(tmp_path: Path) -> None
     assert [each.state for each in recorded_presses(recording)] == ["rotate_left"]
 
 
+def test_where_one_of_two_robots_falls_silent_the_other_goes_on(tmp_path: Path) -> None:
+    lab = teaching(Lab(tmp_path, names=("one", "two")))
+    for _ in range(80):
+        lab.wall.now += 0.01
+        lab.rig.now += 0.01
+        lab.rig.hear(0, lab.rig.last)
+        lab.studio.stage.robots.hear(holding=False)
+        lab.studio.beat()
+    assert [each["armed"] for each in lab.shown()] == [True, False]
+    assert lab.moves()
+    assert "stays disarmed" in lab.say(do="arm")["error"]  # all, or none
+    assert [each["armed"] for each in lab.shown()] == [False, False]
+    lab.studio.stage.close()
+
+
+def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "one.mcap") as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        recorder._writer.problem = "no space left"
+        lab.wait(0.2)
+        assert not lab.moves()
+        assert not lab.shown()[0]["armed"]
+        assert "recording ended: no space left; make room" in lab.studio.stage.said.text
+        lab.studio.stage.close()
+        recorder._writer.problem = ""
+
+
 def test_a_coordinator_of_real_robots_is_taught(tmp_path: Path) -> None:
     """Paper section 5.1, on four robots: who leads them is pressed from one order to the next."""
     lab = Lab(tmp_path, names=("one", "two", "three", "four"), world="patrol")
