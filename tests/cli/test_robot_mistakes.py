@@ -9,6 +9,7 @@ import pytest
 from tests.cli.commands import run
 
 from understudy.cli.fleets import twin_of
+from understudy.robots.file import RobotFile
 from understudy.robots.transport import Transport
 
 for module in ("cyclonedds", "rosbags", "mcap"):
@@ -105,3 +106,20 @@ def test_a_program_that_the_system_ends_leaves_as_it_should(number: signal.Signa
     transports[0].close()
     assert (error.value.code, left) == (128 + number, ["its program left"])
     assert signal.getsignal(number) is before
+
+
+def test_a_team_is_stopped_though_one_of_its_files_is_wrong(
+    files: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    halted = []
+
+    def heard(robot: RobotFile, **_: object) -> bool:
+        halted.append(robot.domain)
+        return True
+
+    monkeypatch.setattr("understudy.robots.halt.halt", heard)
+    assert run("robots", "stop", files / "team.toml").exit_code == 0
+    assert sorted(halted) == [103, 104]
+    result = run("robots", "stop", files / "lone.toml")
+    assert (result.exit_code, halted[2:]) == (2, [103])
+    assert "missing.toml: there is no such file" in result.stderr
