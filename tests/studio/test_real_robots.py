@@ -319,6 +319,14 @@ def test_where_one_of_two_robots_falls_silent_the_other_goes_on(tmp_path: Path) 
     lab.studio.stage.close()
 
 
+def test_a_place_beyond_all_places_breaks_nothing(lab: Lab) -> None:
+    teaching(lab)
+    lab.rig.hear(0, lab.rig.odometry(1e308))
+    lab.wait(0.2)
+    assert lab.shown() == [{"name": "one", "armed": False, "stopped": "outside its geofence"}]
+    assert "broke" not in lab.studio.stage.said.text
+
+
 def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
     with Recorder(tmp_path / "one.mcap") as recorder:
         lab = teaching(Lab(tmp_path / "library", recorder))
