@@ -94,6 +94,13 @@ def test_the_direction_of_a_pose_in_the_plane(theta: float, is_: float) -> None:
     assert same(found[2](make("geometry_msgs/msg/Pose2D", theta=theta)), is_)
 
 
+@pytest.mark.parametrize(("x", "is_"), [(1.5, 1.5), (-1e30, -1e30), (1e31, nan), (-1.7e308, nan), (inf, nan)])
+def test_what_nothing_measures_is_absent(x: float, is_: float) -> None:
+    message = make(ODOMETRY)
+    message.pose.pose.position.x = x
+    assert same(value(message, type=ODOMETRY, field="pose.pose.position.x"), is_)
+
+
 def scan(*ranges: float) -> Any:
     """As it comes over the wire: angles are 32-bit floats."""
     message = make(

@@ -109,18 +109,26 @@ def test_where_one_robot_cannot_be_armed_none_is() -> None:
     assert rig.robots[0].stopped == "another robot of the team could not be armed"
 
 
-def test_robots_tell_that_their_program_failed() -> None:
+@pytest.mark.parametrize(
+    ("error", "cause"),
+    [
+        (KeyError, "its program failed: KeyError"),
+        (KeyboardInterrupt, "its program was interrupted"),
+        (SystemExit, "its program left"),
+    ],
+)
+def test_robots_tell_why_their_program_left(error: type[BaseException], cause: str) -> None:
     rig = Rig()
     rig.seen()
 
     def fail() -> None:
         with rig.twin.fleet as fleet:
             fleet.arm("a test")
-            raise KeyError
+            raise error
 
-    with pytest.raises(KeyError):
+    with pytest.raises(error):
         fail()
-    assert [robot.stops[-1].cause for robot in rig.robots] == ["its program failed: KeyError"] * 2
+    assert [robot.stops[-1].cause for robot in rig.robots] == [cause] * 2
 
 
 def test_all_robots_of_a_team_are_armed_or_none() -> None:

@@ -176,10 +176,7 @@ class Robot:
         return self
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
-        if error is None:
-            self.close()
-        else:
-            self.close(f"its program failed: {error.__name__}")
+        self.close(parting(error))
 
     @property
     def _where(self) -> str:
@@ -209,6 +206,15 @@ class Robot:
                 time_s=time.time(),
             )
         )
+
+
+def parting(error: type[BaseException] | None) -> str:
+    """Why a program leaves a robot."""
+    if error is None or issubclass(error, SystemExit):
+        return "its program left"
+    if issubclass(error, KeyboardInterrupt):
+        return "its program was interrupted"
+    return f"its program failed: {error.__name__}"
 
 
 def connect(file: RobotFile, *, path: Path | str = "robot.toml", recorder: Recorder | None = None) -> Robot:

@@ -19,6 +19,8 @@ RANGE, SCAN = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan"
 QUATERNION = "geometry_msgs/msg/Quaternion"
 POSE_2D = "geometry_msgs/msg/Pose2D", "theta"
 """The one number of common messages that is a direction."""
+LARGEST = 1e30
+"""Numbers beyond it measure nothing: their squares would be no numbers any more."""
 _SAME = 1e-4
 """Angles (rad) nearer to each other than this are one: those of scans are sums of 32-bit floats."""
 
@@ -90,7 +92,7 @@ def _walk(message: Any, path: str) -> Any:
 
 
 def _finite(value: float) -> float:
-    return value if isfinite(value) else nan
+    return value if abs(value) <= LARGEST else nan
 
 
 def heading(quaternion: Any) -> float:

@@ -167,6 +167,15 @@ def load_team(path: Path | str) -> tuple[TeamFile, Sequence[Path]]:
     return team, [Path(path).parent / each for each in team.robots]
 
 
+def robots_in(path: Path | str) -> Sequence[Path]:
+    """The file itself, or those of its robots where it is a team's; FileError where it cannot be read."""
+    try:
+        team = tomllib.loads(_read(path)).get("format") == TEAM
+    except (ValueError, RecursionError):
+        team = False
+    return load_team(path)[1] if team else [Path(path)]
+
+
 def load_robot(path: Path | str) -> RobotFile:
     """The robot that a file describes; FileError, naming the key, where it is none or cannot be."""
     return parse_robot(_read(path), path)

@@ -29,7 +29,7 @@ from understudy.robots.recording_types import (
 from understudy.robots.transitions import within
 from understudy.robots.transport import ExtraMissing
 
-PRESS, TEST, TRAIN, RESTART = "press", "test", "train", "restart"
+PRESS, TEST, TRAIN, RESTART, GO_ON = "press", "test", "train", "restart", "resume"
 """What a step of a session can be."""
 MOST_BYTES = 2**30
 """Of one record: a damaged length must not take all memory."""

@@ -151,8 +151,11 @@ class Twin:
         ]
 
     def record(self, ran: Ran) -> None:
-        """From now on record what is decided, if there is a recorder; its messages are recorded from the beginning."""
-        if self._recorder is None or self._recording:
+        """From now on record what is decided, if there is a recorder; its messages are recorded from the beginning.
+
+        Said again, as where another session begins, the run that is recorded begins anew.
+        """
+        if self._recorder is None:
             return
         paths = [robot.path for robot in self.fleet if robot.path.is_file()]
         files = {path.name: path.read_text("utf-8-sig") for path in paths}
