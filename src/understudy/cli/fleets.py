@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -57,16 +58,42 @@ def twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recor
     from understudy.robots.twin import Twin
 
     path = team or robot or Path()
+    _see_place(record, recorded=recorded)
     recorder = Recorder(record or _place(path)) if recorded and path.is_file() else None
+    connected = False
     try:
         with (
             connect_team(team, recorder=recorder) if team else connect_robot(path, recorder=recorder) as fleet
         ):
-            yield Twin(fleet, recorder=recorder)
+            twin = Twin(fleet, recorder=recorder)
+            connected = True
+            yield twin
     finally:
         if recorder is not None:
             recorder.close()
-            typer.echo(f"Recorded in {recorder.path}", err=True)
+            if connected:
+                typer.echo(f"Recorded in {recorder.path}", err=True)
+            else:  # it is ours, and empty
+                recorder.path.unlink(missing_ok=True)
+
+
+def _see_place(record: Path | None, *, recorded: bool) -> None:
+    """Refuse a place where a recording is not meant to be."""
+    from understudy.cli.recording import is_recording
+
+    if record is None:
+        return
+    if not recorded:
+        raise SettingError(
+            where="--record", setting="and --no-record", problem="were both given", remedy="give one of them"
+        )
+    if not is_recording(record):
+        raise SettingError(
+            where="--record",
+            setting=repr(str(record)),
+            problem="is no recording, and nothing else is made of real robots",
+            remedy="name a file that ends in .mcap",
+        )
 
 
 def _place(path: Path) -> Path:
@@ -76,4 +103,6 @@ def _place(path: Path) -> Path:
     folder = path.parent / FOLDER
     with failing(folder, "making the folder of recordings", remedy="give --record PATH, or --no-record"):
         folder.mkdir(exist_ok=True)
-    return folder / f"{path.stem}-{datetime.now():%Y-%m-%dT%H-%M-%S}.mcap"
+    name = f"{path.stem}-{datetime.now():%Y-%m-%dT%H-%M-%S}"
+    again = (folder / f"{name}{'' if number == 1 else f'-{number}'}.mcap" for number in count(1))
+    return next(place for place in again if not place.exists())

@@ -128,6 +128,7 @@ def run(
     from understudy.worlds.teams import runners, sort_of, team_of
 
     if real(robot, team, world=scenario or world) is not None:
+        _only_simulated(context)
         from understudy.cli.live import run_live
 
         with twin_of(robot, team, record=record, recorded=not no_record) as twin:
@@ -192,6 +193,16 @@ def _only_replayed(context: typer.Context) -> None:
             named = "SCENARIO" if option == "scenario" else f"--{option}"
             problem, remedy = "means nothing to --replay: all is as it was recorded", "leave it out"
             raise SettingError(where="run", setting=named, problem=problem, remedy=remedy)
+
+
+def _only_simulated(context: typer.Context) -> None:
+    """Refuse what real robots have none of."""
+    from understudy.errors import SettingError
+
+    for option in ("seed", "speed", "trace"):
+        if _given(context, option):
+            problem, remedy = "means nothing to real robots, which are recorded as they are", "leave it out"
+            raise SettingError(where="run", setting=f"--{option}", problem=problem, remedy=remedy)
 
 
 def _how(
