@@ -27,7 +27,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("arguments, said", CASES, ids=lambda case: " ".join(case[:2]))
+@pytest.mark.parametrize(("arguments", "said"), CASES, ids=lambda case: " ".join(case[:2]))
 def test_what_to_install_is_said(arguments: list[str], said: str, tmp_path: Path) -> None:
     robot = tmp_path / "rover.toml"
     robot.write_text(ROVER, encoding="utf-8")
