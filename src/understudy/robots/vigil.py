@@ -42,7 +42,7 @@ class Vigil:
     @property
     def watchdogs(self) -> int:
         """How many watchdogs of ours are connected to the robot."""
-        return int(self._leash is not None and self._leash.alive)
+        return 0 if self._leash is None else self._leash.count
 
     def start(self, peers: Sequence[Peer]) -> None:
         """See that the watchdog is there, and has found these others; WatchdogFailed where it does not."""
