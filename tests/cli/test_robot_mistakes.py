@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
 from tests.cli.commands import run
+
+from understudy.cli.fleets import twin_of
+from understudy.robots.file import RobotFile
+from understudy.robots.transport import Transport
 
 for module in ("cyclonedds", "rosbags", "mcap"):
     pytest.importorskip(module, reason="needs the extra ros2")
@@ -83,3 +88,38 @@ def test_a_mistake_is_one_paragraph(
     assert expected in result.stderr
     assert result.stderr.count("\n") == 1
     assert {path.suffix for path in files.iterdir()} == {".toml"}
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_program_that_the_system_ends_leaves_as_it_should(number: signal.Signals, files: Path) -> None:
+    """Robots are stopped by their own program, and the recording is whole; for kill -9 there is the watchdog."""
+    before, left, transports = signal.getsignal(number), list[str](), list[Transport]()
+
+    def ended() -> None:
+        with twin_of(files / "rover.toml", None, record=None, recorded=False) as twin:
+            twin.fleet.robots[0].close = left.append  # type: ignore[method-assign, assignment]
+            transports.append(twin.fleet.robots[0].transport)
+            signal.raise_signal(number)
+
+    with pytest.raises(SystemExit) as error:
+        ended()
+    transports[0].close()
+    assert (error.value.code, left) == (128 + number, ["its program left"])
+    assert signal.getsignal(number) is before
+
+
+def test_a_team_is_stopped_though_one_of_its_files_is_wrong(
+    files: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    halted = []
+
+    def heard(robot: RobotFile, **_: object) -> bool:
+        halted.append(robot.domain)
+        return True
+
+    monkeypatch.setattr("understudy.robots.halt.halt", heard)
+    assert run("robots", "stop", files / "team.toml").exit_code == 0
+    assert sorted(halted) == [103, 104]
+    result = run("robots", "stop", files / "lone.toml")
+    assert (result.exit_code, halted[2:]) == (2, [103])
+    assert "missing.toml: there is no such file" in result.stderr

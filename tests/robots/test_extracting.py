@@ -59,6 +59,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"type": ODOMETRY, "field": "pose.pose.position"}, "field"),
     ({"type": ODOMETRY, "field": "pose.pose.position.x.y"}, "field"),
     ({"type": ODOMETRY, "field": "child_frame_id"}, "field"),
+    ({"type": ODOMETRY, "field": "pose.pose.position.x", "offset_m": 0.1}, "offset_m"),
 ]
 
 
@@ -76,6 +77,28 @@ def same(one: float, other: float) -> bool:
 def test_a_range(said: float, is_: float) -> None:
     message = make(RANGE, min_range=0.1, max_range=3.0, range=said)
     assert same(value(message, type=RANGE, offset_m=0.2), is_)
+
+
+@pytest.mark.parametrize(("said", "is_"), [(-inf, 0.0), (inf, 0.4), (nan, nan)])
+def test_a_sensor_that_only_tells_whether_something_is_there(said: float, is_: float) -> None:
+    """REP 117: its limits are one, and -inf says that there is."""
+    message = make(RANGE, min_range=0.5, max_range=0.5, range=said)
+    assert same(value(message, type=RANGE, offset_m=0.1), is_)
+
+
+@pytest.mark.parametrize(("theta", "is_"), [(0.5, 0.5), (-0.5, tau - 0.5), (-1e-18, 0.0), (inf, nan)])
+def test_the_direction_of_a_pose_in_the_plane(theta: float, is_: float) -> None:
+    found = extraction(ReadingOf(topic="t", type="geometry_msgs/msg/Pose2D", field="theta"))
+    assert not isinstance(found, Mismatch)
+    assert found[:2] == (Toroidal(), "rad")
+    assert same(found[2](make("geometry_msgs/msg/Pose2D", theta=theta)), is_)
+
+
+@pytest.mark.parametrize(("x", "is_"), [(1.5, 1.5), (-1e30, -1e30), (1e31, nan), (-1.7e308, nan), (inf, nan)])
+def test_what_nothing_measures_is_absent(x: float, is_: float) -> None:
+    message = make(ODOMETRY)
+    message.pose.pose.position.x = x
+    assert same(value(message, type=ODOMETRY, field="pose.pose.position.x"), is_)
 
 
 def scan(*ranges: float) -> Any:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.robots.rovers import ROVER
+from tests.robots.rovers import ROVER, Wire
 
 from understudy.errors import FileError
+from understudy.robots.body import Robot
 from understudy.robots.file import load_robot, parse_robot
 
 TOPICS = [  # namespace, name in the file, the topic
@@ -38,6 +39,23 @@ WRONG = [  # this in the file, replaced by that, is an error at this key, which 
     ("drive_m_s = 0.4", "drive_m_s = -0.4", "commands.drive_m_s", "above 0"),
     ("drive_m_s = 0.4", 'drive_m_s = 0.4\ntype = "std_msgs/msg/Bool"', "commands.type", "TwistStamped"),
     ("[commands]", "[commands", "", "no TOML"),
+    ('"understudy-robot/1"', '"understudy-robots/1"', "format", "name it with --team"),
+    ("[readings.x]", "[targets.ball]\nat = [1, 0]\n\n[readings.range]", "readings.range", "another name"),
+    ("[readings.x]", "[camera]\n\n[readings.blob_x]", "readings.blob_x", "what the camera give"),
+    ("[commands]", "[camera]\nrate_hz = nan\n[commands]", "camera.rate_hz", "is nan"),
+    (
+        "[commands]",
+        '[targets.ball]\ntopic = "b"\nrate_hz = 0.5\n[commands]',
+        "targets.ball.stale_s",
+        "more than 2",
+    ),
+    ("[commands]", "[safety]\ndeadline_s = 0.01\n[commands]", "safety.deadline_s", "above 0.04"),
+    ('namespace = "/rover"', 'namespace = "/röver"', "namespace", "letters, digits"),
+]
+SONAR = 'type = "sensor_msgs/msg/Range"'
+WRONG_IN_ARENA = [  # the same of a file that names the world arena
+    (SONAR, 'type = "std_msgs/msg/Bool"\nfield = "data"', "readings.sonar_ahead", "and continuous in arena"),
+    (SONAR, f'{SONAR}\nunit = "cm"', "readings.sonar_ahead.unit", "is cm, and m in arena; read a field in m"),
 ]
 
 
@@ -72,3 +90,14 @@ def test_the_file_of_the_documents_is_one() -> None:
 def test_a_file_that_is_not_there() -> None:
     with pytest.raises(FileError, match="no such file"):
         load_robot("nowhere.toml")
+
+
+@pytest.mark.parametrize(("this", "that", "place", "said"), WRONG_IN_ARENA)
+def test_readings_are_of_the_sort_that_lessons_are_about(this: str, that: str, place: str, said: str) -> None:
+    pytest.importorskip("rosbags", reason="needs the extra ros2")
+    file = ROVER.replace("[limits]", 'world = "arena"\n[limits]')
+    Robot(parse_robot(file), Wire())
+    with pytest.raises(FileError) as error:
+        Robot(parse_robot(file.replace(this, that)), Wire())
+    assert error.value.place == place
+    assert said in str(error.value)

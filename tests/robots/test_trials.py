@@ -51,13 +51,13 @@ def tell(line: str) -> Callable[[Process], object]:
 
 
 ENDS: list[tuple[str, Callable[[Process], object], str, str]] = [  # how it ends, the cause, who logs it
-    ("exit", tell("exit"), "its program failed: SystemExit", "program"),
+    ("exit", tell("exit"), "its program left", "program"),
     ("error", tell("fail"), "its program failed: ValueError", "program"),
     ("no close", tell("leave"), "its program left", "program"),
     (
         "Ctrl-C",
         lambda decider: decider.send(signal.SIGINT),
-        "its program failed: KeyboardInterrupt",
+        "its program was interrupted",
         "program",
     ),
     ("SIGTERM", lambda decider: decider.send(signal.SIGTERM), "ended without a word", "watchdog"),

@@ -21,6 +21,7 @@ from understudy.studio.stage import Stage
 from understudy.studio.studio import Studio
 from understudy.studio.viewers import PER_SECOND, Viewer
 from understudy.training.design import new_lesson
+from understudy.training.trainee import Mode
 from understudy.worlds.kits import kit_of
 
 ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
@@ -171,6 +172,26 @@ def test_the_time_that_arming_takes_is_no_silence(lab: Lab, monkeypatch: pytest.
     assert lab.shown()[0]["armed"]
 
 
+def test_what_was_read_before_arming_is_not_decided_on(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else its first tick would be a stop, and logged."""
+    lab.say(**ARENA_GOTO)
+    lab.say(do="pause", paused=False)
+    lab.wait(0.3)
+    fleet = lab.rig.twin.fleet
+    arm = fleet.arm
+
+    def slowly(by: str) -> None:
+        lab.rig.now += 0.4
+        arm(by)
+
+    monkeypatch.setattr(fleet, "arm", slowly)
+    lab.say(do="arm")
+    lab.say(do="press", state="forward")
+    lab.wait(0.3)
+    assert lab.moves()
+    assert not lab.rig.robots[0].stops
+
+
 def test_a_page_that_says_too_much_still_stops_it(lab: Lab) -> None:
     teaching(lab)
     answers = [lab.say(do="here", holding=False) for _ in range(PER_SECOND + 1)]
@@ -230,6 +251,92 @@ def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None
     )
     assert [str(each) for each in again.examples] == [str(each) for each in session.examples]
     assert len(again.examples) >= 4
+
+
+def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
+    """While it waits, it stands; the world goes on, and so does what it reads."""
+    path = tmp_path / "one.mcap"
+    with Recorder(path) as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        lab.say(do="press", state="rotate_left")
+        lab.wait(0.3)
+        lab.say(do="press", state="forward")
+        lab.wait(0.3)
+        lab.say(do="ask_when", when="pause")
+        lab.say(do="turn")
+        session = lab.studio.stage.trained.session
+        for tenths in range(1, 20):  # ever nearer to the flag
+            lab.rig.hear(0, lab.rig.odometry(tenths / 10))
+            lab.wait(0.2)
+            if session.paused:
+                break
+        assert "What is right?" in lab.studio.stage.said.text
+        assert not lab.moves()
+        known, state = len(session.examples), session.screen().state
+        lab.rig.hear(0, lab.rig.odometry(1.95))
+        lab.wait(0.2)
+        assert "error" not in lab.say(do="press", state="rotate_right")
+        assert len(session.examples) == known + 2
+        assert (session.examples[-2].state, session.examples[-2].correction) == (state, True)
+        assert (session.mode, session.paused, session.screen().state) == (Mode.TESTING, False, "rotate_right")
+        assert lab.shown()[0]["armed"]
+        lab.studio.stage.close()
+    assert [each.does for each in recorded_presses(read_recording(path))][-2:] == ["press", "resume"]
+
+
+def test_of_several_sessions_the_last_is_recorded_as_one(tmp_path: Path) -> None:
+    """Presses of another automaton would be none of its states."""
+    path = tmp_path / "one.mcap"
+    with Recorder(path) as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        other = {"name": "turns", "states": ["rotate_left"], "parameters": [], "targets": {}, "flags": []}
+        answer = lab.say(**{**ARENA_GOTO, **other, "features": ["distance_to(red_flag)"], "discard": True})
+        assert "error" not in answer
+        lab.wait(0.3)
+        assert not lab.moves()  # armed, and in its start state
+        assert lab.shown()[0]["armed"]
+        lab.say(do="press", state="rotate_left")
+        lab.wait(0.3)
+        assert lab.moves()
+        lab.studio.stage.close()
+    recording = read_recording(path)
+    assert recording.head.ran.binding == {}
+    assert [each.state for each in recorded_presses(recording)] == ["rotate_left"]
+
+
+def test_where_one_of_two_robots_falls_silent_the_other_goes_on(tmp_path: Path) -> None:
+    lab = teaching(Lab(tmp_path, names=("one", "two")))
+    for _ in range(80):
+        lab.wall.now += 0.01
+        lab.rig.now += 0.01
+        lab.rig.hear(0, lab.rig.last)
+        lab.studio.stage.robots.hear(holding=False)
+        lab.studio.beat()
+    assert [each["armed"] for each in lab.shown()] == [True, False]
+    assert lab.moves()
+    assert "stays disarmed" in lab.say(do="arm")["error"]  # all, or none
+    assert [each["armed"] for each in lab.shown()] == [False, False]
+    lab.studio.stage.close()
+
+
+def test_a_place_beyond_all_places_breaks_nothing(lab: Lab) -> None:
+    teaching(lab)
+    lab.rig.hear(0, lab.rig.odometry(1e308))
+    lab.wait(0.2)
+    assert lab.shown() == [{"name": "one", "armed": False, "stopped": "outside its geofence"}]
+    assert "broke" not in lab.studio.stage.said.text
+
+
+def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "one.mcap") as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        recorder._writer.problem = "no space left"
+        lab.wait(0.2)
+        assert not lab.moves()
+        assert not lab.shown()[0]["armed"]
+        assert "recording ended: no space left; make room" in lab.studio.stage.said.text
+        lab.studio.stage.close()
+        recorder._writer.problem = ""
 
 
 def test_a_coordinator_of_real_robots_is_taught(tmp_path: Path) -> None:

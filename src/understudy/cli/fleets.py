@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -26,6 +29,8 @@ TeamFile: TypeAlias = Annotated[
 NoRecording: TypeAlias = Annotated[
     bool, typer.Option("--no-record", help="Do not record what real robots sense and do.")
 ]
+SIGNALED = 128
+"""What exit codes of programs begin at that a signal ended."""
 FOLDER = "recordings"
 """Where recordings are kept, beside the robot's file."""
 
@@ -52,12 +57,17 @@ def twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recor
     Where `recorded`, every message goes into a recording, `record` or one made beside the file; it says what is
     decided once `Twin.record` was called, and is not kept where that never was.
     """
+    _see_record(record, recorded=recorded)
+    with _leaving_on_signals():
+        yield from _twin_of(robot, team, record=record, recorded=recorded)
+
+
+def _twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recorded: bool) -> Iterator[Twin]:
     from understudy.robots.fleet import connect_robot, connect_team
     from understudy.robots.recording import Recorder
     from understudy.robots.twin import Twin
 
     path = team or robot or Path()
-    _see_record(record, recorded=recorded)
     recorder = Recorder(record or _place(path)) if recorded and path.is_file() else None
     twin = None
     try:
@@ -75,6 +85,22 @@ def twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recor
                 recorder.path.unlink(missing_ok=True)
                 with suppress(OSError):  # others are in it, or it is not ours
                     (path.parent / FOLDER).rmdir()
+
+
+@contextmanager
+def _leaving_on_signals() -> Iterator[None]:
+    """Leave robots as at the end where the system ends the program: stopped, and with a whole recording."""
+
+    def leave(number: int, _: object) -> None:
+        sys.exit(SIGNALED + number)
+
+    signals = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {each: signal.signal(each, leave) for each in signals}
+    try:
+        yield
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
 
 
 def _see_record(record: Path | None, *, recorded: bool) -> None:
@@ -102,4 +128,6 @@ def _place(path: Path) -> Path:
     folder = path.parent / FOLDER
     with failing(folder, "making the folder of recordings", remedy="give --record PATH, or --no-record"):
         folder.mkdir(exist_ok=True)
-    return folder / f"{path.stem}-{datetime.now():%Y-%m-%dT%H-%M-%S}.mcap"
+    name = f"{path.stem}-{datetime.now():%Y-%m-%dT%H-%M-%S}"
+    again = (folder / f"{name}{'' if number == 1 else f'-{number}'}.mcap" for number in count(1))
+    return next(place for place in again if not place.exists())

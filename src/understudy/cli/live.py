@@ -57,6 +57,7 @@ def run_live(
     _looked_over(live)
     _armed_by_a_person(fleet, behavior)
     live.restart()
+    began_s = twin.time_s
     twin.record(
         Ran(
             kit=kit,
@@ -72,7 +73,7 @@ def run_live(
     facts = {
         "behavior": behavior,
         "robots": [robot.file.name for robot in fleet],
-        "seconds": round(twin.time_s, 3),
+        "seconds": round(twin.time_s - began_s, 3),
         "ticks": live.ticks,
         "late_ticks": live.late,
         "ended": ended,

@@ -12,23 +12,40 @@ from understudy.cli.parts import Json
 RobotOf = Annotated[Path, typer.Argument(metavar="FILE", help="The robot's file.", show_default=False)]
 
 
-def stop(file: RobotOf) -> None:
-    """Stop a robot, whoever drives it: stop is sent for two seconds, and a program of ours that drives it is disarmed.
+def stop(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="The file of a robot, or of a team.", show_default=False)
+    ],
+) -> None:
+    """Stop a robot, or a team, whoever drives it: stop is sent for two seconds, and a program of ours that drives it is
+    disarmed.
 
-    Ends with exit code 1 where nothing was heard of the robot.
+    Ends with exit code 1 where nothing was heard of a robot.
 
     [dim]understudy robots stop rover.toml[/]
     """
-    from understudy.cli.output import console
-    from understudy.robots.file import load_robot
-    from understudy.robots.halt import halt
+    from concurrent.futures import ThreadPoolExecutor
 
-    robot = load_robot(file)
-    there = halt(robot, path=file, by="robots stop")
-    topic, out = robot.topic(robot.commands.topic), console()
-    out.print(f"{robot.name}: stop was sent on {topic}.", markup=False)
-    if not there:
-        out.print("Nothing was heard of the robot: look whether it stands.", markup=False)
+    from understudy.cli.output import console
+    from understudy.robots import halt
+    from understudy.robots.file import load_robot, robots_in
+
+    def stopped(path: Path) -> tuple[str, bool]:
+        robot = load_robot(path)
+        there = halt.halt(robot, path=path, by="robots stop")
+        return f"{robot.name}: stop was sent on {robot.topic(robot.commands.topic)}.", there
+
+    files = robots_in(file)
+    with ThreadPoolExecutor(
+        len(files)
+    ) as all_at_once:  # a file that is wrong keeps no other from being stopped
+        stops = [all_at_once.submit(stopped, each) for each in files]
+    out = console()
+    for said, there in [each.result() for each in stops]:
+        out.print(said, markup=False)
+        if not there:
+            out.print("Nothing was heard of the robot: look whether it stands.", markup=False)
+    if not all(each.result()[1] for each in stops):
         raise typer.Exit(1)
 
 

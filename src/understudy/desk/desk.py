@@ -47,7 +47,7 @@ class Desk:
         saved: Lesson | None,
     ) -> None:
         self.session, self.body, self.pace = session, body, pace
-        self._note = body.noted if isinstance(body, Twin) else unnoted
+        self.note = body.noted if isinstance(body, Twin) else unnoted
         self.folder, self.seed = folder, seed
         self.memory, self.why = Memory(), Why(session)
         self.coach = Coach(session, self.why)
@@ -218,7 +218,7 @@ class Desk:
         self._pressed(correction, f"keep {self.screen.state}", None)
 
     def _pressed(self, correction: bool, what: str, state: str | None) -> None:
-        self._note(self.robot, state)
+        self.note(self.robot, state)
         self.corrected = correction or (self.corrected and self.screen.waiting is not None)
         self.screen = self.session.screen()
         then = " when time goes on" if self.paused else ""
@@ -238,18 +238,18 @@ class Desk:
                     "there is nothing to test yet: direct the robot with the keys of the states first"
                 )
             self.session.test()
-            self._note(self.robot, step="test")
+            self.note(self.robot, step="test")
             self.said = Said("Testing: it decides by itself. Press a state's key where it does wrong")
         else:
             self.session.train()
-            self._note(self.robot, step="train")
+            self.note(self.robot, step="train")
             self.said = Said("Training: you decide")
         self._look()
 
     def restart(self) -> None:
         """Start the automaton afresh where the robot is."""
         self.session.restart()
-        self._note(self.robot, step="restart")
+        self.note(self.robot, step="restart")
         self.said = Said(f"{self.name} started afresh; nothing recorded")
         self._look()
 

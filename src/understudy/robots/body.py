@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Self
+from zlib import crc32
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from understudy.robots.vigil import Danger
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.worlds.catalog import find_world
 from understudy.worlds.commands import table_of
-from understudy.worlds.kits import COLUMNS, MOVING
+from understudy.worlds.kits import COLUMNS, MOVING, readings_of_type
 from understudy.worlds.scenario import RobotType, Scenario
 
 
@@ -62,7 +63,9 @@ class Robot:
         colored = () if self.scenario is None else tuple(self.scenario.targets)
         self.senses = Senses(file, transport, path=path, targets=colored)
         self.targets: Sequence[str] = self.senses.targets
-        self._derived = Derived(self.kind, self.senses.readings, self.targets)
+        _see_fit(file, self.senses.readings, self.kind, path)
+        seed = crc32(f"{file.domain} {file.namespace} {file.name}".encode())
+        self._derived = Derived(self.kind, self.senses.readings, self.targets, seed=seed)
         self.readings: Sequence[Reading] = (*self.senses.readings, *self._derived.readings)
         self._publish: Publish | None = None
         self._owner = os.getpid()
@@ -178,10 +181,7 @@ class Robot:
         return self
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
-        if error is None:
-            self.close()
-        else:
-            self.close(f"its program failed: {error.__name__}")
+        self.close(parting(error))
 
     @property
     def _where(self) -> str:
@@ -213,6 +213,15 @@ class Robot:
         )
 
 
+def parting(error: type[BaseException] | None) -> str:
+    """Why a program leaves a robot."""
+    if error is None or issubclass(error, SystemExit):
+        return "its program left"
+    if issubclass(error, KeyboardInterrupt):
+        return "its program was interrupted"
+    return f"its program failed: {error.__name__}"
+
+
 def connect(file: RobotFile, *, path: Path | str = "robot.toml", recorder: Recorder | None = None) -> Robot:
     """The robot of a file, over its transport, recorded or not; ExtraMissing where what that needs is not installed."""
     transport = open_transport(file)
@@ -223,6 +232,23 @@ def connect(file: RobotFile, *, path: Path | str = "robot.toml", recorder: Recor
     except BaseException:
         transport.close()
         raise
+
+
+def _see_fit(file: RobotFile, offered: Sequence[Reading], kind: RobotType | None, path: Path | str) -> None:
+    """FileError where a reading is of another sort than the one of its name in the world: lessons are about that."""
+    there = {} if kind is None else {each.name: each for _, each in readings_of_type(kind)}
+    for each in offered:
+        of = there.get(each.name)
+        if of is None or each.of_targets != of.of_targets:
+            continue
+        place = f"readings.{each.name}"
+        if each.kind != of.kind:
+            problem = f"is {each.kind}, and {of.kind} in {file.world}"
+            raise FileError(path=path, place=place, problem=problem, remedy="read such a field, or rename it")
+        if each.unit and of.unit and each.unit != of.unit:
+            problem = f"is {each.unit}, and {of.unit} in {file.world}"
+            remedy = f"read a field in {of.unit}, or rename it"
+            raise FileError(path=path, place=f"{place}.unit", problem=problem, remedy=remedy)
 
 
 def _world_of(file: RobotFile, path: Path | str) -> tuple[Scenario | None, RobotType | None]:

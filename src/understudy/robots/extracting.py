@@ -17,6 +17,10 @@ Extract: TypeAlias = Callable[[Any], float]
 
 RANGE, SCAN = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan"
 QUATERNION = "geometry_msgs/msg/Quaternion"
+POSE_2D = "geometry_msgs/msg/Pose2D", "theta"
+"""The one number of common messages that is a direction."""
+LARGEST = 1e30
+"""Numbers beyond it measure nothing: their squares would be no numbers any more."""
 _SAME = 1e-4
 """Angles (rad) nearer to each other than this are one: those of scans are sums of 32-bit floats."""
 
@@ -36,6 +40,8 @@ def extraction(reading: ReadingOf) -> tuple[Kind, str, Extract] | Mismatch:
         return Mismatch("sector_deg", f"means nothing of a {reading.type}", f"leave it out, or read a {SCAN}")
     if reading.type == RANGE and reading.field in (None, "range"):
         return Continuous(), reading.unit or "m", _of_range(reading.offset_m)
+    if reading.offset_m:
+        return Mismatch("offset_m", "means nothing of what is no range", "leave it out")
     if reading.field is None:
         return Mismatch("field", "is missing", f"give one of {', '.join(fields(reading.type))}")
     return _of_field(reading.type, reading.field, reading.unit)
@@ -73,6 +79,8 @@ def _of_field(type: str, path: str, unit: str) -> tuple[Kind, str, Extract] | Mi
     if sort != BASE or of[0] == "string":
         remedy = "give the path of a number, of a truth or of an orientation"
         return Mismatch("field", f"is {path!r:.60}, which is no number", remedy)
+    if (type, path) == POSE_2D:
+        return Toroidal(), unit or "rad", lambda message: _turned(float(_walk(message, path)))
     kind = BOOLEAN if of[0] == "bool" else Continuous()
     return kind, unit, lambda message: _finite(float(_walk(message, path)))
 
@@ -84,7 +92,7 @@ def _walk(message: Any, path: str) -> Any:
 
 
 def _finite(value: float) -> float:
-    return value if isfinite(value) else nan
+    return value if abs(value) <= LARGEST else nan
 
 
 def heading(quaternion: Any) -> float:
@@ -93,12 +101,19 @@ def heading(quaternion: Any) -> float:
     norm = x * x + y * y + z * z + w * w
     if not 0.5 < norm < 2.0:  # many drivers leave it at zero; NaN is not between them either
         return nan
-    turned = atan2(2 * (w * z + x * y) / norm, 1 - 2 * (y * y + z * z) / norm) % tau
-    return turned if turned < tau else 0.0
+    return _turned(atan2(2 * (w * z + x * y) / norm, 1 - 2 * (y * y + z * z) / norm))
+
+
+def _turned(angle: float) -> float:
+    """An angle in [0, tau), rad; NaN where it is not finite."""
+    return angle % tau % tau if isfinite(angle) else nan
 
 
 def _of_range(offset_m: float) -> Extract:
-    """REP 117: +inf is nothing in reach, -inf too near to tell how near; all else outside its limits is invalid."""
+    """REP 117: +inf is nothing in reach, -inf too near to tell how near; all else outside its limits is invalid.
+
+    Of a sensor that only tells whether something is there, both limits are one: -inf is contact, 0.
+    """
 
     def extract(message: Any) -> float:
         return _clear(message.range, message.min_range, message.max_range, offset_m)
@@ -108,6 +123,8 @@ def _of_range(offset_m: float) -> Extract:
 
 def _clear(value: float, low: float, high: float, offset_m: float) -> float:
     """A distance from the rim, m: what hears nothing reads its maximum, what is too near its minimum."""
+    if value == -inf and low == high:
+        return 0.0 if isfinite(high) else nan
     if isinf(value):
         value = high if value > 0 else low
     return _finite(max(value - offset_m, 0.0)) if low <= value <= high else nan

@@ -16,6 +16,7 @@ from msgspec import field
 
 from understudy.errors import FileError
 from understudy.robots.camera_file import CameraOf
+from understudy.worlds.kits import CAMERA, LOCATOR
 from understudy.worlds.mismatch import Described, Mismatch, convert
 from understudy.worlds.part import Part
 
@@ -29,11 +30,13 @@ OTHER = {
 
 DOMAINS = range(233)
 """Domain ids that ROS 2 has on every system; above them the network ports run out."""
-TOPIC = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*")
-TYPE = re.compile(r"[a-z]\w*/msg/[A-Z]\w*")
+TOPIC = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
+TYPE = re.compile(r"[a-z]\w*/msg/[A-Z]\w*", re.ASCII)
 ROUTER = re.compile(r"(tcp|udp|tls|quic|ws)/\S+:\d+")
-READING = re.compile(r"[A-Za-z_]\w*")
+READING = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 FASTEST_TICK_S, SLOWEST_TICK_S = 0.005, 1.0
+SHORTEST_DEADLINE_S = 0.04
+"""Twice the time from one look of the guard to the next: with less it would stop for nothing."""
 FASTEST_M_S, FASTEST_RAD_S = 5.0, 10.0
 """Limits above these are taken for a mistake of units."""
 
@@ -148,12 +151,29 @@ class TeamFile(Part, frozen=True, kw_only=True):
     robots: tuple[str, ...]
 
 
+def is_team(path: Path | str) -> bool:
+    """Whether a file says that it is a team's; whatever else is wrong with it, loading tells."""
+    try:
+        return tomllib.loads(_read(path)).get("format") == TEAM
+    except (ValueError, RecursionError):
+        return False
+
+
 def load_team(path: Path | str) -> tuple[TeamFile, Sequence[Path]]:
     """A team and the paths of its robots' files; FileError, naming the key, where it is none."""
     team = _described(_read(path), path, TEAM, TeamFile, "teams of robots")
     if not team.robots:
         raise FileError(path=path, place="robots", problem="are none", remedy="give the path of one at least")
     return team, [Path(path).parent / each for each in team.robots]
+
+
+def robots_in(path: Path | str) -> Sequence[Path]:
+    """The file itself, or those of its robots where it is a team's; FileError where it cannot be read."""
+    try:
+        team = tomllib.loads(_read(path)).get("format") == TEAM
+    except (ValueError, RecursionError):
+        team = False
+    return load_team(path)[1] if team else [Path(path)]
 
 
 def load_robot(path: Path | str) -> RobotFile:
@@ -220,7 +240,8 @@ def _wrong(robot: RobotFile) -> Iterator[Mismatch]:
     yield from _wrong_fence(robot)
     for name, reading in robot.readings.items():
         yield from _wrong_reading(f"readings.{name}", name, reading)
-    yield from _range("safety.deadline_s", robot.safety.deadline_s, 0.0, 1.0)
+    yield from _wrong_names(robot)
+    yield from _range("safety.deadline_s", robot.safety.deadline_s, SHORTEST_DEADLINE_S, 1.0)
     if robot.router is not None and robot.transport != "zenoh":
         yield Mismatch("router", "means nothing to DDS", 'leave it out, or give transport = "zenoh"')
     if robot.router is not None and not ROUTER.fullmatch(robot.router):
@@ -229,6 +250,7 @@ def _wrong(robot: RobotFile) -> Iterator[Mismatch]:
         yield from _wrong_target(f"targets.{name}", name, target)
     if robot.camera is not None:
         yield from _wrong_topic("camera.topic", robot.camera.topic)
+        yield from _wrong_times("camera", stale_s=robot.camera.stale_s, rate_hz=robot.camera.rate_hz)
 
 
 def _wrong_reading(key: str, name: str, reading: ReadingOf) -> Iterator[Mismatch]:
@@ -238,16 +260,23 @@ def _wrong_reading(key: str, name: str, reading: ReadingOf) -> Iterator[Mismatch
     if not TYPE.fullmatch(reading.type):
         problem = f"is {reading.type!r:.60}, which is no type of messages"
         yield Mismatch(f"{key}.type", problem, "give one as sensor_msgs/msg/Range")
-    yield from _range(f"{key}.stale_s", reading.stale_s, 0.0, 60.0)
-    if reading.rate_hz is not None:
-        yield from _range(f"{key}.rate_hz", reading.rate_hz, 0.0, 10_000.0)
-        if reading.rate_hz * reading.stale_s < 1:
-            problem = f"is {reading.stale_s:g}, shorter than the time from one message to the next"
-            yield Mismatch(f"{key}.stale_s", problem, f"give more than {1 / reading.rate_hz:g}")
+    yield from _wrong_times(key, stale_s=reading.stale_s, rate_hz=reading.rate_hz)
     if not isfinite(reading.offset_m):
         yield Mismatch(f"{key}.offset_m", f"is {reading.offset_m:g}", "give a length in m")
     if reading.sector_deg is not None and not all(map(isfinite, reading.sector_deg)):
         yield Mismatch(f"{key}.sector_deg", "is not finite", "give two angles in degrees")
+
+
+def _wrong_names(robot: RobotFile) -> Iterator[Mismatch]:
+    """Readings by the names of those of targets, and of cameras."""
+    taken = {
+        "targets": [each.name for each in LOCATOR] if robot.targets else [],
+        "the camera": [each.name for each in CAMERA] if robot.camera is not None else [],
+    }
+    for of, names in taken.items():
+        for name in names:
+            if name in robot.readings:
+                yield Mismatch(f"readings.{name}", f"is what {of} give, too", "give it another name")
 
 
 def _wrong_target(key: str, name: str, target: PlaceOf) -> Iterator[Mismatch]:
@@ -264,7 +293,16 @@ def _wrong_target(key: str, name: str, target: PlaceOf) -> Iterator[Mismatch]:
         yield Mismatch(f"{key}.type", problem, "give one as geometry_msgs/msg/PoseStamped")
     if target.at is not None and target.relative:
         yield Mismatch(f"{key}.relative", "means nothing of a fixed place", "leave it out")
-    yield from _range(f"{key}.stale_s", target.stale_s, 0.0, 60.0)
+    yield from _wrong_times(key, stale_s=target.stale_s, rate_hz=target.rate_hz)
+
+
+def _wrong_times(key: str, *, stale_s: float, rate_hz: float | None) -> Iterator[Mismatch]:
+    yield from _range(f"{key}.stale_s", stale_s, 0.0, 60.0)
+    if rate_hz is not None:
+        yield from _range(f"{key}.rate_hz", rate_hz, 0.0, 10_000.0)
+        if rate_hz * stale_s < 1:
+            problem = f"is {stale_s:g}, shorter than the time from one message to the next"
+            yield Mismatch(f"{key}.stale_s", problem, f"give more than {1 / rate_hz:g}")
 
 
 def _wrong_fence(robot: RobotFile) -> Iterator[Mismatch]:

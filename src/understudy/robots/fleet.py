@@ -12,7 +12,7 @@ import numpy as np
 
 from understudy.errors import SettingError, UnknownName
 from understudy.model.feature import Percept, ReadingKey
-from understudy.robots.body import Robot, connect
+from understudy.robots.body import Robot, connect, parting
 from understudy.robots.file import load_robot, load_team
 from understudy.robots.recording import Recorder
 from understudy.runtime.body import Channel, Commands, Reading
@@ -128,10 +128,7 @@ class Fleet:
         return self
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
-        if error is None:
-            self.close()
-        else:
-            self.close(f"its program failed: {error.__name__}")
+        self.close(parting(error))
 
     def _can(self, agent: int, key: ReadingKey) -> bool:
         name, target = key

@@ -54,3 +54,4 @@ class Live:
         """Let everybody begin anew, such as when robots were armed."""
         self.team.clear()
         self._due = self._clock()
+        self.ticks = self.late = 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import atan2, hypot, isnan, nan, tau
+from math import atan2, hypot, isfinite, isnan, nan, tau
 
 from understudy.model.feature import ReadingKey
 from understudy.robots.file import PlaceOf
@@ -27,6 +27,6 @@ def located(targets: Mapping[str, PlaceOf], values: Mapping[ReadingKey, float]) 
 def _polar(x: float, y: float, pose: tuple[float, ...]) -> tuple[float, float]:
     ahead, left, heading = x - pose[0], y - pose[1], pose[2]
     distance = hypot(ahead, left)
-    if isnan(distance) or isnan(heading):
+    if not isfinite(distance) or isnan(heading):  # what is far beyond all places is none, either
         return nan, nan
     return distance, (atan2(left, ahead) - heading) % tau % tau

@@ -17,13 +17,13 @@ import numpy as np
 from understudy.errors import FileError, SessionError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.robots.recording_file import PRESS, RESTART, TEST, TRAIN, Pressed, Recording
+from understudy.robots.recording_file import GO_ON, PRESS, RESTART, TEST, TRAIN, Pressed, Recording
 from understudy.robots.replay import Replay
 from understudy.training.session import Session
 
 COLUMNS = ("time_s", "state")
 DOES = "does"
-STEPS = (PRESS, TEST, TRAIN, RESTART)
+STEPS = (PRESS, TEST, TRAIN, RESTART, GO_ON)
 """What a row may do besides pressing: switch to testing or to training, restart the automaton."""
 NEAR_S = 1e-6
 """A time this little after a tick is that tick: tables round."""
@@ -63,6 +63,8 @@ def taught_over(
 def _do(session: Session, step: Pressed) -> None:
     if step.does == TEST:
         session.test()
+    elif step.does == GO_ON:
+        session.go_on_testing()
     elif step.does == TRAIN:
         session.train()
     elif step.does == RESTART:

@@ -162,6 +162,8 @@ def _remove_obstacle(stage: Stage, message: m.RemoveObstacle) -> None:
 
 def _arm(stage: Stage, _: m.Arm) -> None:
     stage.robots.arm()
+    if stage.desk is not None:
+        stage.desk.session.look()  # what it read before is old by now
     stage.said = Said("Armed: it moves when time goes on. Esc stops it")
     stage.moved += 1
 

@@ -168,6 +168,7 @@ class Teaching(Screen[str]):
 
         def arm() -> None:
             self.robots.arm()
+            self.desk.session.look()  # what it read before is old by now
             self.desk.said = Said("Armed: it moves while time goes on. Esc stops it")
 
         self._guarded(arm)

@@ -227,6 +227,13 @@ class Session:
         self._relink(self._new_trainee(self._notebook.lesson, Mode.TESTING))
         self.restart()
 
+    def go_on_testing(self) -> None:
+        """Switch to testing, the automaton going on where it is; a press that waits is none any more."""
+        self._notebook.accept_watched()
+        self.trainee.press = None
+        self._relink(self._new_trainee(self._notebook.lesson, Mode.TESTING))
+        self._turned()
+
     def train(self) -> None:
         """Switch to training: the robot goes on with what it is doing until directed."""
         self.trainee.mode = Mode.TRAINING
