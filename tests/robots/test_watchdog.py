@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
@@ -184,6 +185,23 @@ def test_dropped_it_stops_the_robot(leash: Leash, tmp_path: Path) -> None:
     assert (leash.alive, leash.count) == (False, 1)  # who dropped it goes on while it stops the robot
     leash.leave()
     assert leash.count == 0
+    assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
+
+
+def test_dropped_at_the_end_of_a_program_it_stops_the_robot_too(
+    leash: Leash, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """When no thread can be started any more."""
+
+    def refuse(thread: Thread) -> None:
+        raise RuntimeError("can't create new thread at interpreter shutdown")
+
+    leash.start([])
+    leash.tell(ANEW)
+    with monkeypatch.context() as ending:
+        ending.setattr(Thread, "start", refuse)
+        leash.drop()
+    leash.leave()
     assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
 
 

@@ -168,8 +168,13 @@ class Leash:
         process, self._process = self._process, None
         if process is not None:
             _let_go(process)
-            self._leaving = Thread(target=_wait_for, args=(process,), name="leash", daemon=True)
-            self._leaving.start()
+            leaving = Thread(target=_wait_for, args=(process,), name="leash", daemon=True)
+            try:
+                leaving.start()
+            except RuntimeError:  # at its very end a program has no new threads
+                _wait_for(process)
+            else:
+                self._leaving = leaving
 
     def _end(self) -> None:
         process, self._process = self._process, None
