@@ -1,5 +1,6 @@
 /** What the page and the server say to each other as text; the binary frames are in frame.ts. */
 
+import type { RealRequest, RealScene, RobotNews } from "./real";
 import type { ReviewAnswer, ReviewRequest } from "./review";
 
 export type Kind = "continuous" | "toroidal" | "categorical";
@@ -11,15 +12,7 @@ export type Targets = Readonly<Record<string, string>>;
 /** What the page asks for. The link gives each a number, and the server answers it by that number. */
 export type Request =
   | { do: "press"; state: string }
-  | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "take" | "hand_over" | "arm" | "stop" }
-  | { do: "here"; holding: boolean }
-  | {
-      do: "pick_color";
-      robot: number;
-      name: string;
-      image: number;
-      points: readonly (readonly [number, number])[];
-    }
+  | { do: "confirm" | "turn" | "undo" | "redo" | "step" | "restart" | "take" | "hand_over" }
   | { do: "pause"; paused: boolean }
   | { do: "speed"; speed: Speed }
   | { do: "reset"; seed: number | null }
@@ -60,6 +53,7 @@ export type Request =
   | { do: "use_reaction"; reaction_s: number }
   | { do: "mend"; number: number; next: string }
   | { do: "stand_by"; number: number }
+  | RealRequest
   | ReviewRequest;
 
 /** What the robot does in testing where it is unsure: nothing, wait for an answer, or go on and mark the moment. */
@@ -193,7 +187,7 @@ export interface KitFeature {
 }
 
 /** The fixed things of the world. */
-export interface Scene {
+export interface Scene extends RealScene {
   scenario: string;
   width: number;
   height: number;
@@ -213,12 +207,6 @@ export interface Scene {
   behaviors: readonly Part[];
   /** The sorts of squads, the topmost first: for each squad the robots in it. */
   squads: readonly SquadSort[];
-  /** The names of the robots, where they are real. */
-  real: readonly string[];
-  /** The numbers of those that have a camera. */
-  eyes: readonly number[];
-  /** Whether they move only while a key is held. */
-  holds: boolean;
 }
 
 export interface SquadSort {
@@ -383,13 +371,6 @@ export interface Hello {
 export interface SceneNews {
   is: "scene";
   scene: Scene;
-}
-
-/** A real robot: whether it may move, and why it does not. */
-export interface RobotNews {
-  name: string;
-  armed: boolean;
-  stopped: string;
 }
 
 export interface DeskNews {

@@ -2,7 +2,7 @@
 
 import { useStudio } from "./context";
 import { HOLD } from "./live";
-import type { RobotNews } from "./protocol";
+import type { RobotNews } from "./real";
 import { className } from "./words";
 
 export function Robots() {

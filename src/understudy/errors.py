@@ -8,12 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 
 class UnderstudyError(Exception):
     """Something the user gave cannot be used; nothing was changed."""
 
     exit_code = 2
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Come whole out of another process: what is made of fields is not made again of its sentence."""
+        return _again, (type(self), self.args, vars(self))
+
+
+def _again(kind: type[UnderstudyError], args: tuple[Any, ...], fields: dict[str, Any]) -> UnderstudyError:
+    error = kind.__new__(kind, *args)
+    vars(error).update(fields)
+    return error
 
 
 def listed(names: Iterable[str]) -> str:

@@ -54,6 +54,18 @@ BAD = [  # arguments, what the error says
     (["run", "-l", "{lib}", "--trace", "x.csv"], "is no trace; name a file that ends in .jsonl"),
     (["run", "-l", "{lib}", "--trace", "/nowhere/x.jsonl"], "/nowhere/x.jsonl: writing the trace failed"),
     (["run", "-l", "{lib}", "--record", "x.mp4"], "is no picture or recording; name a file that ends in"),
+    (
+        ["run", "-l", "{lib}", "--robot", "r.toml", "--record", "x.gif"],
+        "'x.gif' is no recording, and nothing",
+    ),
+    (
+        ["run", "-l", "{lib}", "--robot", "r.toml", "--record", "x.mcap", "--no-record"],
+        "--record: and --no-record were both given; give one of them",
+    ),
+    (
+        ["run", "-l", "{lib}", "--robot", "r.toml", "--trace", "x.jsonl"],
+        "--trace means nothing to real robots",
+    ),
     (["run", "-l", "{lib}", "--replay", "/none.mcap"], "/none.mcap: there is no such file"),
     (["run", "-l", "{lib}", "--record", "/nowhere/x.mcap"], "/nowhere/x.mcap: cannot be written"),
     (["learn", "--recording", "/none.mcap", "--features", "x"], "/none.mcap: there is no such file"),

@@ -148,3 +148,11 @@ def test_a_result_reads_back_as_it_was(tmp_path: Path) -> None:
     assert known is not None
     save(known, tmp_path / "result.json")
     assert read(tmp_path / "result.json") == known
+
+
+def test_what_goes_wrong_in_another_process_is_said_as_it_is(tmp_path: Path) -> None:
+    """As where an extra is missing, which is found out by whoever works."""
+    experiment = replace(find_experiment("small"), tasks=lambda _: [{"behavior": "a"}, {"behavior": "b"}])
+    kept = Kept("small", tmp_path)
+    with pytest.raises(KeyError):
+        run(experiment, Plan(range(2), quick=True), kept, jobs=2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from math import nan
 
 import numpy as np
 import pytest
@@ -17,9 +18,9 @@ from tests.robots.rovers import Wire
 from understudy.physics.apart import OBJECTS, Alone, Referee
 from understudy.physics.arena import Pose
 from understudy.physics.body import Physics
-from understudy.physics.robot_files import TWIST
-from understudy.physics.ros import keep_time, served
-from understudy.robots.messages import twist
+from understudy.physics.robot_files import ODOMETRY, TWIST
+from understudy.physics.ros import keep_time, point, served
+from understudy.robots.messages import encode, make, twist
 from understudy.robots.transport import Publish
 from understudy.worlds.scenario import Presence, Scenario
 from understudy.worlds.scenario_files import load_scenario
@@ -105,6 +106,40 @@ def test_what_makes_no_sense_changes_nothing(data: bytes) -> None:
         hub.deliver(topic, data, 0.0)
     robot.tick(0.0)
     assert np.abs(robot.body.view().robots.x - before).max() < 0.01
+
+
+def odometry(x: float, speed: float, turning: float) -> bytes:
+    vector = "geometry_msgs/msg/Vector3"
+    turned = make("geometry_msgs/msg/Quaternion", w=1.0)
+    pose = make("geometry_msgs/msg/Pose", position=point(x, 5.0), orientation=turned)
+    moved = make(TWIST, linear=make(vector, x=speed), angular=make(vector, z=turning))
+    posed, going = (f"geometry_msgs/msg/{name}WithCovariance" for name in ("Pose", "Twist"))
+    return encode(ODOMETRY, make(ODOMETRY, pose=make(posed, pose=pose), twist=make(going, twist=moved)))
+
+
+@draws
+@pytest.mark.parametrize(
+    ("said", "taken"),
+    [
+        ((5.0, 0.3, 0.0), True),
+        ((5.0, 19.0, 19.0), True),
+        ((5.0, nan, 0.0), False),
+        ((1e12, 0.0, 0.0), False),
+        ((5.0, 1e6, 0.0), False),
+        ((5.0, 0.0, -1e9), False),
+    ],
+)
+def test_odometry_that_cannot_be_moves_nobody(said: tuple[float, float, float], taken: bool) -> None:
+    """And does not have physics begin anew, with the robot that listens back at its start."""
+    hub = Hub()
+    robot = Alone(Physics(crew(), [3]), 0, hub)
+    robot.body.place(0, 9.0, 9.0, 0.0)
+    before = robot.body.arenas[0].pose(1)
+    hub.deliver("/pioneer_2/odom", odometry(*said), 0.0)
+    robot.tick(0.0)
+    mine, other = (robot.body.arenas[0].pose(number) for number in (0, 1))
+    assert np.hypot(mine.x - 9.0, mine.y - 9.0) < 0.01
+    assert (abs(other.x - before.x) > 0.1) == taken
 
 
 def test_time_is_kept_and_late_ticks_are_counted() -> None:

@@ -7,6 +7,9 @@ import os
 import signal
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
+from contextlib import suppress
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -21,12 +24,15 @@ from tests.cli.commands import run
 from tests.physics.drawing import draws
 from tests.robots.rovers import Wire
 
+from understudy.cli.robot_simulate import _leaving_orderly
+from understudy.errors import SettingError
 from understudy.physics.body import Physics
 from understudy.physics.robot_files import (
     IMAGE,
     ODOMETRY,
     RANGE,
     TWIST,
+    check_ros,
     names_of_robots,
     robot_file,
     team_file,
@@ -36,6 +42,7 @@ from understudy.robots.file import load_team, parse_robot
 from understudy.robots.images import decode as decode_image
 from understudy.robots.messages import decode, twist
 from understudy.robots.senses import Senses
+from understudy.worlds.scenario import Scenario
 from understudy.worlds.scenario_files import load_scenario
 
 ROOT = Path(__file__).parents[2]
@@ -147,12 +154,24 @@ def test_what_is_published_reads_as_the_body_senses_it() -> None:
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 20
 
 
+def checked(file: Path) -> Iterator[dict[str, Any]]:
+    """What `robots check` says, again and again: a busy machine takes a while to find who is there."""
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        said: dict[str, Any] = json.loads(run("robots", "check", file, "--seconds", 2.0, "--json").stdout)
+        yield said
+
+
+def _all_came(said: dict[str, Any]) -> bool:
+    return all(each["messages"] > 2 for each in said["arrivals"])
+
+
 @draws
 def test_a_person_without_hardware_finds_all_there(tmp_path: Path) -> None:
     """`robots simulate` in one process, and `robots check` in this one, over DDS."""
     pytest.importorskip("cyclonedds", reason="needs the extra ros2")
     command = [sys.executable, "-m", "understudy.cli", "robots", "simulate", "soccer", "--domain", "47"]
-    command += ["--write-files", str(tmp_path), "--seconds", "60", "--rate", "10"]
+    command += ["--write-files", str(tmp_path), "--seconds", "90", "--rate", "10"]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as process:
@@ -160,12 +179,10 @@ def test_a_person_without_hardware_finds_all_there(tmp_path: Path) -> None:
             assert process.stdout is not None
             while "Ctrl-C" not in (line := process.stdout.readline()):
                 assert line, "it ended early"
-            result = run("robots", "check", tmp_path / "humanoid.toml", "--seconds", 3.0, "--json")
-            said = json.loads(result.stdout)
-            assert all(each["messages"] > 2 for each in said["arrivals"])  # how many, a busy machine decides
+            said = next(each for each in checked(tmp_path / "humanoid.toml") if _all_came(each))
             assert not said["lacks"]
         finally:
-            process.send_signal(signal.SIGINT)
+            process.terminate()  # as Ctrl-C
             process.wait(20)
     assert process.returncode == 0
 
@@ -175,3 +192,71 @@ def test_a_robot_that_is_not_there_is_named() -> None:
     result = run("robots", "simulate", "arena", "--domain", "47", "--only", "rower")
     assert result.exit_code != 0
     assert "no robot 'rower'; it has rover and referee" in result.output
+
+
+def simulated_for_a_moment(*arguments: object) -> str:
+    """What the command says on one line."""
+    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+    result = run("robots", "simulate", *arguments, "--domain", "47", "--seconds", "0.1")
+    return " ".join(result.output.split())
+
+
+def test_a_file_that_a_person_changed_is_left_and_that_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "rover.toml"
+    for _ in range(2):
+        assert f"Wrote {file}" in simulated_for_a_moment("arena", "--write-files", tmp_path)
+    file.write_text(mine := file.read_text() + "# of my own\n")
+    said = simulated_for_a_moment("arena", "--write-files", tmp_path)
+    assert "as it is: it says something else; remove it, and it is written anew" in said
+    assert file.read_text() == mine
+
+
+def test_what_cannot_be_simulated_is_refused_before_files_are_written(tmp_path: Path) -> None:
+    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+    result = run("robots", "simulate", "boxes", "--write-files", tmp_path)
+    assert result.exit_code != 0
+    assert "objects[1].pull is not there in physics" in " ".join(result.output.split())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_world_may_lie_anywhere() -> None:
+    world = 'C:\\my "worlds"\\arena.toml'
+    file = parse_robot(robot_file(load_scenario("arena"), 0, world=world, domain=0, rate_hz=20.0))
+    assert file.world == world
+
+
+def named(name: str) -> Scenario:
+    """The arena, whose robot is of a type of that name."""
+    scenario = load_scenario("arena")
+    (group,), (kind,) = scenario.robots, scenario.types.values()
+    return replace(scenario, robots=(replace(group, type=name),), types={name: kind})
+
+
+@pytest.mark.parametrize("name", ["my rover", "2d", "r\u00f6ver", "r-1"])
+def test_names_that_topics_cannot_have_are_refused(name: str) -> None:
+    with pytest.raises(SettingError, match=f"types.{name} is no name in ROS 2; begin with a letter"):
+        check_ros(named(name))
+    check_ros(named("rover_2"))
+
+
+def test_without_robots_there_is_nothing_to_simulate() -> None:
+    with pytest.raises(SettingError, match="robots are none; give one at least"):
+        check_ros(replace(load_scenario("arena"), robots=()))
+
+
+def test_one_of_several_ends_without_who_began_them() -> None:
+    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+    began = time.monotonic()
+    alone = ("--only", "referee", "--parent", os.getpid(), "--seconds", 60)
+    result = run("robots", "simulate", "arena", "--domain", "47", *alone)
+    assert result.exit_code == 0, result.output
+    assert time.monotonic() - began < 50
+
+
+def test_an_interrupt_that_gets_lost_ends_it_nevertheless() -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    with _leaving_orderly() as left:
+        with suppress(KeyboardInterrupt):  # as where something is called back that cannot raise
+            signal.raise_signal(signal.SIGTERM)
+        assert left.is_set()
+    assert signal.getsignal(signal.SIGTERM) is before

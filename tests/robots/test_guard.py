@@ -10,7 +10,7 @@ from threading import Event, Thread
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 pytest.importorskip("rosbags", reason="needs the extra ros2")
@@ -376,6 +376,75 @@ def test_a_stop_while_it_is_armed_wins(leashed: Leashed, monkeypatch: pytest.Mon
     assert not leashed.robot.armed
 
 
+def test_closed_it_is_armed_no_more(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not even where that was begun before, and then the watchdog is sent home."""
+    left: list[str] = []
+    monkeypatch.setattr(leashed.leash, "leave", lambda: left.append("left"))
+    monkeypatch.setattr(leashed.leash, "start", lambda peers: leashed.robot.close())
+    for _ in range(2):
+        with pytest.raises(ArmingRefused, match="it was closed; connect to it again"):
+            leashed.ready()
+        assert not leashed.robot.armed
+        assert len(left) == 2
+    with pytest.raises(ArmingRefused, match="it was closed"):
+        leashed.robot.prepare()
+
+
+def test_a_guard_that_fails_stops_it(tmp_path: Path) -> None:
+    """And goes on stopping it, whatever its watchdog does."""
+    wire = Wire()
+    robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", leash=Tame())
+    try:
+        wire.deliver(SONAR, sonar(2.0), time.monotonic())
+        robot.arm("Ada")
+        robot.act({"drive": np.ones(1)})
+        wire.others = None  # type: ignore[assignment]
+        until = time.monotonic() + 5.0
+        while robot.armed:
+            assert time.monotonic() < until
+            wire.deliver(SONAR, sonar(2.0), time.monotonic())
+            robot.act({"drive": np.ones(1)})
+            time.sleep(0.005)
+        assert robot.stopped == "the guard failed ('NoneType' object is not iterable)"
+        sent = len(wire.sent)
+        while len(wire.sent) < sent + 5:
+            assert time.monotonic() < until
+            time.sleep(0.005)
+        still = twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
+        assert {data for _, data in wire.sent[sent - 1 :]} == {still}
+    finally:
+        robot.close()
+
+
+def test_a_close_that_was_interrupted_is_made_up_for(
+    leashed: Leashed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A second Ctrl-C in the middle of it: as long as it was not stopped, what it is stopped through stays."""
+    closed: list[str] = []
+    monkeypatch.setattr(leashed.wire, "close", lambda: closed.append("closed"))
+    leashed.ready().move(1.0)
+    with monkeypatch.context() as interrupted:
+        interrupted.setattr(leashed.robot.guard, "close", lambda cause: _interrupt())
+        with pytest.raises(KeyboardInterrupt):
+            leashed.robot.close()
+    assert closed == []
+    leashed.robot.close()
+    assert (leashed.sent, closed) == (STOP, ["closed"])
+
+
+def _interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+def test_a_fork_that_ends_leaves_the_robot_alone(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
+    leashed.ready().move(1.0)
+    with monkeypatch.context() as forked:
+        forked.setattr("os.getpid", lambda: -1)
+        leashed.robot.close()
+    assert leashed.robot.armed
+    assert leashed.sent == AHEAD
+
+
 def test_no_older_command_overtakes_a_stop(tmp_path: Path) -> None:
     """One thread acts, the guard's repeats, a third stops it: once that has returned, nothing but stop is sent."""
 
@@ -434,6 +503,7 @@ EVENTS = (
 )
 
 
+@settings(deadline=None)  # machines are busy
 @given(st.lists(st.sampled_from(EVENTS), max_size=30))
 def test_it_never_moves_but_on_a_command_in_time_with_all_in_order(events: list[str]) -> None:
     """Whatever happens in whatever order: what is sent is a stop unless all that has to hold does."""

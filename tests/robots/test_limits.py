@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf, nan
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,6 +19,8 @@ ROWS: list[tuple[Limits, Speeds, Speeds, float, Speeds]] = [
     (SLOW, (0.3, 0.5), (0.0, 0.0), 0.1, (0.1, 0.2)),
     (SLOW, (-0.5, 0.0), (0.5, 0.1), 0.1, (0.4, 0.0)),
     (SLOW, (0.05, 0.1), (0.0, 0.0), 0.1, (0.05, 0.1)),
+    (FAST, (nan, nan), (0.5, 1.0), 0.1, (0.0, 0.0)),
+    (SLOW, (nan, -inf), (0.5, 0.0), 0.1, (0.4, -0.2)),
 ]
 numbers = st.floats(-1e6, 1e6)
 

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import isnan, pi, sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytest.importorskip("rosbags", reason="needs the extra ros2")
+pytest.importorskip("mcap", reason="needs the extra ros2")
 
 from tests.robots.rovers import Wire, odometry
 from tests.robots.twins import ARENA, Rig
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
+from understudy.robots.file import load_robot, parse_robot
 from understudy.robots.fleet import Fleet
+from understudy.robots.recording import Recorder
+from understudy.robots.recording_file import read_recording
+from understudy.robots.recording_head import Ran
 from understudy.robots.twin import Twin
+from understudy.runtime.body import every_key
 from understudy.testing import check_body
 
 
@@ -128,3 +135,55 @@ def test_robots_tell_why_their_program_left(error: type[BaseException], cause: s
     with pytest.raises(error):
         fail()
     assert [robot.stops[-1].cause for robot in rig.robots] == [cause] * 2
+
+
+def recorded(path: Path, rig_of: Callable[[Recorder], Rig]) -> None:
+    """Two sessions, of two ticks and of one, with a press in each."""
+    with Recorder(path) as recorder:
+        rig = rig_of(recorder)
+        rig.seen()
+        for session, presses in (("one", ["forward", "left"]), ("two", ["right"])):
+            rig.twin.follow(lambda: [("forward",), ()])
+            rig.twin.record(Ran(library=session))
+            for state in presses:
+                rig.twin.noted(0, state)
+                rig.now += 0.1
+                rig.twin.sense(every_key(rig.twin))
+                rig.twin.act({"drive": np.zeros(2)})
+
+
+def test_sessions_of_one_recording_are_kept_apart(tmp_path: Path) -> None:
+    path = tmp_path / "two.mcap"
+    recorded(path, lambda recorder: Rig(recorder=recorder))
+    found = [read_recording(path, run=run) for run in (1, 2, None)]
+    assert [each.head.ran.library for each in found] == ["one", "two", "two"]
+    assert [[press.state for press in each.presses[0]] for each in found] == [
+        ["forward", "left"],
+        ["right"],
+        ["right"],
+    ]
+    assert [(each.ticks, each.runs) for each in found] == [(2, 2), (1, 2), (1, 2)]
+    with pytest.raises(SettingError, match="its run is 3; count from 1 to 2"):
+        read_recording(path, run=3)
+
+
+def test_robots_of_one_namespace_in_two_domains_are_recorded_apart(tmp_path: Path) -> None:
+    """With the files of both, though these have one name, too."""
+    path = tmp_path / "two.mcap"
+
+    def rig_of(recorder: Recorder) -> Rig:
+        rig = Rig(recorder=recorder)
+        text = ARENA.format(name="one", world="arena")
+        robots = []
+        for domain, wire in enumerate(rig.wires):
+            place = tmp_path / str(domain) / "one.toml"
+            place.parent.mkdir()
+            place.write_text(f"domain = {domain}\n{text}", encoding="utf-8")
+            robots.append(Robot(load_robot(place), wire, path=place, clock=lambda: rig.now))
+        rig.names, rig.twin = ("one", "one"), Twin(Fleet(robots), recorder=recorder)
+        return rig
+
+    recorded(path, rig_of)
+    found = read_recording(path, run=1)
+    assert (found.ticks, found.values.shape[2], len(set(found.head.names))) == (2, 2, 2)
+    assert [f"domain = {domain}" in "".join(found.head.files.values()) for domain in (0, 1)] == [True, True]

@@ -181,7 +181,21 @@ def test_dropped_it_stops_the_robot(leash: Leash, tmp_path: Path) -> None:
     leash.start([])
     leash.tell(ANEW)
     leash.drop()
+    assert (leash.alive, leash.count) == (False, 1)  # who dropped it goes on while it stops the robot
+    leash.leave()
+    assert leash.count == 0
     assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
+
+
+def test_one_that_is_frozen_is_replaced(leash: Leash, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("understudy.robots.leash.LEAVING_S", 0.1)
+    leash.start([])
+    pid = leash.pid
+    os.kill(pid, signal.SIGSTOP)
+    keep_on(leash, leash.problem)
+    leash.start([])
+    assert leash.pid != pid
+    keep_on(leash, lambda: leash.problem() == "")
 
 
 def test_it_is_not_ready_for_a_robot_that_it_does_not_find(

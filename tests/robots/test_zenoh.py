@@ -149,6 +149,49 @@ def test_who_forgets_to_close_ends_all_the_same(router: Router) -> None:
     assert subprocess.run([sys.executable, "-c", code], timeout=20, check=False).returncode == 0
 
 
+ENDS = """
+import sys, time
+import numpy as np
+from understudy.robots.body import connect
+from understudy.robots.file import load_robot
+
+robot = connect(load_robot(sys.argv[1]), path=sys.argv[1])
+while robot.senses.missing(robot.now_s) is not None:
+    time.sleep(0.01)
+robot.arm("a test")
+for _ in range(10):
+    robot.act({"drive": np.array([1.0])})
+    time.sleep(0.02)
+"""
+"""A program that ends while its robot drives, without a word."""
+
+
+def test_a_program_that_just_ends_stops_its_robot(router: Router, namespace: str, tmp_path: Path) -> None:
+    """Its last words go out when hardly anything of the program is left."""
+    how = f'transport = "zenoh"\nrouter = "{router.endpoint}"\ntick_s'
+    text = ROVER.replace("/rover", namespace).replace("domain = 43", "domain = 3").replace("tick_s", how, 1)
+    (tmp_path / "rover.toml").write_text(text)
+    robot, speeds = Zenoh(3, router.endpoint), list[float]()
+    ahead = struct.Struct("<d")
+    robot.subscribe(
+        f"{namespace}/cmd_vel", TWIST, lambda data, _: speeds.append(ahead.unpack_from(data, 4)[0])
+    )
+    publish = robot.publisher(f"{namespace}/sonar", RANGE)
+    command = [sys.executable, "-c", ENDS, str(tmp_path / "rover.toml")]
+    try:
+        with subprocess.Popen(command) as process:
+            until = time.monotonic() + 20
+            while process.poll() is None and time.monotonic() < until:
+                publish(sonar(2.0))
+                time.sleep(0.02)
+            process.kill()
+        assert process.returncode == 0
+        assert max(speeds) == 0.4
+        wait_for(lambda: speeds[-1] == 0.0, 2.0)
+    finally:
+        robot.close()
+
+
 def test_without_a_router_one_listens_and_the_other_connects(namespace: str) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     listening, came = Zenoh(3, listen=endpoint), list[bytes]()

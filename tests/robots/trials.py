@@ -147,11 +147,11 @@ class Scene:
 
     def stopped(self, since_s: float, *, limit_s: float, why: str = "command") -> Outcome:
         """How long after that the robot stopped for good."""
-        lines = []
+        lines = [self.robot.line(limit_s + AFTER_S)]
         while line := self.robot.line(AFTER_S):
             lines.append(line)
-        if not lines or lines[-1].startswith("moves"):
-            return Outcome(AFTER_S, "it went on")
+        if not lines[-1].startswith("stops"):
+            return Outcome(limit_s + AFTER_S, "it went on")
         _, at, reason = lines[-1].split()
         took_s, problem = float(at) - since_s, ""
         if took_s > limit_s:

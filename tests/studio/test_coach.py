@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from threading import Event
@@ -40,8 +41,10 @@ def person(made: Studio) -> Iterator[Page]:
 
 
 def sentences(person: Page) -> list[str]:
-    """What the coach says."""
-    return [each["sentence"] for each in person.done("advise")["advice"]]
+    """What the coach says, as soon as it is ready."""
+    while (answer := person.done("advise")).get("later"):
+        time.sleep(0.05)
+    return [each["sentence"] for each in answer["advice"]]
 
 
 def test_a_lesson_without_presses_says_so(made: Studio) -> None:

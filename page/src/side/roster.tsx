@@ -37,7 +37,7 @@ export function Roster() {
                   onClick={() => void studio.ask({ do: "agent", agent: robot })}
                 >
                   <span class={className("dot", trained && desk?.mode)} />
-                  robot {robot + 1}
+                  {scene.real[robot] ?? `robot ${robot + 1}`}
                   <span class="soft cut">
                     · {trained && desk !== null ? "being trained" : doing(studio, robot)}
                   </span>

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -127,4 +128,6 @@ def _place(path: Path) -> Path:
     folder = path.parent / FOLDER
     with failing(folder, "making the folder of recordings", remedy="give --record PATH, or --no-record"):
         folder.mkdir(exist_ok=True)
-    return folder / f"{path.stem}-{datetime.now():%Y-%m-%dT%H-%M-%S}.mcap"
+    name = f"{path.stem}-{datetime.now():%Y-%m-%dT%H-%M-%S}"
+    again = (folder / f"{name}{'' if number == 1 else f'-{number}'}.mcap" for number in count(1))
+    return next(place for place in again if not place.exists())

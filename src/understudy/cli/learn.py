@@ -60,6 +60,12 @@ def learn(
         typer.Option("--reaction", min=0.0, max=1.0, metavar="SECONDS", help="How late the presses come."),
     ] = None,
     agent: Annotated[int, typer.Option("--agent", "-a", min=0, help="Which robot of the recording.")] = 0,
+    session: Annotated[
+        int | None,
+        typer.Option(
+            "--session", min=1, help="Which session of the recording, from 1; the last unless given."
+        ),
+    ] = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -93,7 +99,18 @@ def learn(
         shown = read_lesson_table(lesson, name=name)
     elif recording is not None and lesson is None:
         asked = Asked(
-            name, library, presses, states, features, flags, parameters, targets, reaction, agent, kit
+            name,
+            library,
+            presses,
+            states,
+            features,
+            flags,
+            parameters,
+            targets,
+            reaction,
+            agent,
+            session,
+            kit,
         )
         shown = recorded_lesson(recording, asked)
     else:

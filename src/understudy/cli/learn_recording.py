@@ -29,6 +29,7 @@ class Asked(NamedTuple):
     targets: str | None
     reaction_s: float | None
     agent: int
+    session: int | None
     kit: str | None
 
 
@@ -41,7 +42,7 @@ def recorded_lesson(path: Path, asked: Asked) -> Lesson:
     from understudy.robots.recording_file import read_recording
     from understudy.robots.replay_lesson import read_presses, recorded_presses, taught_over
 
-    recording = read_recording(path)
+    recording = read_recording(path, run=asked.session)
     if not 0 <= asked.agent < len(recording.head.names):
         remedy = f"count from 0 to {len(recording.head.names) - 1}"
         raise SettingError(where=str(path), setting="--agent", problem=f"is {asked.agent}", remedy=remedy)

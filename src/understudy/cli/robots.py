@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import isnan
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from understudy.cli import robot_color, robot_simulate, robot_stops
 from understudy.cli.parts import Json
+
+if TYPE_CHECKING:
+    from understudy.robots.survey import Survey
+
+NOTHING = 1e-6
+"""What is smaller is shown as 0: the noise of a computer's numbers."""
 
 app = typer.Typer(no_args_is_help=True, help="Look at real robots and at what their cameras see; stop them.")
 
@@ -26,47 +32,35 @@ app.command("simulate")(robot_simulate.simulate)
 
 @app.command("check")
 def check(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The robot's file.", show_default=False)],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="The file of a robot, or of a team.", show_default=False)
+    ],
     seconds: Annotated[float, typer.Option(help="Listen so long.", min=0.1, max=600.0)] = 3.0,
     as_json: Json = False,
 ) -> None:
-    """Connect to a robot and show what arrives, at what rate and age, and what is missing. Nothing moves.
+    """Connect to robots and show what arrives, at what rate and age, and what is missing. Nothing moves.
 
     Ends with exit code 1 where something is wrong.
 
     [dim]understudy robots check rover.toml[/]
     """
-    from understudy.cli.output import console, print_json, table
-    from understudy.errors import listed
-    from understudy.robots.body import connect
-    from understudy.robots.file import load_robot
+    from time import sleep
+
+    from understudy.cli.output import print_json
+    from understudy.robots.file import is_team
+    from understudy.robots.fleet import connect_robot, connect_team
     from understudy.robots.survey import survey
 
-    with connect(load_robot(file), path=file) as robot:
-        found = survey(robot, seconds=seconds)
+    team = is_team(file)
+    with connect_team(file) if team else connect_robot(file) as fleet:
+        sleep(seconds)
+        found = [survey(robot, seconds=seconds, sleep=lambda _: None) for robot in fleet]
     if as_json:
-        print_json(found)
+        print_json({"robots": found} if team else found[0])
     else:
-        made = table("reading", "#rate", "#age", "~value", "~topic")
-        for each in found.arrivals:
-            made.add_row(
-                each.name + "*" * each.required,
-                _measured(each.rate_hz, "Hz"),
-                _measured(each.age_s, "s"),
-                _values(each.values, each.unit),
-                each.topic,
-            )
-        out = console()
-        out.print(made)
-        if any(each.required for each in found.arrivals):
-            out.print("* required: the robot stops without it.", markup=False)
-        for problem in found.problems:
-            out.print(problem, markup=False)
-        if found.lacks:
-            out.print(f"Lessons that ask for {listed(found.lacks)} find that absent.", markup=False)
-        if not found.problems:
-            out.print(f"{found.name}: all is there.", markup=False)
-    if found.problems:
+        for each in found:
+            _show(each)
+    if any(each.problems for each in found):
         raise typer.Exit(1)
 
 
@@ -74,13 +68,47 @@ app.command("stop")(robot_stops.stop)
 app.command("stops")(robot_stops.stops)
 
 
+def _show(found: Survey) -> None:
+    from understudy.cli.output import console, table
+    from understudy.errors import listed
+
+    made = table("reading", "#rate", "#age", "~value", "~topic", title=found.name)
+    for each in found.arrivals:
+        made.add_row(
+            each.name + "*" * each.required,
+            _measured(each.rate_hz, "Hz"),
+            _measured(each.age_s, "s"),
+            _values(each.values, each.unit),
+            each.topic,
+        )
+    out = console()
+    out.print(made)
+    if any(each.required for each in found.arrivals):
+        out.print("* required: the robot stops without it.", markup=False)
+    for problem in found.problems:
+        out.print(problem, markup=False)
+    if found.lacks:
+        out.print(f"Lessons that ask for {listed(found.lacks)} find that absent.", markup=False)
+    if not found.problems:
+        out.print(f"{found.name}: all is there.", markup=False)
+
+
 def _values(values: Mapping[str, float], unit: str) -> str:
-    """The one value, or each that is there with its name."""
+    """The one value, or each that is there with its name, those of a camera by what it sees: ball x 80, size 120 px."""
     if len(values) == 1:
         return _measured(next(iter(values.values())), unit)
-    there = [f"{name} {_measured(value, unit)}" for name, value in values.items() if not isnan(value)]
-    return ", ".join(there) or "none of its colors"
+    seen: dict[str, list[str]] = {}
+    for name, value in values.items():
+        if not isnan(value):
+            what, _, target = name.removesuffix(")").partition("(")
+            seen.setdefault(target, []).append(f"{what.removeprefix('blob_')} {value:.3g}")
+    return (
+        ", ".join(f"{name} {', '.join(each)} {unit}" for name, each in seen.items())
+        or "sees nothing it knows"
+    )
 
 
 def _measured(value: float, unit: str) -> str:
-    return "absent" if isnan(value) else f"{value:.3g} {unit}".rstrip()
+    if isnan(value):
+        return "absent"
+    return f"{0.0 if abs(value) < NOTHING else value:.3g} {unit}".rstrip()

@@ -77,8 +77,11 @@ def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
         try:
             yield pool
         except BaseException:
+            processes = list(
+                (getattr(pool, "_processes", None) or {}).values()
+            )  # a pool shut down forgets them
             pool.shutdown(wait=False, cancel_futures=True)
-            for process in list(getattr(pool, "_processes", {}).values()):
+            for process in processes:
                 process.terminate()
             raise
         pool.shutdown()

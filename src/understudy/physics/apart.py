@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from math import inf, isfinite, tau
+from math import inf, tau
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +29,9 @@ REFEREE = "referee"
 OBJECTS, POSES = f"/{REFEREE}/objects", "geometry_msgs/msg/PoseArray"
 """Where all objects are, in the order of their slots; those that are not there lie below the floor."""
 
+FAR_M, FAST = 1000.0, 20.0
+"""Nothing is as far from the arena's corner, and no robot as fast, m/s and rad/s."""
+
 
 class Followed:
     """The last pose that a robot's odometry told; None until it told one."""
@@ -45,7 +48,13 @@ class Followed:
         place, moved = message.pose.pose, message.twist.twist
         heading = heading_of(place.orientation)
         pose = Pose(place.position.x, place.position.y, heading % tau, moved.linear.x, moved.angular.z)
-        if all(map(isfinite, pose)):
+        # What cannot be, physics would answer by beginning anew, this robot's own place and all.
+        if (
+            abs(pose.x) < FAR_M
+            and abs(pose.y) < FAR_M
+            and abs(pose.speed) < FAST
+            and abs(pose.turning) < FAST
+        ):
             self.pose = pose
 
 
@@ -75,7 +84,7 @@ class Alone:
             places = [each.position for each in decode(POSES, data).poses]
         except MessageRefused:
             return
-        if all(isfinite(each.x) and isfinite(each.y) for each in places):
+        if all(abs(each.x) < FAR_M and abs(each.y) < FAR_M for each in places):
             self._things = [Thing(each.x, each.y, each.z > AWAY_M / 2) for each in places]
 
     def tick(self, now_s: float) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from math import nan, radians
+from math import nan
 
 import msgspec
 import numpy as np
@@ -21,6 +21,7 @@ from understudy.model.kinds import Column
 from understudy.model.kit import Kit
 from understudy.physics.arena import Arena, Pose
 from understudy.physics.model import check_physics
+from understudy.physics.rover import shares
 from understudy.physics.senses import Senses
 from understudy.robots.camera import Image
 from understudy.runtime.body import Channel, Commands, Reading
@@ -107,12 +108,11 @@ class Physics:
 
     def follow(self, agent: int, pose: Pose) -> tuple[float, float]:
         """Put a robot that is driven elsewhere where it is said to be, at its speeds; the commands that keep them."""
-        kind = self._senses.kind(agent)
         self.arenas[agent // self.robots].put(agent % self.robots, pose)
         robot = self.world.state.robots[agent]
         robot["x"], robot["y"], robot["heading"] = pose.x, pose.y, pose.heading
         self._senses.forget()
-        return pose.speed / kind.speed, pose.turning / radians(kind.turning_deg)
+        return shares(self._senses.kind(agent), pose.speed, pose.turning)
 
     def show(self, things: Sequence[tuple[float, float, bool]]) -> None:
         """Objects as somebody else keeps them: of each slot x, y (m) and whether it is there; none come or go by

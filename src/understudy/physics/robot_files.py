@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Iterator, Mapping
 from math import radians
 
+from understudy.errors import SettingError
 from understudy.physics.paints import seen_as
 from understudy.physics.rover import camera_of
 from understudy.robots.camera import LEAST_PX
@@ -29,6 +32,27 @@ POSE: Mapping[str, tuple[str, str]] = {
     "speed": ("twist.twist.linear.x", "m/s"),
     "turning": ("twist.twist.angular.z", "rad/s"),
 }
+
+
+ROS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+def check_ros(scenario: Scenario) -> None:
+    """SettingError where a scenario has no robots, or names that topics of ROS 2 cannot have."""
+    where, remedy = (
+        f"scenario {scenario.name!r}",
+        "begin with a letter, and give letters from a to z, digits and _",
+    )
+    if not names_of_robots(scenario):
+        raise SettingError(where=where, setting="robots", problem="are none", remedy="give one at least")
+    names = [(f"types.{name}", name) for name in types_of_robots(scenario)]
+    names += [
+        (f"reading {name}", name) for kind in scenario.types.values() for name in readings_of_robot(kind)
+    ]
+    names += [(f"targets.{name}", name) for name in scenario.targets if name != MARKER]
+    for setting, name in names:
+        if not ROS_NAME.fullmatch(name):
+            raise SettingError(where=where, setting=setting, problem="is no name in ROS 2", remedy=remedy)
 
 
 def names_of_robots(scenario: Scenario) -> tuple[str, ...]:
@@ -69,7 +93,7 @@ def robot_file(
         f'format = "{FORMAT}"',
         f'name = "{name}"',
         'about = "Simulated: understudy robots simulate."',
-        f'world = "{world}"',
+        f"world = {json.dumps(world, ensure_ascii=False)}",  # a path may have any characters
         f'kind = "{type_name}"',
         *([] if router is None else ['transport = "zenoh"', f'router = "{router}"']),
         f"domain = {domain}",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from math import cos, inf, isfinite, isnan, pi, radians, sin
+from math import cos, inf, isfinite, isnan, pi, sin
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from understudy.physics.robot_files import (
     readings_of_robot,
     types_of_robots,
 )
-from understudy.physics.rover import camera_of
+from understudy.physics.rover import camera_of, shares
 from understudy.robots.camera import Image
 from understudy.robots.messages import MessageRefused, decode, encode, make
 from understudy.robots.transport import Publish, Transport
@@ -97,7 +97,7 @@ class Serving:
         asked = self.asked
         if now_s - asked.at_s > deadline_s:
             return 0.0, 0.0
-        return asked.speed_m_s / self.kind.speed, asked.turn_rad_s / radians(self.kind.turning_deg)
+        return shares(self.kind, asked.speed_m_s, asked.turn_rad_s)
 
     def publish(self, percept: Mapping[ReadingKey, Any], time_s: float) -> None:
         """Tell what it senses now; `percept` has the columns of all robots."""

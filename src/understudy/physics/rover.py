@@ -32,6 +32,12 @@ WHEEL, TRACK, CASTER = 0.4, 0.75, 0.25
 SIDES = ("left", "right")
 
 
+def shares(kind: RobotType, speed_m_s: float, turn_rad_s: float) -> tuple[float, float]:
+    """Speeds as commands: shares of the type's own; 0 for what it cannot do."""
+    turning = radians(kind.turning_deg)
+    return (speed_m_s / kind.speed if kind.speed else 0.0), (turn_rad_s / turning if turning else 0.0)
+
+
 def camera_of(kind: RobotType) -> Camera | None:
     """The camera of a type of robots, if it has one."""
     return next((each for each in kind.sensors if isinstance(each, Camera)), None)

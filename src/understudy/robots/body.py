@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import os
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -67,6 +68,7 @@ class Robot:
         self._derived = Derived(self.kind, self.senses.readings, self.targets, seed=seed)
         self.readings: Sequence[Reading] = (*self.senses.readings, *self._derived.readings)
         self._publish: Publish | None = None
+        self._owner = os.getpid()
         self.guard = Guard(
             file,
             send=self._send,
@@ -148,6 +150,10 @@ class Robot:
         self.guard.arm(by)
         atexit.register(self.close)
 
+    def prepare(self) -> None:
+        """Start what arming needs, which takes half a second; WatchdogFailed where that does not start."""
+        self.guard.prepare()
+
     def disarm(self, cause: str = "disarmed") -> None:
         """Stop at once, and stay so until armed again."""
         self.guard.disarm(cause)
@@ -161,12 +167,15 @@ class Robot:
         self.guard.hold(for_s)
 
     def close(self, cause: str = "its program left") -> None:
-        """Stop if it may be moving, and leave: who only looked must not stop a robot that others drive."""
+        """Stop if it may be moving, and leave: who only looked must not stop a robot that others drive.
+
+        Does nothing in a fork of the program that connected it. Interrupted, it is done again at the end.
+        """
+        if os.getpid() != self._owner:
+            return
+        self.guard.close(cause)
+        self.transport.close()
         atexit.unregister(self.close)
-        try:
-            self.guard.close(cause)
-        finally:
-            self.transport.close()
 
     def __enter__(self) -> Self:
         return self

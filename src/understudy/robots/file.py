@@ -151,6 +151,14 @@ class TeamFile(Part, frozen=True, kw_only=True):
     robots: tuple[str, ...]
 
 
+def is_team(path: Path | str) -> bool:
+    """Whether a file says that it is a team's; whatever else is wrong with it, loading tells."""
+    try:
+        return tomllib.loads(_read(path)).get("format") == TEAM
+    except (ValueError, RecursionError):
+        return False
+
+
 def load_team(path: Path | str) -> tuple[TeamFile, Sequence[Path]]:
     """A team and the paths of its robots' files; FileError, naming the key, where it is none."""
     team = _described(_read(path), path, TEAM, TeamFile, "teams of robots")

@@ -78,12 +78,16 @@ class Fleet:
         return any(robot.armed for robot in self.robots)
 
     def arm(self, by: str) -> None:
-        """Arm all of them, or none: what stands against one is raised, and the others stop again."""
-        try:
-            with ThreadPoolExecutor(len(self.robots)) as side_by_side:  # each waits for a watchdog of its own
-                armed = [side_by_side.submit(robot.arm, by) for robot in self.robots]
-            for each in armed:
+        """Arm all of them, or none: what stands against one is raised, and the others stop again.
+
+        Their watchdogs are started side by side, and before any robot is armed: that takes a while.
+        """
+        with ThreadPoolExecutor(len(self.robots)) as side_by_side:
+            for each in [side_by_side.submit(robot.prepare) for robot in self.robots]:
                 each.result()
+        try:
+            for robot in self.robots:
+                robot.arm(by)
         except BaseException:
             self.disarm("another robot of the team could not be armed")
             raise

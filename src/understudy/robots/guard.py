@@ -87,6 +87,19 @@ class Guard:
         """Whether it obeys."""
         return bool(self._by)
 
+    def prepare(self) -> None:
+        """Start the watchdog, so that arming takes no time; WatchdogFailed where it does not start."""
+        with self._arming:
+            if not self.armed:
+                self._start()
+
+    def _start(self) -> None:
+        self._refuse_closed()
+        self._vigil.start([peer for peer in self._peers() if peer.topic in self._heard])
+        if self._end.is_set():  # who closed it found no watchdog yet to send home
+            self._vigil.leave()
+        self._refuse_closed()
+
     def arm(self, by: str) -> None:
         """Obey from now on, since a person says so. ArmingRefused, WatchdogFailed or FileError where it must not.
 
@@ -95,13 +108,14 @@ class Guard:
         with self._arming:
             if self.armed:
                 return
+            self._refuse_closed()
             orders = self._orders
             if not by.strip():
                 self._refuse("nobody says who arms it", "give a person's name")
             self._refuse_danger()
             self.log.begin()
             if self._vigil.keeps:
-                self._vigil.start([peer for peer in self._peers() if peer.topic in self._heard])
+                self._start()
                 self._refuse_danger()  # it took a while
             with self._lock:
                 if orders != self._orders:
@@ -202,6 +216,10 @@ class Guard:
         count = sum(peer.topic == self._topic for peer in self._peers())
         return max(0, count - self._vigil.watchdogs)
 
+    def _refuse_closed(self) -> None:
+        if self._end.is_set():
+            self._refuse("it was closed", "connect to it again")
+
     def _refuse_danger(self) -> None:
         danger = self._danger(self._clock())
         if danger is not None:
@@ -286,5 +304,6 @@ class Guard:
             try:
                 self.look()
             except Exception as error:  # whatever it was, nobody would guard the robot
-                if self.armed:
-                    self._give_up(f"the guard failed ({error})")
+                with self._lock:
+                    if self.armed:
+                        self._disarm(f"the guard failed ({error})", "guard")

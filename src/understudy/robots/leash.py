@@ -10,19 +10,20 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from threading import Lock
+from threading import Lock, Thread
 
 import msgspec
 
 from understudy.errors import UnderstudyError
 from understudy.robots.file import RobotFile
 from understudy.robots.transport import Peer
-from understudy.robots.watchdog import BYE, READY, STOPPED, Orders
+from understudy.robots.watchdog import BYE, READY, RESTING, STOPPED, Orders
 
 STARTING_S = 15.0
 """For so long it may take to start, on a machine that is very busy."""
 ANSWER_S = 0.5
 """A watchdog that does not answer for so long is none."""
+ASKING_S = 0.005
 LEAVING_S = 3.0
 """For so long it may take to end, which it does after it sent stop for a while."""
 
@@ -47,10 +48,19 @@ class Leash:
         self._answered_s, self._stopped = 0.0, False
         self._lock = Lock()
 
+    _leaving: Thread | None = None
+    """Sees one off that was dropped."""
+
     @property
     def alive(self) -> bool:
         """Whether it is there."""
         return self._process is not None and self._process.poll() is None
+
+    @property
+    def count(self) -> int:
+        """How many are connected to the robot: one that was dropped still is for a while."""
+        leaving = self._leaving is not None and self._leaving.is_alive()
+        return int(self.alive) + int(leaving)
 
     @property
     def pid(self) -> int:
@@ -58,11 +68,14 @@ class Leash:
         return 0 if self._process is None else self._process.pid
 
     def start(self, peers: Sequence[Peer]) -> None:
-        """Start it unless it is there, and wait until it has found these others; WatchdogFailed where it does not."""
+        """Start it unless it is there and answers, and wait until it has found these others; WatchdogFailed where it
+        does not.
+        """
         with self._lock:
-            if self.alive:
+            if self.alive and self._answers():
                 return
             self._end()
+            self._see_off()
             try:
                 process = subprocess.Popen(
                     [sys.executable, "-P", "-m", "understudy.robots.watchdog"],
@@ -92,11 +105,28 @@ class Leash:
             self._answered_s = time.monotonic()
             self._process, self._owner = process, os.getpid()
 
+    def _answers(self) -> bool:
+        """Whether it says anything, asked while the robot is disarmed."""
+        asked_s = time.monotonic()
+        while time.monotonic() - asked_s < ANSWER_S:
+            self.tell(RESTING)
+            self.problem()
+            if self._answered_s > asked_s:
+                return True
+            time.sleep(ASKING_S)
+        return False
+
     def tell(self, words: bytes) -> None:
         """All is well: ANEW, MOVING or RESTING."""
         if self._process is not None:
             with contextlib.suppress(OSError):  # `problem` tells of it
                 _tell(self._process, words)
+
+    def begin(self) -> None:
+        """Forget what it said until now, or did not say: nobody spoke to it."""
+        self.problem()
+        self.intervened()
+        self._answered_s = time.monotonic()
 
     def problem(self) -> str:
         """Why it cannot be relied on; empty where all is well. Takes in what it answered."""
@@ -125,29 +155,45 @@ class Leash:
 
     def leave(self) -> None:
         """Say good-bye, and wait until it is gone."""
-        if (
-            self._process is not None and self._owner == os.getpid()
-        ):  # not: a fork of the program that decides
-            with contextlib.suppress(OSError):
-                _tell(self._process, BYE)
+        process = self._process
+        if self._owner == os.getpid():  # not: a fork of the program that decides
+            if process is not None:
+                with contextlib.suppress(OSError, ValueError):  # ValueError: somebody else said it just now
+                    _tell(process, BYE)
             self._end()
+            self._see_off()
 
     def drop(self) -> None:
-        """Leave without a good-bye: it stops the robot. Wait until it is gone."""
-        self._end()
+        """Leave without a good-bye: it stops the robot. Does not wait for that: whoever drops it may hold up others."""
+        process, self._process = self._process, None
+        if process is not None:
+            _let_go(process)
+            self._leaving = Thread(target=_wait_for, args=(process,), name="leash", daemon=True)
+            self._leaving.start()
 
     def _end(self) -> None:
         process, self._process = self._process, None
-        if process is None:
-            return
-        for end in (process.stdin, process.stdout):
-            if end is not None:
-                end.close()
-        try:
-            process.wait(LEAVING_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        if process is not None:
+            _let_go(process)
+            _wait_for(process)
+
+    def _see_off(self) -> None:
+        if self._leaving is not None:
+            self._leaving.join()
+
+
+def _let_go(process: subprocess.Popen[bytes]) -> None:
+    for end in (process.stdin, process.stdout):
+        if end is not None:
+            end.close()
+
+
+def _wait_for(process: subprocess.Popen[bytes]) -> None:
+    try:
+        process.wait(LEAVING_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
 
 
 def _path() -> str:

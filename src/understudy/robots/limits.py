@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isnan
 from typing import TypeAlias
 
 from understudy.robots.file import Limits
@@ -12,7 +13,10 @@ STILL: Speeds = (0.0, 0.0)
 
 
 def within(limits: Limits, asked: Speeds, *, last: Speeds, elapsed_s: float) -> Speeds:
-    """The speeds asked for, within the limits, and no further from the last ones than they can get in that time."""
+    """The speeds asked for, within the limits, and no further from the last ones than they can get in that time.
+
+    What is no number asks for rest.
+    """
     return (
         _toward(asked[0], last[0], limits.speed_m_s, limits.acceleration_m_s2, elapsed_s),
         _toward(asked[1], last[1], limits.turn_rad_s, limits.turn_acceleration_rad_s2, elapsed_s),
@@ -20,7 +24,7 @@ def within(limits: Limits, asked: Speeds, *, last: Speeds, elapsed_s: float) -> 
 
 
 def _toward(asked: float, last: float, most: float, acceleration: float | None, elapsed_s: float) -> float:
-    want = max(-most, min(most, asked))
+    want = 0.0 if isnan(asked) else max(-most, min(most, asked))
     if acceleration is None:
         return want
     step = acceleration * elapsed_s

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import FileError, UnderstudyError
+from understudy.errors import FileError, SettingError, UnderstudyError
 from understudy.model.feature import ReadingKey
 from understudy.model.kinds import Column
 from understudy.robots.messages import MessageRefused, decode
@@ -52,7 +52,8 @@ class Pressed:
 @dataclass(frozen=True, slots=True)
 class Recording:
     """A recording: its head, times [T] of its ticks (s, as the body counts), readings [T, K, N], states of each level
-    after each tick by agent, and what was pressed, by agent. `whole`: it was closed, not killed.
+    after each tick by agent, and what was pressed, by agent. `whole`: it was closed, not killed. `runs`: how many the
+    file holds, of which this is one.
     """
 
     path: Path
@@ -63,6 +64,7 @@ class Recording:
     paths: Sequence[Sequence[tuple[str, ...]]]
     presses: Sequence[Sequence[Pressed]]
     whole: bool
+    runs: int = 1
 
     @property
     def ticks(self) -> int:
@@ -70,12 +72,19 @@ class Recording:
         return len(self.times)
 
 
-def read_recording(path: Path | str) -> Recording:
-    """A recording up to its last whole tick; FileError where it is none, or says nothing of decisions."""
+def read_recording(path: Path | str, *, run: int | None = None) -> Recording:
+    """A recording up to its last whole tick; FileError where it is none, or says nothing of decisions.
+
+    Where it holds several runs, such as the lessons of an afternoon, `run` says which, counted from 1; else the last.
+    SettingError where there is no such run.
+    """
     path = Path(path)
     known_types()
-    kept = _Kept()
+    kept = _Kept(run)
     whole = kept.read(path)
+    if kept.runs and run is not None and not 1 <= run <= kept.runs:
+        remedy = f"count from 1 to {kept.runs}"
+        raise SettingError(where=str(path), setting="its run", problem=f"is {run}", remedy=remedy)
     if isinstance(kept.head, str):
         raise _no_recording(path, kept.head)
     return kept.recording(path, kept.head, whole=whole)
@@ -84,7 +93,8 @@ def read_recording(path: Path | str) -> Recording:
 class _Kept:
     """What a file says, as far as it was read."""
 
-    def __init__(self) -> None:
+    def __init__(self, run: int | None) -> None:
+        self._run, self.runs = run, 0
         self.head: Head | str = "it does not say what ran, so nobody can decide it again"
         self._channels: dict[int, tuple[str, str]] = {}
         self._wanted: dict[tuple[str, str], tuple[str, int]] = {}
@@ -130,9 +140,12 @@ class _Kept:
         elif isinstance(record, Channel):
             self._channels[record.id] = record.topic, self._schemas.get(record.schema_id, "")
         elif isinstance(record, Metadata) and record.name == METADATA:
-            self.head = head_of(record.metadata)
-            if isinstance(self.head, Head):
-                self._begin(self.head.names)
+            self.runs += 1
+            if self.runs == (self._run or self.runs):
+                self.head = head_of(record.metadata)
+                self._begin(self.head.names if isinstance(self.head, Head) else ())
+            elif self.runs > (self._run or self.runs):
+                self._wanted = {}  # that run is over
 
     def _begin(self, names: Sequence[str]) -> None:
         """Another run begins; of those before nothing is kept."""
@@ -161,7 +174,8 @@ class _Kept:
             default=0,
         )
         if not ticks:
-            raise _no_recording(path, "it holds no tick")
+            several = f"the run that was begun last, of {self.runs}," if self.runs > 1 else "it"
+            raise _no_recording(path, f"{several} holds no tick")
         names = self._readings[0].names
         known = {label(key): key for key in _keys(head)}
         if any(column.names != names for column in self._readings) or not known.keys() >= set(names):
@@ -175,6 +189,7 @@ class _Kept:
             [each[:ticks] for each in self._paths],
             self._presses,
             whole,
+            self.runs,
         )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from understudy.model.feature import ReadingKey
 from understudy.model.kinds import Column
 from understudy.robots.messages import decode, encode, make, types
+from understudy.robots.transport import ExtraMissing
 
 READING, READINGS = "understudy_msgs/msg/Reading", "understudy_msgs/msg/Readings"
 STATES, TRANSITION = "understudy_msgs/msg/States", "understudy_msgs/msg/Transition"
@@ -38,8 +39,10 @@ HEAD = 4
 @cache
 def known_types() -> None:
     """Make our types known beside those of ROS 2."""
-    from rosbags.typesys import get_types_from_msg
-
+    try:
+        from rosbags.typesys import get_types_from_msg
+    except ImportError:
+        raise ExtraMissing(what="a recording", extra="ros2") from None
     found: dict[str, Any] = {}
     for name, text in DEFINITIONS.items():
         found.update(get_types_from_msg(text, name))

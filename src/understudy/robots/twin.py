@@ -157,13 +157,14 @@ class Twin:
         """
         if self._recorder is None:
             return
-        paths = [robot.path for robot in self.fleet if robot.path.is_file()]
-        files = {path.name: path.read_text("utf-8-sig") for path in paths}
+        files = {SCENARIO: dump_scenario(self.scenario)}
+        for path in (robot.path for robot in self.fleet if robot.path.is_file()):
+            files[str(path) if path.name in files else path.name] = path.read_text("utf-8-sig")
         self._recorder.begin(
             self,
-            names=[robot.file.namespace or robot.file.name for robot in self.fleet],
+            names=_apart([robot.file.namespace or robot.file.name for robot in self.fleet]),
             ran=ran,
-            files={SCENARIO: dump_scenario(self.scenario), **files},
+            files=files,
         )
         self._recording = True
 
@@ -255,6 +256,15 @@ class Twin:
         else:
             x, y = x + self._origin[0], y + self._origin[1]
         thing["x"], thing["y"], thing["present"] = x, y, 1
+
+
+def _apart(names: Sequence[str]) -> list[str]:
+    """Names of topics that are no other's: in two domains, two robots may have one namespace."""
+    plain = [name.strip("/") for name in names]
+    return [
+        name if plain.count(name.strip("/")) == 1 else f"{name.rstrip('/')}/robot{number}"
+        for number, name in enumerate(names)
+    ]
 
 
 Ground: TypeAlias = World | Twin

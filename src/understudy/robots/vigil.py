@@ -42,7 +42,7 @@ class Vigil:
     @property
     def watchdogs(self) -> int:
         """How many watchdogs of ours are connected to the robot."""
-        return int(self._leash is not None and self._leash.alive)
+        return 0 if self._leash is None else self._leash.count
 
     def start(self, peers: Sequence[Peer]) -> None:
         """See that the watchdog is there, and has found these others; WatchdogFailed where it does not."""
@@ -53,8 +53,7 @@ class Vigil:
         """The robot may move from now on."""
         self._looked_s, self._asleep_s = now, asleep_s()
         if self._leash is not None:
-            self._leash.problem()  # whatever it said was of an earlier time
-            self._leash.intervened()
+            self._leash.begin()
             self._leash.tell(ANEW)
 
     def doubt(self, now: float) -> Danger | None:

@@ -6,8 +6,8 @@ import atexit
 import contextlib
 import json
 import time
-from collections.abc import Callable, Sequence
-from threading import RLock
+from collections.abc import Sequence
+from threading import Event, RLock, Thread, main_thread
 from typing import Any
 
 from understudy.robots.messages import LONGEST_IMAGE
@@ -20,6 +20,8 @@ WAIT_MS = 3000
 """How long a router may take to answer."""
 MOST_TOKENS = 4096
 """Of others; who makes up more finds nobody who remembers them."""
+BEAT_S = 0.2
+"""How often it is looked whether the program has ended."""
 NEWEST = 1
 """How many messages a publisher says that it keeps; it keeps none."""
 WAITING = 4
@@ -50,15 +52,18 @@ class Zenoh:
         self._domain, self._id = domain, str(self._session.zid())
         self._own = Session(domain, self._id)
         self._lock, self._closed = RLock(), False  # who listens may publish at once
+        self._left = Event()
         self._others: dict[str, End] = {}
         self._declared: list[Any] = []
+        self._heard: list[Any] = []
         self._publishers: list[Any] = []
         self._declare_token(self._own.node())
         watched = self._session.liveliness().declare_subscriber(
-            everybody(domain), self._at_once(self._appeared), history=True
+            everybody(domain), self._appeared, history=True
         )
-        self._declared.append(watched)
-        atexit.register(self.close)  # a program whose session is open does not end
+        self._heard.append(watched)
+        atexit.register(self.close)
+        Thread(target=self._listen_to_the_end, name="zenoh").start()
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
         """Hand each message of a topic to `received`, whichever release of ROS 2 sends it."""
@@ -68,7 +73,7 @@ class Zenoh:
                 received(bytes(sample.payload), time.monotonic())
 
         for key in keys(self._domain, topic, type):
-            self._declared.append(self._session.declare_subscriber(key, self._at_once(came)))
+            self._heard.append(self._session.declare_subscriber(key, came))
         self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
 
     def publisher(self, topic: str, type: str) -> Publish:
@@ -112,18 +117,28 @@ class Zenoh:
             if self._closed:
                 return
             self._closed = True
+        self._left.set()
         atexit.unregister(self.close)
-        for each in (*self._publishers, *reversed(self._declared)):
+        for each in (*self._heard, *self._publishers, *reversed(self._declared)):
             with contextlib.suppress(self._zenoh.ZError):
                 each.undeclare()
         self._session.close()
 
-    def _at_once(self, called: Callable[[Any], None]) -> Any:
-        """A callback in the thread that receives: in one of its own it would come later, and no program would end."""
-        return self._zenoh.handlers.Callback(called, indirect=False)
+    def _listen_to_the_end(self) -> None:
+        """Zenoh calls back in threads that keep a program from ending, and they end with what they call back for.
+
+        What is said at the very end, such as stop, still goes out. Were Zenoh told to call back in those threads that
+        receive, they would now and then wait for Python, and Python for them.
+        """
+        while main_thread().is_alive():
+            if self._left.wait(BEAT_S):
+                return
+        for each in self._heard:
+            with contextlib.suppress(self._zenoh.ZError):
+                each.undeclare()
 
     def _number(self) -> int:
-        return len(self._declared) + 1
+        return len(self._declared)
 
     def _declare_token(self, key: str) -> None:
         self._declared.append(self._session.liveliness().declare_token(key))

@@ -9,7 +9,6 @@ import argparse
 import json
 import os
 import resource
-import signal
 import subprocess
 import sys
 import time
@@ -61,7 +60,7 @@ def patrol(
                 with _joined(Path(folder) / "team.toml", tick_s) as fleet:
                     return _watched(fleet, known, seconds=seconds, domain=domain, simulation=simulated.pid)
             finally:
-                simulated.send_signal(signal.SIGINT)
+                simulated.terminate()
                 simulated.wait(20.0)
 
 

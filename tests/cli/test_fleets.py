@@ -1,0 +1,38 @@
+"""Where recordings of real robots are kept: none is in another's way, none is left of what never began."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+pytest.importorskip("mcap", reason="needs the extra ros2")
+
+from understudy.cli import fleets
+from understudy.errors import FileError
+
+
+class Noon(datetime):
+    @classmethod
+    def now(cls, tz: object = None) -> Noon:
+        return cls(2026, 11, 22, 12)
+
+
+def test_two_that_begin_in_one_second_have_a_file_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fleets, "datetime", Noon)
+    for name in ("rover-2026-11-22T12-00-00.mcap", "rover-2026-11-22T12-00-00-2.mcap"):
+        place = fleets._place(tmp_path / "rover.toml")
+        assert place == tmp_path / "recordings" / name
+        place.touch()
+
+
+def test_nothing_is_left_of_what_never_began(tmp_path: Path) -> None:
+    path = tmp_path / "rover.toml"
+    path.write_text("format = 1", encoding="utf-8")
+    with pytest.raises(FileError), fleets.twin_of(path, None, record=None, recorded=True):
+        pass
+    assert not [*(tmp_path / "recordings").iterdir()]

@@ -1,0 +1,59 @@
+"""What is not installed is said in one sentence, wherever it is asked for."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from shutil import copy
+
+import pytest
+from tests.cli.commands import ROOT
+from tests.robots.rovers import ROVER
+
+EXTRAS = ("cyclonedds", "rosbags", "mcap", "cv2", "mujoco", "zenoh")
+WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({EXTRAS}))\n"
+RECORDING, ROS = "a recording needs what is not installed here", "pip install 'understudy[ros2]'"
+CASES = [
+    (["robots", "check", "{robot}"], ROS),
+    (["robots", "stop", "{robot}"], ROS),
+    (["run", "--robot", "{robot}"], RECORDING),
+    (["run", "--robot", "{robot}", "--no-record"], ROS),
+    (["studio", "--robot", "{robot}", "--no-browser"], RECORDING),
+    (["run", "--replay", "{robot}"], RECORDING),
+    (["learn", "--recording", "{robot}"], RECORDING),
+    (["robots", "color", "{folder}", "--name", "ball"], "pip install 'understudy[camera]'"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "said"), CASES, ids=lambda case: " ".join(case[:2]))
+def test_what_to_install_is_said(arguments: list[str], said: str, tmp_path: Path) -> None:
+    robot = tmp_path / "rover.toml"
+    robot.write_text(ROVER, encoding="utf-8")
+    copy(ROOT / "docs" / "pictures" / "physics.png", tmp_path)
+    given = [each.format(robot=robot, folder=tmp_path) for each in arguments]
+    program = f"{WITHOUT}from understudy.cli.app import app\napp({given!r})\n"
+    path = os.pathsep.join((str(ROOT / "src"), str(ROOT)))
+    result = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": path},
+    )  # fmt: skip
+    assert (result.returncode, result.stderr.count("\n")) == (2, 1)
+    assert said in result.stderr
+    assert not (tmp_path / "recordings").exists() or not [*(tmp_path / "recordings").iterdir()]
+
+
+def test_the_rest_asks_for_none_of_them() -> None:
+    modules = (
+        "cli.app",
+        "cli.run",
+        "desk.desk",
+        "studio.studio",
+        "terminal.app",
+        "robots.twin",
+        "physics.body",
+    )
+    program = WITHOUT + "".join(f"import understudy.{module}\n" for module in modules)
+    path = os.pathsep.join((str(ROOT / "src"), str(ROOT)))
+    subprocess.run([sys.executable, "-c", program], check=True, env={**os.environ, "PYTHONPATH": path})

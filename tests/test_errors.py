@@ -1,0 +1,23 @@
+"""Errors come whole out of another process, where experiments work."""
+
+from __future__ import annotations
+
+from copy import copy
+
+import pytest
+
+from understudy.errors import FileError, UnderstudyError, UnknownName
+from understudy.robots.transport import ExtraMissing
+
+MADE = [
+    UnknownName(what="reading", name="x", where="here", known=["y"]),
+    FileError(path="a.toml", place="b", problem="c", remedy="d"),
+    ExtraMissing(what="a recording", extra="ros2"),
+]
+
+
+@pytest.mark.parametrize("error", MADE, ids=lambda error: type(error).__name__)
+def test_errors_come_whole_out_of_another_process(error: UnderstudyError) -> None:
+    again = copy(error)  # as pickle does it
+    assert type(again) is type(error)
+    assert (str(again), vars(again)) == (str(error), vars(error))
