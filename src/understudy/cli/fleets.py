@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime
 from itertools import count
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
@@ -63,7 +65,10 @@ def twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recor
     connected = False
     try:
         with (
-            connect_team(team, recorder=recorder) if team else connect_robot(path, recorder=recorder) as fleet
+            leaving_orderly(),
+            connect_team(team, recorder=recorder)
+            if team
+            else connect_robot(path, recorder=recorder) as fleet,
         ):
             twin = Twin(fleet, recorder=recorder)
             connected = True
@@ -75,6 +80,27 @@ def twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recor
                 typer.echo(f"Recorded in {recorder.path}", err=True)
             else:  # it is ours, and empty
                 recorder.path.unlink(missing_ok=True)
+
+
+@contextmanager
+def leaving_orderly() -> Iterator[None]:
+    """Who is told to end, or whose terminal is gone, leaves as on Ctrl-C: robots are stopped, and recordings whole.
+
+    Ctrl-C itself counts even where a shell keeps it away; a hang-up that somebody wants ignored is.
+    """
+    if current_thread() is not main_thread():  # signals are none of its business
+        yield
+        return
+    before = {}
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and not (name == "SIGHUP" and signal.getsignal(number) == signal.SIG_IGN):
+            before[number] = signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _see_place(record: Path | None, *, recorded: bool) -> None:
