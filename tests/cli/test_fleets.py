@@ -46,9 +46,8 @@ def test_who_is_told_to_end_leaves_orderly(name: str) -> None:
     number = getattr(signal, name)
     before = signal.signal(number, signal.SIG_DFL)
     try:
-        with pytest.raises(KeyboardInterrupt), fleets.leaving_orderly():
-            os.kill(os.getpid(), number)
-            signal.sigtimedwait([], 1.0)
+        with fleets.leaving_orderly(), pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(number)
         assert signal.getsignal(number) == signal.SIG_DFL
     finally:
         signal.signal(number, before)
@@ -59,6 +58,6 @@ def test_a_hang_up_is_ignored_where_somebody_wants_that() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         with fleets.leaving_orderly():
-            os.kill(os.getpid(), signal.SIGHUP)
+            signal.raise_signal(signal.SIGHUP)
     finally:
         signal.signal(signal.SIGHUP, before)
