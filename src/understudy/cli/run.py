@@ -188,9 +188,20 @@ def _only_replayed(context: typer.Context) -> None:
     """Refuse what means nothing where readings are those of a recording."""
     from understudy.errors import SettingError
 
-    for option in ("scenario", "world", "seed", "seconds", "speed", "record", "trace"):
+    for option in (
+        "scenario",
+        "world",
+        "seed",
+        "seconds",
+        "speed",
+        "record",
+        "no_record",
+        "trace",
+        "robot",
+        "team",
+    ):
         if _given(context, option):
-            named = "SCENARIO" if option == "scenario" else f"--{option}"
+            named = "SCENARIO" if option == "scenario" else f"--{option.replace('_', '-')}"
             problem, remedy = "means nothing to --replay: all is as it was recorded", "leave it out"
             raise SettingError(where="run", setting=named, problem=problem, remedy=remedy)
 
