@@ -1,7 +1,9 @@
-"""Where recordings of real robots are kept: none is in another's way, none is left of what never began."""
+"""Recordings of real robots: none is in another's way, none is left of what never began, and each ends as it should."""
 
 from __future__ import annotations
 
+import os
+import signal
 from datetime import datetime
 from pathlib import Path
 
@@ -36,3 +38,28 @@ def test_nothing_is_left_of_what_never_began(tmp_path: Path) -> None:
     with pytest.raises(FileError), fleets.twin_of(path, None, record=None, recorded=True):
         pass
     assert not [*(tmp_path / "recordings").iterdir()]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs signals")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_who_is_told_to_end_leaves_orderly(name: str) -> None:
+    number = getattr(signal, name)
+    before = signal.signal(number, signal.SIG_DFL)
+    try:
+        how = KeyboardInterrupt if name == "SIGINT" else SystemExit
+        with fleets.leaving_orderly(), pytest.raises(how) as left:
+            signal.raise_signal(number)
+        assert name == "SIGINT" or left.value.args == (128 + number,)
+        assert signal.getsignal(number) == signal.SIG_DFL
+    finally:
+        signal.signal(number, before)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs signals")
+def test_a_hang_up_is_ignored_where_somebody_wants_that() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with fleets.leaving_orderly():
+            signal.raise_signal(signal.SIGHUP)
+    finally:
+        signal.signal(signal.SIGHUP, before)

@@ -68,6 +68,11 @@ BAD = [  # arguments, what the error says
     ),
     (["run", "-l", "{lib}", "--replay", "/none.mcap"], "/none.mcap: there is no such file"),
     (["run", "-l", "{lib}", "--record", "/nowhere/x.mcap"], "/nowhere/x.mcap: cannot be written"),
+    (
+        ["run", "--robot", "r.toml", "--replay", "x.mcap"],
+        "--robot means nothing to --replay: all is as it was",
+    ),
+    (["learn", "x.csv", "--features", "x"], "--features means nothing to a table, which says all; leave it"),
     (["learn", "--recording", "/none.mcap", "--features", "x"], "/none.mcap: there is no such file"),
     (["why", "/none.mcap", "--time", "1"], "/none.mcap: there is no such file"),
     (

@@ -54,7 +54,6 @@ MISTAKES = [  # arguments, what the error says
     (["teach", "x", "--robot", "moon.toml"], "no world 'moon'; it has arena"),
     (["studio", "--robot", "sub.toml"], "sub.toml at kind: is 'submarine', which arena has not"),
     (["run", "--robot", "team.toml"], "is that of a team's file, not of a robot's; name it with --team"),
-    (["robots", "check", "team.toml"], "is that of a team's file, not of a robot's; name it with --team"),
     (["run", "--team", "rover.toml"], "is that of one robot's file, not of a team's; name it with --robot"),
     (["run", "--team", "lone.toml"], "missing.toml: there is no such file"),
     (["run", "--team", "twins.toml"], "so that both would obey the same commands; give each its own"),

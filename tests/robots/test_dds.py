@@ -17,6 +17,7 @@ from tests.robots.rovers import ODOMETRY, RANGE, STAMPED, TWIST, odometry, sonar
 
 from understudy.robots.dds import DDS, struct
 from understudy.robots.messages import dds_name, decode, encode, known, make, ros_name, twist
+from understudy.robots.transport import Peer
 
 NUMBERS = count()
 NAMES = [
@@ -108,3 +109,27 @@ def test_a_plain_program_on_cyclone_reads_our_commands(namespace: str) -> None:
         assert (came[0].linear.x, came[0].linear.y, came[0].angular.z) == (0.4, 0.0, -0.5)
     finally:
         ours.close()
+
+
+def test_others_are_gone_through_only_when_one_comes_or_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There may be hundreds, and they are asked for several times a second."""
+    one, two = DDS(65), DDS(65)
+    try:
+        two.publisher("/a", TWIST)
+        wait_for(lambda: one.peers() == [Peer("/a", TWIST)])
+        reads, read = list[int](), one._publications.read
+
+        def counted(**asked: Any) -> Any:
+            reads.append(1)
+            return read(**asked)
+
+        monkeypatch.setattr(one._publications, "read", counted)
+        assert all(one.peers() == [Peer("/a", TWIST)] for _ in range(20))
+        assert not reads
+        two.publisher("/b", TWIST)
+        wait_for(lambda: {peer.topic for peer in one.peers()} == {"/a", "/b"})
+        two.close()
+        wait_for(lambda: not one.peers())
+    finally:
+        one.close()
+        two.close()

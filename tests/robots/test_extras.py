@@ -10,7 +10,12 @@ from shutil import copy
 
 import pytest
 from tests.cli.commands import ROOT
-from tests.robots.rovers import ROVER
+from tests.robots.rovers import ROVER, Wire
+
+from understudy.robots.file import parse_robot
+from understudy.robots.opencv import opencv
+from understudy.robots.senses import Senses
+from understudy.robots.transport import ExtraMissing
 
 EXTRAS = ("cyclonedds", "rosbags", "mcap", "cv2", "mujoco", "zenoh")
 WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({EXTRAS}))\n"
@@ -57,3 +62,14 @@ def test_the_rest_asks_for_none_of_them() -> None:
     program = WITHOUT + "".join(f"import understudy.{module}\n" for module in modules)
     path = os.pathsep.join((str(ROOT / "src"), str(ROOT)))
     subprocess.run([sys.executable, "-c", program], check=True, env={**os.environ, "PYTHONPATH": path})
+
+
+def test_a_camera_without_opencv_is_not_a_mistake_in_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("rosbags", reason="needs the extra ros2")
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    opencv.cache_clear()
+    seen = '[camera]\ntopic = "image"\ntype = "sensor_msgs/msg/Image"\nview_deg = 60\n'
+    color = "[camera.colors]\nball = { hue_deg = [10, 30], saturation = [0.4, 1], value = [0.1, 1] }\n"
+    with pytest.raises(ExtraMissing, match=r"^a camera needs what .* 'understudy\[camera\]'$"):
+        Senses(parse_robot(ROVER + seen + color), Wire())
+    opencv.cache_clear()

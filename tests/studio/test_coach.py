@@ -40,11 +40,21 @@ def person(made: Studio) -> Iterator[Page]:
         yield person
 
 
-def sentences(person: Page) -> list[str]:
-    """What the coach says, as soon as it is ready."""
+def ready(person: Page) -> dict[str, Any]:
+    """What the coach answers, as soon as it is ready."""
     while (answer := person.done("advise")).get("later"):
         time.sleep(0.05)
-    return [each["sentence"] for each in answer["advice"]]
+    return answer
+
+
+def advised(person: Page) -> list[dict[str, Any]]:
+    """Its advice."""
+    return list(ready(person)["advice"])
+
+
+def sentences(person: Page) -> list[str]:
+    """What the coach says."""
+    return [each["sentence"] for each in advised(person)]
 
 
 def test_a_lesson_without_presses_says_so(made: Studio) -> None:
@@ -52,11 +62,11 @@ def test_a_lesson_without_presses_says_so(made: Studio) -> None:
         assert "Nothing is being trained" in person.say("advise")["error"].capitalize()
         person.done(**GOTO)
         assert sentences(person)[0].startswith("You showed me nothing yet")
-        assert person.done("advise")["late"] is None
+        assert ready(person)["late"] is None
 
 
 def test_advice_with_a_place_is_set_up(person: Page, made: Studio) -> None:
-    given = person.done("advise")["advice"]
+    given = advised(person)
     weights = [each["weight"] for each in given]
     assert weights == sorted(weights, reverse=True)
     chosen = next(each for each in given if each["place"] and "behind you" in each["sentence"])
@@ -87,7 +97,7 @@ def test_what_cannot_be_set_up_is_said(made: Studio) -> None:
             for _ in range(3):
                 step(person)
             person.done("edit", number=2 * number + 1, values={"food_stored": str(number)})
-        given = person.done("advise")["advice"]
+        given = advised(person)
         full = next(each for each in given if each["place"] and "food_stored is above" in each["sentence"])
         answer = person.done("set_up", sentence=full["sentence"])
         assert answer["sentence"] == "I could not set it up whole: food_stored is not as I meant."
@@ -96,7 +106,7 @@ def test_what_cannot_be_set_up_is_said(made: Studio) -> None:
 def test_who_looks_on_hears_the_advice_and_may_not_follow_it(made: Studio) -> None:
     with served(made) as client, page(client) as person, page(client) as other:
         person.done(**GOTO)
-        (few, *_) = other.done("advise")["advice"]
+        (few, *_) = advised(other)
         assert few["kind"] == "few"
         for message in ({"do": "ask_when", "when": "mark"}, {"do": "set_up", "sentence": few["sentence"]}):
             assert "directs" in other.send(message)["error"]
@@ -278,15 +288,15 @@ def test_a_reaction_time_is_offered_taken_and_undone(
     found = Lateness(0.55, 0.4, 0.7, 9, "Taken 0.55 s earlier, they agree.")
     monkeypatch.setattr(coaching, "lateness", lambda lesson, *, steady: found)
     person.done("edit", number=1, next="forward")
-    late = person.done("advise")["late"]
+    late = ready(person)["late"]
     said = "You seem to press 0.55 s late. Taken 0.55 s earlier, they agree."
     assert late == {"reaction_s": 0.55, "sentence": said}
     person.done("use_reaction", reaction_s=0.55)
     assert made.stage.trained.session.lesson.options.reaction_s == 0.55
-    assert person.done("advise")["late"] is None
+    assert ready(person)["late"] is None
     person.done("undo")
     assert made.stage.trained.session.lesson.options.reaction_s == 0.0
-    assert person.done("advise")["late"] is not None
+    assert ready(person)["late"] is not None
     assert "reaction_s is 7" in person.say("use_reaction", reaction_s=7)["error"]
 
 
@@ -309,11 +319,11 @@ def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: 
         shown(desk, "forward", (far, angle), says)
     for far in (0.2, 0.25, 0.3):
         shown(desk, "forward", (far, 0.1), "done")
-    odd = [each for each in person.done("advise")["advice"] if each["kind"] == "slip"]
+    odd = [each for each in advised(person) if each["kind"] == "slip"]
     assert [each["says"] for each in odd] == [{"state": "forward", "next": "done"}]
     (number, *_) = odd[0]["examples"]
     person.done("stand_by", number=number)
-    assert "slip" not in [each["kind"] for each in person.done("advise")["advice"]]
+    assert "slip" not in [each["kind"] for each in advised(person)]
     assert "nobody asked" in person.say("stand_by", number=number)["error"]
     person.done("mend", number=number, next="rotate_left")
     assert next(each.next for each in desk.session.examples if each.number == number) == "rotate_left"

@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import count
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
@@ -58,7 +59,7 @@ def twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recor
     decided once `Twin.record` was called, and is not kept where that never was.
     """
     _see_record(record, recorded=recorded)
-    with _leaving_on_signals():
+    with leaving_orderly():
         yield from _twin_of(robot, team, record=record, recorded=recorded)
 
 
@@ -72,7 +73,9 @@ def _twin_of(robot: Path | None, team: Path | None, *, record: Path | None, reco
     twin = None
     try:
         with (
-            connect_team(team, recorder=recorder) if team else connect_robot(path, recorder=recorder) as fleet
+            connect_team(team, recorder=recorder)
+            if team
+            else connect_robot(path, recorder=recorder) as fleet,
         ):
             twin = Twin(fleet, recorder=recorder)
             yield twin
@@ -88,19 +91,29 @@ def _twin_of(robot: Path | None, team: Path | None, *, record: Path | None, reco
 
 
 @contextmanager
-def _leaving_on_signals() -> Iterator[None]:
-    """Leave robots as at the end where the system ends the program: stopped, and with a whole recording."""
+def leaving_orderly() -> Iterator[None]:
+    """Who is told to end, or whose terminal is gone, leaves as on Ctrl-C: robots are stopped, and recordings whole.
 
-    def leave(number: int, _: object) -> None:
-        sys.exit(SIGNALED + number)
-
-    signals = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {each: signal.signal(each, leave) for each in signals}
+    Ctrl-C itself counts even where a shell keeps it away; a hang-up that somebody wants ignored is.
+    """
+    if current_thread() is not main_thread():  # signals are none of its business
+        yield
+        return
+    before = {}
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and not (name == "SIGHUP" and signal.getsignal(number) == signal.SIG_IGN):
+            leave = signal.default_int_handler if name == "SIGINT" else _leave
+            before[number] = signal.signal(number, leave)
     try:
         yield
     finally:
-        for each, handler in before.items():
-            signal.signal(each, handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _leave(number: int, _: object) -> None:
+    sys.exit(SIGNALED + number)
 
 
 def _see_record(record: Path | None, *, recorded: bool) -> None:

@@ -15,8 +15,14 @@ if TYPE_CHECKING:
     from understudy.learning.table import Row
     from understudy.model.library import Taught
 
+OF_RECORDINGS = (
+    "presses", "states", "features", "flags", "parameters", "targets", "reaction", "agent", "session", "kit",
+)  # fmt: skip
+"""Options that say how a recording becomes a lesson."""
+
 
 def learn(
+    context: typer.Context,
     lesson: Annotated[
         Path | None, typer.Argument(metavar="[LESSON.csv]", help="The examples.", show_default=False)
     ] = None,
@@ -96,6 +102,7 @@ def learn(
         )
         raise SettingError(where="learn", setting=missing, problem="is missing", remedy=remedy)
     if lesson is not None and recording is None:
+        _only_table(context)
         shown = read_lesson_table(lesson, name=name)
     elif recording is not None and lesson is None:
         asked = Asked(
@@ -128,6 +135,17 @@ def learn(
         return
     told = {"states": result.states, "predictions": following or []}
     print_json(told if saved is None else {**told, "saved": str(saved)})
+
+
+def _only_table(context: typer.Context) -> None:
+    """Refuse what a table says by itself."""
+    from understudy.errors import SettingError
+
+    for option in OF_RECORDINGS:
+        source = context.get_parameter_source(option)
+        if source is not None and source.name == "COMMANDLINE":
+            problem, remedy = "means nothing to a table, which says all", "leave it out, or give --recording"
+            raise SettingError(where="learn", setting=f"--{option}", problem=problem, remedy=remedy)
 
 
 def _saved(folder: Path, taught: Taught) -> Path:

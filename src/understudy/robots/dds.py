@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Sequence
 from functools import cache
-from threading import Thread
+from threading import Lock, Thread
 from typing import Any
 
 from understudy.robots.messages import ARRAY, BASE, JAZZY, NAMED, dds_name, fields, releases, ros_name
@@ -17,6 +17,8 @@ PREFIX = "rt"
 """What ROS 2 puts before the names of topics, as against services."""
 BEAT_S = 0.2
 """How often the thread that receives looks whether it shall end."""
+MOST = 4096
+"""So many who publish are looked at."""
 GRAVE = 1 | 2
 """What Cyclone DDS logs unless somebody configured it, fatal and other errors; it warns of each wrong message."""
 
@@ -41,6 +43,9 @@ class DDS:
             remedy = "look whether the network is up, and whether CYCLONEDDS_URI, if set, fits it"
             raise Unreachable(what=f"domain {domain} of DDS", problem=str(error), remedy=remedy) from error
         self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
+        self._changes, self._gone, self._alive = _conditions(self._publications)
+        self._others: Sequence[Peer] = ()
+        self._asking = Lock()
         self._waits = WaitSet(self._participant)
         self._readers: list[tuple[Any, Received, dict[int, int] | None]] = []
         self._kept: list[Any] = []  # conditions live as long as they are waited for
@@ -92,16 +97,18 @@ class DDS:
 
     def peers(self) -> Sequence[Peer]:
         """All others who publish topics of ROS 2, as far as they were discovered."""
-        from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
-
-        own = self._participant.guid
-        alive = ReadCondition(self._publications, ViewState.Any | InstanceState.Alive | SampleState.Any)
-        found = self._publications.read(N=4096, condition=alive)
-        return [
-            Peer(end.topic_name.removeprefix(PREFIX), ros_name(end.type_name))
-            for end in found
-            if end.topic_name.startswith(f"{PREFIX}/") and end.participant_key != own
-        ]
+        with self._asking:
+            # Asked several times a second: to go through the hundreds that a robot may have takes a tenth of that.
+            if self._changes.triggered:
+                self._publications.take(N=MOST, condition=self._gone)
+                found = self._publications.read(N=MOST, condition=self._alive)
+                own = self._participant.guid
+                self._others = [
+                    Peer(end.topic_name.removeprefix(PREFIX), ros_name(end.type_name))
+                    for end in found
+                    if end.topic_name.startswith(f"{PREFIX}/") and end.participant_key != own
+                ]
+            return self._others
 
     def close(self) -> None:
         """Leave the domain; nothing is received afterwards."""
@@ -113,6 +120,7 @@ class DDS:
         self._readers.clear()
         self._kept.clear()
         self._writers.clear()
+        del self._changes, self._gone, self._alive
         del self._waits, self._publications, self._participant
 
     def _topic(self, topic: str, type: str, release: str = JAZZY) -> Any:
@@ -135,6 +143,18 @@ class DDS:
                         # If not, a publisher has gone.
                         if isinstance(message, reader.topic.data_type) and _new(message.sample_info, seen):
                             received(message.data, now)
+
+
+def _conditions(reader: Any) -> tuple[Any, Any, Any]:
+    """What a reader has not been asked for yet, what is gone, and what is there."""
+    from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
+
+    gone = InstanceState.NotAliveDisposed | InstanceState.NotAliveNoWriters
+    return (
+        ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead),
+        ReadCondition(reader, ViewState.Any | gone | SampleState.Any),
+        ReadCondition(reader, ViewState.Any | InstanceState.Alive | SampleState.Any),
+    )
 
 
 @cache

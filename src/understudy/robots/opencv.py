@@ -6,23 +6,18 @@ from functools import cache
 from importlib import import_module
 from types import ModuleType
 
-from understudy.errors import SettingError
+from understudy.robots.transport import ExtraMissing
 
 
 @cache
 def opencv() -> ModuleType:
-    """The module `cv2`, on one thread; SettingError where it is not installed.
+    """The module `cv2`, on one thread; ExtraMissing where it is not installed.
 
     Threads gain nothing on images this small, and waiting for them made one of a hundred images take ten times as long.
     """
     try:
         cv = import_module("cv2")
-    except ImportError as missing:
-        raise SettingError(
-            where="camera",
-            setting="images",
-            problem="need OpenCV, which is not installed",
-            remedy="pip install 'understudy[camera]'",
-        ) from missing
+    except ImportError:
+        raise ExtraMissing(what="a camera", extra="camera") from None
     cv.setNumThreads(1)
     return cv

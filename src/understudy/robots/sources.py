@@ -12,6 +12,7 @@ from understudy.robots.camera_file import CAMERA, CameraOf
 from understudy.robots.extracting import Extract, extraction, place
 from understudy.robots.eye import Eye
 from understudy.robots.file import RobotFile
+from understudy.robots.transport import ExtraMissing
 from understudy.runtime.body import Reading
 from understudy.worlds.kits import CAMERA as BLOBS
 from understudy.worlds.mismatch import Mismatch
@@ -55,6 +56,8 @@ def eye_of(file: RobotFile) -> Eye | Mismatch | None:
         return None
     try:
         return Eye(file.camera)
+    except ExtraMissing:  # it is not the file that is wrong
+        raise
     except UnderstudyError as error:
         return Mismatch(CAMERA, f"cannot be: {error}", "correct it there")
 
