@@ -129,10 +129,13 @@ def run(
     from understudy.worlds.teams import runners, sort_of, team_of
 
     if real(robot, team, world=scenario or world) is not None:
-        _only_simulated(context)
         from understudy.cli.live import run_live
 
-        _refuse(context, ("seed", "speed", "trace"), "means nothing to real robots")
+        _refuse(
+            context,
+            ("seed", "speed", "trace"),
+            "means nothing to real robots, which are recorded as they are",
+        )
         with twin_of(robot, team, record=record, recorded=not no_record) as twin:
             run_live(twin, behavior, library, kit=kit, bind=bind, seconds=seconds, as_json=as_json)
         return
@@ -200,16 +203,6 @@ def _refuse(context: typer.Context, options: Sequence[str], problem: str) -> Non
         if _given(context, option):
             named = "SCENARIO" if option == "scenario" else f"--{option.replace('_', '-')}"
             raise SettingError(where="run", setting=named, problem=problem, remedy="leave it out")
-
-
-def _only_simulated(context: typer.Context) -> None:
-    """Refuse what real robots have none of."""
-    from understudy.errors import SettingError
-
-    for option in ("seed", "speed", "trace"):
-        if _given(context, option):
-            problem, remedy = "means nothing to real robots, which are recorded as they are", "leave it out"
-            raise SettingError(where="run", setting=f"--{option}", problem=problem, remedy=remedy)
 
 
 def _how(
