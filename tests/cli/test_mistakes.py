@@ -56,7 +56,7 @@ BAD = [  # arguments, what the error says
     (["run", "-l", "{lib}", "--record", "x.mp4"], "is no picture or recording; name a file that ends in"),
     (
         ["run", "-l", "{lib}", "--robot", "r.toml", "--record", "x.gif"],
-        "'x.gif' is no recording, and nothing",
+        "'x.gif' is no recording, and real robots are not drawn",
     ),
     (
         ["run", "-l", "{lib}", "--robot", "r.toml", "--record", "x.mcap", "--no-record"],

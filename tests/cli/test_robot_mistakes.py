@@ -63,7 +63,7 @@ MISTAKES = [  # arguments, what the error says
     (["run", "--robot", "rover.toml"], "is not a terminal, so that nobody could arm or stop a robot"),
     (["teach", "x", "--robot", "rover.toml"], "is not a terminal"),
     (["teach", "x", "--robot", "held.toml"], "a terminal does not tell when one is let go; teach it in the"),
-    (["run", "--robot", "rover.toml", "--seed", "3"], "--seed means nothing to real robots; leave it out"),
+    (["run", "--robot", "rover.toml", "--seed", "3"], "--seed means nothing to real robots, which are"),
     (["run", "--robot", "rover.toml", "--record", "a.gif"], "real robots are not drawn; name a file"),
     (["run", "--robot", "rover.toml", "--record", "a.mcap", "--no-record"], "--no-record were both given"),
     (["run", "--replay", "a.mcap", "--robot", "rover.toml"], "--robot means nothing to --replay"),

@@ -131,7 +131,11 @@ def run(
     if real(robot, team, world=scenario or world) is not None:
         from understudy.cli.live import run_live
 
-        _refuse(context, ("seed", "speed", "trace"), "means nothing to real robots")
+        _refuse(
+            context,
+            ("seed", "speed", "trace"),
+            "means nothing to real robots, which are recorded as they are",
+        )
         with twin_of(robot, team, record=record, recorded=not no_record) as twin:
             run_live(twin, behavior, library, kit=kit, bind=bind, seconds=seconds, as_json=as_json)
         return

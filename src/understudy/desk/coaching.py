@@ -191,7 +191,7 @@ def answer(desk: Desk, state: str | None) -> None:
         session.test()
         session.rewind(there._replace(mode=Mode.TESTING))
     else:
-        session.go_on_testing()
+        session.test(afresh=False)
         desk.note(desk.robot, step="resume")
     desk.changed()
     desk.pause()

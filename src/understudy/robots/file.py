@@ -169,11 +169,7 @@ def load_team(path: Path | str) -> tuple[TeamFile, Sequence[Path]]:
 
 def robots_in(path: Path | str) -> Sequence[Path]:
     """The file itself, or those of its robots where it is a team's; FileError where it cannot be read."""
-    try:
-        team = tomllib.loads(_read(path)).get("format") == TEAM
-    except (ValueError, RecursionError):
-        team = False
-    return load_team(path)[1] if team else [Path(path)]
+    return load_team(path)[1] if is_team(path) else [Path(path)]
 
 
 def load_robot(path: Path | str) -> RobotFile:

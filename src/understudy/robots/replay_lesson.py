@@ -64,7 +64,7 @@ def _do(session: Session, step: Pressed) -> None:
     if step.does == TEST:
         session.test()
     elif step.does == GO_ON:
-        session.go_on_testing()
+        session.test(afresh=False)
     elif step.does == TRAIN:
         session.train()
     elif step.does == RESTART:

@@ -221,18 +221,11 @@ class Session:
 
     # Modes
 
-    def test(self) -> None:
-        """Switch to testing: learn from the lesson and restart the automaton."""
+    def test(self, *, afresh: bool = True) -> None:
+        """Switch to testing: learn from the lesson and restart the automaton, or let it go on where it is."""
         self._notebook.accept_watched()
         self._relink(self._new_trainee(self._notebook.lesson, Mode.TESTING))
-        self.restart()
-
-    def go_on_testing(self) -> None:
-        """Switch to testing, the automaton going on where it is; a press that waits is none any more."""
-        self._notebook.accept_watched()
-        self.trainee.press = None
-        self._relink(self._new_trainee(self._notebook.lesson, Mode.TESTING))
-        self._turned()
+        (self.restart if afresh else self._turned)()
 
     def train(self) -> None:
         """Switch to training: the robot goes on with what it is doing until directed."""
