@@ -90,9 +90,13 @@ def test_a_mistake_is_one_paragraph(
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_a_program_that_the_system_ends_leaves_as_it_should(number: signal.Signals, files: Path) -> None:
+def test_a_program_that_the_system_ends_leaves_as_it_should(
+    number: signal.Signals, files: Path, request: pytest.FixtureRequest
+) -> None:
     """Robots are stopped by their own program, and the recording is whole; for kill -9 there is the watchdog."""
-    before, left, transports = signal.getsignal(number), list[str](), list[Transport]()
+    outside = signal.signal(number, signal.SIG_DFL)  # who runs the tests may ignore hang-ups
+    request.addfinalizer(lambda: signal.signal(number, outside))
+    left, transports = list[str](), list[Transport]()
 
     def ended() -> None:
         with twin_of(files / "rover.toml", None, record=None, recorded=False) as twin:
@@ -104,7 +108,7 @@ def test_a_program_that_the_system_ends_leaves_as_it_should(number: signal.Signa
         ended()
     transports[0].close()
     assert (error.value.code, left) == (128 + number, ["its program left"])
-    assert signal.getsignal(number) is before
+    assert signal.getsignal(number) is signal.SIG_DFL
 
 
 def test_a_team_is_stopped_though_one_of_its_files_is_wrong(
