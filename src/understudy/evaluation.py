@@ -1,15 +1,16 @@
-"""Batches of runs, measured: time to reach the scenario's goal, and food per second beside the yardstick.
+"""Measure batches of runs: time to reach the scenario's goal, and food per second relative to a baseline.
 
-The yardstick is a forager written by hand; it is there for the foraging scenario and what differs from it in numbers
-only. Every world of it has three times the yardstick's time, one of another scenario the scenario's own limit.
+A baseline is a controller written by hand for a scenario, found by entry points (`BASELINES`). Every world that has one
+gets three times the baseline's time, any other world the scenario's own limit.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,6 @@ from understudy.runtime.body import Commands
 from understudy.runtime.engine import Engine
 from understudy.runtime.program import Program, link
 from understudy.worlds.catalog import find_world
-from understudy.worlds.forage_expert import HandForager, lower_bound
-from understudy.worlds.forage_settings import ForageSettings, settings_of
 from understudy.worlds.scenario import Scenario
 from understudy.worlds.world import World
 
@@ -32,8 +31,11 @@ Decide: TypeAlias = Callable[[Percept], Commands]
 Progress: TypeAlias = Callable[[int, int], None]
 """Called now and then with how many worlds are through, and how many there are."""
 
+BASELINES = "understudy.baselines"
+"""Entry points of this group are functions that take a scenario and return its `Baseline`, or None."""
+
 LENIENCE = 3.0
-"""How many times the yardstick's time a taught robot is given."""
+"""How many times the baseline's time a taught robot is given."""
 
 TICKS_AT_ONCE = 200
 """After so many ticks of all worlds in one go there is a look at who has finished, and at the keyboard."""
@@ -76,6 +78,39 @@ class Outcomes:
     def joined(cls, parts: Sequence[Outcomes]) -> Outcomes:
         """Those of several batches as one."""
         return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
+
+
+class Controller(Protocol):
+    """Decides for N robots at once, from the readings that it names."""
+
+    keys: Sequence[ReadingKey]
+
+    def decide(self, percept: Percept) -> Commands:
+        """Return the commands of this tick."""
+        ...
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """A controller written by hand, and the worlds in which it is measured."""
+
+    scenario: Scenario
+    make_controller: Callable[[World], Controller]
+    limits_s: Callable[[World], Column]
+    """Ample time for each world [B]."""
+
+
+def find_baseline(scenario: Scenario) -> Baseline | None:
+    """Find the baseline of a scenario among those installed; None where there is none."""
+    found = (entry.load()(scenario) for entry in entry_points(group=BASELINES))
+    return next((baseline for baseline in found if baseline is not None), None)
+
+
+def measure_baseline(baseline: Baseline, seeds: Sequence[int]) -> Outcomes:
+    """Measure a baseline on one world per seed."""
+    world = World(baseline.scenario, seeds)
+    controller = baseline.make_controller(world)
+    return measure(world, controller.decide, controller.keys, limit_s=baseline.limits_s(world))
 
 
 def measure(world: World, decide: Decide, keys: Sequence[ReadingKey], *, limit_s: float | Column) -> Outcomes:
@@ -147,7 +182,7 @@ def _measured(
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A behavior judged on N worlds, beside the yardstick on the same ones where there is one: columns [N]."""
+    """A behavior judged on N worlds, beside the baseline on the same ones where there is one: columns [N]."""
 
     behavior: str
     world: str
@@ -162,7 +197,7 @@ class Evaluation:
 
     @property
     def relative(self) -> Column:
-        """Taught food per second as a share of the yardstick's [N]; absent where there is no food, or no yardstick."""
+        """Taught food per second as a share of the baseline's [N]; absent where there is no food, or no baseline."""
         absent = np.full(len(self.seeds), np.nan)
         if self.expert is None:
             return absent
@@ -200,12 +235,12 @@ def evaluate(
             where="evaluation", setting="seeds", problem="are none", remedy="give at least one"
         )
     program = judged(library, behavior, scenario, binding)
-    settings = settings_of(scenario)
+    baseline = find_baseline(scenario)
     taught, expert = list[Outcomes](), list[Outcomes]()
     for first, batch in _batches(seeds):
         limits: float | Column = scenario.limit_s
-        if settings is not None:
-            by_hand = judge_expert(settings, batch)
+        if baseline is not None:
+            by_hand = measure_baseline(baseline, batch)
             expert.append(by_hand)
             limits = LENIENCE * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
 
@@ -230,13 +265,6 @@ def judged(
             remedy="give it a [goal], or watch it with understudy run",
         )
     return link(library, behavior, binding)
-
-
-def judge_expert(settings: ForageSettings, seeds: Sequence[int]) -> Outcomes:
-    """The yardstick on one world per seed, given ample time."""
-    world = World(settings.scenario(), seeds)
-    hand = HandForager(world.agents, settings)
-    return measure(world, hand.decide, hand.keys, limit_s=10.0 * lower_bound(world) + 60.0)
 
 
 def _batches(seeds: Sequence[int]) -> Iterator[tuple[int, list[int]]]:

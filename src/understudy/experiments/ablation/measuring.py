@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from understudy.evaluation import LENIENCE, Outcomes, judge_expert, measure_program
+from understudy.evaluation import LENIENCE, Outcomes, measure_program
 from understudy.experiments.ablation.drawing import drawn_by_votes, with_chances
 from understudy.experiments.ablation.features import kit
 from understudy.experiments.ablation.variants import VARIANTS, Variant
 from understudy.experiments.forage.teaching import make_practice, worlds_of
+from understudy.experiments.forage_baseline import judge_expert
 from understudy.experiments.lessons import lessons_of
 from understudy.model.library import Library
 from understudy.runtime.engine import Engine

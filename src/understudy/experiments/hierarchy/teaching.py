@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from understudy.evaluation import LENIENCE, judge_expert, measure_program
+from understudy.evaluation import LENIENCE, measure_program
 from understudy.experiments.forage.teaching import make_practice, worlds_of
+from understudy.experiments.forage_baseline import judge_expert
 from understudy.experiments.hierarchy.curves import Curve
 from understudy.experiments.hierarchy.foraging import LAYERS, OPTIONS
 from understudy.experiments.hierarchy.servoing import NAME, success, topics

@@ -10,8 +10,9 @@ from typing import TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.evaluation import Decide, judge_expert
+from understudy.evaluation import Decide
 from understudy.experiments.forage.teaching import make_practice
+from understudy.experiments.forage_baseline import judge_expert
 from understudy.experiments.learners import walls
 from understudy.experiments.learners.recording import Robots
 from understudy.experiments.learners.shown_flat import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING
