@@ -8,12 +8,9 @@ import typer
 
 from understudy.cli import (
     advise,
-    bench,
     check,
-    demo,
     diff,
     evaluate,
-    experiment,
     learn,
     libraries,
     robots,
@@ -27,8 +24,7 @@ from understudy.cli import (
     worlds,
 )
 from understudy.cli.failing import Group
-
-TEACHING, RUNNING, LIBRARY, LAB = "Teach", "Run", "Look into a library", "Measure"
+from understudy.cli.plugins import LIBRARY, RUNNING, TEACHING, Command, load_plugins, order_commands
 
 app = typer.Typer(
     cls=Group,
@@ -64,22 +60,24 @@ def understudy(
     """Train robots, and teams of robots, by being shown."""
 
 
-app.command("demo", rich_help_panel=TEACHING)(demo.demo)
-app.command("studio", rich_help_panel=TEACHING)(studio.studio)
-app.command("teach", rich_help_panel=TEACHING)(teach.teach)
-app.command("learn", rich_help_panel=TEACHING)(learn.learn)
-app.command("advise", rich_help_panel=TEACHING)(advise.advise)
-app.command("run", rich_help_panel=RUNNING)(run.run)
-app.command("why", rich_help_panel=RUNNING)(why.why)
-app.command("eval", rich_help_panel=RUNNING)(evaluate.evaluate)
-app.command("worlds", rich_help_panel=RUNNING)(worlds.worlds)
-app.add_typer(robots.app, name="robots", rich_help_panel=RUNNING)
-app.command("list", rich_help_panel=LIBRARY)(libraries.list_)
-app.command("show", rich_help_panel=LIBRARY)(show.show)
-app.command("diff", rich_help_panel=LIBRARY)(diff.diff)
-app.command("validate", rich_help_panel=LIBRARY)(validate.validate)
-app.command("test", rich_help_panel=LIBRARY)(check.check)
-app.command("simplify", rich_help_panel=LIBRARY)(simplify.simplify)
-app.command("rebuild", rich_help_panel=LIBRARY)(libraries.rebuild)
-app.command("experiment", rich_help_panel=LAB)(experiment.experiment)
-app.add_typer(bench.app, name="bench", rich_help_panel=LAB)
+COMMANDS = (
+    Command("studio", studio.studio, TEACHING),
+    Command("teach", teach.teach, TEACHING),
+    Command("learn", learn.learn, TEACHING),
+    Command("advise", advise.advise, TEACHING),
+    Command("run", run.run, RUNNING),
+    Command("why", why.why, RUNNING),
+    Command("eval", evaluate.evaluate, RUNNING),
+    Command("worlds", worlds.worlds, RUNNING),
+    Command("robots", robots.app, RUNNING),
+    Command("list", libraries.list_, LIBRARY),
+    Command("show", show.show, LIBRARY),
+    Command("diff", diff.diff, LIBRARY),
+    Command("validate", validate.validate, LIBRARY),
+    Command("test", check.check, LIBRARY),
+    Command("simplify", simplify.simplify, LIBRARY),
+    Command("rebuild", libraries.rebuild, LIBRARY),
+)
+
+for command in order_commands(COMMANDS, load_plugins()):
+    command.add_to(app)

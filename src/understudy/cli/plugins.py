@@ -1,0 +1,53 @@
+"""The commands of the command line: those built in, and those that other packages add by entry points."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from typing import Any
+
+import typer
+
+PLUGINS = "understudy.commands"
+"""Entry points of this group are `Command`s."""
+
+TEACHING, RUNNING, LIBRARY, MEASURING = "Teach", "Run", "Look into a library", "Measure"
+PANELS = (TEACHING, RUNNING, LIBRARY, MEASURING)
+"""The headings of `understudy --help`, in their order."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command, or a group of commands, and the heading under which the help lists it."""
+
+    name: str
+    run: Callable[..., Any] | typer.Typer
+    panel: str
+
+    def add_to(self, app: typer.Typer) -> None:
+        """Add this command to a command line."""
+        if isinstance(self.run, typer.Typer):
+            app.add_typer(self.run, name=self.name, rich_help_panel=self.panel)
+        else:
+            app.command(self.name, rich_help_panel=self.panel)(self.run)
+
+
+def load_plugins() -> list[Command]:
+    """Load the commands of installed packages; one that cannot be loaded costs a line on stderr, not the others."""
+    found = []
+    for entry in entry_points(group=PLUGINS):
+        try:
+            command = entry.load()
+        except Exception as error:
+            print(f"The command {entry.name!r} ({entry.value}) cannot be loaded: {error!r}", file=sys.stderr)
+        else:
+            found.append(command)
+    return found
+
+
+def order_commands(builtin: Sequence[Command], plugins: Sequence[Command]) -> Iterator[Command]:
+    """Order commands by heading; under one heading, those of other packages come first."""
+    for panel in PANELS:
+        yield from (command for command in (*plugins, *builtin) if command.panel == panel)
