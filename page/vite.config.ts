@@ -4,7 +4,7 @@ import { defineConfig } from "vite";
 export default defineConfig({
   base: "./",
   build: {
-    outDir: "../src/understudy/studio/static",
+    outDir: "../src/understudy/ui/web/static",
     emptyOutDir: true,
     target: "es2022",
     sourcemap: false,

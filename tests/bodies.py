@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from understudy.errors import FileError
-from understudy.model.behavior import (
+from understudy.model.behaviors import (
     Behavior,
     Command,
     behavior,
@@ -17,7 +17,7 @@ from understudy.model.behavior import (
     set_counter,
     set_timer,
 )
-from understudy.model.feature import (
+from understudy.model.features import (
     Counter,
     Feature,
     Flag,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from understudy import compiling
+from understudy import kernel_cache
 
 PLACES = [  # what can be written: beside the source, at home -> whether a temporary folder is named
     (True, True, False),
@@ -21,14 +21,14 @@ PLACES = [  # what can be written: beside the source, at home -> whether a tempo
 def test_place(
     beside: bool, home: bool, temporary: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source = Path(compiling.__file__).parent
+    source = Path(kernel_cache.__file__).parent
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
-    monkeypatch.delenv(compiling.SETTING, raising=False)
-    monkeypatch.setattr(compiling, "_writable", lambda folder: beside if folder == source else home)
-    compiling.find_cache()
-    named = os.environ.get(compiling.SETTING)
-    monkeypatch.delenv(compiling.SETTING, raising=False)
+    monkeypatch.delenv(kernel_cache.SETTING, raising=False)
+    monkeypatch.setattr(kernel_cache, "_writable", lambda folder: beside if folder == source else home)
+    kernel_cache.find_cache()
+    named = os.environ.get(kernel_cache.SETTING)
+    monkeypatch.delenv(kernel_cache.SETTING, raising=False)
     assert (named is not None and Path(named).parent == tmp_path) == temporary
     if named is not None:
         assert Path(named).stat().st_mode & 0o077 == 0
@@ -39,23 +39,23 @@ def test_a_folder_of_somebody_else_is_not_trusted(tmp_path: Path, monkeypatch: p
     trap = tmp_path / f"understudy-kernels-{os.getuid()}"
     trap.mkdir()
     trap.chmod(0o777)
-    assert compiling._temporary() != trap
+    assert kernel_cache._temporary() != trap
 
 
 def test_a_named_folder_stays(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(compiling.SETTING, "/somewhere")
-    compiling.find_cache()
-    assert os.environ[compiling.SETTING] == "/somewhere"
+    monkeypatch.setenv(kernel_cache.SETTING, "/somewhere")
+    kernel_cache.find_cache()
+    assert os.environ[kernel_cache.SETTING] == "/somewhere"
 
 
-@pytest.mark.parametrize("name", ["_kernels.py", "_step_kernels.py", *compiling.LAYOUTS])
+@pytest.mark.parametrize("name", ["engine/_kernels.py", "sim/kernels/tick.py", "sim/sensing/sectors.py"])
 def test_an_edit_of_kernels_or_records_is_noticed(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "worlds").mkdir()
-    monkeypatch.setattr(compiling, "__file__", str(tmp_path / "compiling.py"))
+    (tmp_path / name).parent.mkdir(parents=True)
+    monkeypatch.setattr(kernel_cache, "__file__", str(tmp_path / "compiling.py"))
     hashes = set()
     for text in ("one", "two"):
-        (tmp_path / "worlds" / name).write_text(text)
-        hashes.add(compiling.kernel_sources("worlds"))
+        (tmp_path / name).write_text(text)
+        hashes.add(kernel_cache.kernel_sources())
     assert len(hashes) == 2

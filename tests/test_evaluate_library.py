@@ -9,22 +9,23 @@ import pytest
 from msgspec.structs import replace
 from tests.cli.forage_parts import AUTOMATA
 
-from understudy import evaluation
+from understudy.analysis import evaluation
+from understudy.analysis.evaluation import LENIENCE, evaluate, measure, measure_program
 from understudy.errors import SettingError, UnboundParameter, UnknownName
-from understudy.evaluation import LENIENCE, evaluate, measure, measure_program
 from understudy.model.automaton import Automaton
-from understudy.model.feature import BoundFeature, feature
+from understudy.model.features import BoundFeature, feature
 from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Library
-from understudy.runtime.engine import Engine
+from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
-from understudy.runtime.run import Run
-from understudy.worlds.catalog import find_world
-from understudy.worlds.forage import ForageSettings, kit
-from understudy.worlds.kits import kit_of
-from understudy.worlds.scenario import Goal, Scenario
-from understudy.worlds.scenario_files import dump_scenario
-from understudy.worlds.world import World
+from understudy.runtime.run_loop import Run
+from understudy.sim.catalog import find_world
+from understudy.sim.forage import kit
+from understudy.sim.forage_settings import ForageSettings
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.files import dump_scenario
+from understudy.sim.scenario.schema import Goal, Scenario
+from understudy.sim.world import World
 
 FORAGE, TEAM, ARENA = (find_world(name) for name in ("forage", "forage-team", "arena"))
 LIBRARY = Library.of(kit, *AUTOMATA)

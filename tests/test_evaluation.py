@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from understudy.analysis.evaluation import Outcomes, measure
 from understudy.errors import SettingError
-from understudy.evaluation import Outcomes, measure
-from understudy.worlds.forage import Forage, ForageSettings, corner_cases
-from understudy.worlds.forage_expert import HandForager, lower_bound
+from understudy.sim.forage import Forage
+from understudy.sim.forage_settings import ForageSettings, corner_cases
+from understudy_lab.tasks.forage_expert import HandForager, lower_bound
 
 GOLDEN = Path(__file__).parent / "golden" / "hand_forager.json"
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from understudy.pictures import path_png, run_gif
-from understudy.pictures.sides import sides_of
-from understudy.pictures.style import COLORS, PAINTS
-from understudy.worlds.scenario import Robots, RobotType, Scenario
-from understudy.worlds.view import Frame, WorldView
-from understudy.worlds.world import World
+from understudy.sim.scenario.schema import Robots, RobotType, Scenario
+from understudy.sim.view import Frame, WorldView
+from understudy.sim.world import World
+from understudy.viz import path_png, run_gif
+from understudy.viz.palette import COLORS, PAINTS
+from understudy.viz.team_colors import sides_of
 
 Kind = tuple[str, str | None, str | None]
 

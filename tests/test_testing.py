@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from understudy.errors import UnderstudyError
-from understudy.model.behavior import Behavior, Command, behavior
-from understudy.model.feature import Feature, Flag, Percept, ReadingKey, feature
+from understudy.model.behaviors import Behavior, Command, behavior
+from understudy.model.features import Feature, Flag, Percept, ReadingKey, feature
 from understudy.model.kinds import BOOLEAN, Column, Continuous, Toroidal
 from understudy.runtime.body import Commands
+from understudy.sim.forage import Forage
 from understudy.testing import LawBroken, check_behavior, check_body, check_feature, check_world
-from understudy.worlds.forage import Forage
 
 CALLS: list[int] = []
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from tests.worlds.made import crossing
 
+from understudy.analysis.run_trace import COLUMNS, write_trace
 from understudy.errors import SettingError
-from understudy.traces import COLUMNS, write_trace
-from understudy.worlds.view import Frame
+from understudy.sim.view import Frame
 
 ABOUT: dict[str, Any] = {"scenario": "crossing", "seed": 7, "tick_s": 0.1, "robots": 3}
 HEADER = {"format": "understudy trace", "version": 1, **ABOUT}

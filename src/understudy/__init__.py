@@ -7,14 +7,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from understudy.analysis.evaluation import Evaluation, evaluate
     from understudy.errors import UnderstudyError
-    from understudy.evaluation import Evaluation, evaluate
+    from understudy.learning.correction_diagnosis import Judgement, judge
     from understudy.learning.explain import Explanation, explain
-    from understudy.learning.slips import slips
-    from understudy.learning.transitions import learn, learned
-    from understudy.learning.unlearning import Judgement, judge
+    from understudy.learning.fit import learn, learned
+    from understudy.learning.mislabels import slips
     from understudy.model.automaton import START, Automaton, State
-    from understudy.model.behavior import (
+    from understudy.model.behaviors import (
         Behavior,
         Command,
         behavior,
@@ -26,9 +26,7 @@ if TYPE_CHECKING:
     )
     from understudy.model.binding import Binding
     from understudy.model.example import Example, ExampleKind
-    from understudy.model.feature import BoundFeature, Counter, Feature, Flag, TimeInState, Timer, feature
-    from understudy.model.folder import open_library
-    from understudy.model.folder import save as save_taught
+    from understudy.model.features import BoundFeature, Counter, Feature, Flag, TimeInState, Timer, feature
     from understudy.model.kinds import BOOLEAN, TAU, Categorical, Continuous, Toroidal
     from understudy.model.kit import Kit
     from understudy.model.lesson import Lesson, Options, Scikit, Trees
@@ -36,32 +34,35 @@ if TYPE_CHECKING:
     from understudy.model.target import Target
     from understudy.model.tree import Tree
     from understudy.runtime.body import Body, Channel, Reading
-    from understudy.runtime.engine import Engine
+    from understudy.runtime.decision_trace import Trace
+    from understudy.runtime.engine.engine import Engine
     from understudy.runtime.interpreter import Interpreter
     from understudy.runtime.program import link
-    from understudy.runtime.run import Run
-    from understudy.runtime.team import Team
-    from understudy.runtime.trace import Trace
-    from understudy.runtime.troop import Troop
-    from understudy.training.design import new_lesson
-    from understudy.training.lateness import Lateness, lateness
-    from understudy.training.screen import Screen
+    from understudy.runtime.run_loop import Run
+    from understudy.runtime.team.coordinator_body import Troop
+    from understudy.runtime.team.team import Team
+    from understudy.sim.forage import Forage
+    from understudy.sim.forage_settings import ForageSettings
+    from understudy.sim.scenario.files import load_scenario
+    from understudy.sim.team.libraries import libraries_of, team_of, troop_of
+    from understudy.sim.world import World
+    from understudy.storage.library_folder import open_library
+    from understudy.storage.library_folder import save as save_taught
+    from understudy.training.lesson_design import new_lesson
+    from understudy.training.reaction_time import Lateness, lateness
     from understudy.training.session import Session
+    from understudy.training.session_view import Screen
     from understudy.training.trainee import Mode
-    from understudy.worlds.forage import Forage, ForageSettings
-    from understudy.worlds.scenario_files import load_scenario
-    from understudy.worlds.teams import libraries_of, team_of, troop_of
-    from understudy.worlds.world import World
 
 _HOMES = {
     "errors": ("UnderstudyError",),
-    "evaluation": ("Evaluation", "evaluate"),
+    "analysis.evaluation": ("Evaluation", "evaluate"),
     "learning.explain": ("Explanation", "explain"),
-    "learning.transitions": ("learn", "learned"),
-    "learning.slips": ("slips",),
-    "learning.unlearning": ("Judgement", "judge"),
+    "learning.fit": ("learn", "learned"),
+    "learning.mislabels": ("slips",),
+    "learning.correction_diagnosis": ("Judgement", "judge"),
     "model.automaton": ("START", "Automaton", "State"),
-    "model.behavior": (
+    "model.behaviors": (
         "Behavior",
         "Command",
         "behavior",
@@ -73,8 +74,8 @@ _HOMES = {
     ),
     "model.binding": ("Binding",),
     "model.example": ("Example", "ExampleKind"),
-    "model.feature": ("BoundFeature", "Counter", "Feature", "Flag", "TimeInState", "Timer", "feature"),
-    "model.folder": ("open_library", "save_taught"),
+    "model.features": ("BoundFeature", "Counter", "Feature", "Flag", "TimeInState", "Timer", "feature"),
+    "storage.library_folder": ("open_library", "save_taught"),
     "model.kinds": ("BOOLEAN", "TAU", "Categorical", "Continuous", "Toroidal"),
     "model.kit": ("Kit",),
     "model.lesson": ("Lesson", "Options", "Scikit", "Trees"),
@@ -82,22 +83,22 @@ _HOMES = {
     "model.target": ("Target",),
     "model.tree": ("Tree",),
     "runtime.body": ("Body", "Channel", "Reading"),
-    "runtime.engine": ("Engine",),
+    "runtime.engine.engine": ("Engine",),
     "runtime.interpreter": ("Interpreter",),
     "runtime.program": ("link",),
-    "runtime.run": ("Run",),
-    "runtime.team": ("Team",),
-    "runtime.trace": ("Trace",),
-    "runtime.troop": ("Troop",),
-    "training.design": ("new_lesson",),
-    "training.lateness": ("Lateness", "lateness"),
-    "training.screen": ("Screen",),
+    "runtime.run_loop": ("Run",),
+    "runtime.team.team": ("Team",),
+    "runtime.decision_trace": ("Trace",),
+    "runtime.team.coordinator_body": ("Troop",),
+    "training.lesson_design": ("new_lesson",),
+    "training.reaction_time": ("Lateness", "lateness"),
+    "training.session_view": ("Screen",),
     "training.session": ("Session",),
     "training.trainee": ("Mode",),
-    "worlds.forage": ("Forage", "ForageSettings"),
-    "worlds.scenario_files": ("load_scenario",),
-    "worlds.teams": ("libraries_of", "team_of", "troop_of"),
-    "worlds.world": ("World",),
+    "sim.forage": ("Forage", "ForageSettings"),
+    "sim.scenario.files": ("load_scenario",),
+    "sim.team.libraries": ("libraries_of", "team_of", "troop_of"),
+    "sim.world": ("World",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -19,8 +19,8 @@ from itertools import product
 import numpy as np
 
 from understudy.errors import KindError, UnderstudyError
-from understudy.model.behavior import Behavior
-from understudy.model.feature import AnyFeature, Feature, Percept, Readings
+from understudy.model.behaviors import Behavior
+from understudy.model.features import AnyFeature, Feature, Percept, Readings
 from understudy.model.kinds import Column, Kind
 from understudy.runtime.body import Body, Commands, Rewindable, every_key
 

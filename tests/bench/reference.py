@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from understudy.bench import standard
-from understudy.bench.programs import AHEAD, ARRIVED, PERSONAL
-from understudy.bench.standard import Column, Start
+from understudy_lab.bench import standard_task
+from understudy_lab.bench.programs import AHEAD, ARRIVED, PERSONAL
+from understudy_lab.bench.standard_task import Column, Start
 
 TAU = 2 * np.pi
 
@@ -15,7 +15,7 @@ class Reference:
     """N robots; all pairs are measured."""
 
     def __init__(self, robots: int, seed: int = 0) -> None:
-        self.side = standard.side(robots)
+        self.side = standard_task.side(robots)
         self.start = Start.of(robots, seed)
         self.x, self.y, self.heading = self.start.x, self.start.y, self.start.heading
 
@@ -28,7 +28,7 @@ class Reference:
         """Range and bearing of the nearest beacon, and of the nearest other robot within sight [N, 4]."""
         beacon = self._nearest(self.start.beacon_x, self.start.beacon_y, others=False)
         robot = self._nearest(self.x, self.y, others=True)
-        robot[robot[:, 0] > standard.SIGHT] = np.nan
+        robot[robot[:, 0] > standard_task.SIGHT] = np.nan
         return np.hstack([beacon, robot])
 
     def _nearest(self, x: Column, y: Column, *, others: bool) -> Column:
@@ -43,9 +43,9 @@ class Reference:
     def run(self, ticks: int) -> None:
         for _ in range(ticks):
             decided = [decide(*row) for row in self.readings]
-            drive = np.array([drive for drive, _ in decided]) * standard.STEP
-            turn = np.array([turn for _, turn in decided]) * standard.TURN
-            low, high = standard.RADIUS, self.side - standard.RADIUS
+            drive = np.array([drive for drive, _ in decided]) * standard_task.STEP
+            turn = np.array([turn for _, turn in decided]) * standard_task.TURN
+            low, high = standard_task.RADIUS, self.side - standard_task.RADIUS
             self.x = np.clip(self.x + drive * np.cos(self.heading), low, high)
             self.y = np.clip(self.y + drive * np.sin(self.heading), low, high)
             self.heading = (self.heading + turn) % TAU

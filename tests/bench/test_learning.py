@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from understudy.bench import learning
+from understudy_lab.bench import learning
 
 
 def test_the_bench_measures_both_sides(monkeypatch: pytest.MonkeyPatch) -> None:

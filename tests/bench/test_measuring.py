@@ -7,11 +7,10 @@ from math import isnan, nan
 
 import pytest
 
-from understudy.bench import measuring, patrol, programs, standard, swarm
-from understudy.bench.measuring import Case, Goal, Row, measure, result, speed
-from understudy.bench.peers import PeerMissing
 from understudy.model.library import Library
 from understudy.runtime.program import link
+from understudy_lab.bench import harness, patrol, programs, standard_task, swarm
+from understudy_lab.bench.harness import Case, Goal, PeerMissing, Row, measure, result, speed
 
 
 class Fake:
@@ -35,7 +34,7 @@ def never() -> Fake:
 
 def test_cases_take_turns_and_the_first_round_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     times = iter([99.0, 99.0, 1.0, 10.0, 2.0, 10.0, 4.0, 10.0])
-    monkeypatch.setattr(measuring, "seconds", lambda subject, ticks: (subject.run(ticks), next(times))[1])
+    monkeypatch.setattr(harness, "seconds", lambda subject, ticks: (subject.run(ticks), next(times))[1])
     turns: list[str] = []
     cases = [Case(name, partial(Fake, name, turns), threads=1, ticks=8) for name in ("one", "other")]
     rows = measure([*cases, Case("missing", never, threads=1, ticks=8)], rounds=3)
@@ -126,5 +125,5 @@ def _levels(library: Library, name: str) -> int:
 
 def test_density_is_the_same_at_every_size() -> None:
     for robots in (100, 10_000, 1_000_000):
-        width, height = standard.full(robots).size
+        width, height = standard_task.full(robots).size
         assert robots / (width * height) == pytest.approx(0.25)

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from tests.bench.reference import Reference, decide
 
-from understudy.bench import programs, standard
-from understudy.bench._prototype_kernels import decide as decide_flat
-from understudy.bench._prototype_kernels import sonar
-from understudy.bench.peers import PeerMissing
-from understudy.bench.peers.mesa_base import MesaBase
-from understudy.bench.peers.vmas_base import VmasBase
-from understudy.bench.prototype import READINGS, Prototype, table
-from understudy.bench.standard import Column
-from understudy.model.feature import BoundFeature, Feature
+from understudy.model.features import BoundFeature, Feature
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
+from understudy_lab.bench import programs, standard_task
+from understudy_lab.bench._handwritten_kernels import decide as decide_flat
+from understudy_lab.bench._handwritten_kernels import sonar
+from understudy_lab.bench.handwritten_baseline import READINGS, Prototype, table
+from understudy_lab.bench.harness import PeerMissing
+from understudy_lab.bench.mesa_case import MesaBase
+from understudy_lab.bench.standard_task import Column
+from understudy_lab.bench.vmas_case import VmasBase
 
 TAU = 2 * np.pi
 
@@ -127,7 +127,7 @@ def test_sonar_of_the_prototype_equals_many_beams() -> None:
     for x, y, heading in made.place.T:
         values = np.zeros(len(READINGS))
         sonar(x, y, np.cos(heading), np.sin(heading), side, made.obstacles, radius, made.edges, most, values)
-        for index, (first, last) in enumerate(standard.SECTORS.values()):
+        for index, (first, last) in enumerate(standard_task.SECTORS.values()):
             angles = heading + np.radians(np.linspace(first, last, 2001))
             ways = np.column_stack([np.cos(angles), np.sin(angles)])
             expected = np.clip(_beams(np.array([x, y]), ways, made.obstacles, side).min() - radius, 0.0, most)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.browser.foraging import DEPOSIT, FORAGE, GOTO, HARVEST, WAYS, Forager
 
-from understudy.training.demonstrators.forager import CAPACITY
+from understudy_lab.tasks.forage_teacher import CAPACITY
 
 PLENTY, LAST, TWO_WAYS = 6, 42, 8
 """Worlds with 34, 10 and 13 units of food."""

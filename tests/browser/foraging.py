@@ -18,10 +18,10 @@ from tests.browser.glance import glance
 from tests.browser.hand import drag_robot, turn_robot
 from tests.browser.teacher import Teacher
 
-from understudy.training.demonstrators import forager
-from understudy.training.demonstrators.person import Seen, Verdict, Wish
-from understudy.training.demonstrators.teacher import Topic
-from understudy.training.screen import Screen
+from understudy.training.session_view import Screen
+from understudy_lab.tasks import forage_teacher
+from understudy_lab.teachers.person import Seen, Verdict, Wish
+from understudy_lab.teachers.teacher import Topic
 
 FOOD = re.compile(r"(\d+) at home, (\d+) carried, (\d+) left")
 ARROWS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight"}
@@ -49,9 +49,9 @@ class About:
     flags: bool = True
 
 
-GOTO = About(forager.GOTO, (), (), shows=1, tries=4)
+GOTO = About(forage_teacher.GOTO, (), (), shows=1, tries=4)
 HARVEST = About(
-    forager.HARVEST,
+    forage_teacher.HARVEST,
     ["goto(nearest_food)", "load_food"],
     ["done", "food_left", "food_stored", "food_below_me"],
     shows=2,
@@ -59,7 +59,7 @@ HARVEST = About(
     drives=8,
 )
 DEPOSIT = About(
-    forager.DEPOSIT,
+    forage_teacher.DEPOSIT,
     ["goto(station)", "unload_food"],
     ["done", "food_stored", "at_station"],
     shows=2,
@@ -67,7 +67,7 @@ DEPOSIT = About(
     drives=8,
 )
 FORAGE = About(
-    forager.FORAGE,
+    forage_teacher.FORAGE,
     ["harvest", "deposit"],
     ["done", "food_stored", "food_left"],
     shows=16,

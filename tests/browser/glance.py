@@ -9,7 +9,7 @@ from typing import Any
 from playwright.sync_api import Page
 
 from understudy.model.kinds import NO, YES
-from understudy.training.screen import Screen
+from understudy.training.session_view import Screen
 from understudy.training.trainee import Mode
 
 LOOK = """() => {

@@ -6,11 +6,11 @@ import sys
 from pathlib import Path
 from time import monotonic
 
-from understudy.studio.serving import listen, serve
-from understudy.studio.stage import Stage
-from understudy.studio.studio import Studio
-from understudy.worlds.catalog import find_world
-from understudy.worlds.kits import kit_of
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
+from understudy.ui.web.server import Studio
+from understudy.ui.web.serving import listen, serve
+from understudy.ui.web.session_host import Stage
 
 
 def main(library: Path, times: float) -> None:

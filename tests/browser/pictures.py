@@ -19,7 +19,7 @@ from tests.browser.conftest import NAMES, QUIET
 from tests.browser.foraging import GOTO, HARVEST, WAYS, Forager, on_its_way
 from tests.browser.studio import Studio
 
-from understudy.training.screen import Screen
+from understudy.training.session_view import Screen
 
 PICTURES = Path(__file__).parents[2] / "docs" / "pictures"
 ANYWHERE = 1_000

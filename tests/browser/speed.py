@@ -177,18 +177,18 @@ def _told(folder: str) -> dict[str, str]:
 
 def serve_crowd(robots: int, folder: Path) -> None:
     """The studio: one robot is trained, the others drive in circles."""
-    from understudy.desk.plan import Choices
-    from understudy.studio import openings
-    from understudy.studio.serving import listen, serve
-    from understudy.studio.stage import Stage
-    from understudy.studio.studio import Studio
-    from understudy.worlds.kits import kit_of
-    from understudy.worlds.scenario_files import parse_scenario
+    from understudy.sim.kit import kit_of
+    from understudy.sim.scenario.files import parse_scenario
+    from understudy.ui.controller.plan import Choices
+    from understudy.ui.web.actions import session
+    from understudy.ui.web.server import Studio
+    from understudy.ui.web.serving import listen, serve
+    from understudy.ui.web.session_host import Stage
 
     scenario = parse_scenario(SCENARIO.format(robots=robots, size=ceil(sqrt(robots) * 1.2)))
     stage = Stage(scenario, folder / "library", kit_of(scenario))
     choices = Choices(states=["forward", "veer"], features=["distance_to(flag)", "angle_to(flag)"])
-    openings.begin(stage, "crowd", choices, discard=False)
+    session.begin(stage, "crowd", choices, discard=False)
     desk = stage.trained
     desk.session.others("veer")
     desk.press("veer")

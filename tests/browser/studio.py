@@ -24,7 +24,7 @@ class Studio:
 
     def start(self) -> None:
         """Start it, on the same port as before, and wait until it says where it is."""
-        command = [sys.executable, "-m", "understudy.cli", "studio", *self._what, "--no-browser"]
+        command = [sys.executable, "-m", "understudy.ui.cli", "studio", *self._what, "--no-browser"]
         options = ["--library", str(self.library), "--port", self._port]
         environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
         self._process = subprocess.Popen(

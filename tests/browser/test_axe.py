@@ -15,9 +15,9 @@ from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import DISTANCE, Teacher
 
-from understudy.model.folder import open_library
-from understudy.worlds.catalog import find_world
-from understudy.worlds.kits import kit_of
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
+from understudy.storage.library_folder import open_library
 
 SOURCE = Path(__file__).parents[2] / "page"
 AXE = Path("node_modules", "axe-core", "axe.min.js")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from understudy.studio import app
+from understudy.ui.web import app
 
 SOURCE = Path(__file__).parents[2] / "page"
 BUILT = Path(app.__file__).parent / "static"

@@ -14,15 +14,15 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import KEYS, Teacher
 from tests.browser.test_doubt import show
 
-from understudy.experiments.novices.novice import Novice
-from understudy.experiments.novices.traits import drawn
-from understudy.learning.transitions import learned
+from understudy.learning.fit import learned
 from understudy.model.example import Example, ExampleKind
-from understudy.model.folder import save
 from understudy.model.library import Library, Taught
-from understudy.training.design import new_lesson
+from understudy.sim.forage import Forage, kit
+from understudy.storage.library_folder import save
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.worlds.forage import Forage, kit
+from understudy_lab.novices.novice import Novice
+from understudy_lab.novices.traits import drawn
 
 Snap = Callable[[Page, str], None]
 SHOWN, AHEAD, UNSURE = (4, 5), "9", "13"

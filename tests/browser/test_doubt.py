@@ -10,11 +10,11 @@ from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import KEYS, Teacher
 
-from understudy.model.folder import save
 from understudy.model.library import Library
-from understudy.training.design import new_lesson
+from understudy.sim.forage import Forage, kit
+from understudy.storage.library_folder import save
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.worlds.forage import Forage, kit
 
 SLIP, TICK = 3, 12
 """The world in which the wrong key was pressed, and so many ticks after it began to drive."""

@@ -11,10 +11,10 @@ from tests.browser.curriculum import teach_deposit, teach_forage, teach_goto, te
 from tests.browser.foraging import Forager
 from tests.browser.studio import Studio
 
-from understudy.model.folder import open_library
-from understudy.training.demonstrators.forager import CAPACITY
-from understudy.worlds.catalog import find_world
-from understudy.worlds.kits import kit_of
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
+from understudy.storage.library_folder import open_library
+from understudy_lab.tasks.forage_teacher import CAPACITY
 
 UNSEEN = (2_000, 2_001)
 """Worlds that nobody taught or tried the robot in, with 15 and 49 units of food."""

@@ -11,12 +11,12 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 from tests.browser.test_doubt import show, taught
 
-from understudy.model.folder import save
+from understudy.analysis.expectations import promise
 from understudy.model.library import Library, Taught
-from understudy.review.outcomes import promise
-from understudy.training.design import new_lesson
+from understudy.sim.forage import Forage, kit
+from understudy.storage.library_folder import save
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.worlds.forage import Forage, kit
 
 WORLD = 4
 Snap = Callable[[Page, str], None]

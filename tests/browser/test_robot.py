@@ -23,7 +23,7 @@ DOMAIN = "61"
 @pytest.fixture
 def robot(tmp_path: Path) -> Iterator[Path]:
     """The file of a robot that plays soccer."""
-    command = [sys.executable, "-m", "understudy.cli", "robots", "simulate", "soccer", "--domain", DOMAIN]
+    command = [sys.executable, "-m", "understudy.ui.cli", "robots", "simulate", "soccer", "--domain", DOMAIN]
     process = subprocess.Popen(
         [*command, "--write-files", str(tmp_path)],
         stdout=subprocess.PIPE,

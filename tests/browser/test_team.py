@@ -11,8 +11,8 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 from tests.worlds.patrollers import ROBOTS
 
-from understudy.model.folder import save
 from understudy.model.library import Taught
+from understudy.storage.library_folder import save
 
 
 @pytest.fixture

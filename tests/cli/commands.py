@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
-from understudy.cli.app import app
+from understudy.ui.cli.main import app
 
 ROOT = Path(__file__).parents[2]
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from tests.cli.forage_parts import AUTOMATA
 
-from understudy.model.folder import save
 from understudy.model.library import Taught
+from understudy.storage.library_folder import save
 
 
 @pytest.fixture

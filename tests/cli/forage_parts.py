@@ -6,9 +6,9 @@ from math import pi, tau
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature
+from understudy.model.features import BoundFeature
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
-from understudy.worlds.forage import kit
+from understudy.sim.forage import kit
 
 A = Binding(A="A")
 angle_to, distance_to = kit.features["angle_to"], kit.features["distance_to"]

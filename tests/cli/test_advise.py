@@ -8,9 +8,9 @@ import pytest
 from tests.cli.commands import run, said
 from tests.coaching.lessons import GOTO, goto
 
-from understudy.learning.transitions import learned
-from understudy.model.folder import save
+from understudy.learning.fit import learned
 from understudy.model.library import Taught
+from understudy.storage.library_folder import save
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from tests.cli.commands import run
 
 
 def test_bench(monkeypatch: pytest.MonkeyPatch) -> None:
-    from understudy.bench import interpreter
+    from understudy_lab.bench import interpreter
 
     monkeypatch.setattr(interpreter, "TICKS", 100)
     monkeypatch.setattr(interpreter, "ROUNDS", 3)
@@ -21,7 +21,7 @@ def test_bench(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_bench_compares_equal_decisions() -> None:
-    from understudy.bench.interpreter import _peer, interpreter, readings
+    from understudy_lab.bench.interpreter import _peer, interpreter, readings
 
     ours, theirs = interpreter(), _peer()
     for tick, row in enumerate(readings(300)):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from typer.testing import CliRunner
 
-from understudy.bench import swarm
-from understudy.bench.measuring import Row, result
-from understudy.cli.app import app
-from understudy.cli.bench import short
+from understudy.ui.cli.main import app
+from understudy_lab.bench import swarm
+from understudy_lab.bench.harness import Row, result
+from understudy_lab.commands.bench import short
 
 SHORT = [
     (0.9768, "0.977"),

@@ -10,17 +10,18 @@ from typing import Any
 import pytest
 from tests.cli.commands import run, said
 from tests.cli.forage_parts import goto
-from tests.worlds.patrollers import ROBOTS, SCENARIO, lead
+from tests.worlds.patrollers import ROBOTS, SCENARIO
 
-from understudy.learning.transitions import learned
-from understudy.model.folder import open_library, save
+from understudy.analysis.expectations import here, promise
+from understudy.learning.fit import learned
 from understudy.model.library import Library, Taught
 from understudy.model.tree import Tree, leaf
-from understudy.review.outcomes import here, promise
-from understudy.training.design import new_lesson
+from understudy.sim.forage import Forage, kit
+from understudy.sim.team.libraries import libraries_of, troop_of
+from understudy.storage.library_folder import open_library, save
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.worlds.forage import Forage, kit
-from understudy.worlds.teams import libraries_of, troop_of
+from understudy_lab.bench.patrol import lead
 
 
 @pytest.fixture

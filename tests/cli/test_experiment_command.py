@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from tests.cli.commands import run
 
-from understudy.experiments import catalog
-from understudy.experiments.experiment import Experiment, Findings, Goal, Row, Table, Task
-from understudy.experiments.figures import panels
-from understudy.experiments.published import Result, save
+from understudy_lab import catalog
+from understudy_lab.figures import panels
+from understudy_lab.results import Result, save
+from understudy_lab.study import Experiment, Findings, Goal, Row, Table, Task
 
 TABLE = Table("Squares", ("", "#square"), [("of [2]", "4")])
 
@@ -45,7 +45,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Squares, published with a share of 1, in the place of the experiment on foraging."""
     monkeypatch.chdir(tmp_path)
     use(squares(), monkeypatch)
-    monkeypatch.setattr("understudy.experiments.published.folder_of", lambda name: tmp_path)
+    monkeypatch.setattr("understudy_lab.results.folder_of", lambda name: tmp_path)
     rows = [{"task": {"seed": seed}, "square": seed**2, "share": 1.0} for seed in range(4)]
     findings = squares().conclude(rows)
     save(Result("forage", "?", [0, 1, 2, 3], False, findings, rows), tmp_path / "expected.json")
@@ -53,7 +53,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def use(experiment: Experiment, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("understudy.experiments.catalog.find_experiment", lambda name: experiment)
+    monkeypatch.setattr("understudy_lab.catalog.find_experiment", lambda name: experiment)
 
 
 def test_all_are_listed() -> None:

@@ -14,10 +14,10 @@ from tests.cli.commands import ROOT, run, said
 from tests.coaching.lessons import goto
 from tests.model.lessons import goto as taught_goto
 
-from understudy.learning.transitions import learned
-from understudy.model.folder import save
+from understudy.learning.fit import learned
 from understudy.model.lesson import Options, Trees
 from understudy.model.library import Taught
+from understudy.storage.library_folder import save
 
 TABLE = """state,next,kind,distance:continuous,ready:categorical(no|yes)
 start,forward,directive,5,yes
@@ -122,14 +122,14 @@ def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path) -> None:
     assert said("list", "-l", folder)["automata"][0]["rebuilt"] is not None
     kit = tmp_path / "walking_kit.py"
     kit.write_text(
-        "from understudy.model.behavior import Behavior\n"
-        "from understudy.model.feature import Feature\n"
+        "from understudy.model.behaviors import Behavior\n"
+        "from understudy.model.features import Feature\n"
         "from understudy.model.kinds import BOOLEAN, Continuous\n"
         "from understudy.model.kit import Kit\n"
         "kit = Kit.of(Feature('distance', Continuous(), reading='distance'), Behavior('forward'),\n"
         "             Feature('ready', BOOLEAN, reading='ready'), Behavior('done'))\n"
     )
-    command = [sys.executable, "-m", "understudy.cli"]
+    command = [sys.executable, "-m", "understudy.ui.cli"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
     for arguments, expected in (
         ("validate", "built anew"),

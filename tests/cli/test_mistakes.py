@@ -123,7 +123,7 @@ def test_mistakes_are_told_before_anything_is_compiled(
     def compiled(**_: object) -> None:
         pytest.fail("compiled first")
 
-    monkeypatch.setattr("understudy.cli.progress.compile_once", compiled)
+    monkeypatch.setattr("understudy.ui.cli.progress.compile_once", compiled)
     result = run(*(argument.format(lib=library) for argument in arguments))
     assert result.exit_code == 2
     assert result.stderr.startswith("Error: ")
@@ -133,7 +133,7 @@ def test_a_fault_of_ours_says_how_to_report_it(library: Path, monkeypatch: pytes
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("oh")
 
-    monkeypatch.setattr("understudy.cli.shelf.look", broken)
+    monkeypatch.setattr("understudy.ui.cli.library_data.look", broken)
     result = run("list", "-l", library)
     assert result.exit_code == 70
     assert "ZeroDivisionError: oh" in result.stderr
@@ -145,14 +145,14 @@ def test_interrupted(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("understudy.cli.shelf.look", interrupt)
+    monkeypatch.setattr("understudy.ui.cli.library_data.look", interrupt)
     assert run("list", "-l", library).exit_code == 130
 
 
 def test_as_a_process(library: Path) -> None:
     """No traceback, the right exit codes, and a pipe that closes early is no error."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
-    command = f"{sys.executable} -m understudy.cli"
+    command = f"{sys.executable} -m understudy.ui.cli"
     for arguments, code in (("--version", 0), ("list -l /nowhere", 2), ("nonsense", 2), ("eval --seeds", 2)):
         done = subprocess.run(
             f"{command} {arguments}", shell=True, capture_output=True, text=True, env=environment, check=False
@@ -173,7 +173,7 @@ def test_as_a_process(library: Path) -> None:
 def test_it_starts_quickly() -> None:
     code = (
         "import sys; sys.argv = ['understudy', '--help']\n"
-        "from understudy.cli import main\n"
+        "from understudy.ui.cli import main\n"
         "try:\n    main()\nexcept SystemExit:\n    pass\n"
         "slow = {'numba', 'matplotlib', 'textual', 'sklearn', 'numpy', 'PIL'} & set(sys.modules)\n"
         "assert not slow, slow\n"

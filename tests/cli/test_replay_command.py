@@ -17,26 +17,27 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 from tests.cli.commands import run, said
 from tests.robots.rovers import ROVER, Wire, odometry, sonar
 from tests.robots.twins import Rig as Twins
-from tests.worlds.patrollers import ROBOTS, lead
+from tests.worlds.patrollers import ROBOTS
 
-from understudy.cli.parts import find_kit
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature, Percept, TimeInState
-from understudy.model.folder import open_library, save
+from understudy.model.features import BoundFeature, Percept, TimeInState
 from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
-from understudy.robots.live import Live
-from understudy.robots.recording import Recorder, Taped
-from understudy.robots.recording_file import read_recording
-from understudy.robots.recording_head import Ran
+from understudy.robots.live_run import Live
+from understudy.robots.recording.header import Ran
+from understudy.robots.recording.reader import read_recording
+from understudy.robots.recording.recorder import Recorder, Taped
 from understudy.runtime.body import Commands, every_key
 from understudy.runtime.program import link
-from understudy.runtime.run import Run
-from understudy.training.design import new_lesson
+from understudy.runtime.run_loop import Run
+from understudy.storage.library_folder import open_library, save
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
+from understudy.ui.cli.options import find_kit
+from understudy_lab.bench.patrol import lead
 
 
 class Rig(Twins):
@@ -274,7 +275,7 @@ def test_presses_over_a_recording_are_learned(tmp_path: Path) -> None:
 @pytest.fixture
 def toward(tmp_path: Path) -> Path:
     """A recording of a robot that went to the station, with presses of somebody who watched it."""
-    from understudy.worlds.forage import Forage, kit
+    from understudy.sim.forage import Forage, kit
 
     lesson = new_lesson(
         Library(kit),

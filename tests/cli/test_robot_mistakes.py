@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from tests.cli.commands import run
 
-from understudy.cli.fleets import twin_of
 from understudy.robots.file import RobotFile
-from understudy.robots.transport import Transport
+from understudy.robots.ros.transport import Transport
+from understudy.ui.cli.robot_options import twin_of
 
 for module in ("cyclonedds", "rosbags", "mcap"):
     pytest.importorskip(module, reason="needs the extra ros2")
@@ -120,7 +120,7 @@ def test_a_team_is_stopped_though_one_of_its_files_is_wrong(
         halted.append(robot.domain)
         return True
 
-    monkeypatch.setattr("understudy.robots.halt.halt", heard)
+    monkeypatch.setattr("understudy.robots.safety.emergency_stop.halt", heard)
     assert run("robots", "stop", files / "team.toml").exit_code == 0
     assert sorted(halted) == [103, 104]
     result = run("robots", "stop", files / "lone.toml")

@@ -11,14 +11,15 @@ from pathlib import Path
 
 import pytest
 from tests.cli.commands import ROOT, run, said
-from tests.worlds.patrollers import ROBOTS, lead
+from tests.worlds.patrollers import ROBOTS
 
-from understudy.cli.parts import behavior_of, find_kit, library_for
 from understudy.errors import SettingError
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.folder import save
 from understudy.model.library import Taught
 from understudy.model.tree import Tree, leaf
+from understudy.storage.library_folder import save
+from understudy.ui.cli.options import behavior_of, find_kit, library_for
+from understudy_lab.bench.patrol import lead
 
 
 def test_worlds(tmp_path: Path) -> None:
@@ -31,7 +32,7 @@ def test_worlds(tmp_path: Path) -> None:
     assert max(map(len, text.splitlines())) <= 80
     assert "Bring food from sources" in text
     printed = run("worlds", "patrol").stdout
-    assert printed == (ROOT / "src/understudy/worlds/scenarios/patrol.toml").read_text(encoding="utf-8")
+    assert printed == (ROOT / "src/understudy/sim/scenarios/patrol.toml").read_text(encoding="utf-8")
     mine = tmp_path / "mine.toml"
     mine.write_text(printed)
     assert run("worlds", mine).stdout == printed
@@ -185,7 +186,7 @@ def test_watching_in_a_terminal(library: Path) -> None:
         [
             sys.executable,
             "-m",
-            "understudy.cli",
+            "understudy.ui.cli",
             "run",
             "-l",
             str(library),

@@ -8,8 +8,8 @@ import pytest
 from tests.cli.commands import run, said
 from tests.cli.forage_parts import goto
 
-from understudy.model.folder import save
 from understudy.model.library import Taught
+from understudy.storage.library_folder import save
 
 TABLE = ["state,next,kind,distance:continuous"]
 TABLE += [f"go,{'stop' if number < 20 else 'go'},directive,{number / 4}" for number in range(40)]

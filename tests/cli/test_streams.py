@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from understudy.cli.app import app
+from understudy.ui.cli.main import app
 
 ROOT = Path(__file__).parents[2]
 SELF = "state,next,kind,x:continuous\nloop,other,directive,1\n"
 
 
 def process(*arguments: object, into: str = "", **environment: str) -> subprocess.CompletedProcess[bytes]:
-    command = [sys.executable, "-m", "understudy.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "understudy.ui.cli", *map(str, arguments)]
     usual = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "PYTHONUTF8": "0", **environment}
     if into:
         with Path(into).open("wb") as out:
@@ -48,7 +48,7 @@ def test_a_reader_that_leaves_early(library: Path) -> None:
     read, written = os.pipe()
     os.close(read)
     done = subprocess.run(
-        [sys.executable, "-m", "understudy.cli", "list", "-l", str(library)],
+        [sys.executable, "-m", "understudy.ui.cli", "list", "-l", str(library)],
         stdout=written,
         stderr=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
@@ -69,7 +69,7 @@ def test_a_demo_that_cannot_keep_anything_does_not_begin(
     def teach(*_: object, **__: object) -> None:
         raise AssertionError("it began")
 
-    monkeypatch.setattr("understudy.experiments.forage.teaching.teach", teach)
+    monkeypatch.setattr("understudy_lab.forage.teach.teach", teach)
     path = tmp_path / taken
     path.parent.mkdir(exist_ok=True)
     path.write_text("kept")

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 from tests.cli.commands import run, said
-from tests.worlds.patrollers import ROBOTS, lead
+from tests.worlds.patrollers import ROBOTS
 
-from understudy.model.folder import open_library, save
 from understudy.model.library import Library, Taught
-from understudy.training.design import new_lesson
+from understudy.sim.forage import Forage, kit
+from understudy.storage.library_folder import open_library, save
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.worlds.forage import Forage, kit
+from understudy_lab.bench.patrol import lead
 
 
 @pytest.fixture

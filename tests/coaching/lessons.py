@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature
+from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
-from understudy.worlds.forage import kit
+from understudy.sim.forage import kit
 
 ABSENT = nan
 A = Binding(A="A")

@@ -15,12 +15,12 @@ from tests.model.lessons import goto as recorded
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.coach import UNSURE, advice
-from understudy.learning.scikit import ALLOWED
-from understudy.learning.transitions import learn
+from understudy.learning.fit import learn
+from understudy.learning.sklearn_adapter import ALLOWED
 from understudy.model.example import Example, ExampleKind
 from understudy.model.kinds import Categorical, Kind
 from understudy.model.lesson import Lesson, Options, Scikit
-from understudy.worlds.forage import kit
+from understudy.sim.forage import kit
 
 
 def advised(lesson: Lesson, kind: AdviceKind | None = None) -> list[Advice]:

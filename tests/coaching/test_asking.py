@@ -7,14 +7,14 @@ from itertools import pairwise
 
 from tests.coaching.lessons import GOTO, goto
 
-from understudy.coaching.asking import Asking, Question, When
+from understudy.coaching.queries import Asking, Question, When
 from understudy.model.lesson import Options, Scikit
 from understudy.model.library import Library
+from understudy.sim.catalog import find_world
+from understudy.sim.forage import kit
+from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
-from understudy.worlds.catalog import find_world
-from understudy.worlds.forage import kit
-from understudy.worlds.world import World
 
 
 def looking_away() -> Session:

@@ -10,9 +10,9 @@ from tests.coaching.lessons import GOTO, Row, goto
 from tests.learning.lessons import lesson as lesson_of
 from tests.learning.lessons import tables
 
-from understudy.coaching.doubt import Because, Doubts, doubt
-from understudy.learning.arrays import vectors
-from understudy.learning.transitions import learn
+from understudy.coaching.uncertainty import Because, Doubts, doubt
+from understudy.learning.fit import learn
+from understudy.learning.training_set import vectors
 from understudy.model.kinds import Kind
 from understudy.model.lesson import Lesson
 

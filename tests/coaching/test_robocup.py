@@ -10,11 +10,11 @@ from tests.learning.lessons import robocup, robocup_folder
 
 from understudy.coaching.advice import AdviceKind
 from understudy.coaching.coach import advice
-from understudy.coaching.trial import learners, left_out, trials
-from understudy.learning.transitions import learn
+from understudy.coaching.cross_validation import learners, left_out, trials
+from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton, State
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature, Feature
+from understudy.model.features import BoundFeature, Feature
 from understudy.model.lesson import Lesson
 
 PATHS = sorted(robocup_folder().glob("*.json"))

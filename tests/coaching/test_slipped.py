@@ -10,8 +10,8 @@ from tests.coaching.lessons import GOTO, Row, goto
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.coach import advice
 from understudy.coaching.slipped import MOST
-from understudy.learning.slips import slips
-from understudy.learning.transitions import learn
+from understudy.learning.fit import learn
+from understudy.learning.mislabels import slips
 from understudy.model.lesson import Lesson
 
 FAR: tuple[Row, ...] = tuple(("forward", "left", "directive", 3.0 + k / 4, 90 + 10 * k) for k in range(4))

@@ -10,20 +10,20 @@ from tests.coaching.lessons import ANGLE, DISTANCE, DONE, FOOD, A, goto
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.coach import advice
-from understudy.coaching.posing import situations_in
-from understudy.coaching.staging import stage
+from understudy.coaching.pose_sampling import situations_in
+from understudy.coaching.situation_setup import stage
 from understudy.errors import SessionError, SettingError
-from understudy.learning.transitions import learn, learned
+from understudy.learning.fit import learn, learned
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.feature import BoundFeature, Counter, TimeInState
+from understudy.model.features import BoundFeature, Counter, TimeInState
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, Taught
-from understudy.model.regions import Region, everything
+from understudy.model.tree_regions import Region, everything
+from understudy.sim.catalog import find_world
+from understudy.sim.forage import kit
+from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
-from understudy.worlds.catalog import find_world
-from understudy.worlds.forage import kit
-from understudy.worlds.world import World
 
 ANYTHING = everything(DISTANCE.kind)
 SURELY = Region(((1.0, 2.0),), False)

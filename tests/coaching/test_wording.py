@@ -10,13 +10,21 @@ from hypothesis import given
 from tests.coaching.lessons import ANGLE, DISTANCE, DONE, FOOD
 from tests.learning.lessons import tables
 
-from understudy.coaching.wording import NOT_THERE, Cells, cells_of, situation, usual_of, within, wordings
+from understudy.coaching.situation_text import (
+    NOT_THERE,
+    Cells,
+    cells_of,
+    situation,
+    usual_of,
+    within,
+    wordings,
+)
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature, Feature
+from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous, Toroidal
-from understudy.worlds.catalog import find_world
-from understudy.worlds.forage import kit as forage
-from understudy.worlds.kits import kit_of
+from understudy.sim.catalog import find_world
+from understudy.sim.forage import kit as forage
+from understudy.sim.kit import kit_of
 
 soccer = kit_of(find_world("soccer"))
 BALL = Binding(A="ball")

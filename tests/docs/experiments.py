@@ -10,10 +10,10 @@ from textwrap import fill
 
 from tests.docs.pages import ROOT
 
-from understudy.experiments import figures
-from understudy.experiments.catalog import QUESTIONS, find_experiment
-from understudy.experiments.experiment import Findings, Table
-from understudy.experiments.published import Result, published
+from understudy_lab import figures
+from understudy_lab.catalog import QUESTIONS, find_experiment
+from understudy_lab.results import Result, published
+from understudy_lab.study import Findings, Table
 
 PAGE = ROOT / "docs" / "experiments.md"
 PICTURES = ROOT / "docs" / "pictures" / "experiments"
@@ -31,7 +31,7 @@ make experiments                       # all of them, quick
 All that is taught here is taught by scripted demonstrators through the session's public interface: they see what a
 person sees on the screen, react a quarter of a second late, and press. The unit is always the taught automaton, never
 the trial: numbers are medians over automata, with the smallest and the largest in brackets. No robot is judged where it
-was taught. How each is done is told in the README beside its code in `src/understudy/experiments`. This page is
+was taught. How each is done is told in the README beside its code in `src/understudy_lab`. This page is
 written from the published results (`python -m tests.docs.experiments`).
 """
 
@@ -54,7 +54,7 @@ def told(result: Result) -> Iterator[str]:
         yield from as_markdown(goals(findings))
     for note in findings.notes:
         yield from wrapped(note)
-    where = f"../src/understudy/experiments/{result.experiment}"
+    where = f"../src/understudy_lab/{result.experiment}"
     yield f"[How it is done]({where}/README.md),\n[all rows]({where}/expected.json)\n"
 
 

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from tests.docs.experiments import as_markdown, wrapped
 from tests.docs.pages import ROOT
 
-from understudy.experiments.published import published
+from understudy_lab.results import published
 
 README, FORAGING, PICTURES = ROOT / "README.md", ROOT / "docs" / "foraging.md", ROOT / "docs" / "pictures"
 DEMO = "<!-- demo: python -m tests.docs.renew puts here what it prints -->\n", "<!-- end of demo -->"
@@ -42,7 +42,7 @@ def put_between(page: Path, marks: tuple[str, str], inside: str) -> None:
 
 def demo(out: Path, *, seed: int = 0) -> str:
     """What the demo prints."""
-    command = [sys.executable, "-m", "understudy.cli", "demo", "--seed", str(seed), "--out", str(out)]
+    command = [sys.executable, "-m", "understudy.ui.cli", "demo", "--seed", str(seed), "--out", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     return done.stdout
 

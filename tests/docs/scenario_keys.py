@@ -12,8 +12,8 @@ from msgspec.structs import FieldInfo, fields
 from tests.docs.pages import ROOT
 from tests.docs.renew import put_between
 
-from understudy.worlds.part import Part
-from understudy.worlds.scenario import (
+from understudy.sim.scenario.part import Part
+from understudy.sim.scenario.schema import (
     Bumper,
     Camera,
     Capture,
@@ -42,7 +42,7 @@ from understudy.worlds.scenario import (
     Walk,
     Wall,
 )
-from understudy.worlds.scenario_squads import DutyOf, MemberOf, Radio, SquadOf, StatisticOf
+from understudy.sim.scenario.squad_schema import DutyOf, MemberOf, Radio, SquadOf, StatisticOf
 
 PAGE = ROOT / "docs" / "scenarios.md"
 KEYS = (

@@ -15,9 +15,11 @@ import typer
 from tests.docs import renew
 from tests.docs.pages import PAGES, ROOT, Block, anchors, blocks, commands, links, said
 
-from understudy import Forage, Library, Session, new_lesson
-from understudy.cli.app import app
-from understudy.worlds.forage import kit
+from understudy.model.library import Library
+from understudy.sim.forage import Forage, kit
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session import Session
+from understudy.ui.cli.main import app
 
 HEADER = "state,next,kind"
 """How a table of examples begins; other tables are rows to predict."""
@@ -108,7 +110,7 @@ def lessons() -> list[Any]:
 @pytest.mark.parametrize(("lesson", "rows", "shown"), lessons())
 def test_lessons_learn_what_is_shown(lesson: Block, rows: Block | None, shown: Block, tmp_path: Path) -> None:
     (tmp_path / "lesson.csv").write_text(lesson.text, encoding="utf-8")
-    command = [sys.executable, "-m", "understudy.cli", "learn", "lesson.csv"]
+    command = [sys.executable, "-m", "understudy.ui.cli", "learn", "lesson.csv"]
     if rows is not None:
         (tmp_path / "rows.csv").write_text(rows.text, encoding="utf-8")
         command += ["--predict", "rows.csv"]

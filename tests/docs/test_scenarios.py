@@ -9,12 +9,12 @@ from tests.docs.pages import blocks
 from tests.docs.renew import between
 from tests.docs.scenario_keys import KEYS, PAGE, PARTS, own_fields, table
 
-from understudy.worlds.dealing import deal
-from understudy.worlds.kits import kit_of
-from understudy.worlds.part import Part
-from understudy.worlds.placing import lay_out
-from understudy.worlds.rules import rules_of
-from understudy.worlds.scenario_files import parse_scenario, scenario_text
+from understudy.sim.kit import kit_of
+from understudy.sim.layout.placement import lay_out
+from understudy.sim.params import rules_of
+from understudy.sim.scenario.files import parse_scenario, scenario_text
+from understudy.sim.scenario.part import Part
+from understudy.sim.team.assignment import deal
 
 RENEW = "the keys changed; bring the page up to date with: python -m tests.docs.scenario_keys"
 
@@ -52,7 +52,7 @@ def test_every_key_is_described() -> None:
         return [part, *(sort for below in part.__subclasses__() for sort in sorts(below))]
 
     # Robot files are made of such parts too.
-    of_worlds = {part for part in sorts(Part) if part.__module__.startswith("understudy.worlds.")}
+    of_worlds = {part for part in sorts(Part) if part.__module__.startswith("understudy.sim.")}
     assert set(PARTS) == of_worlds - {Part}
     for part, (_, rows) in PARTS.items():
         assert list(rows) == [field.encode_name for field in own_fields(part)]

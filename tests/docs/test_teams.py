@@ -7,8 +7,8 @@ from tests.docs.pages import blocks
 from tests.docs.renew import between
 from tests.docs.traffic import LEVELS, PAGE, SIZE, TRAFFIC, sent, table
 
-from understudy.runtime.radio import FLAG_BYTES, ORDER_BYTES, READING_BYTES, REPORT_BYTES
-from understudy.worlds.scenario_files import scenario_text
+from understudy.runtime.team.comms import FLAG_BYTES, ORDER_BYTES, READING_BYTES, REPORT_BYTES
+from understudy.sim.scenario.files import scenario_text
 
 MEMBER_BYTES = ORDER_BYTES + REPORT_BYTES + READING_BYTES + FLAG_BYTES
 RENEW = "what is sent changed; bring the page up to date with: python -m tests.docs.traffic"

@@ -13,13 +13,13 @@ from tests.docs.pages import ROOT
 from tests.docs.renew import put_between
 
 from understudy.model.library import Library
-from understudy.runtime.radio import Traffic
-from understudy.runtime.squads import Squads
-from understudy.worlds.kits import kit_of
-from understudy.worlds.scenario import Robots, Scenario
-from understudy.worlds.scenario_files import load_scenario
-from understudy.worlds.scenario_squads import MemberOf, SquadOf, StatisticOf
-from understudy.worlds.teams import libraries_of, team_of
+from understudy.runtime.team.comms import Traffic
+from understudy.runtime.team.squad_body import Squads
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Robots, Scenario
+from understudy.sim.scenario.squad_schema import MemberOf, SquadOf, StatisticOf
+from understudy.sim.team.libraries import libraries_of, team_of
 
 PAGE = ROOT / "docs" / "teams.md"
 TRAFFIC = "<!-- traffic: python -m tests.docs.traffic puts here what is sent -->\n", "<!-- end of traffic -->"

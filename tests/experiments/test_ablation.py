@@ -6,30 +6,30 @@ import numpy as np
 import pytest
 from tests.learning.lessons import lesson
 
-from understudy.experiments.ablation import run
-from understudy.experiments.ablation.drawing import chance_of, drawing
-from understudy.experiments.ablation.features import cosine_to, round_angle_to, signed_angle_to, sine_to
-from understudy.experiments.ablation.people import ATTENTIVE_S, AWAY_S, Candid, Confirming, Inattentive
-from understudy.experiments.ablation.variants import BASE, SILENT, VARIANTS
-from understudy.experiments.forage.teaching import make_practice
-from understudy.experiments.published import differences, published
-from understudy.experiments.running import row_of
-from understudy.learning.transitions import learned
+from understudy.learning.fit import learned
 from understudy.model.example import ExampleKind
-from understudy.model.feature import Percept, Readings
+from understudy.model.features import Percept, Readings
 from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY
-from understudy.training.demonstrators.forager import GOTO
-from understudy.training.demonstrators.person import Reaction
+from understudy.sim.forage import kit
 from understudy.training.session import Session
-from understudy.worlds.forage import kit
+from understudy_lab.ablation import study
+from understudy_lab.ablation.feature_variants import cosine_to, round_angle_to, signed_angle_to, sine_to
+from understudy_lab.ablation.simulated_people import ATTENTIVE_S, AWAY_S, Candid, Confirming, Inattentive
+from understudy_lab.ablation.stochastic_leaves import chance_of, drawing
+from understudy_lab.ablation.variants import BASE, SILENT, VARIANTS
+from understudy_lab.forage.teach import make_practice
+from understudy_lab.results import differences, published
+from understudy_lab.runner import row_of
+from understudy_lab.tasks.forage_teacher import GOTO
+from understudy_lab.teachers.person import Reaction
 
 
 def test_a_teaching_is_as_published() -> None:
     known = published("ablation")
     assert known is not None
-    row = row_of(run.EXPERIMENT, {"variant": "defaults by hand, not watched", "seed": run.SEEDS[0]})
-    assert differences([row], known, run.EXPERIMENT) == []
+    row = row_of(study.EXPERIMENT, {"variant": "defaults by hand, not watched", "seed": study.SEEDS[0]})
+    assert differences([row], known, study.EXPERIMENT) == []
 
 
 def test_every_variant_is_set_against_a_base() -> None:

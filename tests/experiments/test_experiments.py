@@ -10,11 +10,11 @@ import pytest
 from tests.docs import experiments as docs
 
 from understudy.errors import UnknownName
-from understudy.experiments.catalog import QUESTIONS, find_experiment, folder_of
-from understudy.experiments.experiment import Experiment, Findings, Plan, Row, Task
-from understudy.experiments.kept import FORMER, NAME, Kept, used_by
-from understudy.experiments.published import differences, published, read, save, uncompared
-from understudy.experiments.running import run
+from understudy_lab.catalog import QUESTIONS, find_experiment, folder_of
+from understudy_lab.results import differences, published, read, save, uncompared
+from understudy_lab.row_cache import FORMER, NAME, Kept, used_by
+from understudy_lab.runner import run
+from understudy_lab.study import Experiment, Findings, Plan, Row, Task
 
 
 @pytest.mark.parametrize("name", QUESTIONS)

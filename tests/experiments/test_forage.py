@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-from understudy.experiments.forage import run
-from understudy.experiments.forage.teaching import Judged, summary, teach, teach_and_judge, worlds_of
-from understudy.experiments.published import published
-from understudy.model.document import encode
-from understudy.training.demonstrators.teacher import FIRST_SEED
-from understudy.worlds.forage import corner_cases
+from understudy.sim.forage_settings import corner_cases
+from understudy.storage.document import encode
+from understudy_lab.forage import study
+from understudy_lab.forage.teach import Judged, summary, teach, teach_and_judge, worlds_of
+from understudy_lab.results import published
+from understudy_lab.teachers.teacher import FIRST_SEED
 
 PUBLISHED = published("forage")
 assert PUBLISHED is not None
@@ -21,7 +21,7 @@ EXPECTED = FINDINGS.numbers
 
 @pytest.fixture(scope="module")
 def judged() -> Judged:
-    return teach_and_judge(run.TEACHINGS[0])
+    return teach_and_judge(study.TEACHINGS[0])
 
 
 def test_the_first_teaching_is_as_published(judged: Judged) -> None:
@@ -64,7 +64,7 @@ def test_no_robot_is_judged_where_it_was_taught() -> None:
 
 def test_the_published_result_holds_what_was_asked() -> None:
     assert FINDINGS.misses == ()
-    assert EXPECTED["methods"]["watched"]["of"] == len(run.TEACHINGS) == 20
+    assert EXPECTED["methods"]["watched"]["of"] == len(study.TEACHINGS) == 20
 
 
 MISSES = [
@@ -79,4 +79,4 @@ MISSES = [
 @pytest.mark.parametrize(("what", "value", "said"), MISSES)
 def test_a_miss_is_said(what: str, value: Any, said: str) -> None:
     short = {**EXPECTED["methods"]["watched"], what: value}
-    assert [goal.measured for goal in run.goals(short) if not goal.held] == [said]
+    assert [goal.measured for goal in study.goals(short) if not goal.held] == [said]

@@ -6,30 +6,30 @@ from itertools import pairwise
 
 import pytest
 
-from understudy.experiments.forage.teaching import make_practice, worlds_of
-from understudy.experiments.hierarchy import run
-from understudy.experiments.hierarchy.curves import Curve, needed, success_at
-from understudy.experiments.hierarchy.foraging import OneLayer, homeward, show_two_layers
-from understudy.experiments.hierarchy.servoing import topics
-from understudy.experiments.hierarchy.teaching import MOST_LOOKS, unseen
-from understudy.experiments.hierarchy.thorough import Thorough
-from understudy.experiments.published import differences, published
-from understudy.experiments.running import row_of
 from understudy.model.library import Library
-from understudy.training.demonstrators.teacher import FIRST_SEED, Patience, Teacher
-from understudy.training.screen import Screen
+from understudy.sim.forage import kit
+from understudy.training.session_view import Screen
 from understudy.training.trainee import Mode
-from understudy.worlds.forage import kit
-from understudy.worlds.soccer import Soccer
-from understudy.worlds.soccer import kit as soccer_kit
+from understudy_lab.forage.teach import make_practice, worlds_of
+from understudy_lab.hierarchy import study
+from understudy_lab.hierarchy.forage_variants import OneLayer, homeward, show_two_layers
+from understudy_lab.hierarchy.learning_curves import Curve, needed, success_at
+from understudy_lab.hierarchy.servo_variants import topics
+from understudy_lab.hierarchy.teach import MOST_LOOKS, unseen
+from understudy_lab.hierarchy.thorough import Thorough
+from understudy_lab.results import differences, published
+from understudy_lab.runner import row_of
+from understudy_lab.tasks.soccer import Soccer
+from understudy_lab.tasks.soccer import kit as soccer_kit
+from understudy_lab.teachers.teacher import FIRST_SEED, Patience, Teacher
 
 
 @pytest.mark.parametrize("way", ["two automata", "three layers"])
 def test_a_teaching_is_as_published(way: str) -> None:
     known = published("hierarchy")
     assert known is not None
-    row = row_of(run.EXPERIMENT, {"way": way, "seed": run.SEEDS[0]})
-    assert differences([row], known, run.EXPERIMENT) == []
+    row = row_of(study.EXPERIMENT, {"way": way, "seed": study.SEEDS[0]})
+    assert differences([row], known, study.EXPERIMENT) == []
 
 
 NEEDS = [
@@ -64,7 +64,7 @@ def test_looks_go_on_until_four_or_failure(seen: list[float], taken: int, held: 
 
 
 def test_no_world_is_looked_at_twice_or_judged_in_the_end() -> None:
-    seed = run.SEEDS[0]
+    seed = study.SEEDS[0]
     looks = [unseen(seed, look) for look in (0, 1, MOST_LOOKS - 1)] + [unseen(seed + 1, 0)]
     assert sorted(looks, key=lambda look: look.start) == looks
     assert all(before.stop <= after.start for before, after in pairwise(looks))
@@ -96,8 +96,8 @@ def test_success_is_that_of_the_last_look() -> None:
 
 def test_a_teaching_that_never_gets_there_counts_with_all_its_examples() -> None:
     row = {"points": [(4, 10.0, 1.0), (8, 20.0, 0.5)]}
-    assert not run.reached(row)
-    assert (run.needs(row, 0), run.needs(row, 1)) == (8, 20.0)
+    assert not study.reached(row)
+    assert (study.needs(row, 0), study.needs(row, 1)) == (8, 20.0)
 
 
 def screen(state: str, **features: float) -> Screen:

@@ -7,18 +7,18 @@ from math import nan, pi
 import numpy as np
 import pytest
 
-from understudy.experiments.learners import run
-from understudy.experiments.learners.classical import CLASSICAL
-from understudy.experiments.learners.comparing import BUDGETS, LEARNERS, WITH, worlds_of
-from understudy.experiments.learners.demonstrating import demonstrated
-from understudy.experiments.learners.exercises import EXERCISES
-from understudy.experiments.learners.inputs import Inputs, Lesson, Manner, Policy, lesson_of
-from understudy.experiments.learners.recording import RESTING, Ticks
-from understudy.experiments.learners.shown_flat import head_for
-from understudy.experiments.published import differences, published
-from understudy.experiments.running import row_of
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
-from understudy.training.demonstrators.teacher import FIRST_SEED
+from understudy_lab.baselines import study
+from understudy_lab.baselines.compare import BUDGETS, LEARNERS, WITH, worlds_of
+from understudy_lab.baselines.demonstrations import demonstrated
+from understudy_lab.baselines.inputs import Inputs, Lesson, Manner, Policy, lesson_of
+from understudy_lab.baselines.recording_body import RESTING, Ticks
+from understudy_lab.baselines.shown_flat import head_for
+from understudy_lab.baselines.sklearn_learners import CLASSICAL
+from understudy_lab.baselines.tasks import EXERCISES
+from understudy_lab.results import differences, published
+from understudy_lab.runner import row_of
+from understudy_lab.teachers.teacher import FIRST_SEED
 
 TICKS = Ticks(
     raw=np.array([[0.0], [1.0], [2.0], [3.0], [4.0]]),
@@ -130,7 +130,7 @@ def test_each_learns_what_a_threshold_tells(name: str) -> None:
 
 def test_nets_learn_each_their_own() -> None:
     pytest.importorskip("torch")
-    from understudy.experiments.learners.cloning import fit_nets
+    from understudy_lab.baselines.behavior_cloning import fit_nets
 
     x = np.linspace(-1, 1, 200)[:, None]
     up, down = (x[:, 0] > 0).astype(np.int64), (x[:, 0] < 0).astype(np.int64)
@@ -144,7 +144,7 @@ AFTER = [(29.0, 0.0), (30.0, 0.5), (100.0, 0.5), (500.0, 1.0)]
 
 @pytest.mark.parametrize(("seconds", "success"), AFTER)
 def test_success_after_so_many_seconds(seconds: float, success: float) -> None:
-    assert run.after({"success": [0.5, 1.0], "seconds": [30.0, 101.0]}, seconds) == success
+    assert study.after({"success": [0.5, 1.0], "seconds": [30.0, 101.0]}, seconds) == success
 
 
 def test_no_learner_is_judged_where_it_was_shown_anything() -> None:
@@ -155,14 +155,14 @@ def test_no_learner_is_judged_where_it_was_shown_anything() -> None:
 def test_a_piece_is_as_published() -> None:
     known = published("learners")
     assert known is not None
-    task = {"task": "goto", "with": "understudy", "seed": run.TEACHINGS[0]}
-    assert differences([row_of(run.EXPERIMENT, task)], known, run.EXPERIMENT) == []
+    task = {"task": "goto", "with": "understudy", "seed": study.TEACHINGS[0]}
+    assert differences([row_of(study.EXPERIMENT, task)], known, study.EXPERIMENT) == []
 
 
 def test_findings_without_what_is_not_installed() -> None:
     known = published("learners")
     assert known is not None
-    alone = run.conclude([row for row in known.rows if row["task"]["with"] == "understudy"])
+    alone = study.conclude([row for row in known.rows if row["task"]["with"] == "understudy"])
     assert alone.goals == ()
     assert "nothing to compare" in alone.headline
 

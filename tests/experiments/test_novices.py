@@ -10,12 +10,14 @@ import pytest
 from tests.experiments.test_servoing import seen
 from tests.learning.lessons import lesson
 
-from understudy.experiments.novices import run
-from understudy.experiments.novices.chances import pairs_differ, remaining, shares_differ
-from understudy.experiments.novices.novice import Novice
-from understudy.experiments.novices.sensitivity import SAID
-from understudy.experiments.novices.success import everywhere, succeeded
-from understudy.experiments.novices.traits import (
+from understudy.learning.fit import learned
+from understudy.model.library import Taught
+from understudy_lab.chances import pairs_differ, remaining, shares_differ
+from understudy_lab.novices import study
+from understudy_lab.novices.novice import Novice
+from understudy_lab.novices.sensitivity import SAID
+from understudy_lab.novices.success import everywhere, succeeded
+from understudy_lab.novices.traits import (
     ALIKE,
     MINUTES_S,
     MISTAKES,
@@ -26,7 +28,7 @@ from understudy.experiments.novices.traits import (
     drawn,
     habits,
 )
-from understudy.experiments.novices.unseen import (
+from understudy_lab.novices.unseen import (
     FINDS,
     RESTS,
     SWINGS,
@@ -35,21 +37,19 @@ from understudy.experiments.novices.unseen import (
     states_unseeing,
     turned_back,
 )
-from understudy.experiments.published import differences, published
-from understudy.experiments.running import row_of
-from understudy.learning.transitions import learned
-from understudy.model.library import Taught
-from understudy.worlds.soccer import POSITIONS
+from understudy_lab.results import differences, published
+from understudy_lab.runner import row_of
+from understudy_lab.tasks.soccer import POSITIONS
 
-TASKS = [{"seed": run.SEEDS[0]}, {"seed": run.SEEDS[1], "trait": "lapses", "factor": 1.5}]
+TASKS = [{"seed": study.SEEDS[0]}, {"seed": study.SEEDS[1], "trait": "lapses", "factor": 1.5}]
 
 
 @pytest.mark.parametrize("task", TASKS)
 def test_some_are_as_published(task: dict[str, Any]) -> None:
     known = published("novices")
     assert known is not None
-    row = row_of(run.EXPERIMENT, task)
-    assert differences([row], known, run.EXPERIMENT) == []
+    row = row_of(study.EXPERIMENT, task)
+    assert differences([row], known, study.EXPERIMENT) == []
     assert known.rows[0]["task"] == TASKS[0]
 
 

@@ -8,9 +8,13 @@ import numpy as np
 import pytest
 from tests.runtime.automata import automaton
 
-from understudy.experiments.lessons import lessons_of
-from understudy.experiments.patrol.flattened import flattened, states_of
-from understudy.experiments.patrol.judging import (
+from understudy.model.library import Library
+from understudy.sim.kit import kit_of
+from understudy.sim.world import World
+from understudy_lab.lesson_stats import lessons_of
+from understudy_lab.patrol.evaluate import DEFER
+from understudy_lab.patrol.flattened import flattened, states_of
+from understudy_lab.patrol.metrics import (
     captures,
     cycles,
     encounters,
@@ -18,15 +22,11 @@ from understudy.experiments.patrol.judging import (
     joined_at_once,
     residual_s,
 )
-from understudy.experiments.patrol.measuring import DEFER
-from understudy.experiments.patrol.orders import ATTACK, DISPERSE, HOME, RUN_AWAY
-from understudy.experiments.patrol.practice import coordinated, practices, squad_practices, squads_library
-from understudy.experiments.patrol.teaching import teach
-from understudy.experiments.patrol.watching import Thing, Tracks, watch
-from understudy.experiments.published import published
-from understudy.model.library import Library
-from understudy.worlds.kits import kit_of
-from understudy.worlds.world import World
+from understudy_lab.patrol.orders import ATTACK, DISPERSE, HOME, RUN_AWAY
+from understudy_lab.patrol.practice import coordinated, practices, squad_practices, squads_library
+from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.tracks import Thing, Tracks, watch
+from understudy_lab.results import published
 
 TICK_S = 1.0
 

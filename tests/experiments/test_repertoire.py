@@ -7,20 +7,19 @@ from math import inf, nan, pi, tau
 import numpy as np
 import pytest
 
-from understudy.experiments.published import differences, published
-from understudy.experiments.repertoire import (
+from understudy_lab.behavior_suite import (
     around,
     chase,
-    eight,
-    plots,
+    figure_eight,
+    random_rooms,
     rooms,
     scavenge,
     triangle,
     waypoints,
 )
-from understudy.experiments.repertoire.run import EXPERIMENT, FEATS, TEACHINGS, goals_of, overall, thrown_away
-from understudy.experiments.repertoire.teaching import by_hand, share_done, worlds_of
-from understudy.experiments.repertoire.tracks import (
+from understudy_lab.behavior_suite.study import EXPERIMENT, FEATS, TEACHINGS, goals_of, overall, thrown_away
+from understudy_lab.behavior_suite.teach import by_hand, share_done, worlds_of
+from understudy_lab.behavior_suite.tracks import (
     Table,
     Tracks,
     distance_to_line,
@@ -32,8 +31,9 @@ from understudy.experiments.repertoire.tracks import (
     signed,
     turns,
 )
-from understudy.experiments.running import row_of
-from understudy.training.demonstrators.teacher import FIRST_SEED
+from understudy_lab.results import differences, published
+from understudy_lab.runner import row_of
+from understudy_lab.teachers.teacher import FIRST_SEED
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
 
@@ -116,17 +116,17 @@ def test_shortest_lines_to_nine_cans() -> None:
 
 
 def test_eights_pass_behind_each_pole_in_turn() -> None:
-    objects = np.full((1, eight.slot_of("blue") + 1, 2), nan)
-    objects[0, eight.slot_of("red")], objects[0, eight.slot_of("blue")] = (-2, 0), (2, 0)
+    objects = np.full((1, figure_eight.slot_of("blue") + 1, 2), nan)
+    objects[0, figure_eight.slot_of("red")], objects[0, figure_eight.slot_of("blue")] = (-2, 0), (2, 0)
     angle = np.linspace(pi / 2, pi / 2 + tau, 41)[:-1] + 0.05
     left = np.stack([-2 + np.cos(angle), np.sin(angle)])  # counter-clockwise around the red pole
     whole = np.concatenate([left, -left * [[1], [-1]]], axis=1)
     x, y = (np.tile(each, 3)[:, None] for each in whole)
-    found = eight.judge(tracks(x, y, objects))
+    found = figure_eight.judge(tracks(x, y, objects))
     assert found.measures["eights"][0] == 2.5
     assert found.seconds[0] == 170.0
-    assert np.isnan(eight.judge(tracks(x, -y, objects)).seconds[0])
-    assert eight.bound(tracks(x, y, objects))[0] == 4 * 4 / 0.5
+    assert np.isnan(figure_eight.judge(tracks(x, -y, objects)).seconds[0])
+    assert figure_eight.bound(tracks(x, y, objects))[0] == 4 * 4 / 0.5
 
 
 def test_a_triangle_is_right_where_sides_and_angles_are() -> None:
@@ -147,18 +147,18 @@ def test_around_the_hull() -> None:
 
 def test_what_a_room_saves_at_its_corners() -> None:
     assert rooms.saved(SQUARE) == pytest.approx(8 * rooms.AT_WALL_M)
-    assert rooms.saved(plots.rotated(SQUARE, 1.0)) == pytest.approx(8 * rooms.AT_WALL_M)
+    assert rooms.saved(random_rooms.rotated(SQUARE, 1.0)) == pytest.approx(8 * rooms.AT_WALL_M)
 
 
-@pytest.mark.parametrize("make", [plots.room, plots.convex, plots.concave])
+@pytest.mark.parametrize("make", [random_rooms.room, random_rooms.convex, random_rooms.concave])
 @pytest.mark.parametrize("seed", range(5))
 def test_plots(make: object, seed: int) -> None:
     plot = make(seed)  # type: ignore[operator]
-    assert plots.is_inside(plot.corners, 0.0, 0.0)
+    assert random_rooms.is_inside(plot.corners, 0.0, 0.0)
     far, _ = distance_to_line(column(plot.x), column(plot.y), plot.corners)
-    assert plots.is_inside(plot.corners, plot.x, plot.y) == (make is plots.room)
+    assert random_rooms.is_inside(plot.corners, plot.x, plot.y) == (make is random_rooms.room)
     assert 0.5 < far[0, 0] < inf
-    assert np.abs(plot.corners).max() < plots.WIDE_M / 2
+    assert np.abs(plot.corners).max() < random_rooms.WIDE_M / 2
 
 
 # Teachings

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from understudy.experiments.roles.measuring import FAILS_TICK, brought, failing
-from understudy.experiments.roles.practice import (
+from understudy.model.library import Library
+from understudy.sim.world import World
+from understudy_lab.mixed_teams.evaluate import FAILS_TICK, brought, failing
+from understudy_lab.mixed_teams.practice import (
     CARRIER,
     all_of,
     kits,
@@ -16,9 +18,7 @@ from understudy.experiments.roles.practice import (
     squad_practices,
     squads_library,
 )
-from understudy.experiments.roles.teaching import teach
-from understudy.model.library import Library
-from understudy.worlds.world import World
+from understudy_lab.mixed_teams.teaching import teach
 
 
 @pytest.mark.parametrize("name", [*practices(), *squad_practices()])

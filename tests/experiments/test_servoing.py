@@ -7,20 +7,20 @@ from typing import Any
 
 import pytest
 
-from understudy.experiments.published import differences, published
-from understudy.experiments.running import row_of
-from understudy.experiments.servoing import run
-from understudy.experiments.servoing.trials import HAND, opposite, search_side, trials
-from understudy.training.demonstrators.servo import (
+from understudy.training.session_view import Screen
+from understudy.training.trainee import Mode
+from understudy_lab.results import differences, published
+from understudy_lab.runner import row_of
+from understudy_lab.servoing import study
+from understudy_lab.servoing.trials import HAND, opposite, search_side, trials
+from understudy_lab.tasks.servo_teacher import (
     FourStates,
     Stateless,
     ThenStop,
     show_approach_then_stop,
     there,
 )
-from understudy.training.demonstrators.teacher import FIRST_SEED
-from understudy.training.screen import Screen
-from understudy.training.trainee import Mode
+from understudy_lab.teachers.teacher import FIRST_SEED
 
 
 def seen(state: str, x: float, size: float = 500.0) -> Screen:
@@ -29,12 +29,12 @@ def seen(state: str, x: float, size: float = 500.0) -> Screen:
     return Screen(0.0, Mode.TRAINING, state, (state,), None, features, (), {}, None, 0, None, None)
 
 
-@pytest.mark.parametrize("method", [run.FOUR, HAND])
+@pytest.mark.parametrize("method", [study.FOUR, HAND])
 def test_the_first_is_as_published(method: str) -> None:
     known = published("servoing")
     assert known is not None
-    row = row_of(run.EXPERIMENT, {"method": method, "seed": run.SEEDS[0]})
-    assert differences([row], known, run.EXPERIMENT) == []
+    row = row_of(study.EXPERIMENT, {"method": method, "seed": study.SEEDS[0]})
+    assert differences([row], known, study.EXPERIMENT) == []
 
 
 FOUR = [  # state, ball's x, what the teacher of four states would have; None: content
@@ -112,18 +112,18 @@ def made(method: str, *, search: str, left: float, right: float | None) -> dict[
 def test_what_is_summed_up() -> None:
     assert [search_side(seed) for seed in (4, 5)] == ["left", "right"]
     assert opposite("left") == ("ball right", "pushed left")  # pushed left, the ball is lost on the right
-    row = made(run.FOUR, search="left", left=10.0, right=None)
-    assert run.times(row, run.FACED) == [120.0] * 10  # failures count as the limit
-    assert run.times(row, run.AWAY) == [15.0] * 10
-    assert run.times(row, run.TOWARD) == [25.0] * 10
-    assert run.medians([row], run.FOUR, run.EITHER) == [20.0]
-    assert run.failed([row], run.FOUR) == (10, 50)
+    row = made(study.FOUR, search="left", left=10.0, right=None)
+    assert study.times(row, study.FACED) == [120.0] * 10  # failures count as the limit
+    assert study.times(row, study.AWAY) == [15.0] * 10
+    assert study.times(row, study.TOWARD) == [25.0] * 10
+    assert study.medians([row], study.FOUR, study.EITHER) == [20.0]
+    assert study.failed([row], study.FOUR) == (10, 50)
 
 
 def test_a_comparison() -> None:
-    rows = [made(run.FOUR, search="left", left=10.0, right=10.0 + k / 10) for k in range(20)]
-    rows += [made(run.LOST, search="left", left=10.0, right=20.0 + k / 5) for k in range(20)]
-    found = run.compared(rows, run.FACED)
+    rows = [made(study.FOUR, search="left", left=10.0, right=10.0 + k / 10) for k in range(20)]
+    rows += [made(study.LOST, search="left", left=10.0, right=20.0 + k / 5) for k in range(20)]
+    found = study.compared(rows, study.FACED)
     assert [found[what] for what in ("ratio", "low", "high")] == pytest.approx([2.0] * 3)
     assert found["p"] < 1e-3
-    assert run.compared(rows, run.FACED, with_=run.FOUR, to=run.LOST)["ratio"] == pytest.approx(0.5)
+    assert study.compared(rows, study.FACED, with_=study.FOUR, to=study.LOST)["ratio"] == pytest.approx(0.5)

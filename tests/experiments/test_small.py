@@ -9,28 +9,28 @@ import pytest
 from tests.learning.lessons import lesson, robocup_folder
 
 from understudy.errors import FileError
-from understudy.experiments.ablation.variants import BASE, VARIANTS
-from understudy.experiments.experiment import Plan
-from understudy.experiments.forage.teaching import METHODS
-from understudy.experiments.learners.exercises import EXERCISES
-from understudy.experiments.lessons import described
-from understudy.experiments.published import differences, published
-from understudy.experiments.repertoire.run import FEATS
-from understudy.experiments.running import row_of
-from understudy.experiments.small import run
-from understudy.experiments.small.robocup import summary
-from understudy.learning.transitions import learned
+from understudy.learning.fit import learned
 from understudy.model.library import Taught
-from understudy.training.demonstrators.forager import TOPICS, WATCHED
-from understudy.training.demonstrators.person import Reaction
-from understudy.training.demonstrators.servo import topics
+from understudy_lab.ablation.variants import BASE, VARIANTS
+from understudy_lab.baselines.tasks import EXERCISES
+from understudy_lab.behavior_suite.study import FEATS
+from understudy_lab.forage.teach import METHODS
+from understudy_lab.lesson_size import study
+from understudy_lab.lesson_size.robocup import summary
+from understudy_lab.lesson_stats import described
+from understudy_lab.results import differences, published
+from understudy_lab.runner import row_of
+from understudy_lab.study import Plan
+from understudy_lab.tasks.forage_teacher import TOPICS, WATCHED
+from understudy_lab.tasks.servo_teacher import topics
+from understudy_lab.teachers.person import Reaction
 
 
 def test_lessons_are_as_published() -> None:
     known = published("small")
     assert known is not None
-    row = row_of(run.EXPERIMENT, {"source": "forage", "way": "watched", "seed": run.SEEDS[0]})
-    assert differences([row], known, run.EXPERIMENT) == []
+    row = row_of(study.EXPERIMENT, {"source": "forage", "way": "watched", "seed": study.SEEDS[0]})
+    assert differences([row], known, study.EXPERIMENT) == []
 
 
 def test_what_is_not_taught_again_is_taught_as_here() -> None:
@@ -49,8 +49,8 @@ def test_the_robocup_lessons_are_as_published(monkeypatch: pytest.MonkeyPatch) -
         pytest.skip("the RoboCup lessons are not here")
     known = published("small")
     assert known is not None
-    monkeypatch.setenv(run.FOLDER, str(robocup_folder()))
-    assert differences([row_of(run.EXPERIMENT, {"source": run.ROBOCUP})], known, run.EXPERIMENT) == []
+    monkeypatch.setenv(study.FOLDER, str(robocup_folder()))
+    assert differences([row_of(study.EXPERIMENT, {"source": study.ROBOCUP})], known, study.EXPERIMENT) == []
 
 
 def test_what_is_counted_of_a_lesson() -> None:
@@ -76,8 +76,8 @@ def test_a_lesson_that_two_ways_have_in_common_counts_once() -> None:
     one, other = {"name": "goto", "examples": 18}, {"name": "forage", "examples": 8}
     tasks = [{"source": "hierarchy", "way": way, "seed": 0} for way in ("two layers", "three layers")]
     rows = [{"task": tasks[0], "lessons": [one]}, {"task": tasks[1], "lessons": [dict(one), other]}]
-    assert run.lessons(rows, "hierarchy") == [one, other]
-    assert len(run.kinds(rows)) == 3
+    assert study.lessons(rows, "hierarchy") == [one, other]
+    assert len(study.kinds(rows)) == 3
 
 
 def test_a_folder_of_lessons_in_summary(tmp_path: Path) -> None:
@@ -109,7 +109,7 @@ def test_a_folder_without_good_lessons(tmp_path: Path, text: str | None) -> None
 
 
 def test_without_data_the_team_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(run.FOLDER, "elsewhere")
+    monkeypatch.setenv(study.FOLDER, "elsewhere")
     plan = Plan(range(1))
-    assert {"source": run.ROBOCUP} not in run.tasks(plan)
-    assert {"source": run.ROBOCUP} in run.tasks(Plan(range(1), data=tmp_path))
+    assert {"source": study.ROBOCUP} not in study.tasks(plan)
+    assert {"source": study.ROBOCUP} in study.tasks(Plan(range(1), data=tmp_path))

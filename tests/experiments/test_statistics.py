@@ -7,7 +7,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from understudy.experiments import statistics
+from understudy_lab import statistics
 
 stats = import_module("scipy.stats")
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from understudy.experiments.patrol.judging import captures, cycles
-from understudy.experiments.patrol.orders import ATTACK, DISPERSE, HOME, OTHER, Told
-from understudy.experiments.patrol.regions import HOMES, TOP, guarding, teach_all
-from understudy.experiments.patrol.together import goal, judged, table
-from understudy.experiments.patrol.watching import Thing, Tracks, watch
+from understudy_lab.patrol.four_patrols import HOMES, TOP, guarding, teach_all
+from understudy_lab.patrol.metrics import captures, cycles
+from understudy_lab.patrol.orders import ATTACK, DISPERSE, HOME, OTHER, Told
+from understudy_lab.patrol.together import goal, judged, table
+from understudy_lab.patrol.tracks import Thing, Tracks, watch
 
 A, D, H = ATTACK, DISPERSE, HOME
 GONE = 2  # the first tick without the intruder

@@ -10,19 +10,19 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
-from understudy.experiments.published import differences, published
-from understudy.experiments.running import row_of
-from understudy.experiments.transfer import run
-from understudy.experiments.transfer.trials import FLAT, GOTO, PATROL, PHYSICS, came, in_physics, quiet
-from understudy.worlds import soccer
-from understudy.worlds.scenario import Since
+from understudy.sim.scenario.schema import Since
+from understudy_lab.results import differences, published
+from understudy_lab.runner import row_of
+from understudy_lab.sim_to_sim import study
+from understudy_lab.sim_to_sim.trials import FLAT, GOTO, PATROL, PHYSICS, came, in_physics, quiet
+from understudy_lab.tasks import soccer
 
 
 def test_the_first_goto_is_as_published() -> None:
     known = published("transfer")
     assert known is not None
-    row = row_of(run.EXPERIMENT, {"behavior": GOTO, "seed": run.SEEDS[0]})
-    assert differences([row], known, run.EXPERIMENT) == []
+    row = row_of(study.EXPERIMENT, {"behavior": GOTO, "seed": study.SEEDS[0]})
+    assert differences([row], known, study.EXPERIMENT) == []
     assert row[PHYSICS]["success"] > 0.9
 
 
@@ -54,13 +54,13 @@ LEFT = [  # trials in 2-D and in physics, what is left of the success, whether t
 
 @pytest.mark.parametrize(("flat", "physics", "left", "held"), LEFT)
 def test_what_is_left(flat: list[float | None], physics: list[float | None], left: float, held: bool) -> None:
-    (goal,) = run.conclude([trial(GOTO, flat, physics)]).goals
+    (goal,) = study.conclude([trial(GOTO, flat, physics)]).goals
     assert (goal.measured, goal.held) == (f"{left:.2f}", held)
 
 
 @pytest.mark.parametrize(("complete", "cycles", "held"), [(8, 10, True), (7, 10, False)])
 def test_cycles_are_counted_over_all(complete: int, cycles: int, held: bool) -> None:
-    found = run.conclude([patrolled(complete, cycles), patrolled(complete, cycles)])
+    found = study.conclude([patrolled(complete, cycles), patrolled(complete, cycles)])
     assert found.goals[0].held is held
     assert found.numbers[PATROL][PHYSICS]["of"] == 2 * cycles
 

@@ -8,22 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from understudy.experiments.experiment import Findings
-from understudy.experiments.unlearning import correcting, run
-from understudy.experiments.unlearning.correcting import LEARNERS, compared, corrected
-from understudy.experiments.unlearning.run import SETTINGS, Setting, outcomes
-from understudy.experiments.unlearning.sparse import (
-    DATA_SETS,
-    NOISES,
-    SIZES,
-    Sparse,
-    data_set,
-    lesson_of,
-    sparse,
-)
-from understudy.learning.unlearning import Judgement, judge
+from understudy.learning.correction_diagnosis import Judgement, judge
 from understudy.model.example import Example
 from understudy.model.lesson import Lesson, Scikit
+from understudy_lab.study import Findings
+from understudy_lab.unlearning import correct, study
+from understudy_lab.unlearning.correct import LEARNERS, compared, corrected
+from understudy_lab.unlearning.datasets import DATA_SETS, NOISES, SIZES, Sparse, data_set, lesson_of, sparse
+from understudy_lab.unlearning.study import SETTINGS, Setting, outcomes
 
 
 @pytest.mark.parametrize("name", DATA_SETS)
@@ -123,7 +115,7 @@ def test_what_is_judged_is_a_correction(monkeypatch: pytest.MonkeyPatch) -> None
         judged.append(correction)
         return judge(lesson, correction)
 
-    monkeypatch.setattr(correcting, "judge", noted)
+    monkeypatch.setattr(correct, "judge", noted)
     corrected(MISLED, LEARNERS["trees"], unlearn=True)
     assert [(each.number, each.correction) for each in judged] == [(13, True), (14, True)]
 
@@ -167,9 +159,9 @@ def test_outcomes_are_means_and_sums_by_setting() -> None:
 
 
 def test_every_setting_has_its_own_lesson_and_learner(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run, "sparse", lambda *which: which)
-    monkeypatch.setattr(run, "compared", lambda lesson, learner: (lesson, learner))
-    assert run.work({"seed": 5})["outcomes"] == [
+    monkeypatch.setattr(study, "sparse", lambda *which: which)
+    monkeypatch.setattr(study, "compared", lambda lesson, learner: (lesson, learner))
+    assert study.work({"seed": 5})["outcomes"] == [
         ((setting.data, setting.size, setting.noise, 5), LEARNERS[setting.learner]) for setting in SETTINGS
     ]
 
@@ -177,7 +169,7 @@ def test_every_setting_has_its_own_lesson_and_learner(monkeypatch: pytest.Monkey
 def concluded(*rows: list[float]) -> Findings:
     """What is concluded where the first settings come out so, and all others like the first."""
     outcomes = [*rows, *[rows[0]] * (len(SETTINGS) - len(rows))]
-    return run.conclude([{"task": {"seed": 61_000}, "outcomes": outcomes}])
+    return study.conclude([{"task": {"seed": 61_000}, "outcomes": outcomes}])
 
 
 BETTER, SAME, WORSE = ([0.5, after, 20, 12, 10, 7, 50, 4] for after in (0.6, 0.5, 0.48))

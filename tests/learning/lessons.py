@@ -12,10 +12,10 @@ import numpy as np
 from hypothesis import strategies as st
 from tests.learning.reference import Row
 
-from understudy.learning.grow import grow
+from understudy.learning.tree_growth import grow
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature, Feature
+from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY, Tree

@@ -12,7 +12,7 @@ from tests.learning.lessons import ABSENT, robocup, robocup_folder, tables, tree
 from tests.learning.reference import Learner, Row, nested
 
 from understudy.errors import DefinitionError
-from understudy.learning.grow import MOST_WEIGHT, grow
+from understudy.learning.tree_growth import MOST_WEIGHT, grow
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import Test, Tree
 

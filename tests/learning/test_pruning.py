@@ -13,10 +13,10 @@ from tests.learning.reference import Row
 
 from understudy.errors import DefinitionError
 from understudy.learning import simplify
-from understudy.learning.arrays import Shown, arrays, teaching
+from understudy.learning.fit import learn
 from understudy.learning.pruning import links, pruned
 from understudy.learning.simplify import ENOUGH, suggestion, with_pruning
-from understudy.learning.transitions import learn
+from understudy.learning.training_set import Shown, arrays, teaching
 from understudy.model.example import ExampleKind
 from understudy.model.kinds import Categorical, Kind
 from understudy.model.lesson import Lesson, Options, Scikit, Trees

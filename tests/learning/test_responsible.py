@@ -8,12 +8,12 @@ from math import nan
 
 import pytest
 
-from understudy.learning import responsible
-from understudy.learning.responsible import moved
-from understudy.learning.transitions import learned
+from understudy.learning import change_attribution
+from understudy.learning.change_attribution import moved
+from understudy.learning.fit import learned
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature, Feature
+from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.lesson import Lesson, Options, Scikit
 from understudy.model.library import Taught
@@ -240,5 +240,5 @@ def test_where_no_single_example_is_it_is_all_together(monkeypatch: pytest.Monke
 
     assert who(1) == [(4, "elsewhere, without it this would not be")]
     assert who(2) == [(4, "elsewhere, with the others"), (5, "elsewhere, with the others")]
-    monkeypatch.setattr(responsible, "MOST_TRIED", 0)
+    monkeypatch.setattr(change_attribution, "MOST_TRIED", 0)
     assert who(1) == [(4, "elsewhere, with the others")]

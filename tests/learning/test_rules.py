@@ -9,8 +9,8 @@ import pytest
 from tests.learning.lessons import ABSENT, KINDS, tree_of
 from tests.learning.reference import Row
 
+from understudy.learning.fit import learn
 from understudy.learning.splits import Gap, arc, threshold, vote
-from understudy.learning.transitions import learn
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, Test, Tree
 
@@ -199,7 +199,7 @@ def test_watched_examples_weigh_a_tenth() -> None:
 
 
 def test_learn_is_imported_without_scikit_learn() -> None:
-    assert learn.__module__ == "understudy.learning.transitions"
+    assert learn.__module__ == "understudy.learning.fit"
 
 
 def test_absent_values_that_fit_either_side_as_well_join_the_heavier_then_the_lower_or_inner() -> None:

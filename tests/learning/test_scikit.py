@@ -13,9 +13,9 @@ from tests.learning.lessons import lesson
 
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.learning.explain import explain
+from understudy.learning.fit import learn
 from understudy.learning.report import report
-from understudy.learning.scikit import ALLOWED, ScikitTransition, encoded
-from understudy.learning.transitions import learn
+from understudy.learning.sklearn_adapter import ALLOWED, ScikitTransition, encoded
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.lesson import Lesson, Options, Scikit
 from understudy.model.tree import STAY

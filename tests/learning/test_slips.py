@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.learning.lessons import lesson, tables
 
-from understudy.learning.slips import same_press, slips
+from understudy.learning.mislabels import same_press, slips
 from understudy.model.lesson import Lesson
 
 FAR = [("go", [value], "turn", "directive") for value in (60, 64, 68, 72)]

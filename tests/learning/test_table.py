@@ -9,9 +9,9 @@ from random import Random
 import pytest
 
 from understudy.errors import FileError
+from understudy.learning.csv_table import read_lesson_table, read_rows
+from understudy.learning.fit import learn
 from understudy.learning.predict import predict
-from understudy.learning.table import read_lesson_table, read_rows
-from understudy.learning.transitions import learn
 from understudy.model.example import ExampleKind
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 

@@ -10,8 +10,8 @@ from tests.learning.lessons import lesson
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.learning.explain import explain
+from understudy.learning.fit import learn, learned
 from understudy.learning.report import contradictions, disagreements, report
-from understudy.learning.transitions import learn, learned
 from understudy.model.automaton import State
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import Lesson, Options, Trees

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from tests.model.lessons import ANGLE, READY, goto, kit_of
 
 from understudy.errors import FileError
-from understudy.model.document import decode, encode
-from understudy.model.feature import Feature, Flag
-from understudy.model.folder import open_library
+from understudy.model.features import Feature, Flag
 from understudy.model.kinds import Continuous
 from understudy.model.kit import Kit
+from understudy.storage.document import decode, encode
+from understudy.storage.library_folder import open_library
 
 KIT = kit_of(goto().automaton)
 DATA = encode(goto())

@@ -11,11 +11,11 @@ from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
 
 from understudy.model.binding import Binding
-from understudy.model.conditions import conditions, path_conditions, sentences, simplified
-from understudy.model.feature import BoundFeature, Feature, Flag
+from understudy.model.features import BoundFeature, Feature, Flag
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.model.regions import ABSENT_ONLY, Region, boxes
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.model.tree_regions import ABSENT_ONLY, Region, boxes
+from understudy.model.tree_text import conditions, path_conditions, sentences, simplified
 from understudy.model.words import Words
 
 DISTANCE = BoundFeature(

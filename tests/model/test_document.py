@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from tests.model.lessons import goto, kit_of, taught
 
 from understudy.errors import DefinitionError, FileError
-from understudy.model import schema
 from understudy.model.automaton import START, Automaton, State, Transition
-from understudy.model.document import decode, encode
 from understudy.model.lesson import Lesson, Options, Scikit
 from understudy.model.library import Taught
 from understudy.model.tree import Tree, leaf
+from understudy.storage import schema
+from understudy.storage.document import decode, encode
 
 
 def exact(value: Any) -> str:
@@ -143,7 +143,7 @@ def test_migration(monkeypatch: pytest.MonkeyPatch) -> None:
         raw["automaton"]["name"] = raw["automaton"].pop("called")
         return raw
 
-    monkeypatch.setattr("understudy.model.document.MIGRATIONS", {0: to_1})
+    monkeypatch.setattr("understudy.storage.document.MIGRATIONS", {0: to_1})
     assert decode(data, kit_of(goto().automaton), path="x").taught == goto()
 
 

@@ -17,14 +17,14 @@ from hypothesis import strategies as st
 from tests.model.lessons import goto, kit_of
 
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName
-from understudy.model import atomic
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.behavior import Behavior
-from understudy.model.filenames import LONGEST, stem
-from understudy.model.folder import load_version, open_library, rename, save, versions
+from understudy.model.behaviors import Behavior
 from understudy.model.kit import Kit
 from understudy.model.lesson import Options
 from understudy.model.library import Taught
+from understudy.storage import atomic
+from understudy.storage.filenames import LONGEST, stem
+from understudy.storage.library_folder import load_version, open_library, rename, save, versions
 
 KIT = kit_of(goto().automaton)
 
@@ -223,7 +223,7 @@ SAVER = """
 import sys
 from pathlib import Path
 from tests.model.test_folder import variant
-from understudy.model.folder import save
+from understudy.storage.library_folder import save
 print("ready", flush=True)
 for turn in range(10**9):
     save(Path(sys.argv[1]), variant((turn % 1000) / 1000))
@@ -267,7 +267,7 @@ def test_many_savers_lose_nothing(tmp_path: Path) -> None:
     """Processes that save at the same time take turns: each save is the current or a former version."""
     code = (
         "import sys; from pathlib import Path; from tests.model.test_folder import variant;"
-        "from understudy.model.folder import save;"
+        "from understudy.storage.library_folder import save;"
         "[save(Path(sys.argv[1]), variant(int(sys.argv[2]) / 10 + turn / 100)) for turn in range(5)]"
     )
     root = Path(__file__).parents[2]

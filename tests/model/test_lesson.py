@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from understudy.errors import DefinitionError
-from understudy.learning.transitions import learned
+from understudy.learning.fit import learned
 from understudy.model.automaton import Automaton
 from understudy.model.lesson import Lesson, Options, Trees
 

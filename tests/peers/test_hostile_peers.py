@@ -24,11 +24,11 @@ from tests.robots.routers import Router
 from tests.robots.rovers import TWIST, sonar
 
 from understudy.robots.body import Robot
-from understudy.robots.dds import DDS
 from understudy.robots.file import parse_robot
-from understudy.robots.messages import dds_name
-from understudy.robots.transport import Transport
-from understudy.robots.zenoh import Zenoh
+from understudy.robots.ros.dds import DDS
+from understudy.robots.ros.messages import dds_name
+from understudy.robots.ros.transport import Transport
+from understudy.robots.ros.zenoh import Zenoh
 from understudy.runtime.body import every_key
 
 DOMAIN = 48

@@ -24,12 +24,12 @@ from tests.peers.building import cyclone, fast_dds, missing
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST
 
 from understudy.robots.body import Robot
-from understudy.robots.dds import DDS
+from understudy.robots.camera.decode import decode
 from understudy.robots.file import parse_robot
-from understudy.robots.images import decode
-from understudy.robots.messages import decode as message_of
-from understudy.robots.messages import twist
-from understudy.robots.transport import Received
+from understudy.robots.ros.dds import DDS
+from understudy.robots.ros.messages import decode as message_of
+from understudy.robots.ros.messages import twist
+from understudy.robots.ros.transport import Received
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 

@@ -8,8 +8,8 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
-from understudy.physics.looking import MOST_PX
-from understudy.physics.mujoco import NoDrawing, drawing
+from understudy.sim_mujoco.optional import NoDrawing, drawing
+from understudy.sim_mujoco.renderer import MOST_PX
 
 
 def _draws() -> bool:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from understudy.physics.body import Physics
-from understudy.physics.picture import save, with_eye
-from understudy.worlds.scenario_files import load_scenario
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim_mujoco.body import Physics
+from understudy.sim_mujoco.picture import save, with_eye
 
 PICTURE = Path(__file__).parents[2] / "docs" / "pictures" / "physics.png"
 SEED, ROBOT = 54, 3

@@ -10,10 +10,10 @@ from msgspec.structs import replace
 from tests.physics.drawing import draws
 
 from understudy.errors import SettingError
-from understudy.physics.body import Physics
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Capture, Presence, Scenario
+from understudy.sim_mujoco.body import Physics
 from understudy.testing import check_body, check_world
-from understudy.worlds.scenario import Capture, Presence, Scenario
-from understudy.worlds.scenario_files import load_scenario
 
 ALONE = (6.0, 5.0)
 

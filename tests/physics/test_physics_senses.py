@@ -11,14 +11,14 @@ from msgspec.structs import replace
 from tests.physics.drawing import draws
 from tests.physics.pictures import ROBOT, patrol
 
-from understudy.physics.body import Physics
-from understudy.physics.paints import PAINTS, paint, seen_as
-from understudy.physics.picture import INSET, SIZE_PX, save, with_eye
-from understudy.physics.robot_files import colors_of
-from understudy.robots.camera import Camera
-from understudy.worlds.scenario import Camera as Simulated
-from understudy.worlds.scenario import RobotType, Scenario, Sonar
-from understudy.worlds.scenario_files import load_scenario
+from understudy.robots.camera.blobs import Camera
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Camera as Simulated
+from understudy.sim.scenario.schema import RobotType, Scenario, Sonar
+from understudy.sim_mujoco.body import Physics
+from understudy.sim_mujoco.materials import PAINTS, paint, seen_as
+from understudy.sim_mujoco.picture import INSET, SIZE_PX, save, with_eye
+from understudy.sim_mujoco.robot_files import colors_of
 
 
 def plain(name: str) -> Scenario:

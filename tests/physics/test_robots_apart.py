@@ -15,15 +15,15 @@ from msgspec.structs import replace
 from tests.physics.drawing import draws
 from tests.robots.rovers import Wire
 
-from understudy.physics.apart import OBJECTS, Alone, Referee
-from understudy.physics.arena import Pose
-from understudy.physics.body import Physics
-from understudy.physics.robot_files import ODOMETRY, TWIST
-from understudy.physics.ros import keep_time, point, served
-from understudy.robots.messages import encode, make, twist
-from understudy.robots.transport import Publish
-from understudy.worlds.scenario import Presence, Scenario
-from understudy.worlds.scenario_files import load_scenario
+from understudy.robots.ros.messages import encode, make, twist
+from understudy.robots.ros.transport import Publish
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Presence, Scenario
+from understudy.sim_mujoco.body import Physics
+from understudy.sim_mujoco.processes import OBJECTS, Alone, Referee
+from understudy.sim_mujoco.robot_files import ODOMETRY, TWIST
+from understudy.sim_mujoco.ros_robots import keep_time, point, served
+from understudy.sim_mujoco.world import Pose
 
 
 class Hub(Wire):

@@ -24,10 +24,15 @@ from tests.cli.commands import run
 from tests.physics.drawing import draws
 from tests.robots.rovers import Wire
 
-from understudy.cli.robot_simulate import _leaving_orderly
 from understudy.errors import SettingError
-from understudy.physics.body import Physics
-from understudy.physics.robot_files import (
+from understudy.robots.camera.decode import decode as decode_image
+from understudy.robots.file import load_team, parse_robot
+from understudy.robots.inputs import Senses
+from understudy.robots.ros.messages import decode, twist
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim_mujoco.body import Physics
+from understudy.sim_mujoco.robot_files import (
     IMAGE,
     ODOMETRY,
     RANGE,
@@ -37,13 +42,8 @@ from understudy.physics.robot_files import (
     robot_file,
     team_file,
 )
-from understudy.physics.ros import Simulation
-from understudy.robots.file import load_team, parse_robot
-from understudy.robots.images import decode as decode_image
-from understudy.robots.messages import decode, twist
-from understudy.robots.senses import Senses
-from understudy.worlds.scenario import Scenario
-from understudy.worlds.scenario_files import load_scenario
+from understudy.sim_mujoco.ros_robots import Simulation
+from understudy.ui.cli.commands.robots_simulate import _leaving_orderly
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = ["arena", "forage", "patrol", "soccer", "rooms"]
@@ -170,7 +170,7 @@ def _all_came(said: dict[str, Any]) -> bool:
 def test_a_person_without_hardware_finds_all_there(tmp_path: Path) -> None:
     """`robots simulate` in one process, and `robots check` in this one, over DDS."""
     pytest.importorskip("cyclonedds", reason="needs the extra ros2")
-    command = [sys.executable, "-m", "understudy.cli", "robots", "simulate", "soccer", "--domain", "47"]
+    command = [sys.executable, "-m", "understudy.ui.cli", "robots", "simulate", "soccer", "--domain", "47"]
     command += ["--write-files", str(tmp_path), "--seconds", "90", "--rate", "10"]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True

@@ -5,8 +5,8 @@ from __future__ import annotations
 from tests.bodies import Scripted, kit
 from tests.runtime.automata import automaton
 
+from understudy.analysis.tracing import Followed, Query, Stood
 from understudy.model.library import Library
-from understudy.review.following import Followed, Query, Stood
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
 

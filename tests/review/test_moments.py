@@ -8,15 +8,15 @@ from math import nan
 import numpy as np
 import pytest
 
-from understudy.learning.transitions import learned
+from understudy.analysis.lesson_replay import Change, replayed
+from understudy.analysis.lesson_tests import sentences
+from understudy.learning.fit import learned
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature, Feature, Flag, TimeInState
+from understudy.model.features import BoundFeature, Feature, Flag, TimeInState
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Lesson, Record
 from understudy.model.library import Taught
-from understudy.review.lessons import sentences
-from understudy.review.moments import Change, replayed
 
 NEAR = Feature("near", Continuous(), reading="range", unit="m")
 BARE = Automaton(

@@ -10,25 +10,26 @@ import pytest
 from tests.cli.forage_parts import goto
 from tests.coaching.lessons import goto as goto_lesson
 from tests.training.lessons import session as scripted
-from tests.worlds.patrollers import ROBOTS, SCENARIO, lead
+from tests.worlds.patrollers import ROBOTS, SCENARIO
 
+from understudy.analysis.expectations import here, promise, tried
+from understudy.analysis.lesson_tests import above, below, examined, lost
 from understudy.errors import DefinitionError, SessionError
-from understudy.learning.transitions import learned
+from understudy.learning.fit import learned
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature, Feature, Readings
-from understudy.model.folder import open_document, save
+from understudy.model.expectation import Outcome
+from understudy.model.features import BoundFeature, Feature, Readings
 from understudy.model.kinds import Column, Continuous
 from understudy.model.lesson import Options, Scikit
 from understudy.model.library import Library, Taught
-from understudy.model.outcome import Outcome
 from understudy.model.tree import Node, Test, Tree, leaf
-from understudy.review.lessons import above, below, examined, lost
-from understudy.review.outcomes import here, promise, tried
-from understudy.training.design import new_lesson
+from understudy.sim.forage import Forage, kit
+from understudy.sim.team.libraries import libraries_of, troop_of
+from understudy.storage.library_folder import open_document, save
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.worlds.forage import Forage, kit
-from understudy.worlds.teams import libraries_of, troop_of
+from understudy_lab.bench.patrol import lead
 
 LIBRARY = Library.of(kit, goto)
 SITS = replace(goto, transitions={"start": Tree((leaf(0),))})

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy.robots.messages import ARRAY, BASE, NAMED, encode, fields, types
+from understudy.robots.ros.messages import ARRAY, BASE, NAMED, encode, fields, types
 
 TOPICS: Mapping[str, str] = {
     "/rover/sonar": "sensor_msgs/msg/Range",

@@ -9,7 +9,7 @@ from tests.robots.rovers import ROVER, Wire, odometry, sonar
 
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
-from understudy.robots.messages import decode
+from understudy.robots.ros.messages import decode
 
 SONAR, ODOM, CMD = "/rover/sonar", "/rover/odom", "/rover/cmd_vel"
 STOP = (0.0, 0.0)

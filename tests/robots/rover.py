@@ -7,10 +7,10 @@ import time
 
 from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
-from understudy.robots.dds import DDS
-from understudy.robots.messages import twist
-from understudy.robots.transport import Transport
-from understudy.robots.zenoh import Zenoh
+from understudy.robots.ros.dds import DDS
+from understudy.robots.ros.messages import twist
+from understudy.robots.ros.transport import Transport
+from understudy.robots.ros.zenoh import Zenoh
 
 RATE_HZ = 50
 

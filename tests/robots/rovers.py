@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from understudy.robots.messages import encode, make
-from understudy.robots.transport import Peer, Publish, Received
+from understudy.robots.ros.messages import encode, make
+from understudy.robots.ros.transport import Peer, Publish, Received
 
 RANGE, SCAN, ODOMETRY = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"

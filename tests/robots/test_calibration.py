@@ -24,10 +24,10 @@ from tests.robots.scenes import (
 )  # fmt: skip
 
 from understudy.errors import FileError, SettingError
-from understudy.robots.calibration import Shown, color_at, color_of, color_shown
-from understudy.robots.camera import Camera, Mask
-from understudy.robots.colors import Color, bounds
-from understudy.robots.folder import color_in, found_in, read_folder
+from understudy.robots.camera.blobs import Camera, Mask
+from understudy.robots.camera.calibration import Shown, color_at, color_of, color_shown
+from understudy.robots.camera.color import Color, bounds
+from understudy.robots.camera.image_folder import color_in, found_in, read_folder
 
 cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
 

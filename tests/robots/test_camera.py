@@ -23,8 +23,8 @@ from tests.robots.scenes import (
 )
 
 from understudy.errors import SettingError
-from understudy.robots.camera import Blob, Camera, Frame
-from understudy.robots.colors import Color
+from understudy.robots.camera.blobs import Blob, Camera, Frame
+from understudy.robots.camera.color import Color
 
 pytest.importorskip("cv2", reason="needs the extra camera")
 

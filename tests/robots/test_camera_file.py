@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from understudy.errors import DefinitionError, FileError, SettingError
-from understudy.robots.camera_file import CameraOf, color_line, with_color, write_color
-from understudy.robots.colors import Color, Share
+from understudy.robots.camera.color import Color, Share
+from understudy.robots.camera.config import CameraOf, color_line, with_color, write_color
 
 BALL = Color(hue_deg=(15.5, 40.0), saturation=(0.6, 1.0), value=(0.25, 1.0))
 LINE = "ball = { hue_deg = [15.5, 40], saturation = [0.6, 1], value = [0.25, 1] }\n"

@@ -15,9 +15,9 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import ODOMETRY, RANGE, STAMPED, TWIST, odometry, sonar
 
-from understudy.robots.dds import DDS, struct
-from understudy.robots.messages import dds_name, decode, encode, known, make, ros_name, twist
-from understudy.robots.transport import Peer
+from understudy.robots.ros.dds import DDS, struct
+from understudy.robots.ros.messages import dds_name, decode, encode, known, make, ros_name, twist
+from understudy.robots.ros.transport import Peer
 
 NUMBERS = count()
 NAMES = [

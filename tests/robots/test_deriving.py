@@ -11,15 +11,15 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import Wire, odometry
 from tests.robots.twins import ARENA, Rig
 
-from understudy.model.feature import ReadingKey
+from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Continuous
 from understudy.robots.body import Robot
-from understudy.robots.deriving import NOWHERE, Derived
+from understudy.robots.derived import NOWHERE, Derived
 from understudy.robots.file import parse_robot
 from understudy.robots.places import located
 from understudy.runtime.body import Reading
-from understudy.worlds import _motion_kernels
-from understudy.worlds.scenario import Chance, RobotType, Since, Stuck
+from understudy.sim.kernels import motion
+from understudy.sim.scenario.schema import Chance, RobotType, Since, Stuck
 
 X, Y = Reading("x", Continuous(), "m"), Reading("y", Continuous(), "m")
 BLOB = Reading("blob_x", Continuous(), "px", of_targets=True)
@@ -43,7 +43,7 @@ def test_stuck_is_who_gets_nowhere_for_a_second() -> None:
 
 
 def test_the_share_is_that_of_simulated_worlds() -> None:
-    assert NOWHERE == _motion_kernels.STUCK
+    assert NOWHERE == motion.STUCK
     for share, is_stuck in ((0.05, 1.0), (0.15, 0.0)):  # as when it slides along a wall
         path = [(0.3 * share * tick / 10, 0.0) for tick in range(14)]
         assert stuck(path, [0.3] * 14)[-1] == is_stuck

@@ -15,10 +15,10 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import ODOMETRY, RANGE, SCAN
 
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
-from understudy.robots.extracting import extraction, heading
 from understudy.robots.file import ReadingOf
-from understudy.robots.messages import decode, encode, make
-from understudy.worlds.mismatch import Mismatch
+from understudy.robots.ros.fields import extraction, heading
+from understudy.robots.ros.messages import decode, encode, make
+from understudy.sim.scenario.toml_decode import Mismatch
 
 RANGES = [  # what a sonar from 0.1 to 3 m says, how far from the rim 0.2 m before it that is
     (1.5, 1.3),

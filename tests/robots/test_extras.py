@@ -12,10 +12,10 @@ import pytest
 from tests.cli.commands import ROOT
 from tests.robots.rovers import ROVER, Wire
 
+from understudy.robots.camera.opencv import opencv
 from understudy.robots.file import parse_robot
-from understudy.robots.opencv import opencv
-from understudy.robots.senses import Senses
-from understudy.robots.transport import ExtraMissing
+from understudy.robots.inputs import Senses
+from understudy.robots.ros.transport import ExtraMissing
 
 EXTRAS = ("cyclonedds", "rosbags", "mcap", "cv2", "mujoco", "zenoh")
 WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({EXTRAS}))\n"
@@ -38,7 +38,7 @@ def test_what_to_install_is_said(arguments: list[str], said: str, tmp_path: Path
     robot.write_text(ROVER, encoding="utf-8")
     copy(ROOT / "docs" / "pictures" / "physics.png", tmp_path)
     given = [each.format(robot=robot, folder=tmp_path) for each in arguments]
-    program = f"{WITHOUT}from understudy.cli.app import app\napp({given!r})\n"
+    program = f"{WITHOUT}from understudy.ui.cli.main import app\napp({given!r})\n"
     path = os.pathsep.join((str(ROOT / "src"), str(ROOT)))
     result = subprocess.run(
         [sys.executable, "-c", program],

@@ -21,13 +21,13 @@ from tests.robots.rovers import ROVER, TWIST, Wire, odometry, sonar
 from understudy.errors import FileError
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
-from understudy.robots.guard import ArmingRefused, Guard
-from understudy.robots.leash import Leash
-from understudy.robots.limits import Speeds
-from understudy.robots.messages import twist
-from understudy.robots.transport import Peer, Publish
-from understudy.robots.vigil import asleep_s
-from understudy.robots.watchdog import ANEW, MOVING, RESTING
+from understudy.robots.ros.messages import twist
+from understudy.robots.ros.transport import Peer, Publish
+from understudy.robots.safety.guard import ArmingRefused, Guard
+from understudy.robots.safety.self_monitor import asleep_s
+from understudy.robots.safety.speed_limits import Speeds
+from understudy.robots.safety.watchdog import ANEW, MOVING, RESTING
+from understudy.robots.safety.watchdog_client import Leash
 
 AHEAD = (0.4, 0.0)
 OTHER = Peer(CMD, TWIST)
@@ -339,7 +339,7 @@ def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(leashed: Leashed) -> 
 def test_a_computer_that_slept_is_armed_again(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
     leashed.ready().move(1.0)
     slept = asleep_s() + 60.0
-    monkeypatch.setattr("understudy.robots.vigil.asleep_s", lambda: slept)
+    monkeypatch.setattr("understudy.robots.safety.self_monitor.asleep_s", lambda: slept)
     leashed.wait(0.02)
     assert (leashed.sent, leashed.robot.stopped) == (STOP, "this computer slept")
     leashed.ready().wait(0.1)

@@ -23,7 +23,7 @@ from tests.robots.rovers import Wire, sonar
 
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
-from understudy.robots.messages import LONGEST, MessageRefused, decode, encode, make
+from understudy.robots.ros.messages import LONGEST, MessageRefused, decode, encode, make
 from understudy.runtime.body import every_key
 
 SEEDS = st.integers(0, 2**32)

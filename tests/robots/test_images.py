@@ -10,9 +10,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from understudy.robots.camera import Image
-from understudy.robots.image_files import ImageError
-from understudy.robots.images import CHANNELS, decode, decode_compressed
+from understudy.robots.camera.blobs import Image
+from understudy.robots.camera.decode import CHANNELS, decode, decode_compressed
+from understudy.robots.camera.image_files import ImageError
 
 cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from understudy.robots.file import Limits
-from understudy.robots.limits import Speeds, within
+from understudy.robots.safety.speed_limits import Speeds, within
 
 FAST = Limits(speed_m_s=0.5, turn_rad_s=1.0)
 SLOW = Limits(speed_m_s=0.5, turn_rad_s=1.0, acceleration_m_s2=1.0, turn_acceleration_rad_s2=2.0)

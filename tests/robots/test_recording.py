@@ -31,15 +31,15 @@ from tests.bodies import Scripted
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, Wire, odometry, sonar
 
 from understudy.errors import FileError
-from understudy.robots import recording_writer
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
-from understudy.robots.messages import decode
-from understudy.robots.recording import Recorder, RecordingFailed, Taped
-from understudy.robots.recording_file import Pressed, read_recording
-from understudy.robots.recording_head import Ran
-from understudy.robots.recording_types import READINGS, Readings, States, states_of
-from understudy.robots.transport import Peer
+from understudy.robots.recording import writer
+from understudy.robots.recording.header import Ran
+from understudy.robots.recording.message_types import READINGS, Readings, States, states_of
+from understudy.robots.recording.reader import Pressed, read_recording
+from understudy.robots.recording.recorder import Recorder, RecordingFailed, Taped
+from understudy.robots.ros.messages import decode
+from understudy.robots.ros.transport import Peer
 from understudy.runtime.body import every_key
 
 FORWARD = {"drive": np.array([1.0]), "turn": np.array([0.0])}
@@ -176,7 +176,7 @@ def test_what_was_cut_off_is_read_up_to_its_last_chunk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Wherever a file ends, its ticks are the first of those that were recorded; no chunk that is there is lost."""
-    monkeypatch.setattr(recording_writer, "CHUNK_S", 0.0)
+    monkeypatch.setattr(writer, "CHUNK_S", 0.0)
     slid(tmp_path / "all.mcap", 20)
     data = (tmp_path / "all.mcap").read_bytes()
     most, cut = 0, tmp_path / "cut.mcap"
@@ -220,8 +220,8 @@ def test_a_full_disk_ends_a_run_with_a_sentence(tmp_path: Path, monkeypatch: pyt
     """Not in the thread of some message, but at a tick, where whoever runs the robot stops it."""
     if not Path("/dev/full").exists():
         pytest.skip("needs /dev/full")
-    monkeypatch.setattr(recording_writer, "CHUNK_S", 0.0)
-    monkeypatch.setattr(recording_writer, "_opened", lambda path: Path("/dev/full").open("wb"))  # noqa: SIM115
+    monkeypatch.setattr(writer, "CHUNK_S", 0.0)
+    monkeypatch.setattr(writer, "_opened", lambda path: Path("/dev/full").open("wb"))  # noqa: SIM115
     with pytest.raises(
         RecordingFailed, match=r"full\.mcap: recording ended: No space left on device; make room"
     ):
@@ -238,8 +238,8 @@ def test_what_a_full_disk_holds_can_be_read(tmp_path: Path, monkeypatch: pytest.
                 raise OSError(errno.ENOSPC, "No space left on device")
             return super().write(memoryview(data)[:room])
 
-    monkeypatch.setattr(recording_writer, "CHUNK_S", 0.0)
-    monkeypatch.setattr(recording_writer, "_opened", lambda path: io.BufferedWriter(Small(path, "xb"), 64))
+    monkeypatch.setattr(writer, "CHUNK_S", 0.0)
+    monkeypatch.setattr(writer, "_opened", lambda path: io.BufferedWriter(Small(path, "xb"), 64))
     path, ticks = tmp_path / "full.mcap", list[int]()
 
     def noted(tick: int) -> None:
@@ -254,7 +254,7 @@ def test_what_a_full_disk_holds_can_be_read(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_a_robot_whose_recording_ends_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recording_writer, "MOST_WAITING", -1)
+    monkeypatch.setattr(writer, "MOST_WAITING", -1)
     recorder, robot, wire = rover(tmp_path / "drive.mcap")
 
     def drives() -> None:
@@ -318,7 +318,7 @@ def test_messages_do_not_fail_where_their_recording_did(tmp_path: Path) -> None:
 
 
 def test_a_slow_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recording_writer, "MOST_WAITING", -1)
+    monkeypatch.setattr(writer, "MOST_WAITING", -1)
     with pytest.raises(RecordingFailed, match="the disk is too slow"):
         slid(tmp_path / "slow.mcap", 2)
 

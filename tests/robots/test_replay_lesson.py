@@ -16,10 +16,10 @@ from tests.training.lessons import session as scripted
 
 from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.model.lesson import Options
-from understudy.robots.recording import Recorder
-from understudy.robots.recording_file import Pressed, Recording, read_recording
-from understudy.robots.replay_lesson import read_presses, recorded_presses, taught_over
-from understudy.training.design import new_lesson
+from understudy.robots.recording.lesson import read_presses, recorded_presses, taught_over
+from understudy.robots.recording.reader import Pressed, Recording, read_recording
+from understudy.robots.recording.recorder import Recorder
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 
 Steps = Sequence[tuple[int, str]]
@@ -105,7 +105,7 @@ def test_a_table_of_presses_gives_the_lesson(tmp_path: Path) -> None:
 def test_a_session_in_a_world_is_learned_from_its_recording(tmp_path: Path) -> None:
     """In the 2-D world the readings are floats of all sorts, and absent now and then."""
     from understudy.model.library import Library
-    from understudy.worlds.forage import Forage, kit
+    from understudy.sim.forage import Forage, kit
 
     library = Library(kit)
     lesson = new_lesson(

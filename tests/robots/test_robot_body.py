@@ -15,8 +15,8 @@ from tests.robots.rigs import CMD, FENCED, ODOM, SONAR, STOP, Rig
 from tests.robots.rovers import ODOMETRY, ROVER, STAMPED, TWIST, Wire, odometry, sonar
 
 from understudy.errors import DefinitionError, FileError, UnknownName
-from understudy.robots.survey import survey
-from understudy.robots.transport import Peer
+from understudy.robots.diagnostics import survey
+from understudy.robots.ros.transport import Peer
 from understudy.runtime.body import every_key
 from understudy.testing import check_body
 

@@ -12,7 +12,7 @@ from tests.robots.rovers import ROVER
 
 from understudy.errors import FileError
 from understudy.robots.file import parse_robot
-from understudy.robots.stops import Stop, append, log_path, read_stops, stop_now
+from understudy.robots.safety.stop_log import Stop, append, log_path, read_stops, stop_now
 
 NOON = datetime(2026, 5, 4, 12, tzinfo=UTC)
 LOGGED = ROVER.replace("[commands]", '[safety]\nlog = "logs/stops"\n[commands]')

@@ -10,8 +10,8 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import Wire
 
-from understudy.robots.messages import decode
-from understudy.robots.transitions import Transitions, transition
+from understudy.robots.ros.messages import decode
+from understudy.robots.ros.state_topic import Transitions, transition
 
 SWITCHES = [  # states before and after, the outermost level that switched
     ((), (), None),

@@ -24,11 +24,11 @@ from tests.robots.routers import Router
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, odometry
 
 from understudy.robots.body import Robot, connect
-from understudy.robots.dds import DDS
 from understudy.robots.file import parse_robot
-from understudy.robots.messages import twist
-from understudy.robots.transport import Peer, Transport
-from understudy.robots.zenoh import Zenoh
+from understudy.robots.ros.dds import DDS
+from understudy.robots.ros.messages import twist
+from understudy.robots.ros.transport import Peer, Transport
+from understudy.robots.ros.zenoh import Zenoh
 
 ROOT = Path(__file__).parents[2]
 DOMAIN = 43

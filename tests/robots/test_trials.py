@@ -16,7 +16,7 @@ from tests.cli.commands import run
 from tests.robots.rovers import ROVER
 from tests.robots.trials import TRIALS, Process, can_cut, scene
 
-from understudy.robots.stops import read_stops
+from understudy.robots.safety.stop_log import read_stops
 
 GENEROUS_S = 2.0
 """How long a robot may go on here, where many tests may run at once; what is promised is measured by the trials."""

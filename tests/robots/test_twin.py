@@ -19,9 +19,9 @@ from understudy.errors import SettingError, UnderstudyError
 from understudy.robots.body import Robot
 from understudy.robots.file import load_robot, parse_robot
 from understudy.robots.fleet import Fleet
-from understudy.robots.recording import Recorder
-from understudy.robots.recording_file import read_recording
-from understudy.robots.recording_head import Ran
+from understudy.robots.recording.header import Ran
+from understudy.robots.recording.reader import read_recording
+from understudy.robots.recording.recorder import Recorder
 from understudy.robots.twin import Twin
 from understudy.runtime.body import every_key
 from understudy.testing import check_body

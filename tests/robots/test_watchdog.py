@@ -17,10 +17,10 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import ROVER
 
 from understudy.robots.file import RobotFile, parse_robot
-from understudy.robots.leash import Leash, WatchdogFailed
-from understudy.robots.stops import read_stops
-from understudy.robots.transport import Peer
-from understudy.robots.watchdog import ANEW, BYE, MOVING, RESTING, STOPPED, WELL, watch
+from understudy.robots.ros.transport import Peer
+from understudy.robots.safety.stop_log import read_stops
+from understudy.robots.safety.watchdog import ANEW, BYE, MOVING, RESTING, STOPPED, WELL, watch
+from understudy.robots.safety.watchdog_client import Leash, WatchdogFailed
 
 NUMBERS = count()
 DEADLINE_S = 0.12
@@ -206,7 +206,7 @@ def test_dropped_at_the_end_of_a_program_it_stops_the_robot_too(
 
 
 def test_one_that_is_frozen_is_replaced(leash: Leash, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("understudy.robots.leash.LEAVING_S", 0.1)
+    monkeypatch.setattr("understudy.robots.safety.watchdog_client.LEAVING_S", 0.1)
     leash.start([])
     pid = leash.pid
     os.kill(pid, signal.SIGSTOP)
@@ -219,7 +219,7 @@ def test_one_that_is_frozen_is_replaced(leash: Leash, monkeypatch: pytest.Monkey
 def test_it_is_not_ready_for_a_robot_that_it_does_not_find(
     leash: Leash, file: RobotFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("understudy.robots.leash.STARTING_S", 1.5)
+    monkeypatch.setattr("understudy.robots.safety.watchdog_client.STARTING_S", 1.5)
     with pytest.raises(WatchdogFailed, match="took too long"):
         leash.start([Peer(file.topic("odom"), "nav_msgs/msg/Odometry")])
     assert not leash.alive

@@ -23,11 +23,11 @@ from tests.robots.rovers import RANGE, ROVER, TWIST, sonar
 from understudy.errors import FileError
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
-from understudy.robots.messages import twist
-from understudy.robots.transport import Peer, Unreachable
-from understudy.robots.transports import open_transport
-from understudy.robots.zenoh import Zenoh
-from understudy.robots.zenoh_keys import End, Session, attachment, end, keys
+from understudy.robots.ros.messages import twist
+from understudy.robots.ros.transport import Peer, Unreachable
+from understudy.robots.ros.transports import open_transport
+from understudy.robots.ros.zenoh import Zenoh
+from understudy.robots.ros.zenoh_names import End, Session, attachment, end, keys
 
 PLAIN = Path(__file__).with_name("plain_zenoh.py")
 NUMBERS = count()
@@ -142,7 +142,7 @@ def test_who_is_killed_is_no_peer(router: Router, namespace: str) -> None:
 
 def test_who_forgets_to_close_ends_all_the_same(router: Router) -> None:
     code = (
-        "from understudy.robots.zenoh import Zenoh\n"
+        "from understudy.robots.ros.zenoh import Zenoh\n"
         f"joined = Zenoh(3, {router.endpoint!r})\n"
         f"joined.subscribe('/odom', {RANGE!r}, print)\n"
     )
@@ -234,7 +234,7 @@ def test_domains_hear_nothing_of_each_other(router: Router, namespace: str) -> N
 
 
 def test_a_router_that_is_not_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("understudy.robots.zenoh.WAIT_MS", 200)
+    monkeypatch.setattr("understudy.robots.ros.zenoh.WAIT_MS", 200)
     file = parse_robot(ROVER.replace("tick_s", 'transport = "zenoh"\nrouter = "tcp/127.0.0.1:1"\ntick_s'))
     with pytest.raises(Unreachable) as raised:
         open_transport(file)

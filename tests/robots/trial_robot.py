@@ -15,10 +15,10 @@ from argparse import ArgumentParser
 
 from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
-from understudy.robots.dds import DDS
-from understudy.robots.messages import decode
-from understudy.robots.transport import Transport
-from understudy.robots.zenoh import Zenoh
+from understudy.robots.ros.dds import DDS
+from understudy.robots.ros.messages import decode
+from understudy.robots.ros.transport import Transport
+from understudy.robots.ros.zenoh import Zenoh
 
 PERIOD_S = 0.02
 SLICE_S = 0.005

@@ -32,7 +32,7 @@ from threading import Thread
 from tests.robots.rovers import ROVER
 
 from understudy.robots.file import parse_robot
-from understudy.robots.stops import read_stops
+from understudy.robots.safety.stop_log import read_stops
 
 ROOT = Path(__file__).parents[2]
 DOMAIN = 61

@@ -9,8 +9,8 @@ from tests.robots.rovers import Wire, odometry
 from understudy.robots.body import Robot
 from understudy.robots.file import parse_robot
 from understudy.robots.fleet import Fleet
-from understudy.robots.messages import decode
-from understudy.robots.recording import Recorder
+from understudy.robots.recording.recorder import Recorder
+from understudy.robots.ros.messages import decode
 from understudy.robots.twin import Twin
 
 ARENA = """

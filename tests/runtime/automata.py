@@ -9,11 +9,11 @@ from tests.bodies import kit
 
 from understudy.model.automaton import START, Automaton, State, Transition
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature
+from understudy.model.features import BoundFeature
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Step
 from understudy.runtime.program import Program, link
-from understudy.training.design import chosen_feature, chosen_state
+from understudy.training.lesson_design import chosen_feature, chosen_state
 
 DESIGN = Library(kit)
 

@@ -13,7 +13,7 @@ from random import Random
 import numpy as np
 
 from understudy.model.automaton import START, Automaton, State, Transition
-from understudy.model.behavior import (
+from understudy.model.behaviors import (
     Behavior,
     Command,
     increment,
@@ -23,7 +23,7 @@ from understudy.model.behavior import (
     set_timer,
 )
 from understudy.model.binding import Binding
-from understudy.model.feature import (
+from understudy.model.features import (
     BoundFeature,
     Counter,
     Feature,

@@ -15,10 +15,10 @@ from tests.runtime.random_libraries import Played, played, pulsed, random_librar
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature
+from understudy.model.features import BoundFeature
 from understudy.model.tree import Node, Test, Tree, leaf
-from understudy.runtime.engine import Engine
-from understudy.runtime.flattening import flat
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.engine.flattening import flat
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import Program
 

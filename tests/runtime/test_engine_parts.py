@@ -15,22 +15,22 @@ from tests.runtime.automata import automaton, calling, linked
 from tests.runtime.random_libraries import Played, played, random_library, random_program
 
 from understudy.errors import DefinitionError, KindError, SettingError, UnderstudyError, UnknownName
-from understudy.learning.scikit import ScikitTransition
+from understudy.learning.sklearn_adapter import ScikitTransition
 from understudy.model.automaton import START, Automaton, State, Transition
-from understudy.model.behavior import Behavior, Change, Command, behavior, increment, set_counter
+from understudy.model.behaviors import Behavior, Change, Command, behavior, increment, set_counter
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature, Percept, Readings, feature
+from understudy.model.features import BoundFeature, Percept, Readings, feature
 from understudy.model.kinds import BOOLEAN, Column, Continuous
 from understudy.model.kit import Kit
 from understudy.model.library import Library
 from understudy.model.tree import Node, Test, Tree, leaf
-from understudy.runtime import _kernels, tables
 from understudy.runtime.body import FusedPlan
-from understudy.runtime.compiler import compile_programs
-from understudy.runtime.engine import Engine
+from understudy.runtime.engine import _pulse_kernels, tables
+from understudy.runtime.engine.compiler import compile_programs
+from understudy.runtime.engine.engine import Engine
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, link
-from understudy.runtime.run import Run
+from understudy.runtime.run_loop import Run
 
 BALL = Binding(A="ball")
 FAR = Tree((Node(Test.BELOW, 0, high=99.0, yes=1, no=2), leaf(2), leaf(1)))
@@ -187,7 +187,9 @@ class Advancing(Played):
             percept = self.sense(plan.keys)
             for agent in range(self.agents):
                 vector = np.array([percept[key][agent] for key in plan.keys])
-                plan.running[agent] = _kernels.pulse(agent, vector, self.time_s, plan.tables, plan.stacks)
+                plan.running[agent] = _pulse_kernels.pulse(
+                    agent, vector, self.time_s, plan.tables, plan.stacks
+                )
             channels = [channel.name for channel in self.channels]
             self.act(dict(zip(channels, plan.commands[plan.running].T, strict=True)))
 
@@ -321,7 +323,7 @@ def test_a_function_that_makes_no_sense(runs: Any) -> None:
 
 def test_kernels_and_tables_mean_the_same_by_their_numbers() -> None:
     names = ("FLAG", "COUNTER", "TIMER", "TIME", "SET", "ADD", "CLOCK", "ASKED")
-    assert [getattr(_kernels, name) for name in names] == [getattr(tables, name) for name in names]
+    assert [getattr(_pulse_kernels, name) for name in names] == [getattr(tables, name) for name in names]
     assert tables.NODE.itemsize == 32
 
 

@@ -13,9 +13,9 @@ from understudy.model.automaton import State
 from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.squad import Duty, Order, Role, Squad
-from understudy.runtime.roster import Member
-from understudy.runtime.squad_kits import squad_kit
-from understudy.runtime.team import Team, Tree
+from understudy.runtime.team.roster import Member
+from understudy.runtime.team.squad_kit import squad_kit
+from understudy.runtime.team.team import Team, Tree
 
 PAIR = Squad("pair", (Role("scouts", "scout"), Role("carriers", "carrier")))
 CAMP = Squad("camp", (Role("pairs", "pair"),))

@@ -10,15 +10,15 @@ import pytest
 
 from understudy.errors import DefinitionError, KindError, UnderstudyError
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.behavior import Behavior, behavior
-from understudy.model.feature import BoundFeature, Feature, Readings, feature
+from understudy.model.behaviors import Behavior, behavior
+from understudy.model.features import BoundFeature, Feature, Readings, feature
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind
 from understudy.model.kit import Kit
 from understudy.model.library import Library
 from understudy.model.tree import Tree, leaf
 from understudy.runtime.program import link
-from understudy.runtime.run import Run
-from understudy.worlds.forage import Forage, kit
+from understudy.runtime.run_loop import Run
+from understudy.sim.forage import Forage, kit
 
 
 def tick(part: Feature | Behavior) -> None:

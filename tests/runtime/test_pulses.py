@@ -12,9 +12,9 @@ from tests.runtime.automata import Rule, automaton, calling, linked, running
 from understudy.model.automaton import Automaton
 from understudy.model.library import Library
 from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.runtime.decision_trace import Trace
 from understudy.runtime.interpreter import Interpreter, Machine
 from understudy.runtime.program import link
-from understudy.runtime.trace import Trace
 
 NEAR = 1.0
 

@@ -12,7 +12,7 @@ from tests.runtime.reference import begin, pulse
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature
+from understudy.model.features import BoundFeature
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 from understudy.runtime.interpreter import Interpreter

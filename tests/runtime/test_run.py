@@ -10,17 +10,17 @@ from tests.bodies import RANGE, Scripted, kit, opposite, range_of
 from tests.runtime.automata import automaton, linked
 
 from understudy.errors import DefinitionError, SettingError, UnknownName
-from understudy.model.behavior import Behavior, Command, behavior
+from understudy.model.behaviors import Behavior, Command, behavior
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature, Feature, Readings
+from understudy.model.features import BoundFeature, Feature, Readings
 from understudy.model.kinds import Column, Continuous, Toroidal
 from understudy.model.kit import Kit
 from understudy.model.library import Library
 from understudy.model.target import Target
+from understudy.runtime.feature_columns import Sensing
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, link
-from understudy.runtime.run import Run
-from understudy.runtime.sensing import Sensing
+from understudy.runtime.run_loop import Run
 
 COMMANDS = [  # behavior, its binding, drive, turn
     ("forward", {}, 1.0, 0.5),  # turn is left out: it rests at 0.5

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.squad import TELLING, Measuring, Statistic
-from understudy.runtime.roster import Member, Roster
-from understudy.runtime.surveying import Memory, surveyed
+from understudy.runtime.team.roster import Member, Roster
+from understudy.runtime.team.statistics import Memory, surveyed
 
 FIVE = Roster.of([[Member(0, 0, 0), Member(0, 1, 1), Member(0, 2, 0)], [Member(0, 3, 0), Member(0, 4, 1)]])
 """Rows 0, 1, 2 are the first squad, rows 3, 4 the second."""

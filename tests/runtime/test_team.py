@@ -19,14 +19,15 @@ from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.squad import Duty, Order, Role, Squad, Statistic
-from understudy.runtime import _kernels, _lead_kernels
-from understudy.runtime.bands import Runner
 from understudy.runtime.body import Body, FusedPlan
-from understudy.runtime.engine import Engine  # before the kernels, which it finds a cache for
+from understudy.runtime.engine import _pulse_kernels
+from understudy.runtime.engine.engine import Engine  # before the kernels, which it finds a cache for
 from understudy.runtime.program import Program
-from understudy.runtime.roster import Member
-from understudy.runtime.squad_kits import squad_kit
-from understudy.runtime.team import Team, Tree, interpreted
+from understudy.runtime.team import _squad_kernels
+from understudy.runtime.team.members import Runner
+from understudy.runtime.team.roster import Member
+from understudy.runtime.team.squad_kit import squad_kit
+from understudy.runtime.team.team import Team, Tree, interpreted
 
 CASES = st.builds(Random, st.integers(0, 2**32))
 NEAR = 97.5
@@ -326,9 +327,9 @@ class Led(Played):
             percept, now = self.sense(plan.keys), float(self.time_s)
             for column, key in enumerate(plan.keys):
                 bands[0][2][:, column] = percept[key]
-            _lead_kernels.lead_all(self.worlds, now, bands, leads)
+            _squad_kernels.lead_all(self.worlds, now, bands, leads)
             columns = np.ascontiguousarray(bands[0][2].T)
-            _kernels.pulse_all(columns, now, bands[0][0], bands[0][1], plan.running, 0, self.agents)
+            _pulse_kernels.pulse_all(columns, now, bands[0][0], bands[0][1], plan.running, 0, self.agents)
             commands = plan.commands[plan.running]
             self.act({channel.name: commands[:, at] for at, channel in enumerate(self.channels)})
 

@@ -15,12 +15,12 @@ from typing import Any
 import uvicorn
 from starlette.testclient import TestClient, WebSocketTestSession
 
-from understudy.studio.app import app
-from understudy.studio.serving import listen
-from understudy.studio.stage import Stage
-from understudy.studio.studio import Studio
-from understudy.worlds.catalog import find_world
-from understudy.worlds.kits import kit_of
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
+from understudy.ui.web.app import app
+from understudy.ui.web.server import Studio
+from understudy.ui.web.serving import listen
+from understudy.ui.web.session_host import Stage
 
 HOME = "http://127.0.0.1"
 GOTO: dict[str, Any] = {

@@ -13,10 +13,10 @@ from tests.studio.pages import GOTO, Page, page, served, studio
 from tests.studio.test_lesson import step
 
 from understudy.coaching.coach import advice
-from understudy.desk import coaching
-from understudy.desk.desk import Desk
-from understudy.studio.studio import Studio
-from understudy.training.lateness import Lateness
+from understudy.training.reaction_time import Lateness
+from understudy.ui.controller import coach as coaching
+from understudy.ui.controller.trainer import Desk
+from understudy.ui.web.server import Studio
 
 PRESSES = ("rotate_left", "forward", "rotate_left", "forward")
 

@@ -9,7 +9,7 @@ import pytest
 from tests.studio.pages import GOTO, Page, Wall, page, served, studio
 from tests.studio.test_library import teach
 
-from understudy.studio.studio import Studio
+from understudy.ui.web.server import Studio
 
 
 @pytest.fixture

@@ -13,13 +13,13 @@ import pytest
 from tests.studio.pages import GOTO, Served, Wall, page, served, studio
 from websockets.asyncio.client import connect
 
-from understudy.desk.pace import BUSY_S
-from understudy.studio.reel import EVERY_S
-from understudy.studio.stage import Stage
-from understudy.studio.studio import Studio
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
 from understudy.training.journal import Ticks, read_journal
-from understudy.worlds.catalog import find_world
-from understudy.worlds.kits import kit_of
+from understudy.ui.controller.clock import BUSY_S
+from understudy.ui.web.rewind import EVERY_S
+from understudy.ui.web.server import Studio
+from understudy.ui.web.session_host import Stage
 
 MOST_BEATS = 2
 """How many beats of about 1/60 s may begin before a press is answered: well within 50 ms."""

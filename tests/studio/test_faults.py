@@ -9,15 +9,15 @@ from types import MappingProxyType
 import pytest
 from tests.studio.pages import GOTO, Wall, page, served
 
-from understudy.model.feature import Readings, feature
+from understudy.model.features import Readings, feature
 from understudy.model.kinds import Column, Continuous
 from understudy.model.kit import Kit
-from understudy.studio import directing
-from understudy.studio import messages as m
-from understudy.studio.stage import Stage
-from understudy.studio.studio import Studio
-from understudy.worlds.catalog import find_world
-from understudy.worlds.kits import kit_of
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
+from understudy.ui.web.actions import dispatch
+from understudy.ui.web.messages import session as m
+from understudy.ui.web.server import Studio
+from understudy.ui.web.session_host import Stage
 
 
 def test_a_feature_of_somebodys_own_that_fails(tmp_path: Path) -> None:
@@ -52,7 +52,7 @@ def test_a_fault_of_the_program(
     def broken(_: Stage, __: m.Undo) -> None:
         raise KeyError("nowhere")
 
-    monkeypatch.setattr(directing, "ACTIONS", MappingProxyType({**directing.ACTIONS, m.Undo: broken}))
+    monkeypatch.setattr(dispatch, "ACTIONS", MappingProxyType({**dispatch.ACTIONS, m.Undo: broken}))
     scenario = find_world("forage")
     made = Studio(Stage(scenario, tmp_path, kit_of(scenario), wall=Wall()))
     with caplog.at_level(logging.CRITICAL), served(made) as client, page(client) as person:

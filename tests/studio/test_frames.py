@@ -11,11 +11,11 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.studio.pages import GOTO, Frame, studio
 
-from understudy.desk.plan import Choices
-from understudy.studio import openings
-from understudy.studio.frames import frame
-from understudy.studio.stage import Stage
-from understudy.worlds.scenario_files import builtin_scenarios
+from understudy.sim.scenario.files import builtin_scenarios
+from understudy.ui.controller.plan import Choices
+from understudy.ui.web.actions import session
+from understudy.ui.web.frames import frame
+from understudy.ui.web.session_host import Stage
 
 NONE = 65535
 
@@ -57,9 +57,9 @@ def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
 
 def test_a_frame_of_a_desk(tmp_path: Path) -> None:
     stage = studio(tmp_path, world="forage-team").stage
-    openings.choose_agent(stage, 1)
+    session.choose_agent(stage, 1)
     fields = {key: value for key, value in GOTO.items() if key not in ("do", "name")}
-    openings.begin(stage, "goto", Choices(**fields), discard=False)
+    session.begin(stage, "goto", Choices(**fields), discard=False)
     desk = stage.trained
     desk.press("rotate_left")
     for _ in range(7):

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from tests.studio.pages import GOTO, studio
 
 from understudy.robots.twin import drawn
-from understudy.studio import messages as m
-from understudy.studio.directing import ACTIONS
-from understudy.studio.fields import Message
-from understudy.studio.studio import Studio
-from understudy.studio.viewers import Viewer
+from understudy.ui.web.actions.dispatch import ACTIONS
+from understudy.ui.web.clients import Viewer
+from understudy.ui.web.messages import session as m
+from understudy.ui.web.messages.base import Message
+from understudy.ui.web.server import Studio
 
 
 class Room:

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from tests.studio.pages import GOTO, Page, page, served, studio
 
-from understudy.studio.stage import Stage
-from understudy.studio.studio import Studio
+from understudy.ui.web.server import Studio
+from understudy.ui.web.session_host import Stage
 
 CARRY: dict[str, Any] = {
     "do": "new",

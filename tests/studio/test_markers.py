@@ -10,11 +10,11 @@ import pytest
 from tests.cli.commands import run, said
 from tests.studio.pages import GOTO, Page, page, served, studio
 
-from understudy.model.folder import open_document
 from understudy.robots.twin import drawn
-from understudy.worlds.finding import place_of
-from understudy.worlds.markers import TARGET
-from understudy.worlds.scenario_files import builtin_scenarios
+from understudy.sim.finding import place_of
+from understudy.sim.scenario.files import builtin_scenarios
+from understudy.sim.scenario.markers import TARGET
+from understudy.storage.library_folder import open_document
 
 TO_MARKER = {**GOTO, "states": ["forward", "rotate_left"], "targets": {"A": TARGET}}
 """A lesson about going to the marker."""
@@ -93,7 +93,7 @@ def test_where_there_is_no_such_target_it_is_said(tmp_path: Path) -> None:
         )
         shown(somebody, "goto")
         somebody.done("save")
-    plain = "understudy.worlds.forage:kit"
+    plain = "understudy.sim.forage:kit"
     result = run(
         "run", "forage", "--kit", plain, "--library", tmp_path, "--behavior", "trip", "--seconds", "2"
     )

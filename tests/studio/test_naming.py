@@ -9,8 +9,8 @@ import pytest
 from tests.studio.pages import GOTO, Page, page, served, studio
 from tests.studio.test_library import CARRY, files, names, teach
 
-from understudy.model.folder import versions
-from understudy.studio.studio import Studio
+from understudy.storage.library_folder import versions
+from understudy.ui.web.server import Studio
 
 
 @pytest.fixture

@@ -14,9 +14,9 @@ from starlette.testclient import TestClient
 from tests.studio.pages import GOTO, HOME, Page, page, served, studio
 from tests.studio.test_library import files, names, teach
 
-from understudy.model.folder import versions
-from understudy.studio.app import app
-from understudy.studio.studio import Studio
+from understudy.storage.library_folder import versions
+from understudy.ui.web.app import app
+from understudy.ui.web.server import Studio
 
 HERE = "/library.zip"
 
@@ -174,7 +174,7 @@ def test_broken_and_boundless_zips(desk: Desk, monkeypatch: pytest.MonkeyPatch) 
     assert (
         "more than 1000 files" in desk.give(zipped(*((f"a{n}.json", "") for n in range(1_001))))[1]["error"]
     )
-    monkeypatch.setattr("understudy.studio.post.MOST_PACKED", 100)
+    monkeypatch.setattr("understudy.ui.web.post.MOST_PACKED", 100)
     status, answer = desk.give(parcel)
     assert status == 413
     assert desk.contents() == before

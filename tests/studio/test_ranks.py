@@ -10,10 +10,10 @@ import pytest
 from tests.studio.pages import Frame, Page, page, served, studio
 from tests.worlds.patrollers import ROBOTS
 
-from understudy.model.folder import save
 from understudy.model.library import Taught
-from understudy.studio.frames import NONE
-from understudy.studio.studio import Studio
+from understudy.storage.library_folder import save
+from understudy.ui.web.frames import NONE
+from understudy.ui.web.server import Studio
 
 LEAD: dict[str, Any] = {
     "do": "new",

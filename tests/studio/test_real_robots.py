@@ -14,15 +14,15 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.twins import Rig
 from tests.studio.pages import GOTO, Wall
 
-from understudy.robots.recording import Recorder
-from understudy.robots.recording_file import read_recording
-from understudy.robots.replay_lesson import recorded_presses, taught_over
-from understudy.studio.stage import Stage
-from understudy.studio.studio import Studio
-from understudy.studio.viewers import PER_SECOND, Viewer
-from understudy.training.design import new_lesson
+from understudy.robots.recording.lesson import recorded_presses, taught_over
+from understudy.robots.recording.reader import read_recording
+from understudy.robots.recording.recorder import Recorder
+from understudy.sim.kit import kit_of
+from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode
-from understudy.worlds.kits import kit_of
+from understudy.ui.web.clients import PER_SECOND, Viewer
+from understudy.ui.web.server import Studio
+from understudy.ui.web.session_host import Stage
 
 ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
 

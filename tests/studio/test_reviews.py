@@ -10,7 +10,7 @@ import pytest
 from tests.studio.pages import GOTO, Page, page, served, studio
 
 from understudy.robots.twin import drawn
-from understudy.studio.studio import Studio
+from understudy.ui.web.server import Studio
 
 FETCH: dict[str, Any] = {
     "do": "new",

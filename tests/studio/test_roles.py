@@ -8,7 +8,7 @@ import pytest
 from starlette.testclient import TestClient
 from tests.studio.pages import GOTO, HOME, Wall, page, served, studio
 
-from understudy.studio.app import app
+from understudy.ui.web.app import app
 
 
 def test_the_first_page_directs_and_the_second_watches(tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_who_may_not_connect(tmp_path: Path, query: str, headers: dict[str, str]
 
 
 def test_too_many_pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("understudy.studio.app.MOST_PAGES", 2)
+    monkeypatch.setattr("understudy.ui.web.app.MOST_PAGES", 2)
     with (
         served(studio(tmp_path)) as client,
         page(client),

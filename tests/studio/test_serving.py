@@ -14,13 +14,13 @@ from tests.studio.pages import Served, Wall
 from websockets.asyncio.client import connect
 
 from understudy.errors import SettingError
-from understudy.studio import viewers
-from understudy.studio.serving import is_loopback, listen
-from understudy.studio.stage import Stage
-from understudy.studio.studio import Studio
-from understudy.studio.viewers import Viewer
-from understudy.worlds.catalog import find_world
-from understudy.worlds.kits import kit_of
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
+from understudy.ui.web import clients
+from understudy.ui.web.clients import Viewer
+from understudy.ui.web.server import Studio
+from understudy.ui.web.serving import is_loopback, listen
+from understudy.ui.web.session_host import Stage
 
 
 def test_the_next_free_port(tmp_path: Path) -> None:
@@ -79,7 +79,7 @@ def test_a_slow_page_misses_frames_and_nothing_else() -> None:
 
 def test_a_page_that_never_reads_is_let_go() -> None:
     viewer = Viewer("key", Wall())
-    for _ in range(viewers.MOST_WAITING + 1):
+    for _ in range(clients.MOST_WAITING + 1):
         viewer.tell(b"answer")
     assert viewer.closing
     assert viewer.next() is None

@@ -9,20 +9,20 @@ from pathlib import Path
 
 from textual.pilot import Pilot
 
-from understudy.desk import journals
-from understudy.desk.desk import Desk
-from understudy.desk.plan import Choices, Plan
 from understudy.errors import UnderstudyError
-from understudy.learning.transitions import learn
-from understudy.model.folder import open_library
+from understudy.learning.fit import learn
 from understudy.model.library import Library
 from understudy.robots.twin import Twin
-from understudy.terminal.app import Ended, Trainer
-from understudy.terminal.teaching import Teaching
-from understudy.training.screen import Screen
+from understudy.sim.catalog import find_world
+from understudy.sim.forage import kit
+from understudy.storage.library_folder import open_library
+from understudy.training.session_view import Screen
 from understudy.training.trainee import Mode
-from understudy.worlds.catalog import find_world
-from understudy.worlds.forage import kit
+from understudy.ui.controller import journal_store
+from understudy.ui.controller.plan import Choices, Plan
+from understudy.ui.controller.trainer import Desk
+from understudy.ui.tui.app import Ended, Trainer
+from understudy.ui.tui.main_screen import Teaching
 
 GOTO = Choices(
     states=["forward", "rotate_left", "rotate_right"],
@@ -140,7 +140,7 @@ async def trainer(
 ) -> AsyncIterator[Hand]:
     """The trainer on a screen nobody sees."""
     wall = Wall()
-    left = journals.unfinished(made.folder, made.name, made.world.name, made.library) if offer else None
+    left = journal_store.unfinished(made.folder, made.name, made.world.name, made.library) if offer else None
     app = Trainer(made, unfinished=left, wall=wall, twin=twin)
     try:
         async with app.run_test(size=size) as pilot:

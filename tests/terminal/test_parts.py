@@ -10,19 +10,19 @@ import pytest
 from tests.terminal.desks import GOTO, Wall, plan
 from tests.worlds.made import crossing
 
-from understudy.desk import journals, keys
-from understudy.desk.pace import BUSY_S, FASTEST, Pace
-from understudy.desk.plan import Choices, checked
-from understudy.desk.words import clock, number, signed, spark, value
 from understudy.errors import KindError, UnderstudyError
 from understudy.model.automaton import START, State
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature
+from understudy.model.features import BoundFeature
 from understudy.model.library import Library
-from understudy.terminal import teaching
-from understudy.terminal.picture import ARROWS, facts, picture, size
-from understudy.worlds.finding import place_of
-from understudy.worlds.forage import Forage, kit
+from understudy.sim.finding import place_of
+from understudy.sim.forage import Forage, kit
+from understudy.ui.controller import journal_store, key_bindings
+from understudy.ui.controller.clock import BUSY_S, FASTEST, Pace
+from understudy.ui.controller.formatting import clock, number, signed, spark, value
+from understudy.ui.controller.plan import Choices, checked
+from understudy.ui.tui import main_screen
+from understudy.ui.tui.world_view import ARROWS, facts, picture, size
 
 ANGLE = BoundFeature(kit.features["angle_to"], Binding(A="A"))
 DISTANCE = BoundFeature(kit.features["distance_to"], Binding(A="A"))
@@ -90,10 +90,10 @@ def test_as_fast_as_it_goes_takes_what_fits_into_a_beat() -> None:
 
 
 def test_no_key_of_a_state_is_a_key_of_a_command() -> None:
-    commands = {key for binding in teaching.Teaching.BINDINGS for key in binding.key.split(",")}  # type: ignore[union-attr]
-    assert not commands & set(keys.LETTERS + keys.DIGITS + "0")
-    assert not commands & set(keys.ARROWS)
-    assert len(set(keys.LETTERS)) == len(keys.LETTERS)
+    commands = {key for binding in main_screen.Teaching.BINDINGS for key in binding.key.split(",")}  # type: ignore[union-attr]
+    assert not commands & set(key_bindings.LETTERS + key_bindings.DIGITS + "0")
+    assert not commands & set(key_bindings.ARROWS)
+    assert len(set(key_bindings.LETTERS)) == len(key_bindings.LETTERS)
 
 
 def test_keys_of_states() -> None:
@@ -105,7 +105,7 @@ def test_keys_of_states() -> None:
         State("ahead_too", "forward"),
         *(State(f"load{number}", "load_food") for number in range(8)),
     )
-    found = keys.state_keys(library, states)
+    found = key_bindings.state_keys(library, states)
     assert found.leads["up"] == found.leads["1"] == "ahead"
     assert found.leads["right"] == found.leads["2"] == "rotate_right"
     assert found.leads["0"] == "start"
@@ -230,21 +230,21 @@ def test_a_plan_with_something_left_to_choose(tmp_path: Path) -> None:
 def test_only_the_last_ended_journals_are_kept_and_other_names_are_left_alone(tmp_path: Path) -> None:
     for name in ("goto", "goto-2"):
         for second in range(8):
-            path = journals.new_path(tmp_path, name, now=datetime(2026, 1, 1, 12, 0, second))
+            path = journal_store.new_path(tmp_path, name, now=datetime(2026, 1, 1, 12, 0, second))
             path.touch()
-            journals.end(path, tmp_path, name)
-    left = sorted(path.name for path in (tmp_path / journals.FOLDER).iterdir())
-    assert len(left) == 2 * journals.KEPT
+            journal_store.end(path, tmp_path, name)
+    left = sorted(path.name for path in (tmp_path / journal_store.FOLDER).iterdir())
+    assert len(left) == 2 * journal_store.KEPT
     assert left[-1] == "goto-2026-01-01-12.00.07.ended"
 
 
 def test_a_journal_in_use_is_locked(tmp_path: Path) -> None:
     path = tmp_path / "a.journal"
     path.touch()
-    lock = journals.Lock.tried(path)
+    lock = journal_store.Lock.tried(path)
     assert lock is not None
-    assert journals.Lock.tried(path) is None
+    assert journal_store.Lock.tried(path) is None
     lock.release()
-    again = journals.Lock.tried(path)
+    again = journal_store.Lock.tried(path)
     assert again is not None
     again.release()

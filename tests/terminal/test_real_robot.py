@@ -13,9 +13,9 @@ from tests.robots.twins import Rig
 from tests.terminal.desks import GOTO, Hand, trainer
 from tests.terminal.test_teaching import run
 
-from understudy.desk.plan import Plan
 from understudy.model.library import Library
-from understudy.worlds.kits import kit_of
+from understudy.sim.kit import kit_of
+from understudy.ui.controller.plan import Plan
 
 
 def plan(rig: Rig, folder: Path) -> Plan:

@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 from tests.terminal.desks import GOTO, Wall, plan
 
-from understudy.desk.desk import Desk
-from understudy.desk.opening import begun
-from understudy.desk.outcomes import promise
-from understudy.desk.plan import checked
-from understudy.desk.saving import told
 from understudy.errors import SessionError
-from understudy.model.folder import open_library
-from understudy.worlds.forage import kit
+from understudy.sim.forage import kit
+from understudy.storage.library_folder import open_library
+from understudy.ui.controller.open_session import begun
+from understudy.ui.controller.outcomes import promise
+from understudy.ui.controller.plan import checked
+from understudy.ui.controller.saving import told
+from understudy.ui.controller.trainer import Desk
 
 
 @contextmanager

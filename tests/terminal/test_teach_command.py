@@ -33,7 +33,7 @@ class Terminal:
         self._ours, theirs = pty.openpty()
         termios.tcsetwinsize(theirs, (24, 80))
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "understudy.cli", *arguments],
+            [sys.executable, "-m", "understudy.ui.cli", *arguments],
             stdin=theirs, stdout=theirs, stderr=theirs, close_fds=True, start_new_session=True,
             env={**os.environ, "TERM": "xterm-256color", "COLORTERM": "", "PYTHONWARNINGS": "default"},
         )  # fmt: skip

@@ -13,17 +13,17 @@ from typing import Any
 import pytest
 from tests.terminal.desks import GOTO, Hand, plan, trainer
 
-from understudy.desk.plan import Choices
-from understudy.learning.transitions import learn
+from understudy.learning.fit import learn
 from understudy.model.example import ExampleKind
-from understudy.model.folder import open_library, versions
 from understudy.model.lesson import Lesson
 from understudy.robots.twin import drawn
-from understudy.terminal.app import Ended
-from understudy.terminal.teaching import Teaching
+from understudy.sim.finding import place_of
+from understudy.sim.forage import kit
+from understudy.storage.library_folder import open_library, versions
 from understudy.training.trainee import Mode
-from understudy.worlds.finding import place_of
-from understudy.worlds.forage import kit
+from understudy.ui.controller.plan import Choices
+from understudy.ui.tui.app import Ended
+from understudy.ui.tui.main_screen import Teaching
 
 Test = Callable[..., Coroutine[Any, Any, None]]
 

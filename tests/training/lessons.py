@@ -13,7 +13,7 @@ from understudy.model.automaton import Automaton
 from understudy.model.example import Example
 from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library
-from understudy.training.design import new_lesson
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 
 ROBOT = Library(kit)

@@ -14,13 +14,13 @@ from random import Random
 
 from tests.training.steps import do, drawn
 
-from understudy.learning.transitions import learn
-from understudy.model.folder import open_library, save
+from understudy.learning.fit import learn
 from understudy.model.lesson import Options
 from understudy.model.library import Library
-from understudy.training.design import new_lesson
+from understudy.sim.forage import Forage, kit
+from understudy.storage.library_folder import open_library, save
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.worlds.forage import Forage, kit
 
 LIBRARY = Library(kit)
 STATES = ("forward", "rotate_left", "rotate_right", "load_food", "done", "start")

@@ -21,7 +21,7 @@ from understudy.errors import (
 from understudy.model.example import Example, ExampleKind
 from understudy.model.lesson import Lesson, Options, Scikit
 from understudy.model.library import Library
-from understudy.training.design import new_lesson
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 

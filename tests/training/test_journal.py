@@ -17,9 +17,9 @@ from understudy.model.kit import Kit
 from understudy.model.lesson import Options
 from understudy.model.library import Library
 from understudy.runtime.body import Reading, every_key
+from understudy.storage.append_log import Log
 from understudy.training.journal import MAGIC, Ticks, read_journal, unpacked_rows
-from understudy.training.log import Log
-from understudy.training.past import Past
+from understudy.training.journal_replay import Past
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 

@@ -15,12 +15,12 @@ import pytest
 from tests.training import scripted
 from tests.training.steps import told
 
-from understudy.learning.transitions import learn
-from understudy.model.folder import open_library, save
+from understudy.learning.fit import learn
 from understudy.model.library import Taught
+from understudy.sim.forage import Forage, kit
+from understudy.storage.library_folder import open_library, save
 from understudy.training.journal import AnyEntry, Journal
 from understudy.training.session import Session
-from understudy.worlds.forage import Forage, kit
 
 
 def shown(taught: Taught) -> str:

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from tests.bodies import Scripted
 from tests.training.lessons import play, session
 
-from understudy.experiments.novices.novice import Novice
-from understudy.experiments.novices.traits import drawn
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature, Feature, TimeInState
+from understudy.model.features import BoundFeature, Feature, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import Lesson, Options, Record
-from understudy.training.lateness import lateness
-from understudy.training.values import steady_readings
+from understudy.training.feature_values import steady_readings
+from understudy.training.reaction_time import lateness
+from understudy_lab.novices.novice import Novice
+from understudy_lab.novices.traits import drawn
 
 
 def demonstrated(

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from understudy.errors import FileError
-from understudy.training.log import Log, read_log
+from understudy.storage.append_log import Log, read_log
 
 MAGIC = b"a log 1\n"
 RECORDS = [b"one", b"two" * 20, b"\1\2", b"four"]

@@ -10,15 +10,15 @@ from tests.worlds.patrollers import ROBOTS, SCENARIO
 
 from understudy.model.example import ExampleKind
 from understudy.model.library import Library
-from understudy.runtime.squad_kits import squad_kit
-from understudy.runtime.squads import readings_of
-from understudy.runtime.troop import Troop
-from understudy.training.design import new_lesson
+from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.squad_body import readings_of
+from understudy.runtime.team.squad_kit import squad_kit
+from understudy.sim.scenario.squad_schema import Radio
+from understudy.sim.team.assignment import deal
+from understudy.sim.team.libraries import libraries_of, troop_of
+from understudy.sim.world import World
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.worlds.dealing import deal
-from understudy.worlds.scenario_squads import Radio
-from understudy.worlds.teams import libraries_of, troop_of
-from understudy.worlds.world import World
 
 LIBRARIES = libraries_of(SCENARIO, ROBOTS)
 SQUAD = LIBRARIES["patrol"]

@@ -9,17 +9,17 @@ import pytest
 from tests.bodies import Scripted, kit
 from tests.training.lessons import play, session
 
-from understudy.learning.unlearning import Verdict
+from understudy.learning.correction_diagnosis import Verdict
 from understudy.model.binding import Binding
-from understudy.model.document import decode, encode
 from understudy.model.example import Example, ExampleKind
 from understudy.model.lesson import Options
 from understudy.model.library import Library
-from understudy.training import unlearning
-from understudy.training.recorder import Moment
+from understudy.storage.document import decode, encode
+from understudy.training import corrections
+from understudy.training.corrections import Switched
+from understudy.training.sample_buffer import Moment
 from understudy.training.session import Session
 from understudy.training.trainee import Outcome
-from understudy.training.unlearning import Switched
 
 WRONG = 6
 """The number of the example that the wrong button made: left, at 84 m."""
@@ -142,7 +142,7 @@ def test_what_belongs_to_the_automaton_is_as_it_was_then() -> None:
 
 
 def test_sent_back_late_nothing_is_held_against_the_switch(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unlearning, "SOON_S", -1.0)
+    monkeypatch.setattr(corrections, "SOON_S", -1.0)
     assert not any(each.quarantined for each in taken_back(misled()).examples)
 
 

@@ -12,14 +12,14 @@ from typing import Any
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature, TimeInState
+from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.library import Library
 from understudy.model.tree import Node, Test, Tree, leaf
 from understudy.runtime.body import every_key
-from understudy.runtime.engine import Engine
+from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program, link
-from understudy.worlds.scenario_files import builtin_scenarios, load_scenario
-from understudy.worlds.world import World
+from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.sim.world import World
 
 FOLDER = Path(__file__).parents[1] / "golden" / "worlds"
 SECONDS, EVERY_S, EACH_S, SEED = 20, 4, 0.95, 2011

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.feature import Percept
+from understudy.model.features import Percept
 from understudy.model.kinds import TAU, Categorical, Toroidal
 from understudy.runtime.body import Commands
-from understudy.worlds.kits import readings_of_type
-from understudy.worlds.scenario import Camera, Chance, Locator, Measuring, Sonar, Stuck
-from understudy.worlds.world import World
+from understudy.sim.kit import readings_of_type
+from understudy.sim.scenario.schema import Camera, Chance, Locator, Measuring, Sonar, Stuck
+from understudy.sim.world import World
 
 SLACK = 1e-9
 """What rounding may do to a distance, m."""

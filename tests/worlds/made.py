@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from understudy.worlds.rules import names_of, rules_of
-from understudy.worlds.scenario import Objects, Robots, RobotType, Scenario
-from understudy.worlds.state import DISC, OBJECT, ROBOT, SEGMENT, State
-from understudy.worlds.view import Frame, view
+from understudy.sim.kernels.dtypes import DISC, OBJECT, ROBOT, SEGMENT
+from understudy.sim.params import names_of, rules_of
+from understudy.sim.scenario.schema import Objects, Robots, RobotType, Scenario
+from understudy.sim.state import State
+from understudy.sim.view import Frame, view
 
 SQUARE = ((6.0, 2.0), (8.0, 2.0), (8.0, 4.0), (6.0, 4.0))
 THINGS = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from understudy.bench.patrol import known, lead, library, scenario
+from understudy_lab.bench.patrol import known, lead, library, scenario
 
 __all__ = ["ROBOTS", "SCENARIO", "known", "lead"]
 

@@ -8,10 +8,10 @@ from math import pi, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.feature import Percept, ReadingKey
+from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
-from understudy.worlds.world import World
+from understudy.sim.world import World
 
 Bools = NDArray[np.bool_]
 

@@ -15,8 +15,7 @@ from msgspec.structs import replace
 
 from understudy.errors import SettingError
 from understudy.runtime.body import Commands
-from understudy.worlds.checking import check
-from understudy.worlds.scenario import (
+from understudy.sim.scenario.schema import (
     Bumper,
     Camera,
     Capture,
@@ -42,7 +41,8 @@ from understudy.worlds.scenario import (
     Walk,
     Wall,
 )
-from understudy.worlds.world import World
+from understudy.sim.scenario.validation import check
+from understudy.sim.world import World
 
 COLORS = ("red", "green", "blue", "yellow")
 SQUARE = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))
@@ -78,7 +78,7 @@ def random_world(number: int, *, worlds: int = 1) -> World:
 
 def made(scenario: Scenario, seeds: Sequence[int]) -> World:
     """Worlds whose kernels are those for scenarios that have everything: one compilation for all tests."""
-    with patch("understudy.worlds.world.has", lambda scenario, rules: (True,) * 7):
+    with patch("understudy.sim.world.has", lambda scenario, rules: (True,) * 7):
         return World(scenario, seeds)
 
 

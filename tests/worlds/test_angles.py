@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from understudy.worlds._angle_kernels import angle_of, cosine_and_sine, wrapped
+from understudy.sim.kernels.angles import angle_of, cosine_and_sine, wrapped
 
 LENGTHS = st.floats(1e-6, 1e6) | st.floats(-1e6, -1e-6)
 

@@ -11,7 +11,8 @@ from tests.worlds.laws import check_state
 from tests.worlds.pullers import HandPullers
 from tests.worlds.random_scenarios import made
 
-from understudy.worlds.scenario import (
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import (
     Cargo,
     Goal,
     Holding,
@@ -23,8 +24,7 @@ from understudy.worlds.scenario import (
     Scenario,
     Stuck,
 )
-from understudy.worlds.scenario_files import load_scenario
-from understudy.worlds.world import World
+from understudy.sim.world import World
 
 STEP = 0.05
 """How far a robot drives in a tick, m."""

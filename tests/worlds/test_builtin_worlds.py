@@ -9,12 +9,12 @@ from tests.worlds import golden
 from tests.worlds.laws import check_percept, check_state, check_tick, kept
 from tests.worlds.random_scenarios import random_commands
 
-from understudy.model.behavior import Behavior
-from understudy.model.feature import Feature
+from understudy.model.behaviors import Behavior
+from understudy.model.features import Feature
 from understudy.runtime.body import every_key
+from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.sim.world import World
 from understudy.testing import check_behavior, check_body, check_feature, check_world
-from understudy.worlds.scenario_files import builtin_scenarios, load_scenario
-from understudy.worlds.world import World
 
 RENEW = "the run changed; if it is meant to, bring it up to date with: python -m tests.worlds.golden"
 

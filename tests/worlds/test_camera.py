@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from understudy.worlds._camera_kernels import blob, project, screen
-from understudy.worlds.seeing import THING, VIEW
-from understudy.worlds.state import SEGMENT
+from understudy.sim.kernels.camera import blob, project, screen
+from understudy.sim.kernels.dtypes import SEGMENT
+from understudy.sim.kernels.seeing import THING, VIEW
 
 Floats: TypeAlias = NDArray[np.float64]
 Thing: TypeAlias = tuple[float, float, float, float, int, int]

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from understudy.errors import FileError, UnknownName
-from understudy.model.behavior import Behavior
-from understudy.model.feature import AnyFeature
+from understudy.model.behaviors import Behavior
+from understudy.model.features import AnyFeature
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.files import builtin_scenarios, scenario_text
+from understudy.sim.world import World
 from understudy.testing import check_behavior, check_feature, check_world
-from understudy.worlds.catalog import find_world
-from understudy.worlds.kits import kit_of
-from understudy.worlds.scenario_files import builtin_scenarios, scenario_text
-from understudy.worlds.world import World
 
 NAMES = builtin_scenarios()
 KITS = {name: kit_of(find_world(name)) for name in NAMES}

@@ -11,8 +11,8 @@ import pytest
 from msgspec.structs import replace
 
 from understudy.errors import FileError, SettingError
-from understudy.worlds.checking import check
-from understudy.worlds.scenario import (
+from understudy.sim.scenario.files import builtin_scenarios, load_scenario, parse_scenario
+from understudy.sim.scenario.schema import (
     Goal,
     Locator,
     Objects,
@@ -26,8 +26,8 @@ from understudy.worlds.scenario import (
     TargetOf,
     Wall,
 )
-from understudy.worlds.scenario_files import builtin_scenarios, load_scenario, parse_scenario
-from understudy.worlds.toml import toml_text
+from understudy.sim.scenario.toml_writer import toml_text
+from understudy.sim.scenario.validation import check
 
 GOOD = """
 size = [10, 8]

@@ -9,8 +9,8 @@ import pytest
 from tests.worlds.test_checking import Steps, with_change
 
 from understudy.errors import FileError
-from understudy.worlds.scenario_files import parse_scenario
-from understudy.worlds.toml import toml_text
+from understudy.sim.scenario.files import parse_scenario
+from understudy.sim.scenario.toml_writer import toml_text
 
 GOOD = """
 size = [10, 8]

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 
 from understudy.errors import SettingError
 from understudy.model.squad import Duty, Order, Squad, Statistic
-from understudy.runtime.roster import Member
-from understudy.runtime.team import Tree
-from understudy.worlds.checking import check
-from understudy.worlds.dealing import deal, squads_of
-from understudy.worlds.scenario import Robots, RobotType, Scenario
-from understudy.worlds.scenario_files import dump_scenario, load_scenario, parse_scenario
-from understudy.worlds.scenario_squads import MemberOf, SquadOf
+from understudy.runtime.team.roster import Member
+from understudy.runtime.team.team import Tree
+from understudy.sim.scenario.files import dump_scenario, load_scenario, parse_scenario
+from understudy.sim.scenario.schema import Robots, RobotType, Scenario
+from understudy.sim.scenario.squad_schema import MemberOf, SquadOf
+from understudy.sim.scenario.validation import check
+from understudy.sim.team.assignment import deal, squads_of
 
 Roles = Mapping[str, MemberOf]
 

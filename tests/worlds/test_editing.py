@@ -20,17 +20,17 @@ from understudy.errors import (
     UnknownName,
 )
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.behavior import Behavior, Command, behavior
+from understudy.model.behaviors import Behavior, Command, behavior
 from understudy.model.binding import Binding
-from understudy.model.feature import BoundFeature, feature
+from understudy.model.features import BoundFeature, feature
 from understudy.model.kinds import BOOLEAN, Column, Continuous
 from understudy.model.kit import Kit
 from understudy.model.library import Library
 from understudy.model.tree import Node, Test, Tree, leaf
-from understudy.runtime.engine import Engine
+from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program, link
-from understudy.runtime.run import Run
-from understudy.worlds.scenario import (
+from understudy.runtime.run_loop import Run
+from understudy.sim.scenario.schema import (
     Locator,
     Objects,
     Obstacle,
@@ -42,7 +42,7 @@ from understudy.worlds.scenario import (
     TargetOf,
     Wall,
 )
-from understudy.worlds.world import World
+from understudy.sim.world import World
 
 SQUARE = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
 SCENARIO = Scenario(

@@ -6,10 +6,10 @@ from math import atan2, hypot, pi, tau
 
 import pytest
 
-from understudy.worlds.catalog import find_world
-from understudy.worlds.finding import place_of
-from understudy.worlds.scenario import Locator, Objects, Robots, RobotType, Scenario, TargetOf
-from understudy.worlds.world import World
+from understudy.sim.catalog import find_world
+from understudy.sim.finding import place_of
+from understudy.sim.scenario.schema import Locator, Objects, Robots, RobotType, Scenario, TargetOf
+from understudy.sim.world import World
 
 RANGED = RobotType(sensors=(Locator(),), capacity=3)
 SCENARIO = Scenario(

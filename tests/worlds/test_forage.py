@@ -14,10 +14,10 @@ from msgspec.structs import replace as replace_parts
 
 from understudy.errors import DefinitionError, FileError, SettingError, UnknownName
 from understudy.runtime.body import every_key
-from understudy.worlds.draws import uniform
-from understudy.worlds.forage import Forage, ForageSettings, corner_cases, kit
-from understudy.worlds.forage_settings import practices, settings_of
-from understudy.worlds.scenario_files import load_scenario
+from understudy.sim.forage import Forage, kit
+from understudy.sim.forage_settings import ForageSettings, corner_cases, practices, settings_of
+from understudy.sim.layout.rng import uniform
+from understudy.sim.scenario.files import load_scenario
 
 ON = np.ones(1)
 

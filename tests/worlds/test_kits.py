@@ -8,11 +8,12 @@ import pytest
 from msgspec.structs import replace
 
 from understudy.errors import SettingError
-from understudy.model.behavior import Command
-from understudy.model.feature import Feature, Flag, TimeInState
+from understudy.model.behaviors import Command
+from understudy.model.features import Feature, Flag, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
-from understudy.worlds.kits import channels_of, kit_of, readings_of, targets_of
-from understudy.worlds.scenario import (
+from understudy.sim.kit import channels_of, kit_of, readings_of, targets_of
+from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.sim.scenario.schema import (
     Bumper,
     Camera,
     Cargo,
@@ -31,7 +32,6 @@ from understudy.worlds.scenario import (
     Stuck,
     TargetOf,
 )
-from understudy.worlds.scenario_files import builtin_scenarios, load_scenario
 
 
 def with_sensors(*sensors: Sensor) -> Scenario:

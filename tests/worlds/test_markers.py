@@ -8,14 +8,14 @@ from msgspec.structs import replace
 from tests.worlds import golden
 
 from understudy.errors import UnderstudyError
-from understudy.runtime.engine import Engine
-from understudy.worlds.catalog import find_world
-from understudy.worlds.finding import place_of
-from understudy.worlds.kits import kit_of
-from understudy.worlds.markers import MARKER, TARGET, with_markers, without_markers
-from understudy.worlds.scenario import Locator, Objects, Scenario, TargetOf
-from understudy.worlds.scenario_files import builtin_scenarios, load_scenario
-from understudy.worlds.world import World
+from understudy.runtime.engine.engine import Engine
+from understudy.sim.catalog import find_world
+from understudy.sim.finding import place_of
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.sim.scenario.markers import MARKER, TARGET, with_markers, without_markers
+from understudy.sim.scenario.schema import Locator, Objects, Scenario, TargetOf
+from understudy.sim.world import World
 
 NAMES = builtin_scenarios()
 

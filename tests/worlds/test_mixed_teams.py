@@ -8,13 +8,11 @@ import pytest
 
 from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.folder import open_library, save
 from understudy.model.library import Library, Taught
 from understudy.model.tree import Tree, leaf
-from understudy.training.design import chosen_feature
-from understudy.worlds.kits import kit_of
-from understudy.worlds.scenario_files import load_scenario, parse_scenario
-from understudy.worlds.teams import (
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.files import load_scenario, parse_scenario
+from understudy.sim.team.libraries import (
     Libraries,
     folders_of,
     libraries_of,
@@ -23,7 +21,9 @@ from understudy.worlds.teams import (
     sort_of,
     team_of,
 )
-from understudy.worlds.type_kits import kits_of, mixed
+from understudy.sim.type_kits import kits_of, mixed
+from understudy.storage.library_folder import open_library, save
+from understudy.training.lesson_design import chosen_feature
 
 SALVAGE = load_scenario("salvage")
 KIT = kit_of(SALVAGE)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.worlds.random_scenarios import made
 
-from understudy.worlds.scenario import (
+from understudy.sim.scenario.schema import (
     Objects,
     Obstacle,
     Region,
@@ -19,7 +19,7 @@ from understudy.worlds.scenario import (
     Walk,
     Wall,
 )
-from understudy.worlds.world import World
+from understudy.sim.world import World
 
 RADIUS, STEP = 0.2, 0.05
 """Of a robot, m; and how far it drives in a tick of 0.1 s."""

@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from understudy.errors import SettingError
-from understudy.worlds import _draw_kernels as draws
-from understudy.worlds import _space_kernels as space
-from understudy.worlds.checking import check
-from understudy.worlds.draws import uniform, whole
-from understudy.worlds.geometry import around, from_segment, is_inside, meet, placed_at, wall_segments
-from understudy.worlds.placing import lay_out
-from understudy.worlds.rules import rules_of
-from understudy.worlds.scenario import (
+from understudy.sim.kernels import clearance as space
+from understudy.sim.kernels import rng as draws
+from understudy.sim.layout.geometry import around, from_segment, is_inside, meet, placed_at, wall_segments
+from understudy.sim.layout.placement import lay_out
+from understudy.sim.layout.rng import uniform, whole
+from understudy.sim.params import rules_of
+from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.sim.scenario.schema import (
     Objects,
     Obstacle,
     Placing,
@@ -34,8 +34,8 @@ from understudy.worlds.scenario import (
     Scenario,
     Wall,
 )
-from understudy.worlds.scenario_files import builtin_scenarios, load_scenario
-from understudy.worlds.state import State
+from understudy.sim.scenario.validation import check
+from understudy.sim.state import State
 
 SLACK = 1e-9
 TRIANGLE = ((-0.5, -0.3), (0.5, -0.3), (0.0, 0.6))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from understudy.model.kit import Kit
 from understudy.model.library import Library
-from understudy.worlds.dealing import deal
-from understudy.worlds.kits import kit_of
-from understudy.worlds.scenario import Scenario
-from understudy.worlds.scenario_files import load_scenario
-from understudy.worlds.teams import libraries_of
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.assignment import deal
+from understudy.sim.team.libraries import libraries_of
 
 REGIONS, PATROL = load_scenario("regions"), load_scenario("patrol")
 REGION_NAMES = ("north", "east", "south", "west")

@@ -17,20 +17,20 @@ from tests.worlds.test_checking import with_change
 from tests.worlds.test_placing import scenarios
 
 from understudy.errors import FileError, SettingError
-from understudy.worlds import scenario_files
-from understudy.worlds.checking import check
-from understudy.worlds.scenario import Scenario
-from understudy.worlds.scenario_files import (
+from understudy.sim.scenario import files
+from understudy.sim.scenario.files import (
     HEAD,
     builtin_scenarios,
     dump_scenario,
     load_scenario,
     parse_scenario,
 )
-from understudy.worlds.toml import toml_text
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.scenario.toml_writer import toml_text
+from understudy.sim.scenario.validation import check
 
 BUILT_IN = {
-    name: resources.files("understudy.worlds").joinpath("scenarios", f"{name}.toml").read_bytes()
+    name: resources.files("understudy.sim").joinpath("scenarios", f"{name}.toml").read_bytes()
     for name in builtin_scenarios()
 }
 SMALL = HEAD + 'size = [5, 5]\n[types.a]\n[[robots]]\ntype = "a"\n'
@@ -152,8 +152,8 @@ def test_older_files_are_brought_up_to_date(monkeypatch: pytest.MonkeyPatch) -> 
     def to_second(document: dict[str, Any]) -> dict[str, Any]:
         return {("size" if key == "area" else key): value for key, value in document.items()}
 
-    monkeypatch.setattr(scenario_files, "VERSION", 2)
-    monkeypatch.setattr(scenario_files, "MIGRATIONS", {1: to_second})
+    monkeypatch.setattr(files, "VERSION", 2)
+    monkeypatch.setattr(files, "MIGRATIONS", {1: to_second})
     assert parse_scenario(SMALL.replace("size", "area")).size == (5, 5)
 
 

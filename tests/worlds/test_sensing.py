@@ -13,11 +13,10 @@ from tests.worlds.laws import pieces
 from tests.worlds.random_scenarios import made, random_commands, random_world
 from tests.worlds.test_motion import drive
 
-from understudy.model.feature import ReadingKey
+from understudy.model.features import ReadingKey
 from understudy.runtime.body import every_key
-from understudy.worlds.advancing import sense
-from understudy.worlds.contexts import Context
-from understudy.worlds.scenario import (
+from understudy.sim.kernel_context import Context
+from understudy.sim.scenario.schema import (
     Bumper,
     Camera,
     Cargo,
@@ -36,7 +35,8 @@ from understudy.worlds.scenario import (
     TargetOf,
     Wall,
 )
-from understudy.worlds.world import World
+from understudy.sim.step import sense
+from understudy.sim.world import World
 
 Floats = NDArray[np.float64]
 

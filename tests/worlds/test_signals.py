@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from tests.worlds.random_scenarios import made
 
-from understudy.worlds import grids
-from understudy.worlds.finding import place_of
-from understudy.worlds.scenario import Claimed, Locator, Objects, Robots, RobotType, Scenario, TargetOf
-from understudy.worlds.world import World
+from understudy.sim.finding import place_of
+from understudy.sim.layout import neighbor_grid
+from understudy.sim.scenario.schema import Claimed, Locator, Objects, Robots, RobotType, Scenario, TargetOf
+from understudy.sim.world import World
 
 TARGETS = {
     "caller": TargetOf(signal="help"),
@@ -182,7 +182,7 @@ def test_many_robots_find_what_comparing_all_finds(
     callers: int, few: int, boxes: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Few callers are listed and many looked for in the grid, many boxes are sorted: all as plain NumPy has it."""
-    monkeypatch.setattr(grids, "FEW", few)
+    monkeypatch.setattr(neighbor_grid, "FEW", few)
     robots = (Robots(type="red", count=100), Robots(type="blue", count=100))
     objects = (Objects(name="box", count=boxes),)
     world = made(

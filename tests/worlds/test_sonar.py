@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from understudy.worlds._sonar_kernels import sector_to_bounds, sector_to_disc, sector_to_segment
-from understudy.worlds.sectors import BEAM, FULL, NARROW, WIDE, sector
+from understudy.sim.kernels.sonar import sector_to_bounds, sector_to_disc, sector_to_segment
+from understudy.sim.sensing.sectors import BEAM, FULL, NARROW, WIDE, sector
 
 Floats: TypeAlias = NDArray[np.float64]
 Disc: TypeAlias = tuple[float, float, float]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from understudy.runtime.team import Team
-from understudy.worlds import advancing
-from understudy.worlds.swarm import SWARM, of_platoons, scenario
-from understudy.worlds.swarm_expert import hand_coded
-from understudy.worlds.teams import team_of
-from understudy.worlds.world import World
+from understudy.runtime.team.team import Team
+from understudy.sim import step
+from understudy.sim.team.libraries import team_of
+from understudy.sim.world import World
+from understudy_lab.tasks.swarm import SWARM, of_platoons, scenario
+from understudy_lab.tasks.swarm_expert import hand_coded
 
 
 def test_eight_platoons_are_the_swarm_that_ships() -> None:
@@ -29,8 +29,8 @@ def test_threads_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three levels of coordinators over the robots of one world, on which several threads work."""
     ticked, alone, together = made(), made(), made()
     alone.run(300)
-    monkeypatch.setattr(advancing, "ALONE", 1)
-    monkeypatch.setattr(advancing, "MOST_TICKS", 70)
+    monkeypatch.setattr(step, "ALONE", 1)
+    monkeypatch.setattr(step, "MOST_TICKS", 70)
     monkeypatch.setattr("os.cpu_count", lambda: 3)
     together.run(300)
     assert outcome(together) == outcome(alone)

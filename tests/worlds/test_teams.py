@@ -5,13 +5,14 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 import pytest
-from tests.worlds.patrollers import ROBOTS, SCENARIO, known
+from tests.worlds.patrollers import ROBOTS, SCENARIO
 
 from understudy.errors import SettingError
-from understudy.runtime.squads import Squads
-from understudy.worlds.scenario_squads import Radio
-from understudy.worlds.teams import libraries_of, sort_of, team_of
-from understudy.worlds.world import World
+from understudy.runtime.team.squad_body import Squads
+from understudy.sim.scenario.squad_schema import Radio
+from understudy.sim.team.libraries import libraries_of, sort_of, team_of
+from understudy.sim.world import World
+from understudy_lab.bench.patrol import known
 
 
 def test_a_coordinator_knows_the_statistics_and_its_members_behaviors() -> None:

@@ -7,8 +7,8 @@ from time import process_time
 import numpy as np
 from tests.worlds.made import SQUARE, crossing, scenario, state_of
 
-from understudy.worlds.rules import names_of, rules_of
-from understudy.worlds.view import view
+from understudy.sim.params import names_of, rules_of
+from understudy.sim.view import view
 
 
 def test_a_world_of_two() -> None:

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from understudy.errors import SettingError
+from understudy.sim.walker import Gait
 from understudy.testing import check_world
-from understudy.worlds.soccer import (
+from understudy_lab.tasks.soccer import (
     AHEAD,
     POSITIONS,
     PUSHED_LEFT,
@@ -20,7 +21,6 @@ from understudy.worlds.soccer import (
     X,
     approach_by_hand,
 )
-from understudy.worlds.walking import Gait
 
 EVEN = Gait(slip=0.0, veer_deg=0.0, sway_deg=0.0)
 FAR = Start((2.5, 2.5), (90.0, 90.0))

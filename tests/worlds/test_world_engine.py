@@ -14,22 +14,23 @@ from tests.runtime.random_libraries import random_tree
 from tests.worlds.random_scenarios import made, random_pulling_world, random_world
 from tests.worlds.test_world_laws import states
 
-from understudy.bench.programs import BASE, FULL, base, full
-from understudy.bench.standard import full as full_task
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.feature import AnyFeature, BoundFeature, Feature
+from understudy.model.features import AnyFeature, BoundFeature, Feature
 from understudy.model.kinds import Toroidal
 from understudy.model.kit import Kit
 from understudy.model.library import Library
 from understudy.model.tree import Node, Test, Tree, leaf
-from understudy.runtime.engine import Engine
+from understudy.runtime.engine.engine import Engine
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import Program, link
-from understudy.runtime.run import Run
-from understudy.worlds import advancing, grids
-from understudy.worlds.scenario import Camera, Locator, Objects, Robots, RobotType, Scenario, TargetOf
-from understudy.worlds.world import World
+from understudy.runtime.run_loop import Run
+from understudy.sim import step as advancing
+from understudy.sim.layout import neighbor_grid
+from understudy.sim.scenario.schema import Camera, Locator, Objects, Robots, RobotType, Scenario, TargetOf
+from understudy.sim.world import World
+from understudy_lab.bench.programs import BASE, FULL, base, full
+from understudy_lab.bench.standard_task import full as full_task
 
 TICKS = 30
 
@@ -147,7 +148,7 @@ WAYS = {
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is for large worlds only happens in small ones: grids, sorting, several threads in one world."""
-    monkeypatch.setattr(grids, "FEW", 1)
+    monkeypatch.setattr(neighbor_grid, "FEW", 1)
     monkeypatch.setattr(advancing, "SORTED", 2)
     monkeypatch.setattr(advancing, "MOST_TICKS", 7)
 
@@ -160,7 +161,7 @@ def test_every_way_to_run_is_the_same(number: int, monkeypatch: pytest.MonkeyPat
     expected = outcome(plain.body, plain)  # type: ignore[arg-type]
     for gridded, in_order in ((False, False), (True, False), (True, True), (False, True)):
         with monkeypatch.context() as patch:
-            patch.setattr(grids, "FEW", 1 if gridded else 10_000)
+            patch.setattr(neighbor_grid, "FEW", 1 if gridded else 10_000)
             patch.setattr(advancing, "SORTED", 2 if in_order else 10_000)
             patch.setattr(advancing, "MOST_TICKS", 7)
             for name, way in WAYS.items():
@@ -227,7 +228,7 @@ def test_the_standard_programs(standard: str, monkeypatch: pytest.MonkeyPatch) -
         run.tick()
     expected = states(run.body)  # type: ignore[arg-type]
     for few, in_order, threads in ((24, 1000, 1), (1000, 1000, 1), (24, 2, 1), (24, 2, 2), (24, 1000, 2)):
-        monkeypatch.setattr(grids, "FEW", few)
+        monkeypatch.setattr(neighbor_grid, "FEW", few)
         monkeypatch.setattr(advancing, "SORTED", in_order)
         engine = Engine.of(made(scenario, (1,)), program)
         engine.run(60, threads=threads)
@@ -240,8 +241,8 @@ def test_robots_that_stay_sorted_while_they_go(standard: str, monkeypatch: pytes
     program = link(base(), BASE) if standard == "base" else link(full(), FULL)
     outcomes = []
     for drift, most in ((0.0, 1), (2.0, 7), (10.0, 40)):
-        monkeypatch.setattr(grids, "DRIFT", drift)
-        monkeypatch.setattr(grids, "MOST_KEPT", most)
+        monkeypatch.setattr(neighbor_grid, "DRIFT", drift)
+        monkeypatch.setattr(neighbor_grid, "MOST_KEPT", most)
         engine = Engine.of(made(full_task(200), (2,)), program)
         engine.run(60, threads=1)
         outcomes.append(states(engine.body))  # type: ignore[arg-type]
@@ -274,7 +275,7 @@ def test_ties_end_the_same_in_any_order(step: float, monkeypatch: pytest.MonkeyP
     scenario = lattice(9, step)
     percepts = []
     for few in (1, 10_000):
-        monkeypatch.setattr(grids, "FEW", few)
+        monkeypatch.setattr(neighbor_grid, "FEW", few)
         world = made(scenario, (0,))
         percepts.append(world.sense(keys))
     for key in keys:

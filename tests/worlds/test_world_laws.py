@@ -11,8 +11,8 @@ from tests.worlds.laws import Kept, check_percept, check_state, check_tick, kept
 from tests.worlds.random_scenarios import made, random_commands, random_pulling_world, random_world
 
 from understudy.runtime.body import Commands, every_key
-from understudy.worlds.scenario import Objects, Obstacle, Pull, Robots, RobotType, Scenario, Wall
-from understudy.worlds.world import World
+from understudy.sim.scenario.schema import Objects, Obstacle, Pull, Robots, RobotType, Scenario, Wall
+from understudy.sim.world import World
 
 TICKS = 40
 AT_HAND = ("aim", "cosine", "sine")

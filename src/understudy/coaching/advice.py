@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from understudy.model.regions import Box
+from understudy.model.tree_regions import Box
 
 
 class AdviceKind(StrEnum):

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.conflicts import contradicting, disagreeing
-from understudy.coaching.gaps import gaps
-from understudy.coaching.hanging import single
-from understudy.coaching.outlook import outlook
+from understudy.coaching.coverage import gaps
+from understudy.coaching.fragile_boundaries import single
+from understudy.coaching.learning_curve import outlook
+from understudy.coaching.lesson_analysis import Survey
 from understudy.coaching.slipped import slipped
 from understudy.coaching.stretched import stretched
-from understudy.coaching.survey import Survey
 from understudy.coaching.unused import idle, never_entered, never_left
 from understudy.model.automaton import Transition
 from understudy.model.kit import Kit

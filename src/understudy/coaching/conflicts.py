@@ -9,16 +9,16 @@ from itertools import pairwise, product
 import numpy as np
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.survey import Survey
+from understudy.coaching.lesson_analysis import Survey
 from understudy.errors import UnderstudyError, listed
-from understudy.learning.arrays import vectors
 from understudy.learning.report import contradictions
+from understudy.learning.training_set import vectors
 from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature, Feature
+from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Categorical
 from understudy.model.kit import Kit
-from understudy.training.values import values_of
+from understudy.training.feature_values import values_of
 
 
 def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.survey import Survey
-from understudy.learning.slips import same_press, slips
+from understudy.coaching.lesson_analysis import Survey
+from understudy.learning.mislabels import same_press, slips
 from understudy.model.example import Example
 from understudy.model.tree import Tree
 

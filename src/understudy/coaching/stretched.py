@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.gaps import possible
-from understudy.coaching.nearness import FAR, Nearness
-from understudy.coaching.survey import Survey
-from understudy.coaching.wording import box_of, cells_of
-from understudy.model.regions import Box, Region, boxes
+from understudy.coaching.coverage import possible
+from understudy.coaching.distances import FAR, Nearness
+from understudy.coaching.lesson_analysis import Survey
+from understudy.coaching.situation_text import box_of, cells_of
 from understudy.model.tree import STAY, Tree
+from understudy.model.tree_regions import Box, Region, boxes
 
 LEAST = 0.5
 """From so much farther on, as a share of what is twice as far as far, it is asked."""

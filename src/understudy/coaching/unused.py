@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.survey import Survey
+from understudy.coaching.lesson_analysis import Survey
 from understudy.errors import listed
-from understudy.learning.arrays import heeded
+from understudy.learning.training_set import heeded
 from understudy.model.tree import Test, Tree
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from understudy.learning.arrays import teaching
-from understudy.model.account import shown as vectors_shown
+from understudy.learning.training_set import teaching
 from understudy.model.automaton import Transition
-from understudy.model.conditions import path_conditions
+from understudy.model.describe import shown as vectors_shown
 from understudy.model.example import Example
 from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY, Tree
+from understudy.model.tree_text import path_conditions
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from understudy.learning.table import Row
+from understudy.learning.csv_table import Row
 from understudy.model.automaton import Transition
 from understudy.model.tree import STAY
 

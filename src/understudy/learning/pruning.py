@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.learning._kernels import WATCHED
-from understudy.learning.arrays import Shown
+from understudy.learning._tree_kernels import WATCHED
 from understudy.learning.reaching import Rows, reaching
+from understudy.learning.training_set import Shown
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 
 PRESSED, SEEN = 10, 1

@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from time import perf_counter
 
-from understudy.learning.arrays import heeded, teaching, vectors
-from understudy.learning.grow import prepare
-from understudy.learning.transitions import learn_state
-from understudy.model.account import shown
+from understudy.learning.fit import learn_state
+from understudy.learning.training_set import heeded, teaching, vectors
+from understudy.learning.tree_growth import prepare
 from understudy.model.automaton import Transition
-from understudy.model.conditions import sentences
+from understudy.model.describe import shown
 from understudy.model.example import Example
 from understudy.model.lesson import Lesson, Trees
 from understudy.model.tree import STAY, Tree
+from understudy.model.tree_text import sentences
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,11 +12,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.learning._kernels import WATCHED
-from understudy.learning.arrays import Shown, arrays, teaching
+from understudy.learning._tree_kernels import WATCHED
+from understudy.learning.fit import fitting
 from understudy.learning.pruning import SAME, links
 from understudy.learning.reaching import Rows
-from understudy.learning.transitions import fitting
+from understudy.learning.training_set import Shown, arrays, teaching
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson, Trees
 from understudy.model.tree import STAY, Tree, leaf

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from understudy.learning.hindsight import Hindsight
+from understudy.learning.leave_one_out import Hindsight
 from understudy.model.example import Example, ExampleKind
 
 TRUST_CORRECTION, TRUST_SAID, TRUST_DEFAULT = 0.02, 0.1, 0.2

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.binding import NOTHING_BOUND, Binding, called
-from understudy.model.feature import BoundFeature
+from understudy.model.features import BoundFeature
 from understudy.model.tree import Step
 
 

@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import Self, TypeVar
 
 from understudy.errors import DefinitionError
-from understudy.model.behavior import Behavior
-from understudy.model.feature import AnyFeature
+from understudy.model.behaviors import Behavior
+from understudy.model.features import AnyFeature
 from understudy.model.target import Target
 
 Part = TypeVar("Part", AnyFeature, Behavior, Target)

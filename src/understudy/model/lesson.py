@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.example import Example
-from understudy.model.feature import ReadingKey
+from understudy.model.expectation import Outcome
+from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
-from understudy.model.outcome import Outcome
 
 LEARNER_VERSION = 1
 """Raised whenever the same lesson would give another automaton, so that stored trees are built again."""

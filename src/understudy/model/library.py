@@ -9,8 +9,8 @@ from typing import Self
 
 from understudy.errors import DefinitionError, RecursionRefused, UnknownName
 from understudy.model.automaton import Automaton
-from understudy.model.behavior import Behavior
-from understudy.model.feature import AnyFeature, Flag
+from understudy.model.behaviors import Behavior
+from understudy.model.features import AnyFeature, Flag
 from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson
 

@@ -6,9 +6,9 @@ from bisect import bisect_left
 from collections.abc import Iterable
 from math import ceil, degrees, floor, inf, isinf, nextafter
 
-from understudy.model.feature import BoundFeature
+from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.regions import Part, Region, everything
+from understudy.model.tree_regions import Part, Region, everything
 
 FULL_TURN = 360.0
 MOST_DIGITS = 17

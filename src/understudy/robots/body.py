@@ -13,31 +13,31 @@ from zlib import crc32
 import numpy as np
 
 from understudy.errors import FileError, UnderstudyError, UnknownName, listed
-from understudy.model.feature import Percept, ReadingKey
-from understudy.robots.deriving import Derived
+from understudy.model.features import Percept, ReadingKey
+from understudy.robots.derived import Derived
 from understudy.robots.file import RobotFile
-from understudy.robots.guard import Guard
-from understudy.robots.leash import Leash
-from understudy.robots.limits import Speeds
-from understudy.robots.messages import twist
-from understudy.robots.recording import Recorder, Taped
-from understudy.robots.senses import Senses
-from understudy.robots.stops import Stop, StopLog, log_path
-from understudy.robots.transport import Publish, Transport
-from understudy.robots.transports import open_transport
-from understudy.robots.vigil import Danger
+from understudy.robots.inputs import Senses
+from understudy.robots.recording.recorder import Recorder, Taped
+from understudy.robots.ros.messages import twist
+from understudy.robots.ros.transport import Publish, Transport
+from understudy.robots.ros.transports import open_transport
+from understudy.robots.safety.guard import Guard
+from understudy.robots.safety.self_monitor import Danger
+from understudy.robots.safety.speed_limits import Speeds
+from understudy.robots.safety.stop_log import Stop, StopLog, log_path
+from understudy.robots.safety.watchdog_client import Leash
 from understudy.runtime.body import Channel, Commands, Reading
-from understudy.worlds.catalog import find_world
-from understudy.worlds.commands import table_of
-from understudy.worlds.kits import COLUMNS, MOVING, readings_of_type
-from understudy.worlds.scenario import RobotType, Scenario
+from understudy.sim.catalog import find_world
+from understudy.sim.commands import table_of
+from understudy.sim.kit import COLUMNS, MOVING, readings_of_type
+from understudy.sim.scenario.schema import RobotType, Scenario
 
 
 class Robot:
     """One robot behind a transport: a Body with N = 1 that is sent nothing until a person arms it.
 
     Message threads write the last values, the deciding thread reads them. A call to `act` sends one command and
-    returns; whoever runs the robot keeps its ticks, and a guard stops it when none comes (`understudy.robots.guard`).
+    returns; whoever runs the robot keeps its ticks, and a guard stops it when none comes (`robots.safety.guard`).
     Without a leash nobody does: `connect` gives one. FileError where the file asks for what no message has.
     """
 

@@ -15,10 +15,10 @@ from typing import Literal
 from msgspec import field
 
 from understudy.errors import FileError
-from understudy.robots.camera_file import CameraOf
-from understudy.worlds.kits import CAMERA, LOCATOR
-from understudy.worlds.mismatch import Described, Mismatch, convert
-from understudy.worlds.part import Part
+from understudy.robots.camera.config import CameraOf
+from understudy.sim.kit import CAMERA, LOCATOR
+from understudy.sim.scenario.part import Part
+from understudy.sim.scenario.toml_decode import Described, Mismatch, convert
 
 FORMAT = "understudy-robot/1"
 TEAM = "understudy-robots/1"

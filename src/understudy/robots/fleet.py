@@ -11,13 +11,13 @@ from typing import Self
 import numpy as np
 
 from understudy.errors import SettingError, UnknownName
-from understudy.model.feature import Percept, ReadingKey
+from understudy.model.features import Percept, ReadingKey
 from understudy.robots.body import Robot, connect, parting
 from understudy.robots.file import load_robot, load_team
-from understudy.robots.recording import Recorder
+from understudy.robots.recording.recorder import Recorder
 from understudy.runtime.body import Channel, Commands, Reading
-from understudy.worlds.kits import MOVING
-from understudy.worlds.scenario import Scenario
+from understudy.sim.kit import MOVING
+from understudy.sim.scenario.schema import Scenario
 
 
 class Fleet:

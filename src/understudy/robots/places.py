@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import atan2, hypot, isfinite, isnan, nan, tau
 
-from understudy.model.feature import ReadingKey
+from understudy.model.features import ReadingKey
 from understudy.robots.file import PlaceOf
 from understudy.robots.sources import PLACE
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from understudy.errors import UnderstudyError
-from understudy.model.feature import ReadingKey
-from understudy.robots.camera_file import CAMERA, CameraOf
-from understudy.robots.extracting import Extract, extraction, place
-from understudy.robots.eye import Eye
+from understudy.model.features import ReadingKey
+from understudy.robots.camera.config import CAMERA, CameraOf
+from understudy.robots.camera.live import Eye
 from understudy.robots.file import RobotFile
-from understudy.robots.transport import ExtraMissing
+from understudy.robots.ros.fields import Extract, extraction, place
+from understudy.robots.ros.transport import ExtraMissing
 from understudy.runtime.body import Reading
-from understudy.worlds.kits import CAMERA as BLOBS
-from understudy.worlds.mismatch import Mismatch
+from understudy.sim.kit import CAMERA as BLOBS
+from understudy.sim.scenario.toml_decode import Mismatch
 
 Values: TypeAlias = Callable[[Any], Mapping[ReadingKey, float]]
 PLACE = ("x", "y")

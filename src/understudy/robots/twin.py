@@ -11,21 +11,21 @@ import msgspec
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.model.feature import Percept, ReadingKey
+from understudy.model.features import Percept, ReadingKey
 from understudy.model.kit import Kit
 from understudy.robots.file import PlaceOf
 from understudy.robots.fleet import Fleet
 from understudy.robots.places import POSE
-from understudy.robots.recording import Recorder
-from understudy.robots.recording_head import SCENARIO, Ran
-from understudy.robots.transitions import Transitions
+from understudy.robots.recording.header import SCENARIO, Ran
+from understudy.robots.recording.recorder import Recorder
+from understudy.robots.ros.state_topic import Transitions
 from understudy.runtime.body import Channel, Commands, Reading, every_key
-from understudy.worlds.rules import Names
-from understudy.worlds.scenario import Robots, Scenario
-from understudy.worlds.scenario_files import dump_scenario
-from understudy.worlds.state import Rules, State
-from understudy.worlds.view import WorldView
-from understudy.worlds.world import World
+from understudy.sim.params import Names
+from understudy.sim.scenario.files import dump_scenario
+from understudy.sim.scenario.schema import Robots, Scenario
+from understudy.sim.state import Rules, State
+from understudy.sim.view import WorldView
+from understudy.sim.world import World
 
 Paths: TypeAlias = Callable[[], Sequence[Sequence[str]]]
 """The states of all levels of each robot, as they were decided last."""

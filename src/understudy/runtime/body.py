@@ -17,10 +17,10 @@ from typing import Any, Protocol, TypeAlias, TypeGuard, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.feature import Percept, ReadingKey
+from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column, Kind
 from understudy.model.squad import Order
-from understudy.runtime.tables import Stacks, Tables
+from understudy.runtime.engine.tables import Stacks, Tables
 
 Commands: TypeAlias = Mapping[str, Column]
 """Channel -> column [N]: what each agent is to do for one tick."""

@@ -13,7 +13,7 @@ from operator import itemgetter
 from typing import TypeAlias
 
 from understudy.model.automaton import Automaton
-from understudy.model.feature import Counter, Flag, OwnFeature, Timer
+from understudy.model.features import Counter, Flag, OwnFeature, Timer
 from understudy.model.kinds import NO, YES
 from understudy.model.tree import STAY
 from understudy.runtime.program import Child, Freshened, Instance, Program, Source

@@ -13,9 +13,9 @@ from typing import TypeAlias
 
 from understudy.errors import DefinitionError, UnboundParameter, UnknownName
 from understudy.model.automaton import Automaton, State
-from understudy.model.behavior import Behavior, Change
+from understudy.model.behaviors import Behavior, Change
 from understudy.model.binding import NOTHING_BOUND, Binding, called
-from understudy.model.feature import BoundFeature, Feature, OwnFeature
+from understudy.model.features import BoundFeature, Feature, OwnFeature
 from understudy.model.library import Library
 
 IDLING = 0

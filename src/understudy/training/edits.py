@@ -7,15 +7,15 @@ from dataclasses import replace
 from typing import TypedDict, Unpack
 
 from understudy.errors import SessionError, UnknownName
-from understudy.learning.slips import same_press
+from understudy.learning.mislabels import same_press
 from understudy.model.automaton import State
 from understudy.model.binding import Binding
 from understudy.model.example import Example, ExampleKind
-from understudy.model.feature import BoundFeature
+from understudy.model.expectation import Outcome
+from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library
-from understudy.model.outcome import Outcome
-from understudy.training.design import check_names, chosen_feature, chosen_state
+from understudy.training.lesson_design import check_names, chosen_feature, chosen_state
 
 
 class Choice(TypedDict, total=False):

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from understudy.errors import FileError
 from understudy.model.binding import Binding
 from understudy.model.example import Example
-from understudy.model.feature import ReadingKey
+from understudy.model.features import ReadingKey
 from understudy.model.lesson import Record
 from understudy.runtime.interpreter import Level
-from understudy.training.log import Log, read_log
-from understudy.training.recorder import Moment
+from understudy.storage.append_log import Log, read_log
+from understudy.training.sample_buffer import Moment
 from understudy.training.trainee import Entry, Mode, Press
 
 MAGIC = b"understudy journal 1\n"

@@ -12,28 +12,28 @@ from pathlib import Path
 from typing import Self, Unpack
 
 from understudy.errors import DefinitionError, SessionError, SettingError, UnderstudyError, UnknownName
-from understudy.learning.transitions import learned
-from understudy.learning.unlearning import Judgement
+from understudy.learning.correction_diagnosis import Judgement
+from understudy.learning.fit import learned
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.example import Example
-from understudy.model.feature import Percept
+from understudy.model.features import Percept
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, Taught
 from understudy.runtime.body import Body, Resettable, every_key, rewinds
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import link
-from understudy.runtime.run import Run
-from understudy.training.company import NO_SIMULATION, Company, Instant, rewindable
-from understudy.training.design import check_names, check_targets
+from understudy.runtime.run_loop import Run
 from understudy.training.edits import Choice, Edit, counted, deleted, edited, mended, quarantined, rechosen
+from understudy.training.feature_values import own_readings, shown, steady_readings
 from understudy.training.journal import Began, Journal
-from understudy.training.notebook import Notebook
-from understudy.training.past import Past, lesson_bytes
-from understudy.training.recorder import Moment
-from understudy.training.screen import Screen
+from understudy.training.journal_replay import Past, lesson_bytes
+from understudy.training.lesson_design import check_names, check_targets
+from understudy.training.lesson_log import Notebook
+from understudy.training.other_agents import NO_SIMULATION, Company, Instant, rewindable
+from understudy.training.sample_buffer import Moment
+from understudy.training.session_view import Screen
 from understudy.training.trainee import Mode, Outcome, Press, Trainee
-from understudy.training.values import own_readings, shown, steady_readings
 
 
 class Session:

@@ -12,12 +12,12 @@ from enum import StrEnum
 
 from understudy.errors import SessionError
 from understudy.model.example import ExampleKind
-from understudy.model.feature import Percept
+from understudy.model.features import Percept
 from understudy.runtime.body import Body
+from understudy.runtime.feature_columns import Sensing
 from understudy.runtime.interpreter import Interpreter, Machine, Row
 from understudy.runtime.program import Program
-from understudy.runtime.sensing import Sensing
-from understudy.training.values import own_readings
+from understudy.training.feature_values import own_readings
 
 
 class Mode(StrEnum):

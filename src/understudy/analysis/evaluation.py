@@ -1,0 +1,273 @@
+"""Measure batches of runs: time to reach the scenario's goal, and food per second relative to a baseline.
+
+A baseline is a controller written by hand for a scenario, found by entry points (`BASELINES`). Every world that has one
+gets three times the baseline's time, any other world the scenario's own limit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import SettingError
+from understudy.model.binding import NOTHING_BOUND
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import Column
+from understudy.model.library import Library
+from understudy.runtime.body import Commands
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.program import Program, link
+from understudy.sim.catalog import find_world
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.world import World
+
+Decide: TypeAlias = Callable[[Percept], Commands]
+Progress: TypeAlias = Callable[[int, int], None]
+"""Called now and then with how many worlds are through, and how many there are."""
+
+BASELINES = "understudy.baselines"
+"""Entry points of this group are functions that take a scenario and return its `Baseline`, or None."""
+
+LENIENCE = 3.0
+"""How many times the baseline's time a taught robot is given."""
+
+TICKS_AT_ONCE = 200
+"""After so many ticks of all worlds in one go there is a look at who has finished, and at the keyboard."""
+
+WORLDS_AT_ONCE = 5_000
+"""So many worlds lie side by side in memory."""
+
+
+@dataclass(frozen=True)
+class Outcomes:
+    """How N worlds went: columns [N]."""
+
+    seconds: Column
+    """Time to finish; absent (NaN) where the limit came first."""
+    limit_s: Column
+    """How long each was given."""
+    delivered: NDArray[np.int64]
+    """Units brought within that time."""
+    gathered: NDArray[np.int64]
+    """Boxes gathered within that time."""
+
+    @property
+    def finished(self) -> NDArray[np.bool_]:
+        """Whether each world finished in time [N]."""
+        return ~np.isnan(self.seconds)
+
+    @property
+    def success(self) -> float:
+        """The share of worlds that finished in time."""
+        return float(self.finished.mean())
+
+    @property
+    def food_per_s(self) -> Column:
+        """Units per second until finished, or until the limit [N]; absent where there is nothing to bring."""
+        spent = np.where(self.finished, self.seconds, self.limit_s)
+        rate: Column = np.divide(self.delivered, spent, out=np.full(len(spent), np.nan), where=spent > 0)
+        return rate
+
+    @classmethod
+    def joined(cls, parts: Sequence[Outcomes]) -> Outcomes:
+        """Those of several batches as one."""
+        return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
+
+
+class Controller(Protocol):
+    """Decides for N robots at once, from the readings that it names."""
+
+    keys: Sequence[ReadingKey]
+
+    def decide(self, percept: Percept) -> Commands:
+        """Return the commands of this tick."""
+        ...
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """A controller written by hand, and the worlds in which it is measured."""
+
+    scenario: Scenario
+    make_controller: Callable[[World], Controller]
+    limits_s: Callable[[World], Column]
+    """Ample time for each world [B]."""
+
+
+def find_baseline(scenario: Scenario) -> Baseline | None:
+    """Find the baseline of a scenario among those installed; None where there is none."""
+    found = (entry.load()(scenario) for entry in entry_points(group=BASELINES))
+    return next((baseline for baseline in found if baseline is not None), None)
+
+
+def measure_baseline(baseline: Baseline, seeds: Sequence[int]) -> Outcomes:
+    """Measure a baseline on one world per seed."""
+    world = World(baseline.scenario, seeds)
+    controller = baseline.make_controller(world)
+    return measure(world, controller.decide, controller.keys, limit_s=baseline.limits_s(world))
+
+
+def measure(world: World, decide: Decide, keys: Sequence[ReadingKey], *, limit_s: float | Column) -> Outcomes:
+    """Run until each world has reached its goal or its limit (one for all, or a column [B]), tick by tick.
+
+    A world that is through runs on unobserved until all are.
+    """
+
+    def advance(ticks: int) -> None:
+        for _ in range(ticks):
+            world.act(decide(world.sense(keys)))
+
+    return _measured(world, advance, limit_s, at_once=1)
+
+
+def measure_program(
+    world: World,
+    program: Program,
+    *,
+    limit_s: float | Column,
+    progress: Progress = lambda through, worlds: None,
+) -> Outcomes:
+    """As `measure`, for robots that all run one program: many ticks in one go where all of it is data.
+
+    Then a world ends with the tick in which it reaches its goal; reset them before anything goes on with them.
+    """
+    engine = Engine.of(world, program)
+    plan = engine.plan()
+
+    def advance(ticks: int) -> None:
+        if plan is not None:
+            world.advance(plan, ticks, until_finished=True)
+        else:
+            for _ in range(ticks):
+                engine.tick()
+
+    at_once = 1 if plan is None else TICKS_AT_ONCE
+    return _measured(world, advance, limit_s, at_once=at_once, progress=progress)
+
+
+def _measured(
+    world: World,
+    advance: Callable[[int], None],
+    limit_s: float | Column,
+    *,
+    at_once: int,
+    progress: Progress = lambda through, worlds: None,
+) -> Outcomes:
+    limits = np.broadcast_to(np.asarray(limit_s, np.float64), (world.worlds,)).copy()
+    if not (np.isfinite(limits) & (limits >= 0)).all():
+        raise SettingError(where="measure", setting="limit_s", problem="is not a time", remedy="give seconds")
+    last = np.floor(limits / world.tick_s + 1e-9).astype(np.int64)  # each world's last tick
+    seconds, delivered, gathered = np.full(world.worlds, np.nan), world.delivered, world.gathered
+    running = np.ones(world.worlds, np.bool_)
+    tick = 0
+    while True:
+        finished_s = world.finished_s
+        through = running & (~np.isnan(finished_s) | (tick >= last))
+        seconds[through], delivered[through] = finished_s[through], world.delivered[through]
+        gathered[through] = world.gathered[through]
+        running &= ~through
+        progress(world.worlds - int(running.sum()), world.worlds)
+        if not running.any():
+            return Outcomes(seconds, limits, delivered, gathered)
+        ticks = min(at_once, int(last[running].min()) - tick)
+        advance(ticks)
+        tick += ticks
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A behavior judged on N worlds, beside the baseline on the same ones where there is one: columns [N]."""
+
+    behavior: str
+    world: str
+    seeds: tuple[int, ...]
+    taught: Outcomes
+    expert: Outcomes | None
+
+    @property
+    def success(self) -> float:
+        """The share of worlds that were finished in time."""
+        return self.taught.success
+
+    @property
+    def relative(self) -> Column:
+        """Taught food per second as a share of the baseline's [N]; absent where there is no food, or no baseline."""
+        absent = np.full(len(self.seeds), np.nan)
+        if self.expert is None:
+            return absent
+        expert = self.expert.food_per_s
+        ratio: Column = np.divide(self.taught.food_per_s, expert, out=absent, where=expert > 0)
+        return ratio
+
+    @property
+    def relative_to_expert(self) -> float:
+        """The median of `relative` over the worlds that have it; absent where none has."""
+        known = self.relative[~np.isnan(self.relative)]
+        return float(np.median(known)) if len(known) else float("nan")
+
+
+def evaluate(
+    library: Library,
+    behavior: str,
+    world: Scenario | Path | str,
+    seeds: Sequence[int],
+    *,
+    binding: Mapping[str, str] = NOTHING_BOUND,
+    progress: Progress | None = None,
+) -> Evaluation:
+    """Judge a behavior of a library on one world per seed; all robots run it. A world may be given by name or path."""
+    scenario = world if isinstance(world, Scenario) else find_world(world)
+    try:
+        seeds = list(seeds)
+    except TypeError:  # one number, say
+        remedy = "give a list of whole numbers, one for each world: [5]"
+        raise SettingError(
+            where="evaluation", setting="seeds", problem=f"are {seeds!r:.60}", remedy=remedy
+        ) from None
+    if not seeds:
+        raise SettingError(
+            where="evaluation", setting="seeds", problem="are none", remedy="give at least one"
+        )
+    program = judged(library, behavior, scenario, binding)
+    baseline = find_baseline(scenario)
+    taught, expert = list[Outcomes](), list[Outcomes]()
+    for first, batch in _batches(seeds):
+        limits: float | Column = scenario.limit_s
+        if baseline is not None:
+            by_hand = measure_baseline(baseline, batch)
+            expert.append(by_hand)
+            limits = LENIENCE * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
+
+        def report(through: int, _: int, first: int = first) -> None:
+            if progress is not None:
+                progress(first + through, len(seeds))
+
+        taught.append(measure_program(World(scenario, batch), program, limit_s=limits, progress=report))
+    joined = Outcomes.joined(expert) if expert else None
+    return Evaluation(behavior, scenario.name, tuple(seeds), Outcomes.joined(taught), joined)
+
+
+def judged(
+    library: Library, behavior: str, scenario: Scenario, binding: Mapping[str, str] = NOTHING_BOUND
+) -> Program:
+    """The program that `evaluate` judges; raises what it would of the behavior, or where there is no goal."""
+    if scenario.goal is None:
+        raise SettingError(
+            where=f"scenario {scenario.name!r}",
+            setting="goal",
+            problem="is missing, so that no run of it can be judged",
+            remedy="give it a [goal], or watch it with understudy run",
+        )
+    return link(library, behavior, binding)
+
+
+def _batches(seeds: Sequence[int]) -> Iterator[tuple[int, list[int]]]:
+    """So many seeds at a time as lie side by side, each with how many came before."""
+    for first in range(0, len(seeds), WORLDS_AT_ONCE):
+        yield first, list(seeds[first : first + WORLDS_AT_ONCE])

@@ -1,0 +1,200 @@
+"""Why a robot of a recorded run did what it did: the run is made again until then, and every level asked.
+
+A run is the same each time (ARCHITECTURE section 3), so nothing of it has to be kept but how it was made. Where it does
+not come out the same, that is said, and no reason is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isclose
+
+from understudy.analysis.run_header import Recorded
+from understudy.analysis.run_trace import BETWEEN
+from understudy.analysis.tracing import Followed, Post, Query, Stood, command, followed
+from understudy.errors import UnderstudyError
+from understudy.learning.explain import Explanation, explain
+from understudy.model.example import Example
+from understudy.model.lesson import Lesson
+from understudy.model.library import Taught
+from understudy.runtime.team.team import Team
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.assignment import deal
+from understudy.sim.team.libraries import Libraries
+from understudy.sim.world import World
+
+NEAR = 2e-6
+"""How far apart two numbers of a trace may be that are the same but for rounding."""
+
+
+class CannotRepeat(UnderstudyError):
+    """A run that does not come out as it was recorded: something it was made with has changed since."""
+
+    exit_code = 1
+
+    def __init__(self, *, problem: str, remedy: str) -> None:
+        self.problem, self.remedy = problem, remedy
+        super().__init__(f"the run cannot be made again: {problem}; {remedy}")
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """A decision with what was behind it. `moments` says for an example's number when it was shown, s of the
+    demonstrator's time in the session in which it was.
+    """
+
+    time_s: float
+    automaton: str
+    explanation: Explanation
+    values: Mapping[str, float]
+    moments: Mapping[int, float]
+    taught: Taught
+
+    @property
+    def switched(self) -> bool:
+        """Whether it left its state."""
+        return self.explanation.next != self.explanation.state
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """One automaton of an agent: where it is and since when, why it decided so in this tick (None: nothing was there
+    to decide, because `rests` says), and why it had gone there (None: it began there).
+    """
+
+    automaton: str
+    state: str
+    since_s: float
+    decision: Reason | None
+    entry: Reason | None
+    rests: str
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """One agent, from a coordinator at the top to the robot: what it was ordered to do, and its levels."""
+
+    sort: str
+    agent: int
+    ordered: str | None
+    levels: tuple[Level, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Why:
+    """What all levels decided in the tick that ended at `time_s`, and the last switch of any before it."""
+
+    time_s: float
+    decided_s: float
+    agents: tuple[Asked, ...]
+    last: Reason | None
+
+    @property
+    def switched(self) -> bool:
+        """Whether some level switched in this tick."""
+        return any(
+            level.decision is not None and level.decision.switched
+            for each in self.agents
+            for level in each.levels
+        )
+
+
+def why(run: Recorded, scenario: Scenario, libraries: Libraries) -> Why:
+    """Why the robot did what the trace says of it then; CannotRepeat where it now comes out otherwise."""
+    how, world = run.how, World(scenario, [run.header.seed])
+    team = Team(
+        world,
+        deal(scenario),
+        libraries,
+        dict.fromkeys(how.sorts, (how.behavior, how.binding)),
+        makes=followed,
+        delay_s=scenario.radio.delay_s,
+        loss=scenario.radio.loss,
+        seeds=[run.header.seed],
+    )
+    chain = command(team, run.row.robot)
+    for post in chain:
+        _runner(post).follow(post.agent)
+    for _ in range(run.ticks):
+        team.tick()
+    _check(world, team.paths[run.row.robot], run)
+    decided_s = run.row.time_s - run.header.tick_s
+    agents = tuple(asked(post, libraries[post.sort].taught) for post in chain)
+    return Why(run.row.time_s, decided_s, agents, latest(chain, libraries))
+
+
+def latest(chain: Sequence[Post], libraries: Libraries) -> Reason | None:
+    """The last switch before this tick of a robot and of all above it."""
+    lasts = [(_runner(post).last, libraries[post.sort].taught) for post in chain]
+    switches = [(machine, query, taught) for last, taught in lasts if last for machine, query in [last]]
+    found = max(switches, key=lambda each: each[1].time_s, default=None)
+    if found is None:
+        return None
+    machine, query, taught = found
+    return reason(str(machine.instance), query, taught[machine.automaton.name])
+
+
+def _runner(post: Post) -> Followed:
+    if not isinstance(post.layer.runner, Followed):
+        raise TypeError("agents that cannot be followed")
+    return post.layer.runner
+
+
+def _check(world: World, path: tuple[str, ...], run: Recorded) -> None:
+    """Refuse to explain another run than the one that was recorded."""
+    row, robots = run.row, world.view().robots
+    now = [float(column[row.robot]) for column in (robots.x, robots.y, robots.heading)]
+    same = all(
+        isclose(one, other, rel_tol=0.0, abs_tol=NEAR)
+        for one, other in zip(now, (row.x, row.y, row.heading), strict=True)
+    )
+    if not same or (path and BETWEEN.join(path) != row.doing):
+        problem = f"at {row.time_s:g} s robot {row.robot} was to be in {row.doing!r}"
+        remedy = (
+            "its world, its kit or Understudy is another since, so run it again with --trace, and ask that"
+        )
+        raise CannotRepeat(problem=f"{problem}, and is in {BETWEEN.join(path)!r} or elsewhere", remedy=remedy)
+
+
+def asked(post: Post, taught: Mapping[str, Taught]) -> Asked:
+    """What an agent was asked in this tick, level by level."""
+    levels = tuple(_level(each, taught) for each in _runner(post).stood(post.agent))
+    return Asked(post.sort, post.agent, post.ordered, levels)
+
+
+def _level(stood: Stood, taught: Mapping[str, Taught]) -> Level:
+    machine = stood.machine
+    automaton, name = machine.automaton, str(machine.instance)
+    known = taught[automaton.name]
+    rests = ""
+    if stood.asked is None:
+        raised = automaton.states[machine.state].flag
+        rests = f"{raised} is raised, and never left by itself" if raised else "nothing was ever shown there"
+    return Level(
+        name,
+        machine.state_name,
+        stood.entered_s,
+        None if stood.asked is None else reason(name, stood.asked, known),
+        None if stood.entry is None else reason(name, stood.entry, known),
+        rests,
+    )
+
+
+def reason(name: str, query: Query, taught: Taught) -> Reason:
+    """What was behind the answer to a query of an automaton, which ran as `name`: goto(station)."""
+    automaton = taught.automaton
+    state = automaton.states[query.before].name
+    lesson = taught.lesson or Lesson(replace(automaton, transitions={}))
+    found = explain(lesson, state, query.values, automaton.transitions.get(state))
+    values = {str(bound): value for bound, value in zip(automaton.features, query.values, strict=True)}
+    return Reason(query.time_s, name, found, values, _moments(lesson, found.examples), taught)
+
+
+def _moments(lesson: Lesson, examples: tuple[Example, ...]) -> dict[int, float]:
+    seconds = lesson.record.seconds
+    return {
+        each.number: round(float(seconds[each.moment]), 6)
+        for each in examples
+        if each.moment is not None and each.moment < len(seconds)
+    }

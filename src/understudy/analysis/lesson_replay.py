@@ -1,0 +1,202 @@
+"""A lesson's recorded moments: what an automaton decides at them, beside what was shown and what a former one decided.
+
+At each press the demonstrator said what is right. In the second before it they let the robot go on, which says less:
+what is decided there may change, and that is told, but nothing is called lost.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import UnderstudyError
+from understudy.learning.training_set import heeded, vectors
+from understudy.model.automaton import Automaton
+from understudy.model.example import Example, ExampleKind
+from understudy.model.features import BoundFeature, Flag, TimeInState, Timer
+from understudy.model.lesson import Lesson
+from understudy.model.library import Taught
+from understudy.model.tree import STAY
+from understudy.runtime.feature_columns import feature_column
+from understudy.training.feature_values import own_value
+
+Vector: TypeAlias = tuple[float, ...]
+Rows: TypeAlias = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class Decided:
+    """A moment of a press: what the example of this number showed, what is decided now, and what was formerly (None:
+    there is no former version, or it cannot be asked).
+    """
+
+    number: int
+    kind: str
+    state: str
+    shown: str
+    now: str
+    formerly: str | None
+
+    @property
+    def lost(self) -> bool:
+        """Whether it was decided as shown, and no longer is."""
+        return self.formerly == self.shown != self.now
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """So many moments of the second before presses at which another next state is decided than formerly."""
+
+    state: str
+    formerly: str
+    now: str
+    moments: int
+
+
+@dataclass(frozen=True, slots=True)
+class Replayed:
+    """An automaton on the moments of its lesson: how many examples say what is right, and how many moments before
+    presses there are; the examples decided otherwise than shown or than formerly, and what changed before presses.
+    """
+
+    examples: int
+    before: int
+    different: tuple[Decided, ...]
+    changes: tuple[Change, ...]
+
+    @property
+    def otherwise(self) -> tuple[Decided, ...]:
+        """What is decided otherwise than shown."""
+        return tuple(each for each in self.different if each.now != each.shown)
+
+    @property
+    def lost(self) -> tuple[Decided, ...]:
+        """What was decided as shown, and no longer is."""
+        return tuple(each for each in self.different if each.lost)
+
+
+def replayed(taught: Taught, former: Taught | None = None) -> Replayed:
+    """What an automaton decides at the moments of its lesson; nothing of one that was written by hand."""
+    lesson = taught.lesson
+    if lesson is None:
+        return Replayed(0, 0, (), ())
+    tested = list(_tested(lesson))
+    different = [
+        each for each in (_decided(example, taught, former) for example in tested) if each is not None
+    ]
+    before, changes = _before(lesson, taught.automaton, None if former is None else former.automaton)
+    return Replayed(len(tested), before, tuple(different), changes)
+
+
+def _tested(lesson: Lesson) -> Iterator[Example]:
+    """The examples that say what is right: made by presses, and no automatic default where something was said with
+    the very same vector.
+    """
+    said = {(example.state, key) for example in heeded(lesson) if example.shown for key in vectors([example])}
+    for example in heeded(lesson):
+        (key,) = vectors([example])
+        default = example.kind is ExampleKind.DEFAULT
+        if example.pressed and not (default and (lesson.automaton.stateless or (example.state, key) in said)):
+            yield example
+
+
+def _decided(example: Example, taught: Taught, former: Taught | None) -> Decided | None:
+    """How a press is decided; None where that is as shown, and as formerly."""
+    now = following(taught.automaton, example.state, example.values)
+    formerly = None if former is None else _formerly(example, taught, former.automaton)
+    if now == example.next and formerly in (None, now):
+        return None
+    shown = example.next
+    return Decided(example.number, example.kind.value, example.state, shown, now, formerly)
+
+
+def _formerly(example: Example, taught: Taught, former: Automaton) -> str | None:
+    """What a former automaton decides at the moment of an example; None where it has no such state, or looks at
+    something that was not recorded.
+    """
+    if example.state not in former.state_names or taught.lesson is None:
+        return None
+    if former.features == taught.automaton.features:
+        return following(former, example.state, example.values)
+    if example.moment is None:
+        return None
+    rows = np.array([example.moment])
+    vector = _vectors(former.features, example, taught.lesson, rows)
+    return None if vector is None else following(former, example.state, vector[0])
+
+
+def following(automaton: Automaton, state: str, values: Sequence[float]) -> str:
+    """The state after a query of a state."""
+    function = automaton.transitions.get(state)
+    outcome = STAY if function is None else function.decide(values)
+    return state if outcome == STAY else automaton.state_names[outcome]
+
+
+def _before(lesson: Lesson, now: Automaton, former: Automaton | None) -> tuple[int, tuple[Change, ...]]:
+    """How many moments before presses there are that can be replayed, and what changed at them."""
+    count, changes = 0, Counter[tuple[str, str, str]]()
+    seen: set[int] = set()
+    for example in lesson.examples:
+        if not example.shown or example.moment is None or example.moment in seen:
+            continue
+        seen.add(example.moment)
+        rows = _same_state(example, lesson)
+        vectors_now = _vectors(now.features, example, lesson, rows)
+        if vectors_now is None:
+            continue
+        count += len(rows)
+        if former is None or example.state not in former.state_names:
+            continue
+        then = vectors_now
+        if former.features != now.features:
+            found = _vectors(former.features, example, lesson, rows)
+            if found is None:
+                continue
+            then = found
+        for old, new in zip(then, vectors_now, strict=True):
+            pair = following(former, example.state, old), following(now, example.state, new)
+            changes[example.state, *pair] += pair[0] != pair[1]
+    found_changes = [Change(*key, moments) for key, moments in changes.items() if moments]
+    return count, tuple(found_changes)
+
+
+def _same_state(example: Example, lesson: Lesson) -> Rows:
+    """The rows of the record before an example's moment at which its state had been entered already."""
+    moment = example.moment or 0
+    rows: Rows = np.arange(moment - example.window, moment)
+    ago = lesson.record.seconds[moment] - lesson.record.seconds[rows]
+    there: Rows = rows[ago <= example.own.get("time_in_state", 0.0) + 1e-9]
+    return there
+
+
+def _vectors(
+    features: Sequence[BoundFeature], example: Example, lesson: Lesson, rows: Rows
+) -> list[Vector] | None:
+    """Feature vectors [M] at rows of the record; None where the record or the kit has not what a feature needs.
+
+    What is the automaton's own is as at the press: counters of before it are not recorded, times are. Nor is since when
+    a flag had been up, so that before a press with a flag nothing can be replayed.
+    """
+    record = lesson.record
+    percept = {key: record.values[rows, column] for column, key in enumerate(record.keys)}
+    ago = record.seconds[example.moment or 0] - record.seconds[rows]
+    columns = []
+    for bound in features:
+        own = own_value(bound.feature, example.own)
+        if own is not None:
+            if isinstance(bound.feature, Flag) and own and ago.any():
+                return None
+            timed = isinstance(bound.feature, Timer | TimeInState)
+            columns.append(own - ago if timed else np.full(len(rows), own))
+            continue
+        ground = replace(bound, binding=bound.binding.within(example.binding))
+        try:
+            columns.append(feature_column(ground, percept, agents=len(rows)))
+        except (UnderstudyError, KeyError):
+            return None
+    return list(zip(*(column.tolist() for column in columns), strict=True)) or [()] * len(rows)

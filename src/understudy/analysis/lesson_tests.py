@@ -1,0 +1,205 @@
+"""Lessons as tests: whether what a library was taught still holds, and what a change of one automaton did to others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from understudy.analysis.expectations import Tried, tried
+from understudy.analysis.lesson_replay import Replayed, replayed
+from understudy.learning.training_set import heeded
+from understudy.model.expectation import Outcome
+from understudy.model.lesson import Lesson, Record, Scikit
+from understudy.model.library import Library, Taught
+from understudy.sim.team.libraries import Libraries
+from understudy.storage.fingerprint import fingerprint
+
+NOBODY: Libraries = MappingProxyType({})
+MOST_NAMED = 3
+"""So many examples are named in a sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """An outcome that did not come; `since` names the automata with whose former versions it does, each alone."""
+
+    tried: Tried
+    since: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Examined:
+    """One automaton tested. `changed`: it is not what its former version was, transition functions and all; then
+    `affected` are the automata that run it, directly or through others.
+    """
+
+    name: str
+    replayed: Replayed
+    outcomes: tuple[Tried, ...]
+    failed: tuple[Failed, ...]
+    changed: bool
+    affected: tuple[str, ...]
+
+    @property
+    def works(self) -> bool:
+        """Whether nothing that worked no longer does, and all comes out as promised."""
+        return not self.replayed.lost and not self.failed
+
+
+def examined(
+    library: Library, name: str, formers: Mapping[str, Taught], libraries: Libraries = NOBODY
+) -> Examined:
+    """An automaton of a library, tested on its lesson; `formers` has the former versions there are.
+
+    `libraries` has what members of squads know, by sort of agents, where coordinators are tested.
+    """
+    taught, former = library.taught[name], formers.get(name)
+    changed = former is not None and differs(former, taught)
+    outcomes = [tried(outcome, name, library, libraries) for outcome in _outcomes(taught)]
+    return Examined(
+        name,
+        replayed(taught, former),
+        tuple(outcomes),
+        tuple(
+            Failed(each, _since(each.outcome, name, library, formers, libraries))
+            for each in outcomes
+            if not each.came
+        ),
+        changed,
+        above(library, name, libraries) if changed else (),
+    )
+
+
+def differs(former: Taught, taught: Taught) -> bool:
+    """Whether an automaton is not what it was, transition functions and all. A classifier is fitted anew each time, so
+    what it was fitted to is compared.
+    """
+    if (
+        former.lesson is None
+        or taught.lesson is None
+        or not isinstance(taught.lesson.options.learner, Scikit)
+    ):
+        return former.automaton != taught.automaton
+    return fingerprint(_bare(former, former.lesson)) != fingerprint(_bare(taught, taught.lesson))
+
+
+def _bare(taught: Taught, lesson: Lesson) -> Taught:
+    """An automaton with nothing but what its classifier is fitted to."""
+    examples = tuple(replace(each, moment=None, window=0, quarantined="") for each in heeded(lesson))
+    return Taught(taught.automaton, replace(lesson, examples=examples, record=Record(), outcomes=()))
+
+
+def _outcomes(taught: Taught) -> tuple[Outcome, ...]:
+    return () if taught.lesson is None else taught.lesson.outcomes
+
+
+def _since(
+    outcome: Outcome, name: str, library: Library, formers: Mapping[str, Taught], libraries: Libraries
+) -> tuple[str, ...]:
+    """The automata with whose former versions an outcome comes."""
+    found = []
+    for each in below(library, name):
+        former = formers.get(each)
+        if former is None or not differs(former, library.taught[each]):
+            continue
+        if tried(outcome, name, library.with_taught(former), libraries).came:
+            found.append(each)
+    return tuple(found)
+
+
+def below(library: Library, name: str) -> tuple[str, ...]:
+    """An automaton and those that it runs, directly or through others."""
+    found: dict[str, None] = {}
+    waiting = [name]
+    while waiting:
+        each = waiting.pop()
+        if each in library.taught and each not in found:
+            found[each] = None
+            waiting += [state.behavior or "" for state in library.taught[each].automaton.states]
+    return tuple(found)
+
+
+def above(library: Library, name: str, libraries: Libraries = NOBODY) -> tuple[str, ...]:
+    """The automata that run one, directly or through others, and coordinators that order it, as SORT/NAME."""
+    found: dict[str, None] = {}
+    waiting = [name]
+    while waiting:
+        each = waiting.pop()
+        waiting += [user for user in library.users(each) if user not in found]
+        found |= dict.fromkeys(library.users(each))
+    ordering = (f"{sort}/{user}" for sort, user in _ordering({name, *found}, library, libraries))
+    return (*found, *ordering)
+
+
+def _ordering(runs: set[str], library: Library, libraries: Libraries) -> Iterator[tuple[str, str]]:
+    """The automata of coordinators, by their sort, that order one of these of a library, directly or through others."""
+    for sort, other in libraries.items():
+        if other is not library:
+            ordering = {key for key in other.taught if runs & set(_ordered(other, key))}
+            users = {user for key in ordering for user in (key, *above(other, key))}
+            yield from ((sort, user) for user in other.taught if user in users)
+
+
+def _ordered(library: Library, name: str) -> Iterator[str]:
+    """What a coordinator's automaton orders its members to do."""
+    for state in library.taught[name].automaton.states:
+        behavior = library.kit.behaviors.get(state.behavior or "")
+        if behavior is not None and behavior.order is not None:
+            yield from (duty.behavior for duty in behavior.order.duties)
+
+
+def lost(
+    library: Library, taught: Taught, former: Taught | None, libraries: Libraries = NOBODY
+) -> tuple[str, ...]:
+    """What worked with the former version of an automaton and no longer does with the new one, a sentence each:
+    presses, its outcomes, and those of the automata above it.
+
+    `libraries` has what everybody knows, by sort of agents, `library` itself among it; without it, what coordinators
+    promised is left to `understudy test`.
+    """
+    if former is None:
+        return ()
+    found = list(sentences(replayed(taught, former)))
+    now, before = (_Everybody(library, each, libraries) for each in (taught, former))
+    for sort, each in now.above(taught.automaton.name):
+        for outcome in _outcomes(now.of(sort).taught[each]):
+            known = not outcome.sort or libraries
+            if known and not now.comes(outcome, sort, each) and before.comes(outcome, sort, each):
+                found.append(f"{f'{sort}/' if sort else ''}{each} no longer comes to {outcome}")
+    return tuple(found)
+
+
+class _Everybody:
+    """What everybody knows, with one version of an automaton in the library it belongs to, whose sort is ""."""
+
+    def __init__(self, library: Library, taught: Taught, libraries: Libraries) -> None:
+        self._own = library.with_taught(taught)
+        self._known = {sort: self._own if each is library else each for sort, each in libraries.items()}
+
+    def of(self, sort: str) -> Library:
+        """What one sort knows."""
+        return self._known[sort] if sort else self._own
+
+    def above(self, name: str) -> Iterator[tuple[str, str]]:
+        """An automaton and all those that run or order it, each with its sort."""
+        running = (name, *above(self._own, name))
+        yield from (("", each) for each in running)
+        yield from _ordering(set(running), self._own, self._known)
+
+    def comes(self, outcome: Outcome, sort: str, name: str) -> bool:
+        """Whether an outcome comes, as all is known now."""
+        return tried(outcome, name, self.of(sort), self._known).came
+
+
+def sentences(replay: Replayed) -> Iterator[str]:
+    """What was decided as shown, and no longer is."""
+    by_way: dict[tuple[str, str, str], list[str]] = {}
+    for each in replay.lost:
+        by_way.setdefault((each.state, each.shown, each.now), []).append(str(each.number))
+    for (state, shown, now), numbers in by_way.items():
+        was = f"stayed in {state}" if shown == state else f"went from {state} to {shown}"
+        more = f" and {len(numbers) - MOST_NAMED} more" if len(numbers) > MOST_NAMED else ""
+        which = f"example{'s' * (len(numbers) > 1)} {', '.join(numbers[:MOST_NAMED])}{more}"
+        does = "stays" if now == state else f"goes to {now}"
+        yield f"where it {was} as shown ({which}), it now {does}"

@@ -1,0 +1,105 @@
+"""Deciding again: what automata decide over the readings of a recording, beside what was decided then.
+
+Each runs through all of it by itself, as it would have run then. Where it decided otherwise the robot would have come
+elsewhere, so what it decides after that is about readings that it would not have had: the first difference counts most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from understudy.analysis.explain_run import CannotRepeat, Reason, Why, asked, latest, reason
+from understudy.analysis.rerun import Rerun, runner
+from understudy.analysis.run_trace import BETWEEN
+from understudy.analysis.tracing import Post
+from understudy.robots.ros.state_topic import transition
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Ticks in a row, from one time to another (s, both included), in which an agent is in other states than recorded:
+    which those were in the first of them, and what decided it (None: the automata are built otherwise).
+    """
+
+    agent: int
+    from_s: float
+    until_s: float
+    ticks: int
+    recorded: tuple[str, ...]
+    now: tuple[str, ...]
+    reason: Reason | None
+
+
+@dataclass(frozen=True, slots=True)
+class Again:
+    """How often the agents of a recording were asked (once each tick), how often they decided as recorded, and where
+    not, in order of time.
+    """
+
+    decisions: int
+    same: int
+    differences: Sequence[Difference]
+
+
+def decided_again(rerun: Rerun) -> Again:
+    """Decide over all ticks of a recording."""
+    recording = rerun.recording
+    differing: dict[int, Difference] = {}
+    found: list[Difference] = []
+    same = 0
+    while not rerun.ended:
+        tick, time_s = rerun.at, float(recording.times[rerun.at])
+        rerun.tick()
+        for agent, now in enumerate(rerun.paths):
+            recorded = tuple(recording.paths[agent][tick])
+            before = differing.get(agent)
+            if now == recorded:
+                same += 1
+                if before is not None:
+                    found.append(differing.pop(agent))
+            elif before is None:
+                why = _decision(rerun, agent, recorded, now)
+                differing[agent] = Difference(agent, time_s, time_s, 1, recorded, now, why)
+            else:
+                differing[agent] = replace(before, until_s=time_s, ticks=before.ticks + 1)
+    found = sorted((*found, *differing.values()), key=lambda each: (each.from_s, each.agent))
+    return Again(recording.ticks * len(recording.paths), same, found)
+
+
+def why_recorded(rerun: Rerun, agent: int, tick: int) -> Why:
+    """Why an agent did what it did in a tick of a recording, counted from 0; CannotRepeat where it no longer would."""
+    recording = rerun.recording
+    while rerun.at <= tick:
+        rerun.tick()
+    recorded, now = recording.paths[agent][tick], rerun.paths[agent]
+    time_s = float(recording.times[tick])
+    if recorded != now:
+        problem = f"at {time_s:g} s it was in {BETWEEN.join(recorded)!r}, and is in {BETWEEN.join(now)!r}"
+        remedy = "its kit or Understudy is another since; `understudy run --replay` shows all that differs"
+        raise CannotRepeat(problem=problem, remedy=remedy)
+    chain, libraries = rerun.chains[agent], rerun.libraries
+    agents = tuple(asked(post, libraries[post.sort].taught) for post in chain)
+    return Why(time_s, time_s, agents, latest(chain, libraries))
+
+
+def _decision(rerun: Rerun, agent: int, recorded: tuple[str, ...], now: tuple[str, ...]) -> Reason | None:
+    """What was decided at the outermost level that differs."""
+    changed, chain = transition(recorded, now), rerun.chains[agent]
+    level, own = 0 if changed is None else changed.level, chain[-1]
+    if own.ordered:  # paths begin with what the one above ordered
+        return _decided(rerun, chain[-2], None) if level == 0 else _decided(rerun, own, level - 1)
+    return _decided(rerun, own, level)
+
+
+def _decided(rerun: Rerun, post: Post, level: int | None) -> Reason | None:
+    """What an agent decided in this tick at a level; at the outermost that switched, where it is not said which."""
+    stood = runner(post).stood(post.agent)
+    if level is None:
+        switching = (at for at, each in enumerate(stood) if each.asked is not None and each.asked.switched)
+        level = next(switching, len(stood) - 1)
+    if not 0 <= level < len(stood):
+        return None
+    query, machine = stood[level].asked, stood[level].machine
+    taught = rerun.libraries[post.sort].taught
+    return None if query is None else reason(str(machine.instance), query, taught[machine.automaton.name])

@@ -1,0 +1,115 @@
+"""Automata over the readings of a recording: run again as they would have run then, each asked what it decided."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from understudy.analysis.tracing import Followed, Post, command, followed
+from understudy.model.binding import Binding
+from understudy.robots.recording.reader import RESTART, Recording
+from understudy.robots.recording.replay import Replay
+from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.program import link
+from understudy.runtime.team.members import Layer
+from understudy.runtime.team.team import Team
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.assignment import deal
+from understudy.sim.team.libraries import Libraries
+
+
+class Rerun:
+    """Agents of some sorts run a behavior over a recording, with what each sort knows; where they were restarted then,
+    they are now.
+
+    They are a scenario's team where as many were recorded as it has robots; otherwise each runs it by itself.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        libraries: Libraries,
+        sorts: Sequence[str],
+        behavior: str,
+        *,
+        binding: Mapping[str, str],
+        scenario: Scenario | None = None,
+    ) -> None:
+        self.recording, self.libraries = recording, libraries
+        self._body = Replay(recording)
+        self._team: Team | None = None
+        root = behavior, Binding(binding)
+        if scenario is not None and len(deal(scenario).type_of) == self._body.agents:
+            self._team = _team(self._body, scenario, libraries, dict.fromkeys(sorts, root))
+            self.chains = [command(self._team, agent) for agent in range(self._body.agents)]
+        else:
+            program = link(libraries[sorts[0]], *root)
+            now, agents = self._body.time_s, range(self._body.agents)
+            self._alone = Followed(self._body, [Interpreter(program, now=now) for _ in agents])
+            layer = Layer(self._body, self._alone)
+            self.chains = [(Post(sorts[0], agent, layer, None),) for agent in agents]
+        for post in (post for chain in self.chains for post in chain):
+            runner(post).follow(post.agent)
+        self._restarts = {
+            (press.tick, agent): press.at_s
+            for agent, presses in enumerate(recording.presses)
+            for press in presses
+            if press.does == RESTART
+        }
+
+    @property
+    def at(self) -> int:
+        """How many ticks have passed."""
+        return self._body.tick
+
+    @property
+    def ended(self) -> bool:
+        """Whether all ticks have passed."""
+        return self._body.ended
+
+    def tick(self) -> None:
+        """Decide over one more tick."""
+        for agent in range(self._body.agents):
+            if (self.at, agent) in self._restarts:
+                self._body.wait(self._restarts[self.at, agent])
+                self._restart(agent)
+        if self._team is not None:
+            self._team.tick()
+        else:
+            self._alone.tick()
+
+    @property
+    def paths(self) -> list[tuple[str, ...]]:
+        """What each agent is doing, outermost first."""
+        if self._team is not None:
+            return self._team.paths
+        return [each.path for each in self._alone.interpreters]
+
+    def _restart(self, agent: int) -> None:
+        """A team begins anew as a whole."""
+        if self._team is not None:
+            self._team.clear()
+        else:
+            self._alone.interpreters[agent].start(self._body.time_s)
+
+
+def runner(post: Post) -> Followed:
+    """Who runs an agent that is followed."""
+    if not isinstance(post.layer.runner, Followed):
+        raise TypeError("agents that cannot be followed")
+    return post.layer.runner
+
+
+def _team(
+    body: Replay, scenario: Scenario, libraries: Libraries, roots: Mapping[str, tuple[str, Binding]]
+) -> Team:
+    radio = scenario.radio
+    return Team(
+        body,
+        deal(scenario),
+        libraries,
+        roots,
+        makes=followed,
+        delay_s=radio.delay_s,
+        loss=radio.loss,
+        seeds=[body.recording.head.ran.seed],
+    )

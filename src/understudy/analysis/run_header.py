@@ -1,0 +1,166 @@
+"""Recorded runs: what it takes to run one again, kept in the header of its trace, and read from there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from understudy.analysis.run_trace import PARQUET
+from understudy.errors import FileError, SettingError
+from understudy.runtime.program import Child, Instance
+from understudy.runtime.team.team import Team
+from understudy.sim.scenario.files import dump_scenario
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import Libraries
+from understudy.storage.atomic import failing
+from understudy.storage.fingerprint import digest, fingerprint
+
+SOON_S = 1e-6
+"""Times this near are one: those of a trace are rounded."""
+
+
+class How(msgspec.Struct, frozen=True):
+    """How a run was made. `scenario` is a name or the path of a file, `automata` has a fingerprint of each automaton
+    that was used, by the sort of agents that it was taught to.
+    """
+
+    scenario: str
+    world: str
+    kit: str | None
+    library: str
+    sorts: list[str]
+    behavior: str
+    binding: dict[str, str]
+    automata: dict[str, dict[str, str]]
+
+
+class Header(msgspec.Struct, frozen=True):
+    """The first line of a trace."""
+
+    scenario: str
+    seed: int
+    tick_s: float
+    robots: int
+    run: How | None = None
+
+
+class Row(msgspec.Struct, frozen=True):
+    """Where one robot was after a tick, and what it did in it."""
+
+    time_s: float
+    robot: int
+    x: float
+    y: float
+    heading: float
+    doing: str
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """One robot of a recorded run at a moment: `ticks` had passed, and `row` is what the trace says of it then."""
+
+    header: Header
+    how: How
+    row: Row
+    ticks: int
+
+
+def world_mark(scenario: Scenario) -> str:
+    """A fingerprint of a scenario."""
+    return digest(dump_scenario(scenario).encode())
+
+
+def marks(team: Team, libraries: Libraries) -> dict[str, dict[str, str]]:
+    """Fingerprints of all automata that the agents of a team may run, by sort."""
+    found: dict[str, dict[str, str]] = {}
+    for sort, programs in team.programs.items():
+        taught = libraries[sort].taught
+        used = {name: None for program in programs for name in _automata(program.root)}
+        if used:
+            found[sort] = {name: fingerprint(taught[name]) for name in sorted(used) if name in taught}
+    return found
+
+
+def _automata(child: Child) -> Iterator[str]:
+    if isinstance(child, Instance):
+        yield child.automaton.name
+        for below in child.children:
+            yield from _automata(below)
+
+
+def recorded(path: Path, *, robot: int, time_s: float) -> Recorded:
+    """What a trace says of a robot at a moment: the last tick until then.
+
+    FileError where it is no trace, or says nothing of how the run was made; SettingError where there is no such robot
+    or moment in it.
+    """
+    with failing(path, "reading the trace", remedy="name a file that `understudy run --trace` wrote"):
+        header, rows = _parquet(path, robot) if path.suffix.lower() == PARQUET else _lines(path, robot)
+    if header.run is None:
+        problem = "it does not say how the run was made"
+        raise _no_trace(path, problem, "run it again with `understudy run --trace`, of this version")
+    if not 0 <= robot < header.robots:
+        remedy = f"count from 0 to {header.robots - 1}"
+        raise SettingError(where=str(path), setting="--agent", problem=f"is {robot}", remedy=remedy)
+    if not rows:
+        raise _no_trace(
+            path, f"it says nothing of robot {robot}", "run it again with `understudy run --trace`"
+        )
+    if time_s > rows[-1].time_s + header.tick_s / 2:
+        problem, remedy = f"is {time_s:g}, after the run had ended", f"give at most {rows[-1].time_s:g}"
+        raise SettingError(where=str(path), setting="--time", problem=problem, remedy=remedy)
+    ticks = max(1, sum(row.time_s <= time_s + SOON_S for row in rows))
+    return Recorded(header, header.run, rows[ticks - 1], ticks)
+
+
+def _lines(path: Path, robot: int) -> tuple[Header, list[Row]]:
+    decode = msgspec.json.Decoder(Row).decode
+    with path.open("rb") as lines:
+        header = _header(next(lines, b""), path)
+        try:
+            whole = (
+                line for line in lines if line.endswith(b"\n")
+            )  # a run that was killed ends within a line
+            rows = [decode(line) for line in whole if line.strip()]
+        except msgspec.MsgspecError as error:
+            raise _no_trace(path, f"a line of it cannot be read ({error})", "restore it") from None
+    return header, [row for row in rows if row.robot == robot]
+
+
+def _parquet(path: Path, robot: int) -> tuple[Header, list[Row]]:
+    try:
+        duckdb = import_module("duckdb")
+    except ImportError:
+        problem = "it is Parquet, which needs DuckDB"
+        raise _no_trace(path, problem, "pip install 'understudy[parquet]'") from None
+    with duckdb.connect() as database, path.open("rb"):
+        try:
+            about = database.execute(
+                "SELECT value FROM parquet_kv_metadata(?) WHERE decode(key) = 'understudy'", [str(path)]
+            ).fetchone()
+            found = database.execute(
+                "SELECT * FROM read_parquet(?) WHERE robot = ? ORDER BY time_s", [str(path), robot]
+            ).fetchall()
+        except duckdb.Error as error:
+            raise _no_trace(path, f"it cannot be read ({error})", "restore it") from None
+    return _header(about[0] if about else b"", path), [Row(*row) for row in found]
+
+
+def _header(line: bytes, path: Path) -> Header:
+    try:
+        found: dict[str, Any] = msgspec.json.decode(line)
+        if found.get("format") != "understudy trace":
+            raise ValueError
+        return msgspec.convert(found, Header)
+    except (ValueError, AttributeError):  # msgspec's own errors are ValueErrors, too
+        problem = "it is no trace of a run"
+        raise _no_trace(path, problem, "name a file that `understudy run --trace` wrote") from None
+
+
+def _no_trace(path: Path, problem: str, remedy: str) -> FileError:
+    return FileError(path=path, place="", problem=problem, remedy=remedy)

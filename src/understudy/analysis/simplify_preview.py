@@ -1,0 +1,82 @@
+"""An automaton with fewer questions beside the one there is: shown before anybody decides to keep it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from understudy.analysis.lesson_replay import Decided, Replayed, replayed
+from understudy.errors import SettingError
+from understudy.learning.fit import learned
+from understudy.learning.simplify import Suggestion, suggestion, with_pruning
+from understudy.model.automaton import Automaton
+from understudy.model.describe import conditions
+from understudy.model.lesson import Lesson, Trees
+from understudy.model.library import Taught
+from understudy.model.tree import Test, Tree
+
+UNTOLD = 1.0
+"""The pruning to show where nothing can be suggested: what one example alone holds up goes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Simpler:
+    """A lesson pruned: what is learned then, and how that decides its moments beside what `before` does; `suggested` is
+    None where there are too few examples to tell.
+    """
+
+    pruning: float
+    suggested: Suggestion | None
+    before: Taught
+    after: Taught
+    replayed: Replayed
+
+    @property
+    def leaves(self) -> tuple[int, int]:
+        """How many answers all trees have, before and after."""
+        return leaves(self.before.automaton), leaves(self.after.automaton)
+
+    @property
+    def conditions(self) -> dict[str, tuple[list[str], list[str]]]:
+        """By state, in words, when it switches, before and after: of states where that would change."""
+        was, now = (conditions(each.automaton, each.lesson) for each in (self.before, self.after))
+        both = {state: (was.get(state, []), now.get(state, [])) for state in dict.fromkeys([*was, *now])}
+        return {state: (old, new) for state, (old, new) in both.items() if old != new}
+
+    @property
+    def decisions(self) -> tuple[Decided, ...]:
+        """The examples that would be decided otherwise than they are."""
+        return tuple(each for each in self.replayed.different if each.formerly != each.now)
+
+
+def simpler(taught: Taught, pruning: float | None = None) -> Simpler:
+    """An automaton pruned, as much as is suggested where it is not said how much.
+
+    SettingError where it was not taught with trees.
+    """
+    lesson = simplifiable(taught)
+    found = suggestion(lesson)
+    asked = pruning if pruning is not None else UNTOLD if found is None else found.pruning
+    pruned = with_pruning(lesson, asked)
+    after = Taught(learned(pruned), pruned)
+    return Simpler(asked, found, taught, after, replayed(after, taught))
+
+
+def simplifiable(taught: Taught) -> Lesson:
+    """The lesson of an automaton that was taught with trees; SettingError of another."""
+    if taught.lesson is None:
+        raise refused(taught.automaton.name, "was written by hand", "name one that was taught")
+    if not isinstance(taught.lesson.options.learner, Trees):
+        problem, remedy = "is decided by a classifier, which has no questions", "learn it with trees first"
+        raise refused(taught.automaton.name, problem, remedy)
+    return taught.lesson
+
+
+def refused(name: str, problem: str, remedy: str) -> SettingError:
+    """That an automaton cannot be simplified."""
+    return SettingError(where="simplify", setting=f"automaton {name!r}", problem=problem, remedy=remedy)
+
+
+def leaves(automaton: Automaton) -> int:
+    """How many answers all its trees have."""
+    trees = [tree for tree in automaton.transitions.values() if isinstance(tree, Tree)]
+    return sum(node.test == Test.LEAF for tree in trees for node in tree.nodes)

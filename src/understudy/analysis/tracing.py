@@ -1,0 +1,146 @@
+"""Following agents through a run: every question that their automata were asked, and what they answered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from understudy.model.features import Percept
+from understudy.model.kinds import Column
+from understudy.model.tree import STAY
+from understudy.runtime.body import Body
+from understudy.runtime.interpreter import Interpreter, Machine
+from understudy.runtime.program import Program
+from understudy.runtime.run_loop import Run
+from understudy.runtime.team.members import Layer, Runner
+from understudy.runtime.team.squad_body import Squads
+from understudy.runtime.team.team import Team
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """What a state's transition function was asked at a time, and the state after it (the same: it stayed)."""
+
+    time_s: float
+    before: int
+    after: int
+    values: tuple[float, ...]
+
+    @property
+    def switched(self) -> bool:
+        """Whether the state was left."""
+        return self.after != self.before
+
+
+@dataclass(frozen=True, slots=True)
+class Stood:
+    """One running automaton at a moment: when its state was entered, what it was asked in the last tick (None: its
+    state has no transition function), and the query that had entered its state (None: it was started there).
+    """
+
+    machine: Machine
+    entered_s: float
+    asked: Query | None
+    entry: Query | None
+
+
+class Followed(Run):
+    """Interpreters, some of which are followed."""
+
+    def __init__(
+        self, body: Body, interpreters: Sequence[Interpreter], others: Sequence[Program] = ()
+    ) -> None:
+        super().__init__(body, interpreters, others)
+        self._seen: dict[int, Interpreter] = {}
+        self._asked: dict[Machine, Query] = {}
+        self._entries: dict[Machine, Query] = {}
+        self._agents: set[int] = set()
+        self._body = body
+        self.last: tuple[Machine, Query] | None = None
+        """The last switch before this tick of those that are followed; of several in a tick that of the highest level,
+        which the others follow from."""
+
+    def follow(self, agent: int) -> None:
+        """Follow an agent from now on."""
+        self._agents.add(agent)
+
+    def decide(self, percept: Percept) -> dict[str, Column]:
+        """Pulse every agent; what those that are followed were asked is kept until the next tick."""
+        switched = (each for each in self._asked.items() if each[1].switched)
+        self.last = next(switched, self.last)
+        self._asked.clear()
+        for agent in self._agents:
+            interpreter = self.interpreters[agent]
+            if self._seen.get(agent) is not interpreter:  # it was ordered to run something else
+                self._seen[agent] = interpreter
+                interpreter.witness(self._witness)
+        return super().decide(percept)
+
+    def _witness(self, machine: Machine, state: int, answer: int, values: Sequence[float]) -> None:
+        query = Query(self._body.time_s, state, state if answer == STAY else answer, tuple(values))
+        self._asked[machine] = query
+        if query.switched:
+            self._entries[machine] = query
+
+    def stood(self, agent: int) -> tuple[Stood, ...]:
+        """The running automata of an agent that is followed, from the root down."""
+        return tuple(self._stood(machine) for machine in self.interpreters[agent].active)
+
+    def _stood(self, machine: Machine) -> Stood:
+        entry = self._entries.get(machine)
+        if entry is not None and (entry.time_s != machine.entered or entry.after != machine.state):
+            entry = None  # it was started again since
+        return Stood(machine, machine.entered, self._asked.get(machine), entry)
+
+
+def followed(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
+    """What runs the agents of a team so that they can be followed."""
+    return Followed(body, [Interpreter(program, now=body.time_s) for program in programs], others)
+
+
+@dataclass(frozen=True, slots=True)
+class Post:
+    """An agent of a team: its sort, its number among them, who runs it, and what it was ordered to do by the one above
+    it (None: it is under nobody).
+    """
+
+    sort: str
+    agent: int
+    layer: Layer
+    squad: tuple[Squads, int] | None
+
+    @property
+    def ordered(self) -> str | None:
+        """What it was last ordered to do, as it has heard; "" is nothing yet."""
+        if self.squad is None:
+            return None
+        squads, member = self.squad
+        duty = squads.ordering.duty[member]
+        return "" if duty is None else str(duty)
+
+
+def command(team: Team, robot: int) -> tuple[Post, ...]:
+    """A robot of a team and all above it, the topmost first."""
+    layer, row = team.layers[0], robot
+    sort = team.tree.types[team.tree.type_of[robot]]
+    chain: list[Post] = []
+    while True:
+        above = _above(team, layer, row)
+        chain.append(Post(sort, row, layer, None if above is None else (above[0], above[2])))
+        if above is None:
+            return tuple(reversed(chain))
+        squads, layer, member = above
+        sort, row = squads.squad.name, int(squads.roster.squad[member])
+
+
+def _above(team: Team, layer: Layer, row: int) -> tuple[Squads, Layer, int] | None:
+    """The squads that an agent is a member of, their layer, and which member it is."""
+    for upper in team.layers:
+        if isinstance(upper.body, Squads):
+            roster = upper.body.roster
+            for member, (band, place) in enumerate(
+                zip(roster.band.tolist(), roster.row.tolist(), strict=True)
+            ):
+                if place == row and upper.body.bands[band].layer is layer:
+                    return upper.body, upper, member
+    return None

@@ -1,1 +1,0 @@
-"""What `understudy demo` shows: a module each."""

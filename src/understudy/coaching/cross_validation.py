@@ -1,0 +1,170 @@
+"""Trials: what a state would decide had one of its examples, or half of them, never been shown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError
+from understudy.learning.fit import fitting
+from understudy.learning.sklearn_adapter import ScikitTransition
+from understudy.learning.training_set import Shown, arrays, teaching
+from understudy.model.automaton import Transition
+from understudy.model.example import Example
+from understudy.model.lesson import Lesson, Scikit
+from understudy.model.tree import STAY, Tree, leaf
+
+Chosen = NDArray[np.bool_]
+MOST_TRIALS = 64
+"""So many trials in a lesson at most: of a larger one, each trial leaves out several examples at once."""
+MOST_SLOW_TRIALS = 8
+"""The same for classifiers of scikit-learn, which take milliseconds each."""
+SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
+"""Those that take a second: there is no trial of them."""
+
+
+@dataclass(frozen=True)
+class Learner:
+    """What teaches one state, and how it is learned from some of it.
+
+    `pressed` are the rows of press-made examples: only these are ever left out and judged by.
+    """
+
+    state: str
+    shown: Shown
+    fit: Callable[[Shown], Transition]
+
+    @property
+    def examples(self) -> tuple[Example, ...]:
+        """The examples that teach it."""
+        return self.shown.examples
+
+    @cached_property
+    def pressed(self) -> NDArray[np.int64]:
+        """The rows that a press made."""
+        return np.flatnonzero([example.pressed for example in self.examples])
+
+    def learned(self, kept: Chosen) -> Transition:
+        """The transition function from the rows kept [n]; it stays where none of those was press-made, or where they
+        are too few for the classifier.
+        """
+        shown = self.shown
+        if not kept[self.pressed].any():
+            return Tree((leaf(STAY),))
+        values, outcomes, groups = shown.values[kept], shown.outcomes[kept], shown.groups[kept]
+        try:
+            return self.fit(
+                Shown((), values, outcomes, groups, shown.current)
+            )  # arrays are all that is fitted to
+        except DefinitionError:
+            return Tree((leaf(STAY),))
+
+    def without(self, *rows: int) -> Transition:
+        """The transition function had these rows never been shown."""
+        kept = np.ones(len(self.examples), np.bool_)
+        kept[list(rows)] = False
+        return self.learned(kept)
+
+    def decided(self, transition: Transition, vectors: Sequence[Sequence[float]]) -> NDArray[np.int64]:
+        """The next state's index for each vector; where it stays, that of the state itself (STAY: stateless)."""
+        if isinstance(transition, ScikitTransition):
+            found = transition.decide_at_once(np.array(vectors, np.float64).reshape(len(vectors), -1))
+        else:
+            found = np.array([transition.decide(vector) for vector in vectors], np.int64)
+        return np.where(found == STAY, self.shown.current, found)
+
+
+def learners(lesson: Lesson) -> Mapping[str, Learner]:
+    """What teaches each state that was shown anything; a stateless lesson has one for all, under its first state."""
+    fit = fitting(lesson)
+    taught = teaching(lesson)
+    names = list(taught)[:1] if lesson.automaton.stateless else list(taught)
+    return {name: Learner(name, arrays(lesson, taught[name], name), fit) for name in names}
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A transition function learned without some rows."""
+
+    rows: tuple[int, ...]
+    transition: Transition
+
+
+def trials(
+    lesson: Lesson, found: Mapping[str, Learner], *, most: int | None = None
+) -> Mapping[str, list[Trial]]:
+    """By state, what it would have learned without each press-made example; of a large lesson, without some of them at
+    a time, and nothing of a classifier that is SLOW.
+    """
+    if isinstance(lesson.options.learner, Scikit) and lesson.options.learner.classifier in SLOW:
+        return {name: [] for name in found}
+    if most is None:
+        most = MOST_SLOW_TRIALS if isinstance(lesson.options.learner, Scikit) else MOST_TRIALS
+    total = sum(len(learner.pressed) for learner in found.values())
+    together = max(1, -(-total // most))
+    made = {}
+    for name, learner in found.items():
+        rows = learner.pressed.tolist()
+        groups = -(-len(rows) // together)
+        made[name] = [
+            Trial(tuple(left_out), learner.without(*left_out))
+            for left_out in (rows[first::groups] for first in range(groups))
+        ]
+    return made
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """How many press-made examples were decided as shown by what was learned without them."""
+
+    right: int
+    of: int
+
+    @property
+    def share(self) -> float:
+        """The share that was right; 0 of none."""
+        return self.right / self.of if self.of else 0.0
+
+
+def left_out(found: Mapping[str, Learner], made: Mapping[str, Sequence[Trial]]) -> Score:
+    """Leave-one-out accuracy pooled over all states that have two press-made examples or more."""
+    right = of = 0
+    for name, learner in found.items():
+        if len(learner.pressed) < 2:
+            continue
+        for trial in made[name]:
+            right_here, cases = _right(learner, trial)
+            right, of = right + right_here, of + cases
+    return Score(right, of)
+
+
+HALVES = 4
+SEED = 1
+
+
+def with_half(found: Mapping[str, Learner], *, halves: int = HALVES) -> Score:
+    """The same where only a half of the others is learned from, drawn several times."""
+    right = of = 0
+    draws = np.random.default_rng(SEED)
+    for learner in found.values():
+        rows = learner.pressed
+        if len(rows) < 2:
+            continue
+        for _ in range(halves):
+            mixed = draws.permutation(rows)
+            middle = len(rows) // 2
+            for half in (mixed[:middle], mixed[middle:]):
+                trial = Trial(tuple(half.tolist()), learner.without(*half.tolist()))
+                right_here, cases = _right(learner, trial)
+                right, of = right + right_here, of + cases
+    return Score(right, of)
+
+
+def _right(learner: Learner, trial: Trial) -> tuple[int, int]:
+    rows = list(trial.rows)
+    decided = learner.decided(trial.transition, learner.shown.values[rows].tolist())
+    return int((decided == learner.shown.outcomes[rows]).sum()), len(rows)

@@ -1,0 +1,64 @@
+"""How near situations are to each other, feature by feature: 0 alike, 1 as different as can be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.coaching.situation_text import Wording
+from understudy.model.automaton import Transition
+from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.tree import Test, Tree
+
+UNASKED = 0.25
+"""What a feature counts that a state's tree does not ask about: the lesson chose it, so it may matter all the same."""
+FAR = 0.35
+"""From here on a situation is far from an example: a third of what was seen of a number, or 60 degrees."""
+
+
+class Nearness:
+    """The distances of feature vectors for one state; features that its transition function asks about count in full.
+
+    A number differs by its share of what was seen of it, an angle by its share of half a turn, labels and absence
+    wholly or not at all.
+    """
+
+    def __init__(self, words: Sequence[Wording], transition: Transition | None) -> None:
+        self._weights = np.where(_asked(transition, len(words)), 1.0, UNASKED)
+        self._scale, self._turn = np.ones(len(words)), np.zeros(len(words))
+        self._labels = np.zeros(len(words), np.bool_)
+        for column, word in enumerate(words):
+            kind = word.bound.kind
+            if isinstance(kind, Categorical):
+                self._labels[column] = True
+            elif isinstance(kind, Toroidal):
+                self._turn[column], self._scale[column] = kind.period, kind.period / 2
+            elif word.high > word.low:
+                self._scale[column] = word.high - word.low
+
+    def apart(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far vectors [..., F] are from others, broadcast, feature by feature, from 0 to 1."""
+        off = np.abs(rows - values)
+        off = np.where(off > self._turn / 2, np.abs(self._turn - off), off)  # of what has no period: itself
+        off = np.where(self._labels & (off > 0), 1.0, np.minimum(off / self._scale, 1.0))
+        missing = np.isnan(off)
+        return np.where(missing, (np.isnan(rows) != np.isnan(values)) * 1.0, off) if missing.any() else off
+
+    def distances(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far vectors [..., F] are from others, broadcast, all features together; 1 is far."""
+        return self.together(self.apart(rows, values))
+
+    def together(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far vectors are from each other that are so far `apart` [..., F] feature by feature."""
+        found: NDArray[np.float64] = np.minimum(np.sqrt(apart * apart @ self._weights), 1.0)
+        return found
+
+
+def _asked(transition: Transition | None, features: int) -> NDArray[np.bool_]:
+    """Which features decide; all, where the function cannot say."""
+    if not isinstance(transition, Tree) or len(transition.nodes) == 1:
+        return np.ones(features, np.bool_)
+    asked = {node.feature for node in transition.nodes if node.test != Test.LEAF}
+    return np.isin(np.arange(features), list(asked))

@@ -1,0 +1,121 @@
+"""Asking: during testing, whoever decides says when it is unsure, and waits, or goes on and marks the moment.
+
+It stands beside a session: before each tick whoever drives the session asks it to look.
+
+    asking = Asking(session)
+    question = asking.look()
+    if question is not None:
+        session.paused = True  # and show question.sentence
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from understudy.coaching.uncertainty import Doubt, Doubts
+from understudy.learning.fit import learn
+from understudy.runtime.body import rewinds
+from understudy.training.other_agents import Instant
+from understudy.training.session import Session
+from understudy.training.trainee import Mode
+
+UNSURE = 0.5
+"""From so much doubt on it asks."""
+MOST_MARKS = 50
+REST_S = 2.0
+"""So long after a question it does not ask another one: whoever is asked at every step hears nothing any more."""
+
+
+class When(StrEnum):
+    """What it does where it is unsure."""
+
+    NEVER = "never"
+    PAUSE = "pause"  # wait for an answer
+    MARK = "mark"  # go on, and remember the moment
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A decision in doubt: when, in which state, on which feature vector, and what it would do.
+
+    `instant` is there where the moment was marked and its body can be rewound: `session.rewind` goes back to it.
+    """
+
+    time_s: float
+    state: str
+    values: tuple[float, ...]
+    next: str
+    doubt: Doubt
+    instant: Instant | None = None
+
+    @property
+    def sentence(self) -> str:
+        """The question, for a person."""
+        does = f"stay in {self.state}" if self.next == self.state else f"go to {self.next}"
+        return f"I am not sure: I would {does}, but {self.doubt.reason}. What is right?"
+
+
+class Asking:
+    """Looks over the shoulder of a session in testing; `marked` are the moments it was unsure of and went on."""
+
+    def __init__(self, session: Session, when: When = When.PAUSE, *, unsure: float = UNSURE) -> None:
+        self.session, self.when, self.unsure = session, when, unsure
+        self.marked: list[Question] = []
+        self._asked: set[tuple[str, str]] = set()
+        self._for: tuple[object, ...] = ()
+        self._last_s = -REST_S
+
+    def look(self) -> Question | None:
+        """The question there is before the next tick, if it is to wait for an answer; None otherwise.
+
+        What it asked it does not ask again before the lesson has changed: whoever let it go on has answered. After
+        a question it rests for REST_S.
+        """
+        session = self.session
+        if self.when is When.NEVER or session.mode is not Mode.TESTING:
+            return None
+        screen = session.screen()
+        rests = 0.0 <= screen.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
+        if screen.flag is not None or screen.waiting is not None or rests:
+            return None
+        self._learn()
+        values = tuple(screen.features.values())
+        doubt = self._doubts.doubt(screen.state, values)
+        if doubt.amount < self.unsure or (screen.state, doubt.reason) in self._asked:
+            return None
+        self._asked.add((screen.state, doubt.reason))
+        self._last_s = screen.time_s
+        function = self._transitions.get(screen.state)
+        outcome = -1 if function is None else function.decide(values)
+        following = screen.state if outcome < 0 else session.automaton.state_names[outcome]
+        question = Question(screen.time_s, screen.state, values, following, doubt)
+        if self.when is When.PAUSE:
+            return question
+        self._mark(question)
+        return None
+
+    def still(self, question: Question) -> bool:
+        """Whether it would be unsure there now, too: the lesson may have changed since."""
+        self._learn()
+        automaton = self.session.automaton
+        if question.state not in automaton.state_names or len(question.values) != len(automaton.features):
+            return False
+        return self._doubts.doubt(question.state, question.values).amount >= self.unsure
+
+    def _mark(self, question: Question) -> None:
+        session = self.session
+        instant = session.instant() if rewinds(session.body) else None
+        self.marked.append(
+            Question(question.time_s, question.state, question.values, question.next, question.doubt, instant)
+        )
+        del self.marked[:-MOST_MARKS]
+
+    def _learn(self) -> None:
+        """What the lesson says now; made again only when the lesson changed."""
+        key = (self.session.examples, self.session.automaton)
+        if not self._for or any(new is not old for new, old in zip(key, self._for, strict=True)):
+            lesson = self.session.lesson
+            self._for, self._transitions = key, learn(lesson)
+            self._doubts = Doubts(lesson, self._transitions)
+            self._asked.clear()

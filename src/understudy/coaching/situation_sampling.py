@@ -1,0 +1,64 @@
+"""Situations that a robot may come into: feature vectors to ask a lesson about."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.features import BoundFeature
+from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.lesson import Lesson
+
+IMAGINED = 192
+SEED = 0
+
+
+def vectors_of(lesson: Lesson) -> NDArray[np.float64]:
+    """The feature vectors of all examples [n, F], of whatever state."""
+    rows = [example.values for example in lesson.examples]
+    return np.array(rows, np.float64).reshape(len(rows), len(lesson.automaton.features))
+
+
+def imagined(lesson: Lesson, seen: NDArray[np.float64], count: int = IMAGINED) -> NDArray[np.float64]:
+    """Feature vectors [count, F] like those `seen` [n, F]: absent together what was absent together there, and every
+    other reading of the body drawn evenly from all that was seen of it, or from all there is of an angle or a label.
+
+    What belongs to the automaton itself (flags, counters, time) is as it was in some moment seen. None, where nothing
+    was seen.
+    """
+    features = lesson.automaton.features
+    if not len(seen) or not features:
+        return np.zeros((0, len(features)))
+    draws = np.random.default_rng(SEED)
+    found = seen[draws.integers(len(seen), size=count)]
+    for column, bound in enumerate(features):
+        present = ~np.isnan(found[:, column])
+        if bound.own or not present.any():
+            continue
+        fresh = _drawn(bound, seen[:, column], draws, count)
+        found[:, column] = np.where(present, fresh, np.nan)
+    return found
+
+
+def completed(
+    lesson: Lesson, situations: NDArray[np.float64], seen: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Situations [M, F] in which the automaton's own features are as in some moment `seen` [n, F]."""
+    own = [column for column, bound in enumerate(lesson.automaton.features) if bound.own]
+    found = situations.copy()
+    if len(seen) and own:
+        rows = np.random.default_rng(SEED).integers(len(seen), size=len(found))
+        found[:, own] = seen[rows][:, own]
+    return found
+
+
+def _drawn(
+    bound: BoundFeature, seen: NDArray[np.float64], draws: np.random.Generator, count: int
+) -> NDArray[np.float64]:
+    kind = bound.kind
+    if isinstance(kind, Categorical):
+        return draws.integers(len(kind.labels), size=count).astype(np.float64)
+    if isinstance(kind, Toroidal):
+        return draws.random(count) * kind.period
+    low, high = float(np.nanmin(seen)), float(np.nanmax(seen))
+    return low + draws.random(count) * (high - low)

@@ -1,0 +1,205 @@
+"""Staging: the robot is put into the situation that advice is about, so that a person can show what to do there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import inf, isinf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.coaching.advice import Advice
+from understudy.coaching.pose_sampling import Pose, Poser
+from understudy.errors import SessionError, listed
+from understudy.model.features import BoundFeature, Counter, Flag, TimeInState, Timer
+from understudy.model.kinds import NO, Categorical, Toroidal
+from understudy.model.tree_regions import Box, Region
+from understudy.runtime.interpreter import Level
+from understudy.training.other_agents import Instant, rewindable
+from understudy.training.session import Session
+
+TRIES = 240
+"""Poses tried in each world."""
+EXACT = 0.02
+"""So near what was meant that no other pose is tried."""
+NEARBY = 0.5
+"""From this share of the tries on, poses are drawn around the best so far."""
+
+
+@dataclass(frozen=True, slots=True)
+class Staged:
+    """What came of setting up a situation: `there` or as near as could be, `missed` naming the features that are not.
+
+    `seed` is that of the world the robot is in now; None: the one it was in.
+    """
+
+    there: bool
+    sentence: str
+    missed: tuple[str, ...] = ()
+    seed: int | None = None
+
+
+def stage(
+    session: Session, advice: Advice, *, seeds: Sequence[int] = (), tries: int = TRIES, draw: int = 0
+) -> Staged:
+    """Put the session's robot where the advice's situation holds, its automaton in the advice's state.
+
+    Nothing is recorded. Of places in its region, the one nearest to what it looks at is taken. Where this world
+    has no such place, those of `seeds` are tried, in turn. `draw` chooses among places that will do. SessionError
+    where the advice is about no place, or the body can neither be placed nor rewound.
+    """
+    if advice.region is None and not advice.state:
+        raise SessionError(f"this advice is about no place in particular: {advice.sentence}")
+    automaton = session.automaton
+    region = advice.region or ()
+    if advice.state and automaton.state(advice.state).flag is not None:
+        raise SessionError(
+            f"state {advice.state!r} raises a flag and is never left: nothing can be shown in it"
+        )
+    body = rewindable(session.body)
+    levels, own_missed = _levels(session, advice.state, region)
+    targets = session.screen().targets
+    poser = Poser(session.body, session.agent, automaton.features, targets)
+    best: tuple[float, bytes, NDArray[np.float64], int | None] | None = None
+    before = body.snapshot()
+    draws = np.random.default_rng([draw, 7])
+    for seed in (None, *seeds):
+        if seed is not None:
+            session.reset(seed)
+        for off, values in _tried(poser, advice, automaton.features, draws, tries):
+            if best is None or off < best[0]:
+                best = off, body.snapshot(), values, seed
+        if best is not None and best[0] < 1.0:
+            break
+    if best is None:
+        best = (inf, before, np.full(len(automaton.features), np.nan), None)
+    _, snapshot, values, seed = best
+    session.rewind(Instant(snapshot, levels, session.mode, session.company.snapshot()))
+    off_each = _misses(automaton.features, region, values)
+    missed = (
+        *(str(bound) for bound, off in zip(automaton.features, off_each, strict=False) if off > 0),
+        *own_missed,
+    )
+    return Staged(not missed, _said(advice, missed), missed, seed)
+
+
+def _said(advice: Advice, missed: Sequence[str]) -> str:
+    where = f"in {advice.state}, " if advice.state else ""
+    if not missed:
+        return f"There it is, {where}as I meant it: show me what to do."
+    return (
+        f"I could not set it up whole: {listed(missed)} {'is' if len(missed) == 1 else 'are'} not as I meant."
+    )
+
+
+def _tried(
+    poser: Poser, advice: Advice, features: Sequence[BoundFeature], draws: np.random.Generator, tries: int
+) -> Iterator[tuple[float, NDArray[np.float64]]]:
+    """Pose after pose that is better than those before, until all is as it should be: how far off it is, and what the
+    features read there. Below 1 it lies in the region.
+    """
+    if advice.region is None:
+        yield 0.0, poser.read()
+        return
+    best: tuple[float, Pose] | None = None
+    for turn in range(tries):
+        if best is not None and turn > tries * NEARBY:
+            pose = poser.beside(best[1], draws, 0.2 * (1 - turn / tries) ** 2 + 0.003)
+        else:
+            pose = poser.anywhere(draws, near=turn % 3 > 0)
+        values = poser.values(pose)
+        if values is None:
+            continue
+        missed = sum(_misses(features, advice.region, values))
+        aside = 0.0 if advice.at is None else _aside(features, advice.at, values)
+        off = (1.0 + missed if missed else 0.0) + aside
+        if best is None or off < best[0]:
+            best = off, pose
+            yield off, values
+        if off < EXACT:
+            return
+
+
+def _aside(features: Sequence[BoundFeature], at: Sequence[float], values: NDArray[np.float64]) -> float:
+    """How far values are from a vector, from 0 up to but not including 1."""
+    off = []
+    for bound, wanted, value in zip(features, at, values.tolist(), strict=True):
+        if bound.own or wanted == value or (wanted != wanted and value != value):
+            continue
+        if wanted != wanted or value != value or isinstance(bound.kind, Categorical):
+            off.append(1.0)
+        elif isinstance(bound.kind, Toroidal):
+            turned = abs(wanted - value) % bound.kind.period
+            off.append(2.0 * min(turned, bound.kind.period - turned) / bound.kind.period)
+        else:
+            off.append(min(1.0, abs(wanted - value) / max(abs(wanted), abs(value))))
+    return 0.99 * sum(off) / len(features) if off else 0.0
+
+
+def _misses(
+    features: Sequence[BoundFeature], region: Box, values: Sequence[float] | NDArray[np.float64]
+) -> list[float]:
+    """How far each value is from its part of a region, 0 within; the automaton's own features are not looked at."""
+    found = []
+    for bound, part, value in zip(features, region, values, strict=False):
+        found.append(0.0 if bound.own else miss(bound, part, float(value)))
+    return found
+
+
+def miss(bound: BoundFeature, region: Region, value: float) -> float:
+    """How far a value is from a region: 0 within, 1 as far as can be or otherwise than by degrees."""
+    if value in region:
+        return 0.0
+    if value != value or not region.parts or isinstance(bound.kind, Categorical):
+        return 1.0
+    if isinstance(bound.kind, Toroidal):
+        period = bound.kind.period
+        off = min(min((low - value) % period, (value - high) % period) for low, high in region.parts)
+        return min(1.0, max(off, 1e-9) / (period / 2))
+    ends = [end for part in region.parts for end in part if not isinf(end)]
+    scale = max(max(ends) - min(ends), abs(ends[0]), 1e-9)
+    off = min(max(low - value, value - high) for low, high in region.parts)
+    return min(1.0, 0.01 + 0.5 * max(off, 0.0) / scale)
+
+
+def _levels(session: Session, state: str, region: Box) -> tuple[tuple[Level, ...], tuple[str, ...]]:
+    """The run state in which the automaton's own features lie in a region; and which of them cannot be made to."""
+    automaton = session.automaton
+    name = state or automaton.states[0].name
+    seconds, counters, timers = 0.0, {}, {}
+    below: list[Level] = []
+    missed = []
+    for bound, part in zip(automaton.features, region, strict=False):
+        feature = bound.feature
+        if isinstance(feature, TimeInState):
+            seconds = _within(part)
+        elif isinstance(feature, Counter):
+            counters[feature.name] = _within(part)
+        elif isinstance(feature, Timer) and part.parts:
+            timers[feature.name] = _within(part)
+        elif isinstance(feature, Flag) and NO not in part:
+            raised = _raised(session, name, feature.name)
+            below += raised
+            missed += [] if raised else [str(bound)]
+    return (Level(automaton.name, name, seconds, counters, timers), *below), tuple(missed)
+
+
+def _raised(session: Session, state: str, flag: str) -> list[Level]:
+    """The run state of what a state runs, its flag raised; none where it has no such flag."""
+    behavior = session.automaton.state(state).behavior
+    taught = session.library.taught.get(behavior or "")
+    if taught is None:
+        return []
+    flags = [each.name for each in taught.automaton.states if each.flag == flag]
+    return [Level(taught.automaton.name, flags[0], 0.0, {}, {})] if flags else []
+
+
+def _within(region: Region) -> float:
+    """A number from a region, as near 0 as can be without being at its edge."""
+    if not region.parts or 0.0 in region:
+        return 0.0
+    low, high = min(region.parts, key=lambda part: abs(part[0]) if not isinf(part[0]) else abs(part[1]))
+    if isinf(high):
+        return low * 1.2 if low > 0 else low
+    return high - 0.2 * abs(high) if isinf(low) else (low + high) / 2

@@ -1,0 +1,265 @@
+"""Who is responsible for a change: the examples behind every condition that moved, appeared or vanished.
+
+Between two versions of a lesson, examples are new, gone, edited, put in quarantine or let out of it. Such an example is
+behind a change where it reaches what changed, showing it or saying otherwise, or where it bounds a cut that the other
+version has not. Where none does, the change came about elsewhere in the tree: then it is those without which, one at a
+time, it would not have come.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+
+from understudy.errors import listed
+from understudy.learning.fit import learn_state
+from understudy.learning.reaching import reaching
+from understudy.learning.training_set import teaching
+from understudy.model.automaton import Transition
+from understudy.model.describe import shown
+from understudy.model.example import Example
+from understudy.model.kinds import Toroidal
+from understudy.model.lesson import Lesson
+from understudy.model.library import Taught
+from understudy.model.tree import STAY, Node, Test, Tree
+from understudy.model.tree_regions import Box
+from understudy.model.tree_text import simplified, worded
+
+Lines: TypeAlias = Mapping[str, Mapping[str, Box]]
+"""By next state, the conditions under which a state is left for it, and the vectors that fulfill each."""
+Numbered: TypeAlias = Mapping[int, Example]
+MOST_NAMED = 6
+MOST_TRIED = 20
+"""Of more examples that changed, none is tried as it was."""
+SIGNIFICANT = 1e-9
+"""Values this near are one: those of a cut may be the next float above."""
+
+
+@dataclass(frozen=True, slots=True)
+class Responsible:
+    """An example behind a change: what `happened` to it ("new", "gone", "edited", "in quarantine", "let out", or "read
+    anew" where the lesson's features or reaction time changed), and `how` it is behind it.
+    """
+
+    number: int
+    happened: str
+    how: str
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """When a state is left for another: the conditions that are gone and those that are new, and who is behind it."""
+
+    state: str
+    next: str
+    gone: tuple[str, ...]
+    new: tuple[str, ...]
+    what: str
+    examples: tuple[Responsible, ...]
+
+    def __str__(self) -> str:
+        """A sentence: "goto → done moved: examples 3 (gone, showed it) and 7 (new, shows it)"."""
+        named = [f"{who.number} ({who.happened}, {who.how})" for who in self.examples[:MOST_NAMED]]
+        more = [f"{len(self.examples) - len(named)} more"] if len(self.examples) > len(named) else []
+        which = f"example{'s' * (len(self.examples) > 1)} {listed([*named, *more])}"
+        return f"{self.state} → {self.next} {self.what}: {which if named else 'it is learned otherwise'}"
+
+
+def moved(before: Taught, after: Taught) -> tuple[Moved, ...]:
+    """Every change of when states are left, of trees learned from lessons, with the examples responsible."""
+    if before.lesson is None or after.lesson is None:
+        return ()
+    found = []
+    for state in dict.fromkeys([*before.automaton.transitions, *after.automaton.transitions]):
+        pair = _State(state, before, after, before.lesson, after.lesson)
+        found += list(pair.moved())
+    return tuple(found)
+
+
+class _State:
+    """The two versions of one state: what taught it, and what it learned."""
+
+    def __init__(
+        self, state: str, before: Taught, after: Taught, old_lesson: Lesson, new_lesson: Lesson
+    ) -> None:
+        self.state, self.before, self.after = state, before, after
+        self.old_lesson, self.new_lesson = old_lesson, new_lesson
+        self.old = {each.number: each for each in teaching(old_lesson).get(state, ())}
+        self.new = {each.number: each for each in teaching(new_lesson).get(state, ())}
+        self.happened = dict(self._happened())
+        self.alike = before.automaton.features == after.automaton.features
+
+    def _happened(self) -> Iterator[tuple[int, str]]:
+        """What happened to each example that is not as it was."""
+        was = {each.number: each for each in self.old_lesson.examples}
+        now = {each.number: each for each in self.new_lesson.examples}
+        for number in sorted({*self.old, *self.new}):
+            old, new = self.old.get(number), self.new.get(number)
+            if old is None:
+                yield number, _into(was.get(number))
+            elif new is None:
+                yield number, _out(now.get(number))
+            elif (old.next, old.kind) != (new.next, new.kind) or (old.edited, new.edited) == (False, True):
+                yield number, "edited"
+            elif not _same(old.values, new.values):
+                yield number, "edited" if new.edited else "read anew"
+
+    def moved(self) -> Iterator[Moved]:
+        """Next state by next state."""
+        old, new = self._lines(self.before, self.old_lesson), self._lines(self.after, self.new_lesson)
+        for following in dict.fromkeys([*old, *new]):
+            was, now = old.get(following, {}), new.get(following, {})
+            gone = {line: box for line, box in was.items() if line not in now}
+            come = {line: box for line, box in now.items() if line not in was}
+            if gone or come:
+                what = "moved" if was and now else "appeared" if now else "vanished"
+                examples = self._responsible(following, gone, come)
+                yield Moved(self.state, following, tuple(gone), tuple(come), what, examples)
+
+    def _lines(self, taught: Taught, lesson: Lesson) -> Lines:
+        automaton = taught.automaton
+        tree = automaton.transitions.get(self.state)
+        if not isinstance(tree, Tree):
+            return {}
+        names, vectors = automaton.state_names, shown(lesson, self.state)
+        return {
+            names[outcome]: dict(zip(worded(tree, automaton.features, boxes, vectors), boxes, strict=True))
+            for outcome, boxes in simplified(tree, automaton.features).items()
+            if names[outcome] != self.state
+        }
+
+    def _responsible(
+        self, following: str, gone: Mapping[str, Box], come: Mapping[str, Box]
+    ) -> tuple[Responsible, ...]:
+        found: dict[int, str] = {}
+        for boxes, lost in ((come, False), (gone, True)):
+            for box in boxes.values():
+                for number, how in self._reaching(following, box, lost=lost):
+                    found.setdefault(number, how)
+        for boxes, taught, mine in ((come, self.after, self.new), (gone, self.before, self.old)):
+            for number in self._bounding(boxes, taught, mine):
+                if number in self.happened:
+                    found.setdefault(number, "bounds it" if mine is self.new else "bounded it")
+        if not found:
+            needed = self._needed(following)
+            found = dict.fromkeys(needed, "elsewhere, without it this would not be")
+        if not found:
+            found = dict.fromkeys(self.happened, "elsewhere, with the others")
+        return tuple(Responsible(number, self.happened[number], found[number]) for number in sorted(found))
+
+    def _reaching(self, following: str, box: Box, *, lost: bool) -> Iterator[tuple[int, str]]:
+        """Examples whose vectors fulfill a condition that is new, or was `lost`."""
+        for number in self.happened:
+            old, new = self.old.get(number), self.new.get(number)
+            mine, other = (old, new) if lost else (new, old)
+            if mine is not None and mine.next == following and _inside(mine, box):
+                yield number, "showed it" if lost else "shows it"
+            elif other is not None and other.next != following and self._heard_in(box, other, lost=lost):
+                yield number, "says otherwise there" if lost else "said otherwise there"
+
+    def _heard_in(self, box: Box, example: Example, *, lost: bool) -> bool:
+        """Whether an example of the other version has its vector here, and was heeded there: it may be outvoted."""
+        if not (self.alike and _inside(example, box)):
+            return False
+        automaton = (self.after if lost else self.before).automaton
+        function = automaton.transitions.get(self.state)
+        outcome = STAY if function is None else function.decide(example.values)
+        return example.next == (self.state if outcome == STAY else automaton.state_names[outcome])
+
+    def _bounding(self, boxes: Mapping[str, Box], taught: Taught, mine: Numbered) -> Iterator[int]:
+        """Examples next to a cut at which one of these conditions ends, and which the other version has not."""
+        features, tree = taught.automaton.features, taught.automaton.transitions.get(self.state)
+        if not (isinstance(tree, Tree) and boxes):
+            return
+        cuts = self._cuts(self.before if taught is self.after else self.after)
+        examples = list(mine.values())
+        vectors = np.array([each.values for each in examples]).reshape(len(examples), len(features))
+        reach = reaching(tree, vectors)
+        for node, rows in zip(tree.nodes, reach, strict=True):
+            for cut in _ends(node):
+                ends = {end for box in boxes.values() for part in box[node.feature].parts for end in part}
+                if cut in ends and (str(features[node.feature]), cut) not in cuts:
+                    kind = features[node.feature].kind
+                    period = kind.period if isinstance(kind, Toroidal) else None
+                    yield from _nearest([examples[row] for row in rows.tolist()], node.feature, cut, period)
+
+    def _cuts(self, taught: Taught) -> set[tuple[str, float]]:
+        tree = taught.automaton.transitions.get(self.state)
+        nodes = tree.nodes if isinstance(tree, Tree) else ()
+        return {(str(taught.automaton.features[node.feature]), cut) for node in nodes for cut in _ends(node)}
+
+    def _needed(self, following: str) -> list[int]:
+        """Changed examples, each of which as it was would leave other conditions."""
+        now = set(self._lines(self.after, self.new_lesson).get(following, {}))
+        return [number for number, lines in self._without.items() if set(lines.get(following, {})) != now]
+
+    @cached_property
+    def _without(self) -> Mapping[int, Lines]:
+        """What would have been learned were one changed example as it was; nothing where so many changed that no single
+        one matters, or where a classifier learns."""
+        found = {}
+        for number in self.happened if self.alike and len(self.happened) <= MOST_TRIED else ():
+            examples = {**self.new, number: self.old.get(number)}
+            lines = self._lines_of(tuple(each for each in examples.values() if each is not None))
+            if lines is not None:
+                found[number] = lines
+        return found
+
+    def _lines_of(self, examples: tuple[Example, ...]) -> Lines | None:
+        if not any(example.pressed for example in examples):
+            return {}
+        lesson = replace(self.new_lesson, examples=examples)
+        function: Transition = learn_state(lesson, self.state, examples)
+        automaton = replace(self.after.automaton, transitions={self.state: function})
+        return self._lines(Taught(automaton, lesson), lesson) if isinstance(function, Tree) else None
+
+
+def _into(former: Example | None) -> str:
+    """Why an example teaches a state now that did not."""
+    if former is None:
+        return "new"
+    return "let out" if former.quarantined else "edited"
+
+
+def _out(now: Example | None) -> str:
+    """Why an example teaches a state no longer."""
+    if now is None:
+        return "gone"
+    return "in quarantine" if now.quarantined else "edited"
+
+
+def _same(first: Sequence[float], second: Sequence[float]) -> bool:
+    """Whether two vectors are the same, absent values too."""
+    return len(first) == len(second) and all(
+        one == other or (one != one and other != other) for one, other in zip(first, second, strict=True)
+    )
+
+
+def _inside(example: Example, box: Box) -> bool:
+    return all(value in region for value, region in zip(example.values, box, strict=True))
+
+
+def _ends(node: Node) -> tuple[float, ...]:
+    """The numbers at which a node cuts."""
+    if node.test == Test.BELOW:
+        return (node.high,)
+    return (node.low, node.high) if node.test == Test.ARC else ()
+
+
+def _nearest(examples: Sequence[Example], feature: int, cut: float, period: float | None) -> Iterator[int]:
+    """The examples next to a cut on either side, all that are equally near."""
+    present = [(each.number, each.values[feature]) for each in examples]
+    present = [(number, value) for number, value in present if value == value]
+    if period is None:
+        above = [(value - cut, number) for number, value in present if value >= cut]
+        under = [(cut - value, number) for number, value in present if value < cut]
+    else:
+        above = [((value - cut) % period, number) for number, value in present]
+        under = [((cut - value) % period or period, number) for number, value in present]
+    for side in (above, under):
+        least = min(side, default=(0.0, 0))[0]
+        yield from (number for far, number in side if far <= least + SIGNIFICANT)

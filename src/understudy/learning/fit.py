@@ -1,0 +1,64 @@
+"""From a lesson to transition functions: the one way in to the learner."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from understudy.learning.pruning import pruned
+from understudy.learning.sklearn_adapter import fit
+from understudy.learning.training_set import Shown, arrays, heeded, teaching
+from understudy.learning.tree_growth import grow
+from understudy.model.automaton import Automaton, Transition
+from understudy.model.example import Example
+from understudy.model.lesson import Lesson, Scikit
+
+
+def learn(lesson: Lesson) -> Mapping[str, Transition]:
+    """The transition function of every state that was pressed in; the same whatever the examples' order.
+
+    In stateless mode one function, the very same object, for every state that raises no flag.
+    """
+    taught = teaching(lesson)
+    if lesson.automaton.stateless:
+        shared = {name: learn_state(lesson, name, examples) for name, examples in list(taught.items())[:1]}
+        return MappingProxyType({name: function for function in shared.values() for name in taught})
+    return MappingProxyType({name: learn_state(lesson, name, examples) for name, examples in taught.items()})
+
+
+def learned(lesson: Lesson) -> Automaton:
+    """The lesson's automaton with the transition functions learned from it."""
+    return replace(lesson.automaton, transitions=learn(lesson))
+
+
+def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Transition:
+    """The transition function of one state from the examples that teach it."""
+    return fitting(lesson)(arrays(lesson, examples, state))
+
+
+def fitting(lesson: Lesson) -> Callable[[Shown], Transition]:
+    """What makes a transition function of arrays of a lesson's examples, in the way that the lesson chose."""
+    automaton, learner = lesson.automaton, lesson.options.learner
+    kinds = [bound.kind for bound in automaton.features]
+    if isinstance(learner, Scikit):
+        return lambda shown: fit(learner, shown, kinds)
+    midpoints = automaton.stateless or learner.boundary == "midpoint" or _watches(lesson)
+
+    def grown(shown: Shown) -> Transition:
+        tree = grow(
+            shown.values,
+            shown.outcomes,
+            shown.groups,
+            kinds,
+            states=len(automaton.states),
+            current=shown.current,
+            midpoints=midpoints,
+        )
+        return pruned(tree, shown, learner.pruning) if learner.pruning else tree
+
+    return grown
+
+
+def _watches(lesson: Lesson) -> bool:
+    return lesson.options.watched or any(not example.pressed for example in heeded(lesson))

@@ -1,0 +1,89 @@
+"""What the other examples say about each: leave-one-out predictions, all at once.
+
+A Gaussian process fits each outcome's 0 and 1 (least-squares classification); what it predicts for an example
+without that example follows from one inverse for all of them (Rasmussen and Williams, Gaussian Processes for Machine
+Learning, 2006, equations 5.12 and section 6.5). Far from every other example it says: no idea.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.learning import _linalg_kernels
+from understudy.learning.likeness import Square
+from understudy.model.kinds import Column
+
+SCALES = (0.2, 0.35, 0.6, 1.0)
+"""How far likeness may reach, in median distances between examples; the one that predicts best is taken."""
+
+
+@dataclass(frozen=True)
+class Hindsight:
+    """Examples seen from the others: how `like` each two are [n, n], 0 to 1, and which `outcome` each has [n].
+
+    `inverse` [n, n] is that of the likeness with the doubt about each example added. Leaving an example out of it is
+    cheap, see `without`.
+    """
+
+    like: Square
+    outcomes: NDArray[np.int64]
+    inverse: Square
+    here: NDArray[np.int64]
+
+    def doubt(self, choices: int) -> Column:
+        """By how much the others speak for another outcome than each example's own [n]: about -1 to 1.
+
+        0 where they say nothing; -1 for those left out. `choices` is how many outcomes there are.
+        """
+        own = _one_hot(self.outcomes[self.here], choices)
+        predicted = _predicted(self.inverse, own)
+        found = np.full(len(self.outcomes), -1.0)
+        against = np.where(own > 0, -np.inf, predicted).max(axis=1)
+        found[self.here] = against - predicted[own > 0]
+        return found
+
+    def without(self, example: int) -> Hindsight:
+        """The same without one more example, by its place."""
+        at = int(np.flatnonzero(self.here == example)[0])
+        rest = np.delete(np.arange(len(self.here)), at)
+        column = self.inverse[rest, at]
+        smaller = self.inverse[np.ix_(rest, rest)] - np.outer(column, column) / self.inverse[at, at]
+        return Hindsight(self.like, self.outcomes, smaller, self.here[rest])
+
+
+def hindsight(unlike: Square, outcomes: NDArray[np.int64], noise: Column) -> Hindsight:
+    """Examples by how unlike each two are [n, n] and by their outcomes [n], each with its variance of `noise` [n].
+
+    The reach of likeness is the one under which the examples predict each other best (the highest leave-one-out
+    likelihood, its variance fitted).
+    """
+    choices = int(outcomes.max()) + 1
+    own = _one_hot(outcomes, choices)
+    positive = unlike[unlike > 0]
+    middle = float(np.median(positive)) if len(positive) else 1.0
+    best: tuple[float, Square, Square] | None = None
+    for scale in SCALES:
+        like = np.exp(-unlike / (2 * middle * scale * scale))
+        inverse = _linalg_kernels.inverse(like + np.diag(noise))
+        variance = 1 / np.diag(inverse)
+        off = own - _predicted(inverse, own)
+        size = float((off * off / variance[:, None]).mean())
+        likelihood = -float(np.log(variance).mean()) - float(np.log(max(size, 1e-12)))
+        if best is None or likelihood > best[0]:
+            best = likelihood, like, inverse
+    _, like, inverse = best or (0.0, unlike, unlike)
+    return Hindsight(like, outcomes, inverse, np.arange(len(outcomes)))
+
+
+def _predicted(inverse: Square, own: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What the others predict for each example [n, choices]; with none near, every outcome alike."""
+    weights = inverse @ (own - 1 / own.shape[1])
+    found: NDArray[np.float64] = own - weights / np.diag(inverse)[:, None]
+    return found
+
+
+def _one_hot(outcomes: NDArray[np.int64], choices: int) -> NDArray[np.float64]:
+    return np.eye(choices)[outcomes]

@@ -1,0 +1,112 @@
+"""Presses that look like slips: those that all others speak against, without any correction.
+
+A press is looked at twice: among what was shown in its own state, and among all that was ever said, in whatever state,
+since a wrong button is mostly wrong there, too. Both predict it from the other examples, see `hindsight`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from understudy.learning.leave_one_out import hindsight
+from understudy.learning.likeness import unlikeness
+from understudy.learning.suspect import Suspect, evidence, noise
+from understudy.learning.training_set import arrays, heeded
+from understudy.model.example import Example, ExampleKind
+from understudy.model.lesson import Lesson
+
+ODD = 0.25
+"""From here on a press is worth a second look. It finds most slips, and as many presses that were meant."""
+ENOUGH = 6
+"""So many others it takes to doubt a press."""
+
+
+def slips(
+    lesson: Lesson,
+    *,
+    least: float = ODD,
+    meant: Mapping[int, float] = MappingProxyType({}),
+    most: int | None = None,
+) -> tuple[Suspect, ...]:
+    """Directives and confirmations that look like slips, the most doubtful first, corrections too.
+
+    Doubted from `least` on is the mean of both looks, about -1 to 1. Each suspect is left out before the others are
+    looked at again, so that slips hide no other. `meant` are those that the demonstrator stands by, each with the
+    doubt at that time: they are suspected again once it has grown by `least`. So `most` are looked for (None: all).
+    """
+    looks = [_Look(lesson, pool) for pool in _pools(lesson) if len(pool) > ENOUGH]
+    doubted = {each.number: each for each in heeded(lesson) if each.shown}
+    found: list[Suspect] = []
+    while most is None or len(found) < most:
+        seen = [look.doubts() for look in looks]
+        doubts = {number: sum(each.get(number, 0.0) for each in seen) / 2 for number in doubted}
+        odd = [number for number, doubt in doubts.items() if doubt >= meant.get(number, 0.0) + least]
+        if not odd:
+            break
+        number = max(odd, key=lambda each: (doubts[each], -each))
+        reason = next(said for look in looks if (said := look.against(number)))
+        found.append(Suspect(doubted.pop(number), reason, round(doubts[number], 3)))
+        for look in looks:
+            look.leave_out(number)
+    return tuple(found)
+
+
+def same_press(lesson: Lesson, number: int) -> tuple[int, ...]:
+    """The numbers of an example and of the default that the same press recorded, if it is still there."""
+    example = next(each for each in lesson.examples if each.number == number)
+    if example.moment is None:  # no press made it
+        return (number,)
+    defaults = [
+        each.number
+        for each in lesson.examples
+        if each.kind is ExampleKind.DEFAULT
+        and (each.number, each.moment, each.state) == (number + 1, example.moment, example.next)
+    ]
+    return number, *defaults
+
+
+def _pools(lesson: Lesson) -> Iterator[Sequence[Example]]:
+    """What was said in all states; and each state's own, with its defaults, in lessons that tell states apart."""
+    taught = heeded(lesson)
+    yield [example for example in taught if example.shown]
+    for state in lesson.automaton.state_names:
+        if lesson.automaton.stateless:
+            yield [example for example in taught if example.shown]
+            return
+        yield [example for example in taught if example.pressed and example.state == state]
+
+
+class _Look:
+    """Examples as each is seen from the others."""
+
+    def __init__(self, lesson: Lesson, pool: Sequence[Example]) -> None:
+        self._pool = sorted(pool, key=lambda example: example.number)
+        self._places = {example.number: place for place, example in enumerate(self._pool)}
+        shown = arrays(lesson, tuple(self._pool), self._pool[0].state)
+        names, outcomes = np.unique(shown.outcomes, return_inverse=True)
+        self._choices = len(names)
+        unlike = unlikeness(shown.values, [bound.kind for bound in lesson.automaton.features])
+        self._seen = hindsight(unlike, outcomes, np.array([noise(each) for each in self._pool]))
+
+    def doubts(self) -> Mapping[int, float]:
+        """By how much the others speak against each example, by number; of none where all say one thing."""
+        if self._choices == 1:
+            return {}
+        doubt = self._seen.doubt(self._choices)
+        return {number: float(doubt[place]) for number, place in self._places.items()}
+
+    def against(self, number: int) -> str:
+        """Who speaks against an example, "" where nobody here does."""
+        place = self._places.get(number)
+        if place is None or self._seen.doubt(self._choices)[place] <= 0:
+            return ""
+        return evidence(self._pool, place, self._seen)
+
+    def leave_out(self, number: int) -> None:
+        """Look on without an example."""
+        place = self._places.pop(number, None)
+        if place is not None:
+            self._seen = self._seen.without(place)

@@ -1,0 +1,181 @@
+"""Classifiers of scikit-learn in place of trees: an allowed list, fitted again on loading, never pickled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from math import cos, sin, tau
+from types import MappingProxyType
+from typing import Any, NamedTuple
+from warnings import catch_warnings, simplefilter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError, UnderstudyError, listed
+from understudy.learning._tree_kernels import WATCHED
+from understudy.learning.splits import vote
+from understudy.learning.training_set import Shown
+from understudy.model.automaton import Transition
+from understudy.model.kinds import Categorical, Kind, Toroidal
+from understudy.model.lesson import Scikit
+from understudy.model.tree import STAY, Step, Tree, leaf
+
+
+class Allowed(NamedTuple):
+    """Where a classifier lives, which of its parameters a lesson may set, and what is always set."""
+
+    module: str
+    parameters: tuple[str, ...]
+    always: Mapping[str, Any] = MappingProxyType({})
+
+
+SEEDED = MappingProxyType({"random_state": 0})
+
+ALLOWED: Mapping[str, Allowed] = MappingProxyType(
+    {
+        "DecisionTreeClassifier": Allowed(
+            "sklearn.tree",
+            (
+                "criterion",
+                "max_depth",
+                "min_samples_split",
+                "min_samples_leaf",
+                "max_leaf_nodes",
+                "ccp_alpha",
+            ),
+            SEEDED,
+        ),
+        "GaussianNB": Allowed("sklearn.naive_bayes", ("var_smoothing",)),
+        "KNeighborsClassifier": Allowed("sklearn.neighbors", ("n_neighbors", "weights", "p")),
+        "LogisticRegression": Allowed("sklearn.linear_model", ("C", "max_iter", "tol"), SEEDED),
+        "MLPClassifier": Allowed(
+            "sklearn.neural_network",
+            ("hidden_layer_sizes", "activation", "alpha", "learning_rate_init", "max_iter", "tol"),
+            MappingProxyType({**SEEDED, "solver": "lbfgs"}),
+        ),
+        "RandomForestClassifier": Allowed(
+            "sklearn.ensemble",
+            ("n_estimators", "criterion", "max_depth", "min_samples_split", "min_samples_leaf"),
+            MappingProxyType({**SEEDED, "n_jobs": 1}),
+        ),
+        "SVC": Allowed("sklearn.svm", ("C", "kernel", "degree", "gamma", "coef0", "tol"), SEEDED),
+    }
+)
+
+ROWS_APART = ("DecisionTreeClassifier", "RandomForestClassifier")
+"""Those that answer a row bit for bit as they would alone; matrix products of the others round by their size."""
+
+
+class ScikitMissing(UnderstudyError):
+    """A lesson needs scikit-learn, which is not installed."""
+
+    def __init__(self, *, classifier: str) -> None:
+        self.classifier = classifier
+        super().__init__(
+            f"this lesson is learned with {classifier} of scikit-learn, which is not installed; "
+            "install it with: pip install 'understudy[sklearn]'"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ScikitTransition:
+    """A transition function that asks a fitted classifier; it cannot say why."""
+
+    classifier: Any
+    kinds: tuple[Kind, ...]
+
+    def decide(self, values: Sequence[float]) -> int:
+        """The next state's index for a feature vector."""
+        return int(self.classifier.predict([encoded(values, self.kinds)])[0])
+
+    def decide_all(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
+        """The next state's index for each of n feature vectors [n, F], as `decide` answers it."""
+        rows = [encoded(row, self.kinds) for row in values.tolist()]
+        if type(self.classifier).__name__ in ROWS_APART:
+            return np.asarray(self.classifier.predict(rows), np.int64)
+        return np.array([self.classifier.predict([row])[0] for row in rows], np.int64)
+
+    def decide_at_once(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
+        """As `decide_all`, in one go whatever the classifier, and many times as fast; a decision that hangs on the last
+        bit may be another one than `decide` makes.
+        """
+        rows = [encoded(row, self.kinds) for row in values.tolist()]
+        return np.asarray(self.classifier.predict(rows), np.int64) if rows else np.zeros(0, np.int64)
+
+    def path(self, values: Sequence[float]) -> tuple[tuple[Step, ...], int]:
+        """Nothing: a classifier passes no tests."""
+        return (), STAY
+
+
+def encoded(values: Sequence[float], kinds: Sequence[Kind]) -> list[float]:
+    """A feature vector as classifiers want it: a column that says "absent" for each feature, and its value.
+
+    A label is one-hot, a value on a circle is its sine and cosine; what is absent is 0 throughout.
+    """
+    row: list[float] = []
+    for value, kind in zip(values, kinds, strict=True):
+        absent = value != value
+        row.append(float(absent))
+        if isinstance(kind, Categorical):
+            row.extend(float(value == label) for label in range(len(kind.labels)))
+        elif isinstance(kind, Toroidal):
+            angle = 0.0 if absent else tau * value / kind.period
+            row.extend((0.0, 0.0) if absent else (sin(angle), cos(angle)))
+        else:
+            row.append(0.0 if absent else value)
+    return row
+
+
+def fit(learner: Scikit, shown: Shown, kinds: Sequence[Kind]) -> Transition:
+    """A classifier fitted to the press-made examples, or a leaf where all of them agree.
+
+    They are put in one order first, so that the order they were shown in makes no difference.
+    """
+    classifier = _build(learner)
+    pressed = shown.groups != WATCHED
+    outcomes: NDArray[np.int64] = shown.outcomes[pressed]
+    rows = sorted(
+        zip((encoded(row, kinds) for row in shown.values[pressed].tolist()), outcomes.tolist(), strict=True)
+    )
+    if len(set(outcomes.tolist())) == 1:
+        return Tree((leaf(int(outcomes[0])),))
+    if not kinds:
+        ballot = zip(outcomes.tolist(), shown.groups[pressed].tolist(), strict=True)
+        return Tree((leaf(vote(ballot, current=shown.current)),))
+    try:
+        with catch_warnings():
+            simplefilter("ignore")  # a lesson too small to converge on is fitted all the same
+            classifier.fit([row for row, _ in rows], [outcome for _, outcome in rows])
+        fitted = ScikitTransition(classifier, tuple(kinds))
+        fitted.decide(shown.values[0].tolist())  # some parameters are only found wanting when asked
+    except (ValueError, TypeError) as error:
+        raise DefinitionError(
+            what=f"classifier {learner.classifier}",
+            problem=f"scikit-learn cannot fit it: {' '.join(str(error).split())}",
+            remedy="change its parameters, or learn trees",
+        ) from None
+    return fitted
+
+
+def _build(learner: Scikit) -> Any:
+    allowed = ALLOWED.get(learner.classifier)
+    if allowed is None:
+        raise DefinitionError(
+            what="lesson options",
+            problem=f"classifier {learner.classifier!r} is not allowed",
+            remedy=f"choose one of {listed(ALLOWED)}",
+        )
+    unknown = sorted(set(learner.parameters) - set(allowed.parameters))
+    if unknown:
+        raise DefinitionError(
+            what=f"classifier {learner.classifier}",
+            problem=f"parameter {unknown[0]!r} is not allowed",
+            remedy=f"choose from {listed(allowed.parameters)}",
+        )
+    try:
+        module = import_module(allowed.module)
+    except ImportError:
+        raise ScikitMissing(classifier=learner.classifier) from None
+    return getattr(module, learner.classifier)(**learner.parameters, **allowed.always)

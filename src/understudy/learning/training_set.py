@@ -1,0 +1,131 @@
+"""A lesson's examples as arrays: which of them teach a state, checked against the features' kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError
+from understudy.learning._tree_kernels import DEFAULT, SHOWN, WATCHED
+from understudy.model.example import Example, ExampleKind
+from understudy.model.kinds import Categorical, Kind, Toroidal
+from understudy.model.lesson import Lesson, Scikit
+from understudy.model.tree import STAY
+
+GROUPS = {
+    ExampleKind.DEFAULT: DEFAULT,
+    ExampleKind.DIRECTIVE: SHOWN,
+    ExampleKind.CONFIRMATION: SHOWN,
+    ExampleKind.WATCHED: WATCHED,
+}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What teaches one transition function: feature vectors [n, F], next states' indices [n] and groups [n].
+
+    `current` is the index of the state it belongs to; STAY where it belongs to all of them (stateless mode).
+    """
+
+    examples: tuple[Example, ...]
+    values: NDArray[np.float64]
+    outcomes: NDArray[np.int64]
+    groups: NDArray[np.int64]
+    current: int
+
+
+def heeded(lesson: Lesson) -> tuple[Example, ...]:
+    """The examples that teach: all but those in quarantine, and automatic defaults where the lesson leaves them out."""
+    learner = lesson.options.learner
+    defaults = isinstance(learner, Scikit) or learner.defaults
+    return tuple(
+        example
+        for example in lesson.examples
+        if not example.quarantined and (defaults or example.kind is not ExampleKind.DEFAULT)
+    )
+
+
+def teaching(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
+    """The examples behind each state's transition function; only states that have one, in declared order.
+
+    A state that was never pressed in has none, nor has a flag state. In stateless mode all share one:
+    directives and confirmations of all states pooled (paper section 3.2).
+    """
+    lasting = [state.name for state in lesson.automaton.states if state.flag is None]
+    if lesson.automaton.stateless:
+        pool = tuple(example for example in heeded(lesson) if example.shown and example.state in lasting)
+        return dict.fromkeys(lasting, pool) if pool else {}
+    by_state: dict[str, list[Example]] = {name: [] for name in lesson.automaton.state_names}
+    for example in heeded(lesson):
+        if example.state not in by_state:
+            lesson.automaton.index(example.state)  # raises UnknownName
+        by_state[example.state].append(example)
+    return {
+        name: tuple(by_state[name]) for name in lasting if any(example.pressed for example in by_state[name])
+    }
+
+
+def arrays(lesson: Lesson, examples: tuple[Example, ...], state: str) -> Shown:
+    """These examples as arrays; an error names the first outside its feature's kind or of no known state."""
+    automaton = lesson.automaton
+    indices = {name: index for index, name in enumerate(automaton.state_names)}
+    for example in examples:
+        if example.next not in indices:
+            automaton.index(example.next)  # raises UnknownName
+        if len(example.values) != len(automaton.features):
+            raise DefinitionError(
+                what=_named(lesson, example),
+                problem=f"it has {len(example.values)} values",
+                remedy=f"give one for each of the {len(automaton.features)} features",
+            )
+    shape = len(examples), len(automaton.features)
+    values = np.array([example.values for example in examples], np.float64).reshape(shape)
+    for column, bound in enumerate(automaton.features):
+        outside = np.flatnonzero(_outside(values[:, column], bound.kind))
+        if len(outside):
+            example = examples[outside[0]]
+            raise DefinitionError(
+                what=_named(lesson, example),
+                problem=f"{bound} is {example.values[column]}, which is not {bound.kind}",
+                remedy=_remedy(bound.kind),
+            )
+    return Shown(
+        examples,
+        values,
+        np.array([indices[example.next] for example in examples], np.int64),
+        np.array([GROUPS[example.kind] for example in examples], np.int64),
+        STAY if automaton.stateless else indices[state],
+    )
+
+
+def _named(lesson: Lesson, example: Example) -> str:
+    return f"example {example.number} of lesson {lesson.name!r}"
+
+
+def _outside(column: NDArray[np.float64], kind: Kind) -> NDArray[np.bool_]:
+    if isinstance(kind, Toroidal):
+        return (column < 0) | (column >= kind.period)
+    if isinstance(kind, Categorical):
+        label = np.isin(column, np.arange(len(kind.labels)))
+        return ~(label | np.isnan(column))
+    return np.isinf(column)
+
+
+def _remedy(kind: Kind) -> str:
+    if isinstance(kind, Toroidal):
+        return f"give a number from 0 up to {kind.period!r}, or leave it absent"
+    if isinstance(kind, Categorical):
+        return f"give the index of one of its labels {', '.join(kind.labels)}, or leave it absent"
+    return "give a finite number, or leave it absent"
+
+
+def vectors(examples: Sequence[Example]) -> dict[tuple[float | None, ...], list[Example]]:
+    """Examples by feature vector; absent readings are alike."""
+    found: dict[tuple[float | None, ...], list[Example]] = {}
+    for example in examples:
+        key = tuple(None if value != value else value for value in example.values)
+        found.setdefault(key, []).append(example)
+    return found

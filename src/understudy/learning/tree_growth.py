@@ -1,0 +1,140 @@
+"""Grow a decision tree from arrays: the typed shell over the kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError
+from understudy.learning import _tree_kernels
+from understudy.learning.splits import Gap, arc, threshold, vote
+from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.model.tree import STAY, Node, Test, Tree, leaf
+
+MOST_WEIGHT = 1_500_000
+"""The heaviest lesson of one state that the integers of scores hold: examples, or 10 for each press-made one
+where there are watched ones."""
+
+FORMS = {Categorical: _tree_kernels.LABELS, Toroidal: _tree_kernels.CIRCLE}
+
+
+def grow(
+    values: NDArray[np.float64],
+    outcomes: NDArray[np.int64],
+    groups: NDArray[np.int64],
+    kinds: Sequence[Kind],
+    *,
+    states: int,
+    current: int = STAY,
+    midpoints: bool = False,
+) -> Tree:
+    """The tree of examples: feature vectors [n, F], next states' indices [n] and groups [n].
+
+    A group is 0 for an automatic default, 1 for a directive or confirmation, 2 for watched; at least one
+    example is press-made. `current` is the state's own index, which wins ties (STAY: none does). Where any
+    example is watched, every cut is a midpoint.
+    """
+    count, width = values.shape
+    watched = bool((groups == _tree_kernels.WATCHED).any())
+    weight = 10 * count if watched else count
+    if weight > MOST_WEIGHT:
+        raise DefinitionError(
+            what="lesson",
+            problem=f"one state has {count} examples",
+            remedy=f"keep at most {MOST_WEIGHT // 10 if watched else MOST_WEIGHT}",
+        )
+    columns = np.zeros((max(width, 1), count))  # no features: one that says nothing, and no zero has a sign
+    columns[:width] += values.T
+    form, extent = np.zeros(len(columns), np.int64), np.ones(len(columns))
+    for index, kind in enumerate(kinds):
+        form[index] = FORMS.get(type(kind), _tree_kernels.LINE)
+        extent[index] = _extent(kind, columns[index])
+    order = np.argsort(columns, axis=1)
+    nodes, cuts = _tree_kernels.grow(
+        columns, order, form, extent, outcomes, groups, states, watched, _table(weight)
+    )
+    ballots = outcomes, groups, order[0]
+    return Tree(_nodes(nodes, cuts, ballots, kinds, current, midpoints=midpoints or watched))
+
+
+def prepare() -> None:
+    """Have the kernel compiled or loaded, so that no later call waits (seconds, once per installation)."""
+    two = np.arange(2)
+    grow(two.reshape(2, 1).astype(np.float64), two, two, [Continuous()], states=2)
+
+
+SAME = 1e-9
+"""Values that differ by less than such a part of them differ by rounding alone: there is no gap between them."""
+
+
+def _extent(kind: Kind, column: NDArray[np.float64]) -> float:
+    if isinstance(kind, Toroidal):
+        return kind.period
+    if isinstance(kind, Categorical):
+        return float(len(kind.labels))
+    lowest, highest = np.fmin.reduce(column), np.fmax.reduce(column)
+    half = float(highest / 2 - lowest / 2)  # halved first: the difference may overflow
+    size = float(max(abs(lowest), abs(highest))) if half > 0 else 1.0
+    return half if half > SAME * size else size
+
+
+def _table(weight: int) -> NDArray[np.int64]:
+    return _table_of_bits(max(10, weight.bit_length()))
+
+
+@cache
+def _table_of_bits(bits: int) -> NDArray[np.int64]:
+    """The table of c log2 c for c below 2**bits, in the kernel's fixed point."""
+    c = np.arange(1, min(1 << bits, MOST_WEIGHT + 1), dtype=np.float64)
+    table: NDArray[np.int64] = np.zeros(len(c) + 1, np.int64)
+    table[1:] = np.rint(c * np.log2(c) * _tree_kernels.UNIT)
+    return table
+
+
+def _nodes(
+    nodes: NDArray[np.int64],
+    cuts: NDArray[np.float64],
+    ballots: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
+    kinds: Sequence[Kind],
+    current: int,
+    *,
+    midpoints: bool,
+) -> tuple[Node, ...]:
+    """The kernel's rows as nodes: cuts put where they belong in their gaps, and the leaves' votes counted."""
+    rows = nodes.tolist()
+    outcomes, groups, order = ballots
+    children = {
+        (row[_tree_kernels.PARENT], row[_tree_kernels.WHICH]): index for index, row in enumerate(rows)
+    }
+    built: list[Node] = []
+    for index, ((test, feature, outcome, away, _, _, start, stop, sort, sort2), gaps) in enumerate(
+        zip(rows, cuts.tolist(), strict=True)
+    ):
+        if test == Test.LEAF:
+            if outcome == STAY:
+                here = order[start:stop]
+                ballot = zip(outcomes[here].tolist(), groups[here].tolist(), strict=True)
+                outcome = vote(ballot, current=current)
+            built.append(leaf(outcome))
+            continue
+        kind = kinds[feature]
+        absent = children.get((index, away), STAY) if away >= 0 else STAY
+        if isinstance(kind, Categorical) and test == Test.LABEL:
+            branches = tuple(children.get((index, label), STAY) for label in range(len(kind.labels)))
+            built.append(Node(Test.LABEL, feature, absent=absent, branches=branches))
+            continue
+        low = high = nan
+        first = Gap(gaps[0], gaps[1], sort)
+        if test == Test.BELOW:
+            high = threshold(first, midpoints=midpoints)
+        elif isinstance(kind, Toroidal) and test == Test.ARC:
+            low, high = arc(first, Gap(gaps[2], gaps[3], sort2), kind.period, midpoints=midpoints)
+        else:
+            absent = STAY  # "is it absent?" sends them to yes
+        yes, no = children.get((index, 0), STAY), children.get((index, 1), STAY)
+        built.append(Node(test, feature, low, high, yes, no, absent))
+    return tuple(built)

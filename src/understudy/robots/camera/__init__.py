@@ -1,0 +1,1 @@
+"""Camera images to color blobs, and their calibration."""

@@ -1,0 +1,165 @@
+"""Colors from what is shown: pixels that a person clicked, or images of the thing.
+
+Both give pixels of the thing, and the color is what nearly all of them are, widened: by a margin of hue, since other
+light is a little redder or bluer; down to duller and much darker, since other images will have more shade. Where masks
+say what is *not* the thing, the widest margins are taken that let none of that in, or as little as can be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import product
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import SettingError
+from understudy.robots.camera.blobs import Camera, Image, Mask
+from understudy.robots.camera.color import CIRCLE_DEG, STEPS, Color
+from understudy.robots.camera.opencv import opencv
+
+Pixels: TypeAlias = NDArray[np.uint8]
+"""Red, green and blue [K, 3]."""
+Point: TypeAlias = tuple[int, int]
+"""A pixel of an image: column, row."""
+
+AROUND_PX = 2
+"""How far around a click pixels are taken."""
+MIDDLE = 0.2
+"""The share of an image's width and height that the thing fills where there is no mask: its middle."""
+TAIL = 0.02
+"""The share of pixels on either side that do not count: glints, dust, edges."""
+HUELESS = 0.2
+"""Below this saturation, of half of the pixels, a thing is white, gray or black."""
+WIDEST_DEG = 100.0
+"""Hues farther apart than this are of more than one color."""
+MOST_PIXELS = 20_000
+"""Of each image; more teach nothing new."""
+
+
+class Margins(NamedTuple):
+    """How far a color reaches beyond its pixels: hue (degrees); of their saturation and of their value what is left."""
+
+    hue_deg: float = 8.0
+    saturation: float = 0.7
+    value: float = 0.4
+
+
+NARROWER: Sequence[Margins] = tuple(
+    Margins(*each) for each in product((12.0, 8.0, 5.0, 2.0), (0.5, 0.7, 0.85, 0.95), (0.3, 0.4, 0.6, 0.8))
+)
+"""What is tried where masks say what is not the thing, widest first."""
+
+
+class Shown(NamedTuple):
+    """An image [H, W, 3] in which the thing is where the mask [H, W] is not 0; None: it fills the middle."""
+
+    image: Image
+    mask: Mask | None = None
+
+
+def color_at(image: Image, points: Iterable[Point], *, where: str = "clicks") -> Color:
+    """The color around pixels of an image that a person clicked; SettingError where that is no single color."""
+    height, width = image.shape[:2]
+    patches = []
+    for column, row in points:
+        if not (0 <= column < width and 0 <= row < height):
+            problem, remedy = f"is {(column, row)}", f"give a pixel of the image, which is {width} x {height}"
+            raise SettingError(where=where, setting="a click", problem=problem, remedy=remedy)
+        top, left = max(0, row - AROUND_PX), max(0, column - AROUND_PX)
+        patch = image[top : row + AROUND_PX + 1, left : column + AROUND_PX + 1]
+        patches.append(patch.reshape(-1, 3))
+    return color_of(_joined(patches, where), where=where)
+
+
+def color_shown(shown: Sequence[Shown], *, where: str = "images") -> Color:
+    """The color of a thing in images; SettingError where that is no single color, or there is nothing of it."""
+    inside = _joined([_inside(each) for each in shown], where)
+    if all(each.mask is None for each in shown):
+        return color_of(inside, where=where)
+    tried = {margins: color_of(inside, margins, where=where) for margins in NARROWER}
+    masked = [each for each in shown if each.mask is not None]
+    wrong = {margins: _mistaken(color, masked) for margins, color in tried.items()}
+    best = min(NARROWER, key=lambda margins: round(wrong[margins], 3))  # of equals the first: the widest
+    return tried[best]
+
+
+def color_of(pixels: Pixels, margins: Margins | None = None, *, where: str = "pixels") -> Color:
+    """The color of pixels [K, 3] of one thing; SettingError where they are of several colors."""
+    hue_by, saturation_by, value_by = margins or Margins()
+    cv = opencv()
+    hsv = cv.cvtColor(np.ascontiguousarray(pixels[None]), cv.COLOR_RGB2HSV_FULL)[0].astype(np.float64)
+    hues_deg, saturations, values = hsv[:, 0] * CIRCLE_DEG / STEPS, hsv[:, 1] / 255.0, hsv[:, 2] / 255.0
+    dullest, purest = np.quantile(saturations, (TAIL, 1.0 - TAIL))
+    darkest, brightest = np.quantile(values, (TAIL, 1.0 - TAIL))
+    if np.median(saturations) < HUELESS or brightest < HUELESS:
+        return _hueless(purest, darkest, brightest, value_by)
+    # What is dull or dark has little to say of its hue.
+    angles = np.deg2rad(hues_deg)
+    mean_deg = np.rad2deg(np.angle(np.sum(saturations * values * np.exp(1j * angles))))
+    aside_deg = np.mod(hues_deg - mean_deg + 180.0, CIRCLE_DEG) - 180.0
+    first, last = np.quantile(aside_deg, (TAIL, 1.0 - TAIL))
+    if last - first > WIDEST_DEG:
+        problem = f"are of hues {last - first:.0f} degrees apart"
+        raise SettingError(where=where, setting="pixels", problem=problem, remedy="show one color at a time")
+    return Color(
+        hue_deg=(_hue(mean_deg + first - hue_by), _hue(mean_deg + last + hue_by)),
+        saturation=(_down(dullest * saturation_by), 1.0),
+        value=(_down(darkest * value_by), 1.0),
+    )
+
+
+def _hueless(purest: float, darkest: float, brightest: float, value_by: float) -> Color:
+    """White, gray or black: by brightness, and by having hardly any hue."""
+    aside = 0.5 * (1.0 - value_by)  # shade and light are all there is to tell them apart
+    return Color(
+        saturation=(0.0, _up(min(1.0, purest + 0.1)) if brightest >= HUELESS else 1.0),
+        value=(_down(darkest * (1.0 - aside)), _up(min(1.0, brightest * (1.0 + aside)))),
+    )
+
+
+def _inside(shown: Shown) -> Pixels:
+    """The pixels of the thing [K, 3], not too many."""
+    image, mask = shown
+    if mask is None:
+        height, width = image.shape[:2]
+        tall, wide = max(1, round(height * MIDDLE)), max(1, round(width * MIDDLE))
+        top, left = (height - tall) // 2, (width - wide) // 2
+        pixels = image[top : top + tall, left : left + wide].reshape(-1, 3)
+    else:
+        pixels = image[mask > 0]
+    return pixels[:: max(1, len(pixels) // MOST_PIXELS)]
+
+
+def _joined(parts: Sequence[Pixels], where: str) -> Pixels:
+    pixels: Pixels = np.concatenate([np.empty((0, 3), np.uint8), *parts])
+    if not len(pixels):
+        remedy = "click into the thing, or mask it in white in one image at least"
+        raise SettingError(where=where, setting="pixels", problem="are none", remedy=remedy)
+    return pixels
+
+
+def _mistaken(color: Color, shown: Sequence[Shown]) -> float:
+    """The share of the thing that is missed, and of the rest that is taken for it, in the mean of the images."""
+    camera = Camera({"it": color})
+    shares = []
+    for image, mask in shown:
+        found, there = camera.masks(image)["it"] > 0, np.asarray(mask) > 0
+        missed = np.mean(~found[there]) if there.any() else 0.0
+        # Against the thing's own size: what else is in the image is mostly background, easily told apart.
+        taken = np.count_nonzero(found & ~there) / max(1, int(np.count_nonzero(there)))
+        shares.append(float(missed + taken))
+    return float(np.mean(shares))
+
+
+def _hue(degrees: float) -> float:
+    return round(float(np.mod(degrees, CIRCLE_DEG)), 1)
+
+
+def _down(share: float) -> float:
+    return float(np.floor(share * 100.0) / 100.0)
+
+
+def _up(share: float) -> float:
+    return float(np.ceil(share * 100.0) / 100.0)

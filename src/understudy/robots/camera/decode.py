@@ -1,0 +1,95 @@
+"""Images as robots send them, as arrays: `sensor_msgs/Image` in its encodings, and `CompressedImage`.
+
+What comes over a network may be cut off, wrong or hostile. Sizes are compared before anything is allocated, and
+whatever does not fit is one ImageError; nothing else is raised, and no image is half of one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import listed
+from understudy.robots.camera.blobs import Image
+from understudy.robots.camera.image_files import ImageError, pixels_only
+from understudy.robots.camera.opencv import opencv
+
+Data: TypeAlias = bytes | bytearray | memoryview | NDArray[np.uint8]
+
+CHANNELS: Mapping[str, int] = MappingProxyType(
+    {
+        "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1,
+        "yuv422": 2, "uyvy": 2, "yuv422_yuy2": 2, "yuyv": 2,
+    }
+)  # fmt: skip
+"""Encodings that are read, and their bytes per pixel. Of ROS 2's two words for each order of YUV 4:2:2, both."""
+CONVERSIONS: Mapping[str, str] = MappingProxyType(
+    {
+        "bgr8": "COLOR_BGR2RGB", "rgba8": "COLOR_RGBA2RGB", "bgra8": "COLOR_BGRA2RGB", "mono8": "COLOR_GRAY2RGB",
+        "yuv422": "COLOR_YUV2RGB_UYVY", "uyvy": "COLOR_YUV2RGB_UYVY",
+        "yuv422_yuy2": "COLOR_YUV2RGB_YUY2", "yuyv": "COLOR_YUV2RGB_YUY2",
+    }
+)  # fmt: skip
+MOST_PIXELS = 2**23
+"""Larger images are refused: a small file may claim any size, and would take all memory."""
+
+
+def decode(data: Data, *, encoding: str, width: int, height: int, step: int) -> Image:
+    """The pixels of a `sensor_msgs/Image`, rows of `step` bytes, as red, green and blue [H, W, 3]; ImageError if wrong.
+
+    Of rgb8 without padding it is a view of `data`: copy it to keep it.
+    """
+    channels = CHANNELS.get(encoding)
+    if channels is None:
+        known = f"let the camera send one of {listed(CHANNELS)}"
+        raise ImageError(problem=f"its encoding is {encoding!r:.40}", remedy=known)
+    _check_size(width, height)
+    if channels == 2 and width % 2:
+        raise ImageError(problem=f"is {width} pixels wide in {encoding}", remedy="an even number is right")
+    if step < width * channels:
+        remedy = f"{width} pixels of {encoding} take {width * channels}"
+        raise ImageError(problem=f"its rows are {step} bytes long", remedy=remedy)
+    flat = np.frombuffer(data, np.uint8)
+    if len(flat) != step * height:
+        remedy = f"{height} rows of {step} bytes are {step * height}"
+        raise ImageError(problem=f"holds {len(flat)} bytes", remedy=remedy)
+    rows = flat.reshape(height, step)[:, : width * channels]
+    image: Image = rows.reshape(height, width, channels)
+    if encoding == "rgb8":
+        return image
+    cv = opencv()
+    converted: Image = cv.cvtColor(np.ascontiguousarray(image), getattr(cv, CONVERSIONS[encoding]))
+    return converted
+
+
+def decode_compressed(data: Data) -> Image:
+    """The pixels of a `sensor_msgs/CompressedImage`, JPEG or PNG, as red, green and blue [H, W, 3].
+
+    ImageError where it is damaged. Which of them it is, its first bytes say. How the camera was held is not looked
+    at: x counts along its rows.
+    """
+    content, size = pixels_only(bytes(data))
+    _check_size(*size)
+    cv = opencv()
+    image = _decoded(cv, np.frombuffer(content, np.uint8))
+    if image is None:
+        raise ImageError(problem="is damaged", remedy="look at what the camera sends, or at the link")
+    rgb: Image = cv.cvtColor(image, cv.COLOR_BGR2RGB)
+    return rgb
+
+
+def _decoded(cv: Any, content: NDArray[np.uint8]) -> Any:
+    try:
+        return cv.imdecode(content, cv.IMREAD_COLOR | cv.IMREAD_IGNORE_ORIENTATION)
+    except cv.error:
+        return None
+
+
+def _check_size(width: int, height: int) -> None:
+    if not (width > 0 and height > 0 and width * height <= MOST_PIXELS):
+        remedy = f"at least one pixel, and at most {MOST_PIXELS}, are right"
+        raise ImageError(problem=f"is {width} x {height} pixels", remedy=remedy)

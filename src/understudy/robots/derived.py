@@ -1,0 +1,97 @@
+"""Readings that no message holds: a kind's sensors of time, chance and being stuck, kept on our side."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from math import floor, hypot, isnan, nan
+
+import numpy as np
+
+from understudy.model.features import ReadingKey
+from understudy.model.kinds import BOOLEAN, Continuous
+from understudy.runtime.body import Reading
+from understudy.sim.kit import STUCK
+from understudy.sim.scenario.schema import Chance, RobotType, Since, Stuck
+
+NOWHERE = 0.1
+"""Stuck is who gets no further than this share of the way that was asked for, as in simulated worlds."""
+
+
+class Derived:
+    """The readings of sensors `since`, `random` and `stuck` of a kind of robots; one call of `at` per tick.
+
+    What a robot offers itself by such a name is taken from it. Robots of other seeds draw other numbers.
+    """
+
+    def __init__(
+        self, kind: RobotType | None, offered: Sequence[Reading], targets: Sequence[str], *, seed: int = 0
+    ) -> None:
+        told = {each.name for each in offered}
+        sensors = () if kind is None else kind.sensors
+        self._chances = [each for each in sensors if isinstance(each, Chance) and each.name not in told]
+        stuck = (each for each in sensors if isinstance(each, Stuck) and STUCK[0].name not in told)
+        self._stuck = next(stuck, None)
+        own = (
+            *(Reading(each.name, Continuous()) for each in self._chances),
+            *(STUCK if self._stuck else ()),
+        )
+        of_targets = {each.name: each.of_targets for each in (*offered, *own)}
+        self._since = [
+            each
+            for each in sensors
+            if isinstance(each, Since) and each.of in of_targets and each.name not in told
+        ]
+        self._yes = {each.name for each in (*offered, *own) if each.kind == BOOLEAN}
+        self._targets, self._of_targets = targets, of_targets
+        self._last: dict[ReadingKey, float] = {}
+        self._random, self._drawn = np.random.default_rng(seed), dict[str, tuple[int, float]]()
+        self._track: deque[tuple[float, float, float, float]] = deque()
+        self.readings: Sequence[Reading] = (
+            *(Reading(each.name, Continuous(), "s", of_targets[each.of]) for each in self._since),
+            *own,
+        )
+
+    def at(self, now: float, values: Mapping[ReadingKey, float], asked_m_s: float) -> dict[ReadingKey, float]:
+        """What they read at a moment, where `values` are all others and the robot was asked to drive so fast."""
+        found: dict[ReadingKey, float] = {}
+        for chance in self._chances:
+            found[chance.name, None] = self._draw(chance, now)
+        if self._stuck is not None:
+            found["stuck", None] = self._is_stuck(now, values, asked_m_s, self._stuck.after_s)
+        of = {**values, **found}
+        for since in self._since:
+            for target in self._targets if self._of_targets[since.of] else (None,):
+                value = of.get((since.of, target), nan)
+                if not isnan(value) and (since.of not in self._yes or value > 0):
+                    self._last[since.name, target] = now
+                found[since.name, target] = now - self._last.get((since.name, target), nan)
+        return found
+
+    def _draw(self, chance: Chance, now: float) -> float:
+        period = floor(now / chance.every_s) if chance.every_s else -1
+        before = self._drawn.get(chance.name)
+        if before is None or period < 0 or before[0] != period:
+            self._drawn[chance.name] = before = period, float(self._random.random())
+        return before[1]
+
+    def _is_stuck(
+        self, now: float, values: Mapping[ReadingKey, float], asked_m_s: float, after_s: float
+    ) -> float:
+        """1 where it was asked to drive for so long and hardly left its place; absent without odometry."""
+        x, y = values.get(("x", None), nan), values.get(("y", None), nan)
+        if isnan(x) or isnan(y):
+            self._track.clear()
+            return nan
+        if asked_m_s == 0.0:
+            self._track.clear()
+        self._track.append((now, x, y, abs(asked_m_s)))
+        while len(self._track) > 1 and now - self._track[1][0] >= after_s:
+            self._track.popleft()
+        since, x0, y0, _ = self._track[0]
+        if now - since < after_s:
+            return 0.0
+        wanted = sum(each[3] for each in self._track) / len(self._track) * (now - since)
+        # The farthest, not the last place: who drives in a circle comes back to where it was, and is not stuck.
+        farthest = max(hypot(each[1] - x0, each[2] - y0) for each in self._track)
+        return float(farthest < NOWHERE * wanted)

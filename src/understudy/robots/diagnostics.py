@@ -1,0 +1,124 @@
+"""What arrives from a robot, at what rate and age, and what is missing: looked at before anything moves."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, nan
+
+from understudy.model.features import ReadingKey
+from understudy.robots.body import Robot
+from understudy.robots.inputs import Latest
+from understudy.robots.ros.transport import Peer
+from understudy.robots.sources import Source
+from understudy.sim.kit import readings_of_type
+
+SLOW = 0.8
+"""A rate below this share of the one that a file promises is reported."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """What arrived of one source: how often, its rate (Hz; NaN of less than two), age (s) and values at the end."""
+
+    name: str
+    topic: str
+    messages: int
+    rate_hz: float
+    age_s: float
+    values: Mapping[str, float]
+    """A value for each thing it reads, by its name; NaN where absent."""
+    unit: str
+    required: bool
+    problem: str
+    """One sentence where something is wrong; empty where nothing is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """What a robot's readings are like, and what else stands against arming it."""
+
+    name: str
+    seconds: float
+    arrivals: Sequence[Arrival]
+    problems: Sequence[str]
+    """All of them, those of readings included."""
+    lacks: Sequence[str] = ()
+    """Readings of its world that it has not: lessons that ask for them find them absent."""
+
+
+def survey(robot: Robot, *, seconds: float, sleep: Callable[[float], None] = time.sleep) -> Survey:
+    """Listen for so long, sending nothing at all; then say what came and what did not."""
+    sleep(seconds)
+    peers, now, senses = robot.transport.peers(), robot.now_s, robot.senses
+    arrivals = []
+    for name, source in senses.sources.items():
+        latest, topic = senses.latest[name], robot.file.topic(source.topic)
+        age_s = now - latest.at_s if latest.count else inf
+        fresh = senses.fresh(name, now)
+        arrivals.append(
+            Arrival(
+                name,
+                topic,
+                latest.count,
+                latest.rate_hz,
+                age_s if latest.count else nan,
+                {_label(key): fresh.get(key, nan) for key in source.keys},
+                source.readings[0].unit if source.readings else "m",
+                source.required,
+                _problem(name, topic, source, latest, age_s, peers),
+            )
+        )
+    found = [arrival.problem for arrival in arrivals if arrival.problem]
+    problems = tuple(dict.fromkeys((*found, *_others(robot, peers))))
+    return Survey(robot.file.name, seconds, arrivals, problems, _lacks(robot))
+
+
+def _label(key: ReadingKey) -> str:
+    name, target = key
+    return name if target is None else f"{name}({target})"
+
+
+def _lacks(robot: Robot) -> Sequence[str]:
+    """Readings of its kind in the world that its file names, which it has not."""
+    if robot.kind is None:
+        return ()
+    here = {reading.name for reading in robot.readings}
+    return tuple(reading.name for _, reading in readings_of_type(robot.kind) if reading.name not in here)
+
+
+def _problem(name: str, topic: str, of: Source, latest: Latest, age_s: float, peers: Sequence[Peer]) -> str:
+    """What is wrong with a reading, in one sentence."""
+    there = sorted({peer.type for peer in peers if peer.topic == topic})
+    if not latest.count and latest.refused:
+        return f"{name}: what comes on {topic} is no {of.type} ({latest.problem}); correct the publisher"
+    if not latest.count and there and of.type not in there:
+        return (
+            f"{name}: {topic} carries {', '.join(there)}, not {of.type}; correct `type` in the robot's file"
+        )
+    if not latest.count:
+        return (
+            f"{name}: nothing comes on {topic}, and {'somebody' if there else 'nobody'} publishes there; "
+            "start the robot, or correct `topic`, `namespace` or `domain` in its file"
+        )
+    if age_s > of.stale_s:
+        return f"{name}: {topic} fell silent {age_s:.1f} s ago; start its sensor again"
+    if of.rate_hz is not None and latest.rate_hz < SLOW * of.rate_hz:
+        return f"{name}: {topic} comes at {latest.rate_hz:.1f} Hz, not {of.rate_hz:g}; correct `rate_hz`, or the sensor"
+    if latest.refused:
+        return (
+            f"{name}: {latest.refused} on {topic} were no {of.type} ({latest.problem}); find who sends those"
+        )
+    return ""
+
+
+def _others(robot: Robot, peers: Sequence[Peer]) -> Iterator[str]:
+    """Who else commands this robot, or goes by its names."""
+    commands = robot.file.topic(robot.file.commands.topic)
+    if count := sum(peer.topic == commands for peer in peers):
+        who = "somebody else publishes" if count == 1 else f"{count} others publish"
+        yield f"{who} on {commands}; stop them, or this robot obeys two masters"
+    for topic in dict.fromkeys(robot.file.topic(source.topic) for source in robot.senses.sources.values()):
+        if (count := sum(peer.topic == topic for peer in peers)) > 1:
+            yield f"{count} publish on {topic}; give each robot a namespace of its own"

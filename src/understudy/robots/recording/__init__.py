@@ -1,0 +1,1 @@
+"""Recordings of real robots (MCAP): write, read and replay them."""

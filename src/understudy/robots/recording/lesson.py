@@ -1,0 +1,135 @@
+"""A lesson from a recording and presses: a session over what was recorded, as if somebody had pressed then.
+
+The robot does what it did; presses say what it ought to have done. They mean what they mean in a session, since one is
+held (ARCHITECTURE section 3).
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+
+from understudy.errors import FileError, SessionError
+from understudy.model.lesson import Lesson
+from understudy.model.library import Library
+from understudy.robots.recording.reader import GO_ON, PRESS, RESTART, TEST, TRAIN, Pressed, Recording
+from understudy.robots.recording.replay import Replay
+from understudy.training.session import Session
+
+COLUMNS = ("time_s", "state")
+DOES = "does"
+STEPS = (PRESS, TEST, TRAIN, RESTART, GO_ON)
+"""What a row may do besides pressing: switch to testing or to training, restart the automaton."""
+NEAR_S = 1e-6
+"""A time this little after a tick is that tick: tables round."""
+
+
+def taught_over(
+    recording: Recording,
+    library: Library,
+    lesson: Lesson,
+    presses: Sequence[Pressed],
+    *,
+    targets: Mapping[str, str] | None = None,
+    agent: int = 0,
+) -> Session:
+    """A session in which a lesson was taught to an agent of a recording, to its end; SessionError where what was
+    pressed cannot be, and what else a session raises.
+    """
+    body = Replay(recording)
+    session = Session(body, library, lesson, targets=targets, agent=agent)
+    waiting = sorted(presses, key=lambda each: each.tick)
+    for each in waiting:  # a mistake is told before a long recording is gone through
+        if each.does not in STEPS:
+            raise SessionError(
+                f"{recording.path} has a step {each.does!r:.60}; sessions have {', '.join(STEPS)}"
+            )
+        if each.state is not None:
+            session.automaton.index(each.state)
+    while not body.ended:
+        while waiting and waiting[0].tick <= body.tick:
+            step = waiting.pop(0)
+            body.wait(step.at_s)
+            _do(session, step)
+        session.tick()
+    return session
+
+
+def _do(session: Session, step: Pressed) -> None:
+    if step.does == TEST:
+        session.test()
+    elif step.does == GO_ON:
+        session.test(afresh=False)
+    elif step.does == TRAIN:
+        session.train()
+    elif step.does == RESTART:
+        session.restart()
+    elif step.state is None:
+        session.confirm()
+    else:
+        session.direct(step.state)
+
+
+def names_pressed(presses: Sequence[Pressed]) -> tuple[str, ...]:
+    """The states that were pressed, in order."""
+    return tuple(dict.fromkeys(each.state for each in presses if each.state is not None))
+
+
+def recorded_presses(recording: Recording, agent: int = 0) -> Sequence[Pressed]:
+    """The presses of an agent that were recorded with it; SessionError where there are none."""
+    if not recording.presses[agent]:
+        raise SessionError(
+            f"{recording.path} holds no presses; give --presses FILE.csv, with columns {', '.join(COLUMNS)}"
+        )
+    return recording.presses[agent]
+
+
+def read_presses(path: Path, recording: Recording) -> Sequence[Pressed]:
+    """Presses from a table with columns time_s (as the recording counts; it acts at the first tick from then on), state
+    (empty confirms the current one) and, if wanted, `does`. FileError naming the line where one cannot be.
+    """
+    try:
+        rows = list(csv.reader(io.StringIO(path.read_text("utf-8-sig"), newline=""), strict=True))
+    except (OSError, ValueError, csv.Error) as error:
+        problem = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise _wrong(path, 0, f"it cannot be read ({problem})", "give a table of presses") from None
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    if not set(COLUMNS) <= set(header) or not set(header) <= {*COLUMNS, DOES}:
+        remedy = f"begin with {','.join(COLUMNS)}, and {DOES} if you want to test or restart, too"
+        raise _wrong(path, 1, f"its columns are {', '.join(header) or 'none'}", remedy)
+    found = []
+    for line, row in enumerate(rows[1:], 2):
+        if not any(cell.strip() for cell in row):
+            continue
+        if len(row) != len(header):
+            raise _wrong(path, line, f"it has {len(row)} cells", f"give {len(header)}")
+        cells = dict(zip(header, (cell.strip() for cell in row), strict=True))
+        found.append(_pressed(path, line, cells, recording))
+    return found
+
+
+def _pressed(path: Path, line: int, cells: Mapping[str, str], recording: Recording) -> Pressed:
+    does = cells.get(DOES) or PRESS
+    if does not in STEPS:
+        raise _wrong(
+            path, line, f"{DOES} is {does!r:.60}", f"give {', '.join(STEPS)}, or nothing for a press"
+        )
+    try:
+        time_s = float(cells["time_s"])
+    except ValueError:
+        time_s = np.nan
+    first, last = (float(recording.times[end]) for end in (0, -1))
+    if not (isfinite(time_s) and first - recording.head.tick_s <= time_s <= last + NEAR_S):
+        remedy = f"give one of the recording, from {first:g} to {last:g}"
+        raise _wrong(path, line, f"time_s is {cells['time_s']!r:.60}", remedy)
+    tick = int(np.searchsorted(recording.times, time_s - NEAR_S))
+    return Pressed(tick, cells["state"] or None, does)
+
+
+def _wrong(path: Path, line: int, problem: str, remedy: str) -> FileError:
+    return FileError(path=path, place=f"line {line}" if line else "", problem=problem, remedy=remedy)

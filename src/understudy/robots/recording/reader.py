@@ -1,0 +1,246 @@
+"""Reading recordings: every tick that is whole, also of a run that was killed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import FileError, SettingError, UnderstudyError
+from understudy.model.features import ReadingKey
+from understudy.model.kinds import Column
+from understudy.robots.recording.header import METADATA, Head, head_of
+from understudy.robots.recording.message_types import (
+    READINGS,
+    STATES,
+    TEXT,
+    Readings,
+    known_types,
+    label,
+    names_of,
+    states_of,
+)
+from understudy.robots.recording.recorder import PRESSES, STEPS, TOPICS
+from understudy.robots.ros.messages import MessageRefused, decode
+from understudy.robots.ros.state_topic import within
+from understudy.robots.ros.transport import ExtraMissing
+
+PRESS, TEST, TRAIN, RESTART, GO_ON = "press", "test", "train", "restart", "resume"
+"""What a step of a session can be."""
+MOST_BYTES = 2**30
+"""Of one record: a damaged length must not take all memory."""
+REMEDY = "name a file that `understudy run --record FILE.mcap` wrote"
+
+
+@dataclass(frozen=True, slots=True)
+class Pressed:
+    """A press that acts at a tick, counted from 0: to a state, or a confirmation of the current one (None). Tables of
+    presses may have other steps of a session, too: `does` says which.
+    """
+
+    tick: int
+    state: str | None
+    does: str = PRESS
+    at_s: float | None = None
+    """The body's time then, where that is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A recording: its head, times [T] of its ticks (s, as the body counts), readings [T, K, N], states of each level
+    after each tick by agent, and what was pressed, by agent. `whole`: it was closed, not killed. `runs`: how many the
+    file holds, of which this is one.
+    """
+
+    path: Path
+    head: Head
+    times: Column
+    keys: tuple[ReadingKey, ...]
+    values: NDArray[np.float64]
+    paths: Sequence[Sequence[tuple[str, ...]]]
+    presses: Sequence[Sequence[Pressed]]
+    whole: bool
+    runs: int = 1
+
+    @property
+    def ticks(self) -> int:
+        """T."""
+        return len(self.times)
+
+
+def read_recording(path: Path | str, *, run: int | None = None) -> Recording:
+    """A recording up to its last whole tick; FileError where it is none, or says nothing of decisions.
+
+    Where it holds several runs, such as the lessons of an afternoon, `run` says which, counted from 1; else the last.
+    SettingError where there is no such run.
+    """
+    path = Path(path)
+    known_types()
+    kept = _Kept(run)
+    whole = kept.read(path)
+    if kept.runs and run is not None and not 1 <= run <= kept.runs:
+        remedy = f"count from 1 to {kept.runs}"
+        raise SettingError(where=str(path), setting="its run", problem=f"is {run}", remedy=remedy)
+    if isinstance(kept.head, str):
+        raise _no_recording(path, kept.head)
+    return kept.recording(path, kept.head, whole=whole)
+
+
+class _Kept:
+    """What a file says, as far as it was read."""
+
+    def __init__(self, run: int | None) -> None:
+        self._run, self.runs = run, 0
+        self.head: Head | str = "it does not say what ran, so nobody can decide it again"
+        self._channels: dict[int, tuple[str, str]] = {}
+        self._wanted: dict[tuple[str, str], tuple[str, int]] = {}
+        self._schemas: dict[int, str] = {}
+        self._readings: list[_Column] = []
+        self._paths: list[list[tuple[str, ...]]] = []
+        self._presses: list[list[Pressed]] = []
+
+    def read(self, path: Path) -> bool:
+        """Take in a file; whether it ends as it should."""
+        begun = False
+        try:
+            for record in _records(path):
+                begun = True
+                self._take(record, path)
+        except UnderstudyError:
+            raise
+        except OSError as error:
+            problem = (
+                "there is no such file"
+                if isinstance(error, FileNotFoundError)
+                else str(error.strerror or error)
+            )
+            raise _no_recording(path, problem) from None
+        except Exception as error:  # whatever a reader does with bytes that end too early or are damaged
+            if not begun:
+                raise _no_recording(path, f"it is no MCAP ({error.__class__.__name__})") from None
+            return False  # all until here is good
+        return True
+
+    def _take(self, record: Any, path: Path) -> None:
+        from mcap.records import Channel, Message, Metadata, Schema
+
+        if isinstance(record, Message):
+            what = self._wanted.get(self._channels.get(record.channel_id, ("", "")))
+            if what is not None:
+                try:
+                    self._keep(*what, record.data)
+                except MessageRefused as error:
+                    raise _no_recording(path, str(error)) from None
+        elif isinstance(record, Schema):
+            self._schemas[record.id] = record.name
+        elif isinstance(record, Channel):
+            self._channels[record.id] = record.topic, self._schemas.get(record.schema_id, "")
+        elif isinstance(record, Metadata) and record.name == METADATA:
+            self.runs += 1
+            if self.runs == (self._run or self.runs):
+                self.head = head_of(record.metadata)
+                self._begin(self.head.names if isinstance(self.head, Head) else ())
+            elif self.runs > (self._run or self.runs):
+                self._wanted = {}  # that run is over
+
+    def _begin(self, names: Sequence[str]) -> None:
+        """Another run begins; of those before nothing is kept."""
+        topics = {READINGS: TOPICS[READINGS], STATES: TOPICS[STATES]}
+        self._wanted = {
+            (within(name, topic), type): (topic, agent)
+            for agent, name in enumerate(names)
+            for type, topic in (*topics.items(), (TEXT, PRESSES), (TEXT, STEPS))
+        }
+        self._readings = [_Column() for _ in names]
+        self._paths = [[] for _ in names]
+        self._presses = [[] for _ in names]
+
+    def _keep(self, topic: str, agent: int, data: bytes) -> None:
+        if topic == TOPICS[READINGS]:
+            self._readings[agent].add(data)
+        elif topic == TOPICS[STATES]:
+            self._paths[agent].append(states_of(data)[1])
+        else:
+            said, tick = decode(TEXT, data).data, len(self._paths[agent])
+            self._presses[agent].append(_step(tick, said) if topic == STEPS else Pressed(tick, said or None))
+
+    def recording(self, path: Path, head: Head, *, whole: bool) -> Recording:
+        ticks = min(
+            (min(len(one.times), len(two)) for one, two in zip(self._readings, self._paths, strict=True)),
+            default=0,
+        )
+        if not ticks:
+            several = f"the run that was begun last, of {self.runs}," if self.runs > 1 else "it"
+            raise _no_recording(path, f"{several} holds no tick")
+        names = self._readings[0].names
+        known = {label(key): key for key in _keys(head)}
+        if any(column.names != names for column in self._readings) or not known.keys() >= set(names):
+            raise _no_recording(path, "its readings are not those of its head")
+        return Recording(
+            path,
+            head,
+            np.array(self._readings[0].times[:ticks]),
+            tuple(known[name] for name in names),
+            np.stack([np.array(column.values[:ticks]) for column in self._readings], axis=2),
+            [each[:ticks] for each in self._paths],
+            self._presses,
+            whole,
+            self.runs,
+        )
+
+
+def _step(tick: int, said: str) -> Pressed:
+    """A step as it is recorded: restart 12.5."""
+    does, _, at = said.partition(" ")
+    try:
+        return Pressed(tick, None, does, float(at) if at else None)
+    except ValueError:
+        raise MessageRefused(type=TEXT, problem=f"{said!r:.60} is no step of a session") from None
+
+
+class _Column:
+    """The readings of one agent, tick by tick."""
+
+    def __init__(self) -> None:
+        self.names: tuple[str, ...] = ()
+        self.times: list[float] = []
+        self.values: list[Column] = []
+        self._reader = Readings(())
+
+    def add(self, data: bytes) -> None:
+        found = self._reader.decode(data)
+        if found is None:
+            names = names_of(data)
+            if self.times and names != self.names:
+                raise MessageRefused(type=READINGS, problem="other readings than in the ticks before")
+            self.names, self._reader = names, Readings(names)
+            found = self._reader.decode(data)
+        if found is None:
+            raise MessageRefused(type=READINGS, problem="not as Understudy writes them")
+        self.times.append(found[0])
+        self.values.append(found[1])
+
+
+def _records(path: Path) -> Iterator[Any]:
+    try:
+        from mcap.stream_reader import StreamReader
+    except ImportError:
+        raise ExtraMissing(what="a recording", extra="ros2") from None
+    with path.open("rb") as file:
+        yield from StreamReader(file, record_size_limit=MOST_BYTES, validate_crcs=True).records
+
+
+def _keys(head: Head) -> list[ReadingKey]:
+    return [
+        (reading.name, target)
+        for reading in head.readings
+        for target in (head.targets if reading.of_targets else (None,))
+    ]
+
+
+def _no_recording(path: Path, problem: str) -> FileError:
+    return FileError(path=path, place="", problem=problem, remedy=REMEDY)

@@ -1,0 +1,209 @@
+"""Recordings: all messages of a run and all it decided, in one MCAP file that ROS 2 and Foxglove open.
+
+Whoever records only hands bytes over; what writes them is in `recording_writer.py`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from threading import Lock
+from typing import Any, Self
+
+import numpy as np
+
+from understudy.errors import UnderstudyError
+from understudy.model.features import Percept, ReadingKey
+from understudy.robots.recording.header import Head, Ran, head_entries
+from understudy.robots.recording.message_types import (
+    READINGS,
+    STATES,
+    TEXT,
+    TRANSITION,
+    Readings,
+    States,
+    known_types,
+    label,
+    text,
+)
+from understudy.robots.recording.writer import RecordingWriter
+from understudy.robots.ros.messages import encode, make
+from understudy.robots.ros.state_topic import transition, within
+from understudy.robots.ros.transport import Peer, Publish, Received, Transport
+from understudy.runtime.body import Body
+
+TOPICS = {READINGS: "understudy/readings", STATES: "understudy/states", TRANSITION: "understudy/switched"}
+"""Ours, within the namespace of each robot."""
+PRESSES = "understudy/presses"
+"""What a person pressed, as std_msgs/String: the name of a state; empty confirms the current one."""
+STEPS = "understudy/session"
+"""What else was done, as std_msgs/String: test, train or restart, with the body's time."""
+
+
+class RecordingFailed(UnderstudyError):
+    """A recording that cannot go on; what was written until then can be read."""
+
+    exit_code = 1
+
+    def __init__(self, *, path: Path, problem: str) -> None:
+        self.path, self.problem = str(path), problem
+        super().__init__(f"{path}: recording ended: {problem}; make room, or go on without a recording")
+
+
+class Recorder:
+    """Writes a recording, from `begin` on with what is decided; FileError where the file is there or cannot be.
+
+    `clock` is what messages are stamped with on arrival, s: `time.monotonic`, or a simulation's.
+    """
+
+    def __init__(self, path: Path | str, *, clock: Callable[[], float] = time.monotonic) -> None:
+        known_types()
+        self.path, self._clock = Path(path), clock
+        self._began_ns = time.time_ns() - round(clock() * 1e9)
+        self._topics: dict[tuple[str, str], int] = {}
+        self._lock = Lock()
+        self._agents: list[_Agent] = []
+        self._names: Sequence[str] = ()
+        self._body: Body | None = None
+        self._writer = RecordingWriter(self.path)
+
+    def begin(
+        self,
+        body: Body,
+        *,
+        names: Sequence[str] = (),
+        ran: Ran | None = None,
+        files: Mapping[str, str] | None = None,
+    ) -> None:
+        """Say what is recorded, before its first tick: a body, its agents' namespaces, what runs, files as they are.
+
+        Said again, the run begins anew; replayed is the last one.
+        """
+        names = names or [f"robot{number}" if body.agents > 1 else "" for number in range(body.agents)]
+        self._names, self._body = tuple(names), body
+        # Before the topics of its agents, which whoever reads it knows by their names.
+        self._writer.head(head_entries(Head.of(body, names, ran or Ran(), files or {})))
+        self._agents = [_Agent(self, name) for name in names]
+
+    def tape(self, topic: str, type: str) -> Callable[[bytes, float | None], None]:
+        """What keeps messages of a topic, with when they came by the clock (None: now); from any thread."""
+        with self._lock:
+            number = self._topics.get((topic, type))
+            if number is None:
+                number = self._topics[topic, type] = len(self._topics)
+                self._writer.topic(topic, type)
+
+        def keep(data: bytes, at_s: float | None = None) -> None:
+            at_s = self._clock() if at_s is None else at_s
+            self._writer.keep(number, data, self._began_ns + round(at_s * 1e9))
+
+        return keep
+
+    def decided(
+        self, time_s: float, percept: Percept, paths: Sequence[Sequence[str]], *, at_s: float | None = None
+    ) -> None:
+        """One tick, once it was decided: the body's time, its readings, and the states of all levels of each agent.
+
+        RecordingFailed where something before could not be written, so that what cannot be recorded stops.
+        """
+        if self._writer.problem:
+            raise RecordingFailed(path=self.path, problem=self._writer.problem)
+        at = self._clock() if at_s is None else at_s
+        values = np.array(list(percept.values())) if percept else np.empty((0, len(self._agents)))
+        keys = tuple(percept)
+        for number, (agent, path) in enumerate(zip(self._agents, paths, strict=True)):
+            agent.decided(time_s, keys, values[:, number], tuple(path), at)
+
+    def pressed(self, state: str | None, *, agent: int = 0) -> None:
+        """A person directed an agent to a state, or confirmed the current one (None): it acts at the next tick."""
+        self.noted(PRESSES, state or "", agent=agent)
+
+    def stepped(self, step: str, *, agent: int = 0) -> None:
+        """Something else came before the next tick: a session's test or train, a restart in a session or a run."""
+        at = "" if self._body is None else f" {self._body.time_s!r}"
+        self.noted(STEPS, step + at, agent=agent)
+
+    def noted(self, topic: str, content: str, *, agent: int = 0) -> None:
+        """Anything else worth keeping, as text on a topic in the namespace of an agent."""
+        name = self._names[agent] if self._names else ""
+        self.tape(within(name, topic), TEXT)(text(content), None)
+
+    def close(self) -> None:
+        """Finish the file; RecordingFailed where it could not be written."""
+        if self._writer.close() and self._writer.problem:
+            raise RecordingFailed(path=self.path, problem=self._writer.problem)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:  # what ended the run matters more than what ended its recording
+            with suppress(RecordingFailed):
+                self.close()
+
+
+class _Agent:
+    """The messages of one agent."""
+
+    def __init__(self, recorder: Recorder, name: str) -> None:
+        self._name, self._path = name, tuple[str, ...]()
+        self._keys: tuple[ReadingKey, ...] = ()
+        self._readings, self._states = Readings(()), States()
+        self._tapes = {type: recorder.tape(within(name, topic), type) for type, topic in TOPICS.items()}
+
+    def decided(
+        self, time_s: float, keys: tuple[ReadingKey, ...], values: Any, path: tuple[str, ...], at_s: float
+    ) -> None:
+        if keys != self._keys:
+            self._keys, self._readings = keys, Readings([label(key) for key in keys])
+        self._tapes[READINGS](self._readings.encode(time_s, values), at_s)
+        self._tapes[STATES](self._states.encode(time_s, path), at_s)
+        changed = transition(self._path, path)
+        if changed is not None:
+            self._path = path
+            told = make(TRANSITION, time_s=time_s, robot=self._name, path=list(path), **changed._asdict())
+            self._tapes[TRANSITION](encode(TRANSITION, told), at_s)
+
+
+class Taped:
+    """A transport whose messages in and out are recorded as they go over it, beside being handed on."""
+
+    def __init__(self, transport: Transport, recorder: Recorder) -> None:
+        self._transport, self._recorder = transport, recorder
+        self._heard: set[tuple[str, str]] = set()
+
+    def subscribe(self, topic: str, type: str, received: Received) -> None:
+        """Hand each message of a topic to `received`, and keep it; once, however many listen."""
+        if (topic, type) in self._heard:
+            self._transport.subscribe(topic, type, received)
+            return
+        self._heard.add((topic, type))
+        keep = self._recorder.tape(topic, type)
+
+        def both(data: bytes, at_s: float) -> None:
+            keep(data, at_s)
+            received(data, at_s)
+
+        self._transport.subscribe(topic, type, both)
+
+    def publisher(self, topic: str, type: str) -> Publish:
+        """What publishes on a topic, and keeps what it published."""
+        publish, keep = self._transport.publisher(topic, type), self._recorder.tape(topic, type)
+
+        def both(data: bytes) -> None:
+            publish(data)
+            keep(data, None)
+
+        return both
+
+    def peers(self) -> Sequence[Peer]:
+        """All others who publish."""
+        return self._transport.peers()
+
+    def close(self) -> None:
+        """Leave; the recording goes on until its recorder is closed."""
+        self._transport.close()

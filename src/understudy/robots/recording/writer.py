@@ -1,0 +1,156 @@
+"""What writes a recording: a thread that compresses what was handed over, and puts a chunk of it on disk each second.
+
+What is killed leaves a file that can be read up to its last chunk.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from contextlib import suppress
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Lock, Thread
+from typing import IO, Any, NamedTuple
+
+from understudy.errors import FileError
+from understudy.robots.recording.header import METADATA
+from understudy.robots.recording.message_types import definition
+from understudy.robots.ros.messages import known
+from understudy.robots.ros.transport import ExtraMissing
+
+PROFILE, LIBRARY = "ros2", "understudy"
+CHUNK_S = 1.0
+"""How often what was handed over is put on disk: a killed run loses that much."""
+MOST_WAITING = 256 * 2**20
+"""So many bytes may wait for a disk that is slow."""
+
+
+class _Topic(NamedTuple):
+    """A topic to be made known in the file, before its first message."""
+
+    topic: str
+    type: str
+    definition: str
+
+
+class RecordingWriter:
+    """A file of MCAP that grows; FileError where it is there already, or cannot be. Any thread may hand things over."""
+
+    def __init__(self, path: Path) -> None:
+        writer = _mcap()
+        self.problem = ""
+        """Why nothing more is written; empty while all is well."""
+        self._path, self._file = path, _opened(path)
+        self._queue: SimpleQueue[Any] = SimpleQueue()
+        self._waiting, self._lock, self._closed = 0, Lock(), False
+        self._whole = 0  # bytes that hold whole chunks
+        self._writer = writer(self._file)
+        self._writer.start(profile=PROFILE, library=LIBRARY)
+        self._thread = Thread(target=self._write, name="recorder", daemon=True)
+        self._thread.start()
+
+    def head(self, entries: dict[str, str]) -> None:
+        """Keep the head of a run."""
+        self._queue.put(entries)
+
+    def topic(self, topic: str, type: str) -> None:
+        """Make a topic known; they are counted from 0."""
+        self._queue.put(_Topic(topic, type, definition(type) if known(type) else ""))
+
+    def keep(self, number: int, data: bytes, at_ns: int) -> None:
+        """Keep a message of a topic, by its number, with when it came, ns since 1970. Never fails: see `problem`."""
+        with self._lock:
+            if self._waiting > MOST_WAITING:
+                self.problem = self.problem or "the disk is too slow"
+            if self.problem or self._closed:
+                return
+            self._waiting += len(data)
+        self._queue.put((number, data, at_ns))
+
+    def close(self) -> bool:
+        """Finish the file; whether it was still open."""
+        if self._closed:
+            return False
+        self._closed = True
+        self._queue.put(None)
+        self._thread.join()
+        return True
+
+    def _write(self) -> None:
+        """The thread that writes; whatever goes wrong here is told by the next tick."""
+        try:
+            self._write_all()
+        except Exception as error:
+            self.problem = (error.strerror or str(error)) if isinstance(error, OSError) else repr(error)
+            with suppress(OSError, ValueError):
+                self._file.close()
+            with suppress(OSError):
+                os.truncate(self._path, self._whole)
+
+    def _write_all(self) -> None:
+        channels: list[int] = []
+        due = time.monotonic() + CHUNK_S
+        while True:
+            try:
+                item = self._queue.get(timeout=max(0.0, due - time.monotonic()))
+            except Empty:
+                item = ()
+            if item is None:
+                break
+            if isinstance(item, _Topic):
+                channels.append(self._registered(item))
+            elif isinstance(item, dict):
+                self._writer.flush()
+                self._writer.add_metadata(METADATA, item)
+                self._flush()
+            elif item:
+                number, data, at_ns = item
+                with self._lock:
+                    self._waiting -= len(data)
+                self._writer.add_message(channels[number], at_ns, data, at_ns)
+            if time.monotonic() >= due:
+                self._flush()
+                due = time.monotonic() + CHUNK_S
+        self._flush()
+        self._writer.finish()
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        self._file.close()
+
+    def _flush(self) -> None:
+        self._writer.flush()
+        os.fsync(self._file.fileno())
+        self._whole = self._file.tell()
+
+    def _registered(self, topic: _Topic) -> int:
+        defined = bool(topic.definition)
+        schema = self._writer.register_schema(
+            topic.type, "ros2msg" if defined else "", topic.definition.encode()
+        )
+        quality = {"offered_qos_profiles": ""}  # as rosbag2 has it: unknown, so a player takes its default
+        return int(self._writer.register_channel(topic.topic, "cdr", schema, quality))
+
+
+def _opened(path: Path) -> IO[bytes]:
+    """A new file; one that is there is kept."""
+    try:
+        return path.open("xb")
+    except OSError as error:
+        there = isinstance(error, FileExistsError)
+        problem = "is there already" if there else f"cannot be written ({error.strerror or error})"
+        remedy = (
+            "name another file, or move that one away"
+            if there
+            else "name a file in a folder you may write to"
+        )
+        raise FileError(path=path, place="", problem=problem, remedy=remedy) from None
+
+
+def _mcap() -> Any:
+    """What writes MCAP."""
+    try:
+        from mcap.writer import Writer
+    except ImportError:
+        raise ExtraMissing(what="a recording", extra="ros2") from None
+    return Writer

@@ -1,0 +1,223 @@
+"""DDS as ROS 2 speaks it: topics `rt/NAME`, types `PKG::msg::dds_::NAME_`; messages pass as bytes, unread."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from collections.abc import Sequence
+from functools import cache
+from threading import Lock, Thread
+from typing import Any
+
+from understudy.robots.ros.messages import ARRAY, BASE, JAZZY, NAMED, dds_name, fields, releases, ros_name
+from understudy.robots.ros.transport import ExtraMissing, Peer, Publish, Received, Unreachable
+
+PREFIX = "rt"
+"""What ROS 2 puts before the names of topics, as against services."""
+BEAT_S = 0.2
+"""How often the thread that receives looks whether it shall end."""
+MOST = 4096
+"""So many who publish are looked at."""
+GRAVE = 1 | 2
+"""What Cyclone DDS logs unless somebody configured it, fatal and other errors; it warns of each wrong message."""
+
+
+class DDS:
+    """A participant of a domain, with a thread that hands on what arrives.
+
+    ExtraMissing where Cyclone DDS is not installed, Unreachable where the domain cannot be joined.
+    """
+
+    def __init__(self, domain: int = 0) -> None:
+        try:
+            from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
+            from cyclonedds.core import DDSException, WaitSet
+            from cyclonedds.domain import DomainParticipant
+        except ImportError:
+            raise ExtraMissing(what="the transport dds", extra="ros2") from None
+        try:
+            _quieten()
+            self._participant = DomainParticipant(domain)
+        except DDSException as error:
+            remedy = "look whether the network is up, and whether CYCLONEDDS_URI, if set, fits it"
+            raise Unreachable(what=f"domain {domain} of DDS", problem=str(error), remedy=remedy) from error
+        self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
+        self._changes, self._gone, self._alive = _conditions(self._publications)
+        self._others: Sequence[Peer] = ()
+        self._asking = Lock()
+        self._waits = WaitSet(self._participant)
+        self._readers: list[tuple[Any, Received, dict[int, int] | None]] = []
+        self._kept: list[Any] = []  # conditions live as long as they are waited for
+        self._writers: list[Any] = []
+        self._closed = False
+        self._thread = Thread(target=self._receive, name="dds", daemon=True)
+
+    def subscribe(self, topic: str, type: str, received: Received) -> None:
+        """Hand the newest messages of a topic to `received`, from publishers reliable or not."""
+        from cyclonedds.core import InstanceState, Policy, Qos, ReadCondition, SampleState, ViewState
+        from cyclonedds.sub import DataReader
+
+        quality = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(4))
+        # Cyclone DDS hands on nothing that is shorter than its description, so each release's is listened for; and
+        # what fits several comes more than once, which the times of each publisher's last tell.
+        seen: dict[int, int] | None = {} if len(releases(type)) > 1 else None
+        for release in releases(type):
+            reader = DataReader(self._participant, self._topic(topic, type, release), qos=quality)
+            condition = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
+            self._kept.append(condition)
+            self._readers.append((reader, received, seen))  # before the thread can wake for it
+            self._waits.attach(condition)
+        if not self._thread.is_alive():  # not before: waiting for nothing does not wait
+            self._thread.start()
+
+    def publisher(self, topic: str, type: str) -> Publish:
+        """What publishes on a topic, reliably as ROS 2 does by default; only the last message is kept.
+
+        Once closed, it does nothing.
+        """
+        from cyclonedds.core import Policy, Qos
+        from cyclonedds.pub import DataWriter
+        from cyclonedds.util import duration
+
+        quality = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(1))
+        named = self._topic(topic, type)
+        raw, writer = named.data_type, DataWriter(self._participant, named, qos=quality)
+        number = len(self._writers)
+        self._writers.append(writer)
+        del writer  # a participant leaves when nobody holds its writers
+
+        def publish(data: bytes) -> None:
+            if self._writers:
+                message = raw.__new__(raw)
+                message.data = data
+                self._writers[number].write(message)
+
+        return publish
+
+    def peers(self) -> Sequence[Peer]:
+        """All others who publish topics of ROS 2, as far as they were discovered."""
+        with self._asking:
+            # Asked several times a second: to go through the hundreds that a robot may have takes a tenth of that.
+            if self._changes.triggered:
+                self._publications.take(N=MOST, condition=self._gone)
+                found = self._publications.read(N=MOST, condition=self._alive)
+                own = self._participant.guid
+                self._others = [
+                    Peer(end.topic_name.removeprefix(PREFIX), ros_name(end.type_name))
+                    for end in found
+                    if end.topic_name.startswith(f"{PREFIX}/") and end.participant_key != own
+                ]
+            return self._others
+
+    def close(self) -> None:
+        """Leave the domain; nothing is received afterwards."""
+        if self._closed:
+            return
+        self._closed = True
+        if self._thread.is_alive():
+            self._thread.join()
+        self._readers.clear()
+        self._kept.clear()
+        self._writers.clear()
+        del self._changes, self._gone, self._alive
+        del self._waits, self._publications, self._participant
+
+    def _topic(self, topic: str, type: str, release: str = JAZZY) -> Any:
+        from cyclonedds.topic import Topic
+
+        return Topic(self._participant, f"{PREFIX}{topic}", struct(type, release))
+
+    def _receive(self) -> None:
+        from cyclonedds.core import DDSException
+        from cyclonedds.util import duration
+
+        beat = duration(seconds=BEAT_S)
+        while not self._closed:
+            with contextlib.suppress(DDSException):
+                self._waits.wait(beat)
+            now = time.monotonic()
+            for reader, received, seen in list(self._readers):
+                with contextlib.suppress(DDSException):
+                    for message in reader.take(N=16):
+                        # If not, a publisher has gone.
+                        if isinstance(message, reader.topic.data_type) and _new(message.sample_info, seen):
+                            received(message.data, now)
+
+
+def _conditions(reader: Any) -> tuple[Any, Any, Any]:
+    """What a reader has not been asked for yet, what is gone, and what is there."""
+    from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
+
+    gone = InstanceState.NotAliveDisposed | InstanceState.NotAliveNoWriters
+    return (
+        ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead),
+        ReadCondition(reader, ViewState.Any | gone | SampleState.Any),
+        ReadCondition(reader, ViewState.Any | InstanceState.Alive | SampleState.Any),
+    )
+
+
+@cache
+def _quieten() -> None:
+    """Have Cyclone DDS say nothing of messages that do not fit: anybody could fill a disk with that."""
+    from cyclonedds.internal import DDS as Library
+
+    library = getattr(Library, "_dll_handle", None)
+    if library is not None and "CYCLONEDDS_URI" not in os.environ:
+        library.dds_set_log_mask(GRAVE)
+
+
+def _new(info: Any, seen: dict[int, int] | None) -> bool:
+    """Whether a message is later than all that have come of its publisher."""
+    if seen is None:
+        return True
+    if info.source_timestamp <= seen.get(info.publication_handle, -1):
+        return False
+    seen[info.publication_handle] = info.source_timestamp
+    return True
+
+
+@cache
+def struct(type: str, release: str = JAZZY) -> Any:
+    """The type of a topic: described as it is, but whose messages are bytes, `data`, that nobody takes apart."""
+    described = _described(type, release)
+
+    def serialize(self: Any, **_: Any) -> bytes:
+        data: bytes = self.data
+        return data
+
+    def deserialize(cls: Any, data: bytes, /, **_: Any) -> Any:
+        message = cls.__new__(cls)
+        message.data = bytes(data)
+        return message
+
+    described.serialize = serialize
+    described.deserialize = described.deserialize_key = classmethod(deserialize)
+    return described
+
+
+def _described(type: str, release: str) -> Any:
+    """A type of DDS that says which fields a type of ROS 2 has."""
+    from cyclonedds.idl import make_idl_struct, types
+
+    idl: Any = types
+    # What ROS 2 calls uint8, Cyclone DDS 0.10, which systems ship, calls a byte; other endpoints compare names only.
+    numbers = {"bool": bool, "byte": idl.byte, "char": idl.byte, "uint8": idl.byte, "string": str}
+
+    def one(sort: int, of: Any) -> Any:
+        if sort == NAMED:
+            return _described(of, release)
+        if sort == BASE:
+            name, bound = of
+            if name == "string" and bound:
+                return idl.bounded_str[bound]
+            return numbers[name] if name in numbers else getattr(idl, name)
+        inner, length = of
+        if sort == ARRAY:
+            return idl.array[one(*inner), length]
+        return idl.sequence[one(*inner), length] if length else idl.sequence[one(*inner)]
+
+    # ROS 2 gives a type without fields one, since IDL knows none such.
+    inside = {name: one(*of) for name, of in fields(type, release).items()}
+    inside = inside or {"structure_needs_at_least_one_member": idl.uint8}
+    return make_idl_struct(f"{type.rpartition('/')[2]}_", dds_name(type), inside)

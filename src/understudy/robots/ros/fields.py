@@ -1,0 +1,163 @@
+"""Numbers out of messages: the value that a robot's file asks for, absent (NaN) where a message holds none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import atan2, inf, isfinite, isinf, nan, radians, tau
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
+from understudy.robots.file import PlaceOf, ReadingOf
+from understudy.robots.ros.messages import BASE, NAMED, fields, known
+from understudy.sim.scenario.toml_decode import Mismatch
+
+Extract: TypeAlias = Callable[[Any], float]
+
+RANGE, SCAN = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan"
+QUATERNION = "geometry_msgs/msg/Quaternion"
+POSE_2D = "geometry_msgs/msg/Pose2D", "theta"
+"""The one number of common messages that is a direction."""
+LARGEST = 1e30
+"""Numbers beyond it measure nothing: their squares would be no numbers any more."""
+_SAME = 1e-4
+"""Angles (rad) nearer to each other than this are one: those of scans are sums of 32-bit floats."""
+
+
+def extraction(reading: ReadingOf) -> tuple[Kind, str, Extract] | Mismatch:
+    """The kind and unit of a reading and what takes it out of a message; or what in its description cannot be."""
+    if not known(reading.type):
+        problem = f"is {reading.type!r:.60}, which is unknown"
+        return Mismatch("type", problem, "give a type of ROS 2's common interfaces, as sensor_msgs/msg/Range")
+    if reading.type == SCAN:
+        if reading.sector_deg is None or reading.field is not None:
+            key = "sector_deg" if reading.sector_deg is None else "field"
+            problem = "is missing" if reading.sector_deg is None else "means nothing of a scan"
+            return Mismatch(key, problem, "give sector_deg = [from, to] and no field")
+        return Continuous(), reading.unit or "m", _of_scan(reading.sector_deg, reading.offset_m)
+    if reading.sector_deg is not None:
+        return Mismatch("sector_deg", f"means nothing of a {reading.type}", f"leave it out, or read a {SCAN}")
+    if reading.type == RANGE and reading.field in (None, "range"):
+        return Continuous(), reading.unit or "m", _of_range(reading.offset_m)
+    if reading.offset_m:
+        return Mismatch("offset_m", "means nothing of what is no range", "leave it out")
+    if reading.field is None:
+        return Mismatch("field", "is missing", f"give one of {', '.join(fields(reading.type))}")
+    return _of_field(reading.type, reading.field, reading.unit)
+
+
+def place(target: PlaceOf) -> Callable[[Any], tuple[float, float]] | Mismatch:
+    """What takes a target's x and y, m, out of a message; absent where one of them is not finite."""
+    if not known(target.type):
+        problem = f"is {target.type!r:.60}, which is unknown"
+        return Mismatch("type", problem, "give a type of ROS 2's common interfaces")
+    found = [_of_field(target.type, f"{target.field}.{axis}", "m") for axis in ("x", "y")]
+    for each in found:
+        if isinstance(each, Mismatch):
+            return Mismatch("field", f"is {target.field!r:.60}, which has no x and y", each.remedy)
+    ahead, left = (each[2] for each in found if not isinstance(each, Mismatch))
+
+    def extract(message: Any) -> tuple[float, float]:
+        x, y = ahead(message), left(message)
+        return (x, y) if isfinite(x) and isfinite(y) else (nan, nan)
+
+    return extract
+
+
+def _of_field(type: str, path: str, unit: str) -> tuple[Kind, str, Extract] | Mismatch:
+    """What is at the end of a path of names."""
+    sort, of = NAMED, type
+    for name in path.split("."):
+        inside = fields(of) if sort == NAMED else {}
+        if name not in inside:
+            has = f"give one of {', '.join(inside)}" if inside else "end the path before it"
+            return Mismatch("field", f"is {path!r:.60}, and there is no {name!r}", has)
+        sort, of = inside[name]
+    if (sort, of) == (NAMED, QUATERNION):
+        return Toroidal(), unit or "rad", lambda message: heading(_walk(message, path))
+    if sort != BASE or of[0] == "string":
+        remedy = "give the path of a number, of a truth or of an orientation"
+        return Mismatch("field", f"is {path!r:.60}, which is no number", remedy)
+    if (type, path) == POSE_2D:
+        return Toroidal(), unit or "rad", lambda message: _turned(float(_walk(message, path)))
+    kind = BOOLEAN if of[0] == "bool" else Continuous()
+    return kind, unit, lambda message: _finite(float(_walk(message, path)))
+
+
+def _walk(message: Any, path: str) -> Any:
+    for name in path.split("."):
+        message = getattr(message, name)
+    return message
+
+
+def _finite(value: float) -> float:
+    return value if abs(value) <= LARGEST else nan
+
+
+def heading(quaternion: Any) -> float:
+    """The direction in the plane of an orientation (REP 103), in [0, tau), rad; NaN where it is none."""
+    x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
+    norm = x * x + y * y + z * z + w * w
+    if not 0.5 < norm < 2.0:  # many drivers leave it at zero; NaN is not between them either
+        return nan
+    return _turned(atan2(2 * (w * z + x * y) / norm, 1 - 2 * (y * y + z * z) / norm))
+
+
+def _turned(angle: float) -> float:
+    """An angle in [0, tau), rad; NaN where it is not finite."""
+    return angle % tau % tau if isfinite(angle) else nan
+
+
+def _of_range(offset_m: float) -> Extract:
+    """REP 117: +inf is nothing in reach, -inf too near to tell how near; all else outside its limits is invalid.
+
+    Of a sensor that only tells whether something is there, both limits are one: -inf is contact, 0.
+    """
+
+    def extract(message: Any) -> float:
+        return _clear(message.range, message.min_range, message.max_range, offset_m)
+
+    return extract
+
+
+def _clear(value: float, low: float, high: float, offset_m: float) -> float:
+    """A distance from the rim, m: what hears nothing reads its maximum, what is too near its minimum."""
+    if value == -inf and low == high:
+        return 0.0 if isfinite(high) else nan
+    if isinf(value):
+        value = high if value > 0 else low
+    return _finite(max(value - offset_m, 0.0)) if low <= value <= high else nan
+
+
+def _of_scan(sector_deg: tuple[float, float], offset_m: float) -> Extract:
+    """The nearest return in a sector, both edges part of it; absent where no beam in it answered."""
+    start, end = map(radians, sector_deg)
+    full = end - start >= tau - _SAME
+    width = (end - start) % tau
+    beam = not full and (width < _SAME or width > tau - _SAME)
+
+    def extract(message: Any) -> float:
+        with np.errstate(invalid="ignore"):  # some NaN are said to be signals, which anybody may send
+            ranges = np.asarray(message.ranges, np.float64)
+        low, high, step = message.range_min, message.range_max, message.angle_increment
+        if not (
+            len(ranges)
+            and isfinite(message.angle_min)
+            and isfinite(step)
+            and isfinite(low)
+            and isfinite(high)
+        ):
+            return nan
+        angles = (message.angle_min + step * np.arange(len(ranges)) - start) % tau
+        if beam:
+            away = np.minimum(angles, tau - angles)
+            nearest = int(np.argmin(away))
+            ranges = ranges[nearest : nearest + 1] if away[nearest] <= abs(step) / 2 + _SAME else ranges[:0]
+        elif not full:
+            ranges = ranges[(angles <= width + _SAME) | (angles >= tau - _SAME)]
+        ranges = np.where(ranges == inf, high, np.where(ranges == -inf, low, ranges))
+        ranges = ranges[(ranges >= low) & (ranges <= high)]
+        return _finite(max(float(ranges.min()) - offset_m, 0.0)) if len(ranges) else nan
+
+    return extract

@@ -1,0 +1,179 @@
+"""Zenoh as ROS 2's rmw_zenoh speaks it: Jazzy, Kilted, Lyrical and Rolling, and Humble, whose types have no hash."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import json
+import time
+from collections.abc import Sequence
+from threading import Event, RLock, Thread, main_thread
+from typing import Any
+
+from understudy.robots.ros.messages import LONGEST_IMAGE
+from understudy.robots.ros.transport import ExtraMissing, Peer, Publish, Received, Unreachable
+from understudy.robots.ros.zenoh_names import UNHASHED, End, Session, attachment, end, everybody, keys
+
+ROUTER = "tcp/localhost:7447"
+"""Where ROS 2's router listens, of the machine that it runs on."""
+WAIT_MS = 3000
+"""How long a router may take to answer."""
+MOST_TOKENS = 4096
+"""Of others; who makes up more finds nobody who remembers them."""
+BEAT_S = 0.2
+"""How often it is looked whether the program has ended."""
+NEWEST = 1
+"""How many messages a publisher says that it keeps; it keeps none."""
+WAITING = 4
+"""How many messages a subscriber says that may wait for it."""
+
+
+class Zenoh:
+    """A session in a domain of ROS 2. Zenoh's own threads hand on what arrives.
+
+    Joined through a router: the one given, as `tcp/192.168.0.5:7447`, or that of this machine. With `listen`, others
+    may connect to this endpoint directly, and no router of this machine is needed. ExtraMissing where Zenoh is not
+    installed, Unreachable where nobody answers.
+    """
+
+    def __init__(self, domain: int = 0, router: str | None = None, *, listen: str | None = None) -> None:
+        try:
+            import zenoh
+        except ImportError:
+            raise ExtraMissing(what="the transport zenoh", extra="ros2") from None
+        self._zenoh: Any = zenoh
+        try:
+            self._session: Any = zenoh.open(_settings(zenoh, router, listen))
+        except zenoh.ZError as error:
+            where = router or ROUTER
+            problem = str(error).split(" at /")[0]  # it tells where it was compiled
+            remedy = "start it (ros2 run rmw_zenoh_cpp rmw_zenohd), or correct `router` in the robot's file"
+            raise Unreachable(what=f"Zenoh's router {where}", problem=problem, remedy=remedy) from error
+        self._domain, self._id = domain, str(self._session.zid())
+        self._own = Session(domain, self._id)
+        self._lock, self._closed = RLock(), False  # who listens may publish at once
+        self._left = Event()
+        self._others: dict[str, End] = {}
+        self._declared: list[Any] = []
+        self._heard: list[Any] = []
+        self._publishers: list[Any] = []
+        self._declare_token(self._own.node())
+        watched = self._session.liveliness().declare_subscriber(
+            everybody(domain), self._appeared, history=True
+        )
+        self._heard.append(watched)
+        atexit.register(self.close)
+        Thread(target=self._listen_to_the_end, name="zenoh").start()
+
+    def subscribe(self, topic: str, type: str, received: Received) -> None:
+        """Hand each message of a topic to `received`, whichever release of ROS 2 sends it."""
+
+        def came(sample: Any) -> None:
+            if not self._closed and sample.kind == self._zenoh.SampleKind.PUT:
+                received(bytes(sample.payload), time.monotonic())
+
+        for key in keys(self._domain, topic, type):
+            self._heard.append(self._session.declare_subscriber(key, came))
+        self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
+
+    def publisher(self, topic: str, type: str) -> Publish:
+        """What publishes on a topic, for whichever release of ROS 2 listens. Once closed, it does nothing."""
+        zenoh = self._zenoh
+        token = self._own.token(self._number(), "MP", topic=topic, type=type, depth=NEWEST)
+        # ROS 2 Humble knows other keys. Who listens to both gets nothing twice: its token has a hash.
+        for_hashed, for_unhashed = (
+            self._session.declare_publisher(
+                key,
+                congestion_control=zenoh.CongestionControl.DROP,  # a command that is late is worth nothing
+                reliability=zenoh.Reliability.RELIABLE,
+                express=True,
+            )
+            for key in keys(self._domain, topic, type)
+        )
+        self._publishers += [for_hashed, for_unhashed]
+        self._declare_token(token)
+        sent = 0
+
+        def publish(data: bytes) -> None:
+            nonlocal sent
+            with self._lock:
+                if self._closed:
+                    return
+                sent += 1
+                about = attachment(sent, time.time_ns(), token)
+                for_hashed.put(data, attachment=about)
+                if self._humble_listens(topic):
+                    for_unhashed.put(data, attachment=about)
+
+        return publish
+
+    def peers(self) -> Sequence[Peer]:
+        """All others who publish in the domain, as far as their tokens have come."""
+        return [Peer(each.topic, each.type) for each in list(self._others.values()) if each.kind == "MP"]
+
+    def close(self) -> None:
+        """Leave; nothing is received afterwards."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+        self._left.set()
+        atexit.unregister(self.close)
+        for each in (*self._heard, *self._publishers, *reversed(self._declared)):
+            with contextlib.suppress(self._zenoh.ZError):
+                each.undeclare()
+        self._session.close()
+
+    def _listen_to_the_end(self) -> None:
+        """Zenoh calls back in threads that keep a program from ending, and they end with what they call back for.
+
+        What is said at the very end, such as stop, still goes out. Were Zenoh told to call back in those threads that
+        receive, they would now and then wait for Python, and Python for them.
+        """
+        while main_thread().is_alive():
+            if self._left.wait(BEAT_S):
+                return
+        for each in self._heard:
+            with contextlib.suppress(self._zenoh.ZError):
+                each.undeclare()
+
+    def _number(self) -> int:
+        return len(self._declared)
+
+    def _declare_token(self, key: str) -> None:
+        self._declared.append(self._session.liveliness().declare_token(key))
+
+    def _appeared(self, sample: Any) -> None:
+        """Somebody came, or left."""
+        key = str(sample.key_expr)
+        if sample.kind == self._zenoh.SampleKind.DELETE:
+            self._others.pop(key, None)
+        elif len(self._others) < MOST_TOKENS:
+            found = end(key)
+            if found is not None and found.session != self._id:
+                self._others[key] = found
+
+    def _humble_listens(self, topic: str) -> bool:
+        return any(
+            (each.kind, each.topic, each.hash) == ("MS", topic, UNHASHED)
+            for each in list(self._others.values())
+        )
+
+
+def _settings(zenoh: Any, router: str | None, listen: str | None) -> Any:
+    """As ROS 2 sets it: no multicast; who runs beside the router is found through it, and spoken to directly."""
+    endpoints = [router] if router else [] if listen else [ROUTER]
+    config = zenoh.Config()
+    for key, value in {
+        "mode": "client" if router and not listen else "peer",
+        "connect/endpoints": endpoints,
+        "connect/timeout_ms": WAIT_MS,
+        "connect/exit_on_failure": True,
+        "listen/endpoints": [listen] if listen else ["tcp/localhost:0"],
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": True,
+        "transport/shared_memory/enabled": False,
+        "transport/link/rx/max_message_size": LONGEST_IMAGE,
+    }.items():
+        config.insert_json5(key, json.dumps(value))
+    return config

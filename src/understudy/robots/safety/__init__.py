@@ -1,0 +1,1 @@
+"""What may move a robot: speed limits, guard, watchdog, emergency stop."""

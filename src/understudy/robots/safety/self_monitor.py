@@ -1,0 +1,114 @@
+"""Whether the program that decides can be relied on itself: it looks often enough, and its watchdog is there."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import time
+from collections.abc import Sequence
+from threading import get_native_id
+from typing import NamedTuple
+
+from understudy.robots.ros.transport import Peer
+from understudy.robots.safety.watchdog import ANEW, MOVING, PRIORITY, RESTING
+from understudy.robots.safety.watchdog_client import Leash
+
+LOST_S = 1.0
+"""A robot that waits longer than this for a tick, a reading, or a program that stood still is disarmed."""
+ASLEEP_S = 0.5
+"""A computer that slept longer than this has to be armed again: nobody expects a robot to go on with it."""
+
+
+class Danger(NamedTuple):
+    """Why a robot must not move now. Where `lost`, a person has to look after it before it may again."""
+
+    cause: str
+    lost: bool = True
+
+
+class Vigil:
+    """How a program watches over itself, with a watchdog on a leash. Without one it has no doubts: for tests."""
+
+    def __init__(self, leash: Leash | None, *, deadline_s: float) -> None:
+        self._leash, self._deadline_s = leash, deadline_s
+        self._looked_s, self._asleep_s, self._anew = 0.0, 0.0, False
+
+    @property
+    def keeps(self) -> bool:
+        """Whether there is a watchdog to be kept."""
+        return self._leash is not None
+
+    @property
+    def watchdogs(self) -> int:
+        """How many watchdogs of ours are connected to the robot."""
+        return 0 if self._leash is None else self._leash.count
+
+    def start(self, peers: Sequence[Peer]) -> None:
+        """See that the watchdog is there, and has found these others; WatchdogFailed where it does not."""
+        if self._leash is not None:
+            self._leash.start(peers)
+
+    def begin(self, now: float) -> None:
+        """The robot may move from now on."""
+        self._looked_s, self._asleep_s = now, asleep_s()
+        if self._leash is not None:
+            self._leash.begin()
+            self._leash.tell(ANEW)
+
+    def doubt(self, now: float) -> Danger | None:
+        """Why the program cannot be relied on now."""
+        if self._leash is None:
+            return None
+        if danger := self.overrun(self._looked_s, now):
+            return danger
+        if asleep_s() - self._asleep_s > ASLEEP_S:
+            return Danger("this computer slept")
+        if problem := self._leash.problem():
+            return Danger(problem)
+        if self._leash.intervened():
+            self._anew = True
+            return Danger("the watchdog had to stop it", lost=False)
+        return None
+
+    def overrun(self, since_s: float, now: float) -> Danger | None:
+        """That the program stood still from then to now, longer than the watchdog allows."""
+        still_s = now - since_s
+        if self._leash is None or still_s <= self._deadline_s:
+            return None
+        self._anew = True
+        return Danger(f"this program stood still for {still_s:.2f} s", lost=still_s > LOST_S)
+
+    def looked(self, now: float, *, armed: bool, moving: bool) -> None:
+        """The guard has looked, and stopped what had to be stopped: the watchdog is told."""
+        self._looked_s = now
+        if self._leash is not None:
+            self._leash.tell(ANEW if armed and self._anew else MOVING if moving else RESTING)
+            if not armed:  # its answers must not pile up
+                self._leash.problem()
+                self._leash.intervened()
+        self._anew = False
+
+    def give_up(self) -> None:
+        """Leave the robot to the watchdog, which stops it."""
+        if self._leash is not None:
+            self._leash.drop()
+
+    def leave(self) -> None:
+        """Send the watchdog home."""
+        if self._leash is not None:
+            self._leash.leave()
+
+
+def hurry() -> None:
+    """Let this thread have the processor before others, where the system allows that."""
+    if sys.platform == "linux":  # elsewhere threads have no numbers that this takes
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, get_native_id(), PRIORITY)
+
+
+def asleep_s() -> float:
+    """For how long this computer slept since it was started, s: time that no clock of ours has seen; 0 if unknown."""
+    if sys.platform != "linux":
+        return 0.0
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - time.monotonic()

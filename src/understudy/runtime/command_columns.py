@@ -1,0 +1,101 @@
+"""Acting: from the basic behavior each agent runs to the columns of commands that a body obeys."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError, UnknownName
+from understudy.model.features import Percept, ReadingKey, Readings, returned
+from understudy.model.kinds import Column
+from understudy.runtime.body import ISSUED, ORDER, Body, Commanding, every_key
+from understudy.runtime.feature_columns import check_targets, floats
+from understudy.runtime.program import GroundBehavior
+
+
+class Acting:
+    """The commands of ground basic behaviors for one body.
+
+    `table` [B, C] has what each of them commands by channel; `computed` are those that are functions, for which the
+    body must sense `keys`.
+    """
+
+    def __init__(self, basics: Sequence[GroundBehavior], body: Body) -> None:
+        self.channels = [channel.name for channel in body.channels]
+        self.rest = np.array([channel.rest for channel in body.channels])
+        self.basics = tuple(basics)
+        self.table = np.tile(self.rest, (len(basics), 1))
+        self.computed = [index for index, ground in enumerate(basics) if ground.behavior.function]
+        self.keys: tuple[ReadingKey, ...] = every_key(body) if self.computed else ()
+        for index, ground in enumerate(basics):
+            check_targets(body, ground.binding)
+            for channel, value in ground.behavior.command.items():
+                if channel not in self.channels:
+                    raise self._unknown(channel, ground)
+                self.table[index, self.channels.index(channel)] = value
+            if ground.behavior.order is not None:
+                self.table[index, self._order(ground)] = self._numbered(body, ground)
+
+    def commands(
+        self, running: NDArray[np.intp] | NDArray[np.int32], percept: Percept, entered: Callable[[], Column]
+    ) -> NDArray[np.float64]:
+        """Commands [C, N] for the agents that run the basic behaviors `running` [N] since they `entered` [N] them."""
+        commands: NDArray[np.float64] = np.take(self.table.T, running, axis=1)  # a row per channel
+        for index in self.computed:
+            chosen = running == index
+            if chosen.any():
+                for channel, column in self._compute(index, percept, chosen).items():
+                    commands[self.channels.index(channel), chosen] = column
+        if ISSUED in self.channels:
+            commands[self.channels.index(ISSUED)] = entered()
+        return commands
+
+    def _compute(self, index: int, percept: Percept, chosen: NDArray[np.bool_]) -> dict[str, Column]:
+        """What the agents that run a basic behavior which is a function command by channel."""
+        ground = self.basics[index]
+        function = ground.behavior.function
+        if function is None:
+            return {}
+        targets = [Readings(percept, ground.binding[parameter]) for parameter in ground.behavior.parameters]
+        found = returned(f"behavior {ground}", function, [Readings(percept), *targets])
+        remedy = "return a command: a number for every agent, by channel"
+        if not isinstance(found, Mapping):
+            raise DefinitionError(
+                what=f"behavior {ground}", problem=f"it returned {found!r:.60}", remedy=remedy
+            )
+        computed = {}
+        for channel, values in found.items():
+            if channel not in self.channels:
+                raise self._unknown(channel, ground)
+            what = f"behavior {ground}, channel {channel!r}"
+            column = floats(values, what=what, remedy=remedy)
+            if column.shape not in ((), chosen.shape):
+                problem = f"it returned shape {column.shape} for {len(chosen)} agents"
+                raise DefinitionError(what=what, problem=problem, remedy=remedy)
+            column = np.broadcast_to(column, chosen.shape)
+            wrong = np.flatnonzero(chosen & ~np.isfinite(column))
+            if len(wrong):
+                raise DefinitionError(
+                    what=f"behavior {ground}",
+                    problem=f"its command for channel {channel!r} is not finite for agent {wrong[0]}: "
+                    f"it is {column[wrong[0]]}",
+                    remedy="return a finite number for every agent, or leave the channel out",
+                )
+            computed[channel] = column[chosen]
+        return computed
+
+    def _order(self, ground: GroundBehavior) -> int:
+        if ORDER not in self.channels:
+            raise self._unknown(ORDER, ground)
+        return self.channels.index(ORDER)
+
+    @staticmethod
+    def _numbered(body: Body, ground: GroundBehavior) -> int:
+        order = ground.behavior.order
+        return body.numbered(order.within(ground.binding)) if isinstance(body, Commanding) and order else 0
+
+    def _unknown(self, channel: str, ground: GroundBehavior) -> UnknownName:
+        where = f"the body, for behavior {ground},"
+        return UnknownName(what="channel", name=channel, where=where, known=self.channels)

@@ -1,0 +1,1 @@
+"""Run many agents at once with compiled transition tables."""

@@ -1,0 +1,278 @@
+"""The compiler: from the programs of agents to the tables that kernels run (ARCHITECTURE section 6).
+
+The hierarchy under each root is laid out as ground instances. What programs have in common is there once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.automaton import Automaton, Transition
+from understudy.model.behaviors import Change
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature, Counter, Feature, Flag, Timer
+from understudy.model.tree import STAY, Tree
+from understudy.runtime.engine.flattening import Row, check_tree, flat
+from understudy.runtime.engine.tables import (
+    ADD,
+    ASKED,
+    CHANGE,
+    CLOCK,
+    COUNTER,
+    FALLEN,
+    FLAG,
+    INSTANCE,
+    NODE,
+    RISEN,
+    SET,
+    SORTS,
+    STATE,
+    TIME,
+    TIMER,
+    Stacks,
+    Tables,
+)
+from understudy.runtime.program import IDLE_PROGRAM, Child, Freshened, GroundBehavior, Program, Source
+
+Kept: TypeAlias = tuple[str, str]
+"""A counter or timer: "counter" or "timer", and its name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """What a state's index stands for: a state of an automaton, which keeps counters and timers in these slots."""
+
+    automaton: str
+    state: str
+    memory: Mapping[Kept, int]
+
+    def __str__(self) -> str:
+        return f"{self.automaton}/{self.state}"
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A transition function that is no tree: it is asked in Python, on the values of these sources.
+
+    It answers one of `states` states, the first of which has the index `first`.
+    """
+
+    transition: Transition
+    sources: NDArray[np.int32]
+    first: int
+    states: int
+
+
+@dataclass(frozen=True, slots=True)
+class Compiled:
+    """Programs as tables, with what their numbers stand for.
+
+    `features` are the columns of feature vectors, `basics` what pulses answer (the first idles), `places` the states
+    by index, `asked` the transition functions that are no trees, by state. `roots` has, for each of the programs,
+    what `Stacks.root` is to be, `flags` the number of each flag. Run states are `depth` levels deep and remember
+    `slots` values.
+    """
+
+    tables: Tables
+    features: tuple[BoundFeature, ...]
+    basics: tuple[GroundBehavior, ...]
+    places: tuple[Place, ...]
+    asked: Mapping[int, Asked]
+    roots: NDArray[np.int32]
+    flags: Mapping[str, int]
+    depth: int
+    slots: int
+
+    def stacks(self, agents: int | None = None) -> Stacks:
+        """Run states of one agent per program, or per one of the first ones, not started yet."""
+        agents = len(self.roots) if agents is None else agents
+        return Stacks(
+            self.roots[:agents].copy(),
+            np.zeros((agents, self.depth), np.int32),
+            np.full((agents, self.depth), -np.inf),
+            np.full((agents, self.slots), np.nan),
+        )
+
+
+def compile_programs(programs: Sequence[Program]) -> Compiled:
+    """The programs of agents as tables; programs that are one, or have parts in common, share them.
+
+    DefinitionError for a tree that asks or answers what its automaton does not have.
+    """
+    merging = _Merging()
+    merged = {id(program): merging.child(program, program.root) for program in programs}
+    laying = _Laying(merging)
+    return Compiled(
+        laying.tables(),
+        tuple(bound for bound, _ in merging.features),
+        tuple(ground for ground, _ in merging.basics),
+        tuple(laying.places),
+        laying.asked,
+        np.array([merged[id(program)] for program in programs], np.int32),
+        laying.flags,
+        laying.depth,
+        laying.slots,
+    )
+
+
+@dataclass(frozen=True)
+class _Ground:
+    """An instance with its numbers in the tables; a child is an instance, or -1 - a basic behavior."""
+
+    identity: int
+    binding: Binding
+    sources: tuple[Source, ...]
+    children: tuple[int, ...]
+    changes: tuple[tuple[Change, ...], ...]
+
+
+class _Merging:
+    """Numbers what programs consist of; functions are told apart, whatever they are called."""
+
+    def __init__(self) -> None:
+        self.features: dict[tuple[BoundFeature, Callable[..., Any] | None], int] = {}
+        self.basics: dict[tuple[GroundBehavior, Callable[..., Any] | None], int] = {}
+        self.instances: dict[_Ground, int] = {}
+        self.automata: list[Automaton] = []
+        self.met: dict[tuple[int, int], int] = {}
+        self.child(IDLE_PROGRAM, IDLE_PROGRAM.root)
+
+    def child(self, program: Program, child: Child) -> int:
+        """The number of an instance, after those under it; or -1 - that of a basic behavior."""
+        if isinstance(child, int):
+            ground = program.basics[child]
+            return -1 - self.basics.setdefault((ground, ground.behavior.function), len(self.basics))
+        key = id(program), id(child)
+        if key not in self.met:
+            children = tuple(self.child(program, below) for below in child.children)
+            sources = tuple(self.source(program, source) for source in child.sources)
+            identity = id(child.automaton)
+            merged = _Ground(identity, child.binding, sources, children, child.changes)
+            if merged not in self.instances:
+                self.instances[merged] = len(self.automata)
+                self.automata.append(child.automaton)
+            self.met[key] = self.instances[merged]
+        return self.met[key]
+
+    def source(self, program: Program, source: Source) -> Source:
+        if isinstance(source, Freshened):
+            return Freshened(self.column(program, source.position), source.fresh)
+        return self.column(program, source) if isinstance(source, int) else source
+
+    def column(self, program: Program, source: int) -> int:
+        bound = program.features[source]
+        function = bound.feature.function if isinstance(bound.feature, Feature) else None
+        return self.features.setdefault((bound, function), len(self.features))
+
+
+class _Laying:
+    """Lays merged instances out as records."""
+
+    def __init__(self, merging: _Merging) -> None:
+        self.grounds = list(merging.instances)
+        self.automata = merging.automata
+        self.flags: dict[str, int] = {}
+        self.nodes: list[Row] = []
+        self.states: list[tuple[int, ...]] = []
+        self.changes: list[tuple[int, int, float]] = []
+        self.instances: list[tuple[int, int, int]] = []
+        self.places: list[Place] = []
+        self.asked: dict[int, Asked] = {}
+        self.depth, self.slots, self.memories = _memories(self.grounds)
+        for number in range(len(self.grounds)):
+            self.lay(number)
+
+    def tables(self) -> Tables:
+        return Tables(
+            np.array(self.nodes, NODE),
+            np.array(self.states, STATE),
+            np.array(self.instances, INSTANCE),
+            np.array(self.changes, CHANGE),
+        )
+
+    def lay(self, number: int) -> None:
+        """Append the records of one instance."""
+        ground, automaton, memory = self.grounds[number], self.automata[number], self.memories[number]
+        first = len(self.states)
+        sources = [self.source(source, memory) for source in ground.sources]
+        trees: dict[int, int] = {}  # states may share one
+        for state, child, changes in zip(automaton.states, ground.children, ground.changes, strict=True):
+            transition = automaton.transitions.get(state.name)
+            asks = STAY
+            if isinstance(transition, Tree):
+                if id(transition) not in trees:
+                    check_tree(transition, automaton, state.name)
+                    asks, rows = flat(transition, sources=sources, first=first, at=len(self.nodes))
+                    self.nodes.extend(rows)
+                    trees[id(transition)] = asks
+                asks = trees[id(transition)]
+            elif transition is not None:
+                codes = np.array(sources, np.int32)
+                self.asked[len(self.states)] = Asked(transition, codes, first, len(automaton.states))
+                asks = ASKED
+            flag = -1 if state.flag is None else self.flag(state.flag)
+            begun = len(self.changes)
+            self.changes.extend(_change(change, memory) for change in changes)
+            self.states.append((asks, max(child, -1), max(-1 - child, -1), flag, begun, len(self.changes)))
+            self.places.append(Place(automaton.name, state.name, memory))
+        slots = memory.values()
+        self.instances.append((first, min(slots, default=0), max(slots, default=-1) + 1))
+
+    def source(self, source: Source, memory: Mapping[Kept, int]) -> int:
+        """Where a node finds the value of a feature."""
+        if isinstance(source, int):
+            return source
+        if isinstance(source, Freshened):
+            sort, which = RISEN if source.fresh else FALLEN, source.position
+        elif isinstance(source, Flag):
+            sort, which = FLAG, self.flag(source.name)
+        elif isinstance(source, Counter):
+            sort, which = COUNTER, memory["counter", source.name]
+        elif isinstance(source, Timer):
+            sort, which = TIMER, memory["timer", source.name]
+        else:
+            sort, which = TIME, 0
+        return -1 - (sort + SORTS * which)
+
+    def flag(self, name: str) -> int:
+        return self.flags.setdefault(name, len(self.flags))
+
+
+def _memories(grounds: Sequence[_Ground]) -> tuple[int, int, list[dict[Kept, int]]]:
+    """How deep run states are, how many slots they have, and the slots of each instance.
+
+    Slots lie after those of whatever the instance may be running in: only what never runs at once shares any.
+    """
+    depths, begins = [1] * len(grounds), [0] * len(grounds)
+    memories: list[dict[Kept, int]] = [{} for _ in grounds]
+    slots = 0
+    for number in reversed(range(len(grounds))):  # parents come after their children
+        ground = grounds[number]
+        kept: dict[Kept, None] = {}
+        for change in (change for changes in ground.changes for change in changes):
+            kept[change.of, change.name] = None
+        for source in ground.sources:
+            if isinstance(source, Counter | Timer):
+                kept["counter" if isinstance(source, Counter) else "timer", source.name] = None
+        begin = begins[number]
+        memories[number] = {each: begin + position for position, each in enumerate(kept)}
+        slots = max(slots, begin + len(kept))
+        for child in ground.children:
+            if child >= 0:
+                depths[child] = max(depths[child], depths[number] + 1)
+                begins[child] = max(begins[child], begin + len(kept))
+    return max(depths, default=1), slots, memories
+
+
+def _change(change: Change, memory: Mapping[Kept, int]) -> tuple[int, int, float]:
+    slot = memory[change.of, change.name]
+    if change.action == "reset":
+        return SET, slot, np.nan
+    if change.action == "increment":
+        return ADD, slot, change.value
+    return (SET, slot, change.value) if change.of == "counter" else (CLOCK, slot, 0.0)

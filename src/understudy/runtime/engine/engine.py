@@ -1,0 +1,224 @@
+"""The engine: N agents that run compiled programs, exactly as interpreters would (ARCHITECTURE section 6)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Any, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import SettingError
+from understudy.kernel_cache import find_cache
+from understudy.model.features import Percept
+from understudy.model.kinds import Column
+from understudy.runtime.body import ORDER, Body, Fused, FusedPlan
+from understudy.runtime.command_columns import Acting
+from understudy.runtime.engine.compiler import Place, compile_programs
+from understudy.runtime.engine.python_transitions import answers
+from understudy.runtime.engine.tables import Stacks
+from understudy.runtime.feature_columns import Sensing, body_feature, feature_key
+from understudy.runtime.interpreter import Level, elapsed
+from understudy.runtime.program import IDLING, Program
+
+find_cache()
+from understudy.runtime.engine import _pulse_kernels  # noqa: E402 - Numba is imported here, once it has a place for its cache
+
+Each: TypeAlias = Callable[[Callable[[tuple[int, int]], Any], Iterable[tuple[int, int]]], Iterable[Any]]
+"""`map`, or the like in threads: what to do with each part of the agents, from the first up to another."""
+
+
+class Engine:
+    """A body whose agents run programs, one each; what `Run` does, compiled.
+
+    `running` [N] has the basic behavior of each agent at the last tick, a position in `compiled.basics`. `slow` names
+    the states, as automaton/state, whose transition functions are no trees: they are asked in Python.
+    """
+
+    def __init__(self, body: Body, programs: Sequence[Program], others: Sequence[Program] = ()) -> None:
+        """`others` are programs that agents may `begin` later."""
+        if len(programs) != body.agents:
+            raise _wrong("programs", f"are {len(programs)} for {body.agents} agents", "give one per agent")
+        self.body = body
+        self.compiled = compile_programs([*programs, *others])
+        self._roots = dict(zip(map(id, [*programs, *others]), self.compiled.roots.tolist(), strict=True))
+        self._programs = [*programs, *others]  # kept, so that no other gets their identity
+        self.stacks = self.compiled.stacks(body.agents)
+        self.running = np.full(body.agents, IDLING, np.int32)
+        self.slow = tuple(dict.fromkeys(str(self.compiled.places[state]) for state in self.compiled.asked))
+        self._sensing = Sensing(self.compiled.features, body)
+        self._acting = Acting(self.compiled.basics, body)
+        self.keys = tuple(dict.fromkeys((*self._sensing.keys, *self._acting.keys)))
+        self._channels = tuple(channel.name for channel in body.channels)
+        self.restart()
+
+    @classmethod
+    def of(cls, body: Body, program: Program) -> Self:
+        """An engine in which every agent runs one program."""
+        return cls(body, [program] * body.agents)
+
+    def restart(self, agents: Sequence[int] | NDArray[np.intp] | None = None) -> None:
+        """Start the roots of these agents afresh, or of all."""
+        chosen = np.zeros(self.body.agents, np.bool_)
+        chosen[slice(None) if agents is None else list(agents)] = True
+        _pulse_kernels.start_all(chosen, float(self.body.time_s), self.compiled.tables, self.stacks)
+        self.running[chosen] = IDLING
+
+    def begin(self, agents: Sequence[int] | NDArray[np.intp], program: Program) -> None:
+        """Let these agents run a program, one of those the engine was made with, from its start."""
+        if id(program) not in self._roots:
+            raise _wrong("program", "is none that the engine knows", "make the engine with it")
+        self.stacks.root[agents] = self._roots[id(program)]
+        self.restart(agents)
+
+    def root_of(self, program: Program) -> int:
+        """What `Stacks.root` is for an agent that runs a program, one of those the engine was made with."""
+        return int(self._roots[id(program)])
+
+    @property
+    def orders(self) -> NDArray[np.int64]:
+        """The number of the order that each basic behavior gives [B]: of coordinators."""
+        return self._acting.table[:, self._acting.channels.index(ORDER)].astype(np.int64)
+
+    def raised(self, flag: str) -> NDArray[np.bool_]:
+        """Which agents have raised a flag [N]."""
+        raised = np.zeros(self.body.agents, np.bool_)
+        runs = self.stacks.root >= 0
+        number = self.compiled.flags.get(flag, -2)
+        raised[runs] = self.compiled.tables.states["flag"][self.stacks.state[runs, 0]] == number
+        return raised
+
+    def _entered(self) -> Column:
+        """When each agent started what it runs: levels below are entered later, what lies below them was before."""
+        entered: Column = self.stacks.entered.max(axis=1)
+        return entered
+
+    def run(self, ticks: int, *, threads: int | None = None) -> None:
+        """So many ticks: in one go where the body can and all is data, else one by one.
+
+        What comes out is the same with any number of threads.
+        """
+        if threads is not None and threads < 1:
+            raise _wrong("threads", f"are {threads}", "give at least 1, or None")
+        plan = self.plan()
+        if plan is not None and isinstance(self.body, Fused):
+            self.body.advance(plan, ticks, threads)
+        elif threads is None or threads == 1:
+            for _ in range(ticks):
+                self.tick()
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                for _ in range(ticks):
+                    self._tick(pool.map, parts=threads)
+
+    def plan(self) -> FusedPlan | None:
+        """What a body needs to go on by itself; None where some part of the programs is a function."""
+        features = [body_feature(bound) for bound in self.compiled.features]
+        if self.slow or self._acting.computed or any(feature.function for feature in features):
+            return None
+        keys = tuple(feature_key(bound) for bound in self.compiled.features)
+        return FusedPlan(self.compiled.tables, self.stacks, keys, self._acting.table, self.running)
+
+    def tick(self) -> None:
+        """Sense, decide and act once."""
+        self._tick(map, parts=1)
+
+    def decide(self, percept: Percept) -> dict[str, Column]:
+        """Pulse every agent on one snapshot; the commands of all."""
+        return self._decide(percept, map, parts=1)
+
+    def _tick(self, each: Each, *, parts: int) -> None:
+        self.body.act(self._decide(self.body.sense(self.keys), each, parts=parts))
+
+    def _decide(self, percept: Percept, each: Each, *, parts: int) -> dict[str, Column]:
+        columns, now = self._sensing.columns(percept), float(self.body.time_s)
+        cuts = np.linspace(0, self.body.agents, parts + 1).astype(int).tolist()
+
+        def pulse(part: tuple[int, int]) -> None:
+            _pulse_kernels.pulse_all(columns, now, self.compiled.tables, self.stacks, self.running, *part)
+
+        list(each(pulse, pairwise(cuts)))
+        if self.slow:
+            self._ask(columns, now)
+        return dict(
+            zip(self._channels, self._acting.commands(self.running, percept, self._entered), strict=True)
+        )
+
+    def _ask(self, columns: NDArray[np.float64], now: float) -> None:
+        """Ask the transition functions that agents wait for, state by state, and let these agents go on."""
+        tables, stacks, running = self.compiled.tables, self.stacks, self.running
+        while len(waiting := np.flatnonzero(running < 0).astype(np.int32)):
+            states = stacks.state[waiting, -1 - running[waiting]]
+            for state in np.unique(states).tolist():
+                asked, agents = self.compiled.asked[state], waiting[states == state]
+                values = np.empty((len(agents), len(asked.sources)))
+                _pulse_kernels.vectors(agents, running, asked.sources, columns, now, tables, stacks, values)
+                try:
+                    following = answers(asked, values, place=self.compiled.places[state], agents=agents)
+                except BaseException:
+                    running[running < 0] = IDLING  # they wait no longer
+                    raise
+                _pulse_kernels.resume_all(agents, following, columns, now, tables, stacks, running)
+
+    def path(self, agent: int) -> tuple[str, ...]:
+        """The current state of every level of an agent, from the root down."""
+        return tuple(place.state for place, _ in self._active(agent))
+
+    def levels(self, agent: int) -> tuple[Level, ...]:
+        """The run state of every active level of an agent, as plain values."""
+        now, memory = self.body.time_s, self.stacks.memory[agent].tolist()
+        found = []
+        for place, entered in self._active(agent):
+            kept = [(of, name, memory[slot]) for (of, name), slot in place.memory.items()]
+            kept = [each for each in kept if each[2] == each[2]]
+            counters = {name: value for of, name, value in kept if of == "counter"}
+            timers = {name: elapsed(now, value) for of, name, value in kept if of == "timer"}
+            found.append(Level(place.automaton, place.state, elapsed(now, entered), counters, timers))
+        return tuple(found)
+
+    def _active(self, agent: int) -> list[tuple[Place, float]]:
+        """Where an agent is and since when, level by level."""
+        child = int(self.stacks.root[agent])
+        states, times = self.stacks.state[agent].tolist(), self.stacks.entered[agent].tolist()
+        found: list[tuple[Place, float]] = []
+        while child >= 0:
+            state = states[len(found)]
+            child = int(self.compiled.tables.states["child"][state])
+            found.append((self.compiled.places[state], times[len(found)]))
+        return found
+
+    def snapshot(self) -> Stacks:
+        """The run states of all agents, for `restore`; their times are those of the body's clock."""
+        return self.stacks.copy()
+
+    def restore(self, snapshot: Stacks) -> None:
+        """Go back to a snapshot of an engine with the same programs; SettingError where it is none."""
+        pairs: list[tuple[NDArray[Any], NDArray[Any]]] = list(zip(self.stacks, snapshot, strict=True))
+        alike = all(ours.shape == theirs.shape and ours.dtype == theirs.dtype for ours, theirs in pairs)
+        if not alike or not self._fits(snapshot):
+            raise _wrong("snapshot", "is of other programs", "give one of an engine with the same programs")
+        for ours, theirs in pairs:
+            np.copyto(ours, theirs)
+
+    def _fits(self, snapshot: Stacks) -> bool:
+        """Whether every level is in a state of the instance that the level above it runs."""
+        tables, runs = self.compiled.tables, snapshot.root
+        if not np.array_equal(runs, self.stacks.root):
+            return False
+        for state in snapshot.state.T:
+            active = runs >= 0
+            places = state[active]
+            if not np.all((places >= 0) & (places < len(tables.states))):
+                return False
+            owners = np.searchsorted(tables.instances["start"], places, side="right") - 1
+            if not np.array_equal(owners, runs[active]):
+                return False
+            runs = np.full(len(runs), -1, np.int32)
+            runs[active] = tables.states["child"][places]
+        return True
+
+
+def _wrong(setting: str, problem: str, remedy: str) -> SettingError:
+    return SettingError(where="engine", setting=setting, problem=problem, remedy=remedy)

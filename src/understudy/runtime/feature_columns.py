@@ -1,0 +1,127 @@
+"""Sensing: from a body's readings to the columns of ground features that a program decides on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError, UnknownName
+from understudy.model.features import BoundFeature, Feature, Percept, ReadingKey, Readings, returned
+from understudy.model.kinds import Categorical, Column, Toroidal
+from understudy.runtime.body import Body, every_key
+
+
+class Sensing:
+    """The columns of `features` (ground, of the body) for one body; `keys` is what the body must sense for
+    them.
+    """
+
+    def __init__(self, features: Sequence[BoundFeature], body: Body) -> None:
+        self.features = tuple(features)
+        self.agents = body.agents
+        readings = {reading.name: reading for reading in body.readings}
+        keys: dict[ReadingKey, None] = {}
+        for bound in self.features:
+            feature = body_feature(bound)
+            check_targets(body, bound.binding)
+            if feature.reading is None:  # which readings a function looks at, only running it can tell
+                keys.update(
+                    (key, None) for key in every_key(body) if key[1] in (None, *bound.binding.values())
+                )
+                continue
+            if feature.reading not in readings:
+                raise UnknownName(
+                    what="reading", name=feature.reading, where="the body", known=list(readings)
+                )
+            if readings[feature.reading].kind != feature.kind:
+                raise DefinitionError(
+                    what=f"feature {feature.name!r}",
+                    problem=f"it is {feature.kind}, but the body's reading {feature.reading!r} is "
+                    f"{readings[feature.reading].kind}",
+                    remedy="give the feature the reading's kind",
+                )
+            keys[feature_key(bound)] = None
+        self.keys: tuple[ReadingKey, ...] = tuple(keys)
+        kinds = list(enumerate(bound.kind for bound in self.features))
+        self._labels = {index: len(kind.labels) for index, kind in kinds if isinstance(kind, Categorical)}
+
+    def columns(self, percept: Percept) -> NDArray[np.float64]:
+        """Values [F, N] of the features in one snapshot; KindError where one is outside its kind."""
+        values = np.empty((len(self.features), self.agents))
+        for index, bound in enumerate(self.features):
+            values[index] = feature_column(bound, percept, agents=self.agents)
+        outside = np.isinf(values)
+        for index, labels in self._labels.items():
+            outside[index] = _no_label(values[index], labels)
+        if outside.any():
+            index, agent = (int(places[0]) for places in np.nonzero(outside))
+            _refuse(body_feature(self.features[index]), values[index], agent)
+        return values
+
+
+def check_targets(body: Body, binding: Mapping[str, str]) -> None:
+    """UnknownName where a ground binding refers to what the body does not know."""
+    for target in binding.values():
+        if target not in body.targets:
+            raise UnknownName(what="target", name=target, where="the body", known=list(body.targets))
+
+
+def body_feature(bound: BoundFeature) -> Feature:
+    """The feature of the body behind a bound feature; DefinitionError for one of the automaton itself."""
+    if not isinstance(bound.feature, Feature):
+        raise DefinitionError(
+            what=f"feature {bound}", problem="it belongs to an automaton", remedy="a body cannot sense it"
+        )
+    return bound.feature
+
+
+def feature_key(bound: BoundFeature) -> ReadingKey:
+    """The reading, and its target, behind a data feature whose binding is ground."""
+    feature = body_feature(bound)
+    return feature.reading or "", bound.binding[feature.of] if feature.of else None
+
+
+def feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Column:
+    """The values [N] of one ground feature in one snapshot; what a function returned is checked."""
+    feature = body_feature(bound)
+    what = f"feature {feature.name!r}"
+    if feature.function is None:
+        found, gave = percept[feature_key(bound)], f"the body's reading {feature.reading!r} has"
+    else:
+        targets = [Readings(percept, bound.binding[parameter]) for parameter in feature.parameters]
+        found, gave = returned(what, feature.function, [Readings(percept), *targets]), "it returned"
+    column = floats(found, what=what, remedy="return one number per agent")
+    if column.shape != (agents,):
+        raise DefinitionError(
+            what=what,
+            problem=f"{gave} shape {column.shape}",
+            remedy=f"return one value per agent: shape ({agents},)",
+        )
+    if feature.function is None:
+        return column
+    labels = len(feature.kind.labels) if isinstance(feature.kind, Categorical) else 0
+    outside = np.flatnonzero(_no_label(column, labels) if labels else np.isinf(column))
+    if len(outside):
+        _refuse(feature, column, int(outside[0]))
+    return feature.kind.wrap(column) if isinstance(feature.kind, Toroidal) else column
+
+
+def _no_label(column: Column, labels: int) -> NDArray[np.bool_]:
+    """Where a value is neither absent nor the index of a label."""
+    present = column == column
+    outside: NDArray[np.bool_] = present & ((column < 0) | (column >= labels) | (column != np.floor(column)))
+    return outside
+
+
+def _refuse(feature: Feature, column: Column, agent: int) -> None:
+    feature.kind.check(float(column[agent]), where=f"feature {feature.name!r} of agent {agent}")
+
+
+def floats(values: object, *, what: str, remedy: str) -> Column:
+    """What a function returned as a column of floats; DefinitionError where it is none."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise DefinitionError(what=what, problem=f"it returned {values!r:.60}", remedy=remedy) from error

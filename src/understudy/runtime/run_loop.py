@@ -1,0 +1,111 @@
+"""Runs: the loop sense, decide, act over a body whose agents run programs of a library."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import SettingError
+from understudy.model.features import Percept
+from understudy.model.kinds import Column
+from understudy.runtime.body import Body
+from understudy.runtime.command_columns import Acting
+from understudy.runtime.feature_columns import Sensing
+from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.program import Program
+
+
+class Run:
+    """A body with an interpreter for each of its agents, and `others`, programs that agents may begin later."""
+
+    def __init__(
+        self, body: Body, interpreters: Sequence[Interpreter], others: Sequence[Program] = ()
+    ) -> None:
+        if len(interpreters) != body.agents:
+            raise SettingError(
+                where="run",
+                setting="interpreters",
+                problem=f"are {len(interpreters)} for {body.agents} agents",
+                remedy="give one per agent",
+            )
+        self.body = body
+        self.interpreters = list(interpreters)
+        self._known: dict[int, _Group] = {}
+        for program in others:
+            self._group(program, [])
+        self._regroup()
+
+    def _regroup(self) -> None:
+        each = [interpreter.program for interpreter in self.interpreters]
+        groups: dict[int, list[int]] = {}
+        for agent, program in enumerate(each):
+            groups.setdefault(id(program), []).append(agent)
+        self._groups = [self._group(each[agents[0]], agents) for agents in groups.values()]
+        self.keys = tuple(dict.fromkeys(key for group in self._known.values() for key in group.keys))
+
+    def _group(self, program: Program, agents: list[int]) -> _Group:
+        if id(program) not in self._known:
+            self._known[id(program)] = _Group(self.body, program)
+        group = self._known[id(program)]
+        group.agents = agents
+        return group
+
+    @classmethod
+    def of(cls, body: Body, program: Program) -> Self:
+        """A run of one program by every agent."""
+        return cls(body, [Interpreter(program, now=body.time_s) for _ in range(body.agents)])
+
+    def tick(self) -> None:
+        """Sense, decide and act once."""
+        self.body.act(self.decide(self.body.sense(self.keys)))
+
+    def decide(self, percept: Percept) -> dict[str, Column]:
+        """Pulse every agent on one snapshot; the commands of all."""
+        now = self.body.time_s
+        channels = [channel.name for channel in self.body.channels]
+        commands = np.empty((len(channels), self.body.agents))
+        for group in self._groups:
+            rows = group.sensing.columns(percept).T[group.agents].tolist()
+            running = np.zeros(self.body.agents, dtype=np.intp)
+            running[group.agents] = [
+                self.interpreters[agent].pulse(row, now)
+                for agent, row in zip(group.agents, rows, strict=True)
+            ]
+            commands[:, group.agents] = group.acting.commands(running, percept, self._entered)[
+                :, group.agents
+            ]
+        return dict(zip(channels, commands, strict=True))
+
+    def _entered(self) -> Column:
+        return np.array([interpreter.entered for interpreter in self.interpreters])
+
+    def begin(self, agents: Sequence[int] | NDArray[np.intp], program: Program) -> None:
+        """Let these agents run a program from its start."""
+        for agent in agents:
+            interpreter = self.interpreters[agent]
+            if interpreter.program is program:
+                interpreter.start(self.body.time_s)
+            else:
+                self.interpreters[agent] = Interpreter(program, now=self.body.time_s)
+        self._regroup()
+
+    def path(self, agent: int) -> tuple[str, ...]:
+        """The current state of every level of an agent, from the root down."""
+        return self.interpreters[agent].path
+
+    def raised(self, flag: str) -> NDArray[np.bool_]:
+        """Which agents have raised a flag [N]."""
+        return np.array([interpreter.root.flag == flag for interpreter in self.interpreters])
+
+
+class _Group:
+    """The agents that run one program."""
+
+    def __init__(self, body: Body, program: Program) -> None:
+        self.program, self.agents = program, list[int]()
+        self.sensing = Sensing(program.features, body)
+        self.acting = Acting(program.basics, body)
+        self.keys = (*self.sensing.keys, *self.acting.keys)

@@ -1,0 +1,1 @@
+"""Squads, coordinators and the messages between them (paper section 5)."""

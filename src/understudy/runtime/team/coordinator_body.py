@@ -1,0 +1,130 @@
+"""Troops: the coordinators of one sort and all that is below them, as one body (ARCHITECTURE section 1).
+
+Whoever commands it, a session or a run, trains or runs coordinators just as robots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import msgspec
+
+from understudy.errors import FileError, SessionError
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.squad import Order
+from understudy.runtime.body import Body, Channel, Commands, Reading, Resettable, Rewindable, every_key
+from understudy.runtime.interpreter import Level
+from understudy.runtime.run_loop import Run
+from understudy.runtime.team.members import Layer
+from understudy.runtime.team.squad_body import Kept, Squads
+from understudy.runtime.team.team import Team
+
+NO_SIMULATION = "its robots are no simulation"
+
+
+class Agent(msgspec.Struct):
+    """The run state of one agent, and when it started what it runs."""
+
+    levels: list[Level]
+    entered: float
+
+
+class Snapshot(msgspec.Struct):
+    """A troop at one moment: the robots' world, the squads bottom-up, the agents below the trained ones."""
+
+    ground: bytes
+    squads: list[Kept]
+    runs: list[list[Agent]]
+
+
+class Troop:
+    """The squads of the sort `name` of a team, its coordinators without anybody above them: a body."""
+
+    def __init__(self, team: Team, name: str) -> None:
+        layer = team.layer(name)
+        if not isinstance(layer.body, Squads):
+            raise SessionError(f"{name} is no sort of squads")
+        self.squads: Squads = layer.body
+        self.team = team
+        self.ground: Body = team.ground
+        self._own, self._below = layer, team.layers[: team.layers.index(layer)]
+        self.agents = self.squads.agents
+        self.readings: Sequence[Reading] = self.squads.readings
+        self.channels: Sequence[Channel] = self.squads.channels
+        self.targets: Sequence[str] = self.squads.targets
+
+    @property
+    def tick_s(self) -> float:
+        """The length of a tick, s."""
+        return self.ground.tick_s
+
+    @property
+    def time_s(self) -> float:
+        """The clock of the robots, s."""
+        return self.ground.time_s
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        """Statistics [S], from what everybody below senses now."""
+        for layer in self._below:
+            layer.percept = layer.body.sense(every_key(layer.body))
+        return self.squads.sense(keys)
+
+    def numbered(self, order: Order) -> int:
+        """The number of an order; UnknownName where members do not know what it says."""
+        return self.squads.numbered(order)
+
+    def act(self, commands: Commands) -> None:
+        """Give the orders, and let everybody below decide and act for one tick."""
+        self.squads.act(commands)
+        for layer in reversed(self._below):
+            layer.body.act(layer.runner.decide(layer.percept))
+
+    def reset(self, seeds: Sequence[int]) -> None:
+        """Begin anew, a world per seed: nobody has orders, nothing is remembered."""
+        if not isinstance(self.ground, Resettable):
+            raise SessionError(f"this troop cannot be reset: {NO_SIMULATION}")
+        self.ground.reset(seeds)
+        self.team.clear()
+
+    def snapshot(self) -> bytes:
+        """The whole state, for `restore`."""
+        if not isinstance(self.ground, Rewindable):
+            raise SessionError(f"this troop cannot be rewound: {NO_SIMULATION}")
+        squads = [layer.body.kept() for layer in (*self._below, self._own) if isinstance(layer.body, Squads)]
+        runs = [_kept(layer, self.time_s) for layer in self._below]
+        return msgspec.msgpack.encode(Snapshot(self.ground.snapshot(), squads, runs))
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go back to a snapshot; FileError where it is none of such a troop."""
+        try:
+            kept = msgspec.msgpack.decode(snapshot, type=Snapshot)
+        except msgspec.MsgspecError as error:
+            raise _refused(f"is none of a troop ({error})") from None
+        layers = [layer for layer in (*self._below, self._own) if isinstance(layer.body, Squads)]
+        if len(kept.squads) != len(layers) or len(kept.runs) != len(self._below):
+            raise _refused("is of another team")
+        if isinstance(self.ground, Rewindable):
+            self.ground.restore(kept.ground)
+        self.team.clear()
+        for layer, squads in zip(layers, kept.squads, strict=True):
+            if isinstance(layer.body, Squads):
+                layer.body.restore(squads)
+        for layer, agents in zip(self._below, kept.runs, strict=True):
+            _restore(layer, agents, self.time_s)
+
+
+def _kept(layer: Layer, now: float) -> list[Agent]:
+    if not isinstance(layer.runner, Run):
+        raise SessionError("an engine runs this troop: only interpreters can be kept with it")
+    return [Agent(list(each.snapshot(now)), each.entered) for each in layer.runner.interpreters]
+
+
+def _restore(layer: Layer, agents: list[Agent], now: float) -> None:
+    if not isinstance(layer.runner, Run) or len(agents) != len(layer.runner.interpreters):
+        raise _refused("is of another team")
+    for interpreter, agent in zip(layer.runner.interpreters, agents, strict=True):
+        interpreter.restore(agent.levels, now=now, entered=agent.entered)
+
+
+def _refused(problem: str) -> FileError:
+    return FileError(path="snapshot", place="", problem=problem, remedy="take it again")

@@ -1,0 +1,192 @@
+"""Ordering: which of a coordinator's members is to do what, and when it hears of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import floor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import UnknownName
+from understudy.model.kinds import Column
+from understudy.model.squad import Duty, Order, Squad
+from understudy.runtime.program import IDLE_PROGRAM
+from understudy.runtime.team.comms import DOWN, Delayed, Radio
+from understudy.runtime.team.members import Band
+from understudy.runtime.team.roster import Roster
+
+SAME_S = 1e-6
+"""Times this near are one: a run state that was gone back to knows when it began only by how long that was ago."""
+
+
+class Ordering:
+    """The orders of S squads. `duty` is what each of the M members was last ordered to do, `answering` [M] when the
+    order was given that it is about; with a radio, it is what has reached them. `meant` and `heard` [M] are indices
+    into `duties`, all that were ever ordered.
+    """
+
+    def __init__(self, squad: Squad, roster: Roster, bands: Sequence[Band], radio: Radio | None) -> None:
+        self.squad, self.roster, self.bands, self._radio = squad, roster, bands, radio
+        self._orders: list[Order | None] = [None]
+        self.duties: list[Duty | None] = [None]
+        self.clear()
+
+    def clear(self) -> None:
+        """Nobody has any orders."""
+        self.order = np.zeros(self.roster.squads, np.intp)
+        self.issued = np.full(self.roster.squads, np.nan)
+        self.meant = np.zeros(len(self.roster), np.intp)
+        self.heard = np.zeros(len(self.roster), np.intp)
+        self.answering = np.full(len(self.roster), np.nan)
+        radio = self._radio
+        self._delayed = None if radio is None else (Delayed(radio, DOWN), Delayed(radio, DOWN))
+
+    @property
+    def duty(self) -> list[Duty | None]:
+        """What each member does, as it has heard."""
+        return [self.duties[number] for number in self.heard.tolist()]
+
+    @property
+    def orders(self) -> list[Order | None]:
+        """What each squad was ordered."""
+        return [self._orders[number] for number in self.order.tolist()]
+
+    @property
+    def known(self) -> list[Order]:
+        """All orders that there are."""
+        return [order for order in self._orders if order is not None]
+
+    @property
+    def state(self) -> tuple[NDArray[Any], ...]:
+        """What stands now: order, issued [S], meant, heard, answering [M], to be changed in place."""
+        return self.order, self.issued, self.meant, self.heard, self.answering
+
+    def dealt(self) -> NDArray[np.int64]:
+        """Which duty each order has for members of each role [orders, roles], where none is shared out."""
+        found = np.zeros((len(self._orders), len(self.squad.roles)), np.int64)
+        for number, order in enumerate(self._orders):
+            for place, role in enumerate(self.squad.roles):
+                duties = () if order is None else order.duties
+                fit = next((duty for duty in duties if duty.role in (None, role.name)), None)
+                found[number, place] = 0 if fit is None else self._number(fit)
+        return found
+
+    def fitting(self) -> dict[int, set[int]]:
+        """The bands of members that may be ordered to do each duty."""
+        dealt = self.dealt()
+        found: dict[int, set[int]] = {0: set(range(len(self.bands)))}
+        for place in range(len(self.squad.roles)):
+            bands = set(np.unique(self.roster.band[self.roster.role == place]).tolist())
+            for duty in dealt[:, place].tolist():
+                found[duty] = found.get(duty, set()) | bands
+        return found
+
+    def numbered(self, order: Order | None) -> int:
+        """The number of an order; UnknownName where members do not know what it says."""
+        if order is not None and order not in self._orders:
+            self._check(order)
+            self._orders.append(order)
+        return self._orders.index(order)
+
+    def _check(self, order: Order) -> None:
+        names = [role.name for role in self.squad.roles]
+        for duty in order.duties:
+            if duty.role not in (None, *names):
+                raise UnknownName(
+                    what="role", name=duty.role or "", where=f"squad {self.squad.name}", known=names
+                )
+            fit = np.array([duty.role in (None, name) for name in names])[self.roster.role]
+            for band in np.unique(self.roster.band[fit]).tolist():
+                self.bands[band].finds(duty.behavior, duty.binding)
+
+    def give(self, order: NDArray[np.intp], issued: Column, counted: NDArray[np.bool_], tick: int) -> None:
+        """Let orders [S] stand that were given then [S]; where one is new, the members stop and start what it says."""
+        anew = (order != self.order) | ~(np.abs(issued - self.issued) <= SAME_S)
+        self.order, self.issued = order, np.where(anew, issued, self.issued)
+        if anew.any():
+            for number in np.unique(order[anew]).tolist():
+                self._assign(self._orders[number], self.roster.of_squads(anew & (order == number)), counted)
+        given = self.issued[self.roster.squad]
+        heard, answering = self.meant, given
+        if self._delayed is not None:
+            which, when = self._delayed
+            sent, answering = which.through(self.meant.astype(np.float64), tick), when.through(given, tick)
+            nothing = np.isnan(answering)  # has come through since the run began, or was gone back in
+            heard = np.where(nothing, self.heard, sent).astype(np.intp)
+            answering = np.where(nothing, self.answering, answering)
+        new = np.flatnonzero((answering != self.answering) & ~np.isnan(answering))
+        self.heard, self.answering = heard.copy(), answering.copy()
+        self.start(new)
+
+    def _assign(self, order: Order | None, members: NDArray[np.intp], counted: NDArray[np.bool_]) -> None:
+        if order is None:
+            self.meant[members] = 0
+            return
+        numbers = [self._number(duty) for duty in order.duties]
+        if len(numbers) == 1 and order.duties[0].role is None and order.duties[0].share is None:
+            self.meant[members] = numbers[0]
+            return
+        names = [role.name for role in self.squad.roles]
+        for squad in np.unique(self.roster.squad[members]).tolist():
+            mine = members[self.roster.squad[members] == squad].tolist()
+            before = {member: int(self.meant[member]) for member in mine}
+            roles = {member: names[self.roster.role[member]] for member in mine}
+            there = [member for member in mine if counted[member]]
+            for member, number in shared(order, numbers, roles, before, there).items():
+                self.meant[member] = number
+
+    def _number(self, duty: Duty) -> int:
+        plain = Duty(duty.behavior, duty.binding)
+        if plain not in self.duties:
+            self.duties.append(plain)
+        return self.duties.index(plain)
+
+    def start(self, members: NDArray[np.intp]) -> None:
+        """Let members begin what they have heard."""
+        if not len(members):
+            return
+        band, heard = self.roster.band[members], self.heard[members]
+        for number, duty in {*zip(band.tolist(), heard.tolist(), strict=True)}:
+            mine = members[(band == number) & (heard == duty)]
+            what = self.duties[duty]
+            program = IDLE_PROGRAM if what is None else self.bands[number].finds(what.behavior, what.binding)
+            self.bands[number].layer.runner.begin(self.roster.row[mine], program)
+
+    def go_back(
+        self, orders: Sequence[Order | None], issued: Column, duties: Sequence[Duty | None], answering: Column
+    ) -> None:
+        """Go back to orders that stood once; members begin what they did."""
+        self.order = np.array([self.numbered(order) for order in orders], np.intp)
+        self.issued, self.answering = issued.copy(), answering.copy()
+        numbers = [0 if duty is None else self._number(duty) for duty in duties]
+        self.meant, self.heard = np.array(numbers, np.intp), np.array(numbers, np.intp)
+        self.start(np.arange(len(self.roster)))
+
+
+def shared(
+    order: Order,
+    numbers: Sequence[int],
+    roles: Mapping[int, str],
+    before: Mapping[int, int],
+    there: Sequence[int],
+) -> dict[int, int]:
+    """Who does which of an order's duties (0: nothing), of the members of one squad, in their order.
+
+    Who did it before goes on with it, as far as there is room: as few as possible change. Shares are of those who are
+    there; who is not gets what is left over.
+    """
+    dealt = dict.fromkeys(roles, 0)
+    left = dict.fromkeys([*there, *roles])
+    for duty, number in zip(order.duties, numbers, strict=True):
+        fit = [member for member in left if duty.role in (None, roles[member])]
+        if duty.share is not None:
+            everyone = sum(duty.role in (None, roles[member]) for member in there)
+            share = duty.share if duty.share >= 1 else duty.share * everyone
+            fit.sort(key=lambda member: (member not in there, before[member] != number))
+            fit = fit[: max(1, floor(share + 0.5))]
+        for member in fit:
+            dealt[member] = number
+            del left[member]
+    return dealt

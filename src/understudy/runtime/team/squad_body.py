@@ -1,0 +1,233 @@
+"""Squads as a body: what S coordinators of one sort sense of their members, and how they order them about.
+
+A squad is a body (ARCHITECTURE section 1): its readings are statistics over its members, its basic behaviors are
+theirs. Its members may be robots or coordinators; nothing here knows which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import TypeAlias
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.binding import Binding
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import BOOLEAN, Column, Kind
+from understudy.model.squad import Duty, Order, Squad, Statistic
+from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading
+from understudy.runtime.team.comms import Radio, Traffic, traffic
+from understudy.runtime.team.dispatch import Ordering
+from understudy.runtime.team.members import Band
+from understudy.runtime.team.reports import Reports
+from understudy.runtime.team.roster import Roster
+from understudy.runtime.team.statistics import Memory, surveyed
+
+SpelledDuty: TypeAlias = tuple[str, dict[str, str]]
+SpelledOrder: TypeAlias = list[tuple[str, dict[str, str], str | None, str | None]]
+
+
+class Kept(msgspec.Struct):
+    """What squads are at: the orders they gave and when, what their members heard of them, what they remember."""
+
+    orders: list[SpelledOrder | None]
+    issued: list[float]
+    duties: list[SpelledDuty | None]
+    answering: list[float]
+    memories: list[tuple[str, str | None, list[float], list[float], list[list[float]], list[float]]]
+
+
+CHANNELS = (
+    Channel(ORDER, doc="Which order stands."),
+    Channel(ISSUED, unit="s", doc="When it was given."),
+)
+
+
+class Squads:
+    """S squads of one sort over the bodies of their members: a body whose agents are coordinators.
+
+    Without a radio, orders and reports arrive at once.
+    """
+
+    def __init__(
+        self, squad: Squad, roster: Roster, bands: Sequence[Band], ground: Body, radio: Radio | None = None
+    ) -> None:
+        self.squad, self.roster, self.bands = squad, roster, tuple(bands)
+        self._ground = ground
+        self.agents = roster.squads
+        mine = [bands[band] for band in np.unique(roster.band).tolist()]
+        below = [reading for band in mine for reading in band.layer.body.readings]
+        self._kinds = {reading.name: reading.kind for reading in reversed(below)}
+        self.readings: Sequence[Reading] = readings_of(squad, below)
+        self.channels: Sequence[Channel] = CHANNELS
+        self.targets: Sequence[str] = ground.targets
+        self._statistics = {each.name: each for each in squad.statistics}
+        self._memories: dict[ReadingKey, Memory] = {}
+        self.reports = Reports(roster, self.bands, radio, squad.drops, self.tick_s)
+        self.ordering = Ordering(squad, roster, self.bands, radio)
+        self._roles: dict[str | None, NDArray[np.bool_]] = {None: np.ones(len(roster), np.bool_)}
+        self._roles |= {role.name: roster.role == number for number, role in enumerate(squad.roles)}
+        self.clear()
+
+    def clear(self) -> None:
+        """Begin anew: nothing remembered, nothing ordered."""
+        self._memories.clear()
+        self.reports.clear()
+        self.ordering.clear()
+        self._counted = np.ones(len(self.roster), np.bool_)
+
+    @property
+    def tick_s(self) -> float:
+        """The length of a tick, s."""
+        return self._ground.tick_s
+
+    @property
+    def time_s(self) -> float:
+        """The clock of the robots, s."""
+        return self._ground.time_s
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Which squads have nobody left [S]."""
+        left = np.bincount(self.roster.squad, self._counted, minlength=self.agents)
+        nobody: NDArray[np.bool_] = left == 0
+        return nobody
+
+    # Sensing
+
+    def needs(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
+        """What members have to sense, so that these readings are there."""
+        found = [(self._statistics[name].reading, target) for name, target in self._remembered(keys)]
+        needed = [(reading, target) for reading, target in found if reading is not None]
+        return needed if self.squad.drops is None else [*needed, (self.squad.drops, None)]
+
+    def _remembered(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
+        """The keys, and those whose past has to be followed."""
+        return list(dict.fromkeys((*keys, *self._memories)))
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        """Statistics [S] over what the members have sensed in this tick, and the flags that they raised before it."""
+        now = self.time_s
+        self._counted = self.reports.counted(now)
+        return {key: self._sensed(key, now) for key in self._remembered(keys)}
+
+    def _sensed(self, key: ReadingKey, now: float) -> Column:
+        statistic, target = self._statistics[key[0]], key[1]
+        kind = self.kind_of(statistic)
+        values = self._reported(statistic, target, now)
+        found = surveyed(statistic, values, self._counted & self._roles[statistic.role], self.roster, kind)
+        memory = self.memory(key)
+        return found if memory is None else memory.seen(found, now)
+
+    def statistic(self, name: str) -> Statistic:
+        """The statistic of this name."""
+        return self._statistics[name]
+
+    def kind_of(self, statistic: Statistic) -> Kind | None:
+        """The kind of what a statistic is of; None where that is no reading."""
+        return None if statistic.reading is None else self._kinds[statistic.reading]
+
+    def memory(self, key: ReadingKey) -> Memory | None:
+        """What is remembered of a reading; None where nothing has to be."""
+        statistic = self._statistics[key[0]]
+        if not statistic.timed:
+            return None
+        if key not in self._memories:
+            self._memories[key] = self._memory(statistic)
+        return self._memories[key]
+
+    def _memory(self, statistic: Statistic) -> Memory:
+        kind = statistic.kind(self.kind_of(statistic))
+        return Memory(statistic, kind, self.agents, self.tick_s)
+
+    def _reported(self, statistic: Statistic, target: str | None, now: float) -> Column:
+        """What each member reads, or whether its flag is up [M]; of nothing in particular, yes."""
+        if statistic.reading is not None:
+            return self.reports.readings((statistic.reading, target), now)
+        if statistic.flag is None:
+            return np.ones(len(self.roster))
+        ordering = self.ordering
+        return self.reports.flags(statistic.flag, ordering.answering, ordering.issued[self.roster.squad], now)
+
+    @property
+    def traffic(self) -> Traffic:
+        """What a tick takes on a network."""
+        used = [self._statistics[name] for name in {reading.name for reading in self.readings}]
+        readings = {each.reading for each in used if each.reading is not None}
+        flags = {each.flag for each in used if each.flag is not None}
+        return traffic(len(self.roster), len(readings), len(flags))
+
+    # Ordering
+
+    def numbered(self, order: Order) -> int:
+        """The number of an order; UnknownName where members do not know what it says."""
+        return self.ordering.numbered(order)
+
+    def act(self, commands: Commands) -> None:
+        """Give orders: where a state was entered anew, the members stop what they do and start what it says."""
+        tick = round(self.time_s / self.tick_s)
+        self.ordering.give(commands[ORDER].astype(np.intp), commands[ISSUED], self._counted, tick)
+
+    # Keeping
+
+    def kept(self) -> Kept:
+        """What they are at, for `restore`."""
+        orders, duties = self.ordering.orders, self.ordering.duty
+        memories = [
+            (
+                name,
+                target,
+                memory.last.tolist(),
+                memory.since.tolist(),
+                memory.values.tolist(),
+                memory.times.tolist(),
+            )
+            for (name, target), memory in self._memories.items()
+        ]
+        return Kept(
+            [None if order is None else [_spelled(duty) for duty in order.duties] for order in orders],
+            self.ordering.issued.tolist(),
+            [None if duty is None else (duty.behavior, dict(duty.binding)) for duty in duties],
+            self.ordering.answering.tolist(),
+            memories,
+        )
+
+    def restore(self, kept: Kept) -> None:
+        """Go back to what they were at; their members begin what they were ordered to do."""
+        orders = [
+            None if each is None else Order(tuple(_read(*duty) for duty in each)) for each in kept.orders
+        ]
+        duties = [None if duty is None else _read(*duty) for duty in kept.duties]
+        self.ordering.go_back(orders, np.array(kept.issued), duties, np.array(kept.answering))
+        for name, target, last, since, values, times in kept.memories:
+            memory = self._memories[name, target] = self._memory(self._statistics[name])
+            memory.last, memory.since = np.array(last), np.array(since)
+            memory.values = np.array(values).reshape(memory.values.shape)
+            memory.times = np.array(times)
+
+
+def _spelled(duty: Duty) -> tuple[str, dict[str, str], str | None, str | None]:
+    return duty.behavior, dict(duty.binding), duty.role, None if duty.share is None else str(duty.share)
+
+
+def _read(
+    behavior: str, binding: Mapping[str, str], role: str | None = None, share: str | None = None
+) -> Duty:
+    return Duty(behavior, Binding(binding), role, None if share is None else Fraction(share))
+
+
+def readings_of(squad: Squad, below: Sequence[Reading]) -> tuple[Reading, ...]:
+    """What a coordinator senses, given what its members do."""
+    named = {reading.name: reading for reading in reversed(below)}
+    return tuple(_reading(each, named) for each in squad.statistics)
+
+
+def _reading(statistic: Statistic, readings: Mapping[str, Reading]) -> Reading:
+    """What a statistic offers as a reading of the squad."""
+    of = readings.get(statistic.reading or "")
+    kind = statistic.kind(of.kind if of is not None else BOOLEAN)
+    unit = "s" if statistic.since else "" if of is None or kind == BOOLEAN else of.unit
+    return Reading(statistic.name, kind, unit, of_targets=of is not None and of.of_targets, doc=statistic.doc)

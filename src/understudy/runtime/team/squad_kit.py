@@ -1,0 +1,68 @@
+"""Kits of coordinators: a feature for each statistic, and for each behavior of their members the order to run it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from understudy.errors import DefinitionError
+from understudy.model.behaviors import Behavior
+from understudy.model.binding import Binding
+from understudy.model.features import Feature, Flag, TimeInState
+from understudy.model.kit import Kit
+from understudy.model.library import Library
+from understudy.model.squad import Duty, Order, Squad
+from understudy.runtime.body import Reading
+from understudy.runtime.team.squad_body import readings_of
+
+PARAMETER = "A"
+"""What features of targets call their target."""
+
+
+def squad_kit(squad: Squad, below: Sequence[Reading], members: Mapping[str, Library]) -> Kit:
+    """What a coordinator can be taught with, given what its members sense and the library of each sort of them."""
+    fresh = {each.name: each.fresh for each in squad.statistics}
+    features = [
+        Feature(
+            reading.name, reading.kind, reading.name, of=PARAMETER if reading.of_targets else None,
+            unit=reading.unit, doc=reading.doc, fresh=fresh[reading.name],
+        )
+        for reading in readings_of(squad, below)
+    ]  # fmt: skip
+    targets = next(iter(members.values())).kit.targets.values()
+    own = (Flag("done"), Flag("failed"), TimeInState())
+    return Kit.of(*features, *own, *_orders(squad, members), *targets)
+
+
+def _orders(squad: Squad, members: Mapping[str, Library]) -> list[Behavior]:
+    found: dict[str, tuple[str, ...]] = {}
+    knows: dict[str, list[str]] = {}
+    for role in squad.roles:
+        library = members[role.of]
+        for name in (*library.kit.behaviors, *library.taught):
+            parameters = library.parameters(name)
+            if found.setdefault(name, parameters) != parameters:
+                raise DefinitionError(
+                    what=f"squad {squad.name!r}",
+                    problem=f"its members have two behaviors {name!r}, with other parameters",
+                    remedy="rename one of the two",
+                )
+            knows.setdefault(name, []).append(role.name)
+    behaviors = []
+    for name, parameters in found.items():
+        binding = Binding({each: each for each in parameters})
+        everyone = len(knows[name]) == len(squad.roles)
+        duties = [Duty(name, binding, None if everyone else role) for role in knows[name]]
+        doc = f"Order {'all' if everyone else ' and '.join(knows[name])} to run {name}."
+        behaviors.append(
+            Behavior(name, doc=doc, parameters=parameters, order=Order(tuple(dict.fromkeys(duties))))
+        )
+    for name, order in squad.orders.items():
+        if name in found:
+            raise DefinitionError(
+                what=f"squad {squad.name!r}, order {name!r}",
+                problem="a behavior of its members has this name",
+                remedy="rename the order",
+            )
+        doc = f"Order {'; '.join(map(str, order.duties))}."
+        behaviors.append(Behavior(name, doc=doc, order=order))
+    return behaviors

@@ -1,0 +1,137 @@
+"""Surveys: statistics over the members of squads, and what they remember of before (paper section 5.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.kinds import BOOLEAN, YES, Column, Kind, Toroidal
+from understudy.model.squad import TELLING, YES_OR_NO, Statistic
+from understudy.runtime.team.roster import Roster
+
+Bools = NDArray[np.bool_]
+
+
+def true_of(statistic: Statistic, values: Column, kind: Kind | None) -> Bools:
+    """Of which members it is true [M], by what they read or whether their flag is up."""
+    if kind is None or (kind == BOOLEAN and statistic.least is None and statistic.below is None):
+        yes: Bools = np.equal(values, YES)
+        return yes
+    least = -np.inf if statistic.least is None else statistic.least
+    below = np.inf if statistic.below is None else statistic.below
+    true: Bools = (values >= least) & (values < below)  # what is absent is neither
+    return true
+
+
+def told(how: str, true: Bools, counted: Bools, roster: Roster) -> Column:
+    """Of how many of the counted members [M] of each squad [S] it is true."""
+    everyone = np.bincount(roster.squad, counted, minlength=roster.squads)
+    number = np.bincount(roster.squad, true & counted, minlength=roster.squads)
+    found: NDArray[Any] = number
+    if how == "fraction":
+        found = np.divide(number, everyone, out=np.full(roster.squads, np.nan), where=everyone > 0)
+    elif how == "all":
+        found = (number == everyone) & (everyone > 0)
+    elif how != "count":
+        found = (number > 0) == (how == "any")
+    return found.astype(np.float64)
+
+
+def measured(how: str, values: Column, counted: Bools, roster: Roster, kind: Kind) -> Column:
+    """The mean, minimum, maximum or spread of what the counted members [M] of each squad read [S]; absent if nothing.
+
+    Sums go in the order of members, so that they are the same alone and among others.
+    """
+    there = counted & ~np.isnan(values)
+    number = np.bincount(roster.squad, there, minlength=roster.squads)
+    nothing = np.full(roster.squads, np.nan)
+
+    def mean(of: Column) -> Column:
+        total = np.bincount(roster.squad, np.where(there, of, 0.0), minlength=roster.squads)
+        found: Column = np.divide(total, number, out=nothing.copy(), where=number > 0)
+        return found
+
+    if isinstance(kind, Toroidal) and how in ("mean", "spread"):
+        turn = 2.0 * np.pi / kind.period
+        east, north = mean(np.cos(values * turn)), mean(np.sin(values * turn))
+        if how == "mean":
+            return kind.wrap(np.arctan2(north, east) / turn)
+        scatter: Column = np.sqrt(-2.0 * np.log(np.clip(np.hypot(east, north), 1e-300, 1.0))) / turn
+        return scatter
+    if how == "mean":
+        return mean(values)
+    if how == "spread":
+        middle = mean(values)
+        deviation: Column = np.sqrt(mean((values - middle[roster.squad]) ** 2))
+        return deviation
+    ends, worst = (np.minimum, np.inf) if how == "minimum" else (np.maximum, -np.inf)
+    found = np.full(roster.squads, worst)
+    ends.at(found, roster.squad[there], values[there])
+    return np.where(number > 0, found, np.nan)
+
+
+@dataclass
+class Memory:
+    """What the squads remember of one statistic: when it was last yes, since when it is, its last values."""
+
+    statistic: Statistic
+    kind: Kind
+    squads: int
+    tick_s: float
+    last: Column = field(init=False)
+    since: Column = field(init=False)
+    values: Column = field(init=False)
+    times: Column = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """As if nothing had been."""
+        span = self.statistic.within_s if self.statistic.how not in YES_OR_NO else None
+        ticks = 0 if span is None else round(span / self.tick_s) + 1
+        self.last, self.since = np.full(self.squads, np.nan), np.full(self.squads, np.nan)
+        self.values, self.times = np.full((ticks, self.squads), np.nan), np.full(ticks, -np.inf)
+
+    def seen(self, value: Column, now: float) -> Column:
+        """What the statistic reads, given what it is now; asked again in the same tick it answers the same."""
+        statistic = self.statistic
+        if statistic.how not in YES_OR_NO:
+            return self._over(value, now)
+        yes = value == YES
+        self.last[yes] = now
+        self.since = np.where(yes, np.where(np.isnan(self.since), now, self.since), np.nan)
+        if statistic.since:
+            return _seconds(now, self.last)
+        if statistic.within_s is not None:
+            return (_seconds(now, self.last) <= round(statistic.within_s, 9)).astype(np.float64)
+        return (_seconds(now, self.since) >= round(statistic.for_s or 0.0, 9)).astype(np.float64)
+
+    def _over(self, value: Column, now: float) -> Column:
+        """The mean of the last values, or the least or greatest of them; absent where there was none."""
+        slot = round(now / self.tick_s) % len(self.values)
+        self.values[slot], self.times[slot] = value, now
+        lately = _seconds(now, self.times) <= round(self.statistic.within_s or 0.0, 9)
+        columns = np.tile(np.arange(self.squads), int(lately.sum()))
+        moments = Roster(self.squads, columns, columns, columns, columns)
+        how = self.statistic.how if self.statistic.how in ("minimum", "maximum") else "mean"
+        values = self.values[lately].ravel()
+        return measured(how, values, np.ones(len(values), np.bool_), moments, self.kind)
+
+
+def _seconds(now: float, since: Column) -> Column:
+    """Seconds from then to now, rounded as the interpreter rounds them."""
+    seconds: Column = np.floor((now - since) * 1e9 + 0.5) / 1e9
+    return seconds
+
+
+def surveyed(
+    statistic: Statistic, values: Column, counted: Bools, roster: Roster, kind: Kind | None
+) -> Column:
+    """A statistic as it is now [S], without what was before; `kind` is that of the reading, None for a flag."""
+    if statistic.how in TELLING:
+        return told(statistic.how, true_of(statistic, values, kind), counted, roster)
+    return measured(statistic.how, values, counted, roster, kind or BOOLEAN)

@@ -1,0 +1,248 @@
+"""Teams: robots at the leaves, coordinators above, all pulsed in one tick (ARCHITECTURE section 3, paper section 5).
+
+A tick is: all sense, bottom-up; all decide, top-down, and what a coordinator orders its members begin at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import UnderstudyError, UnknownName
+from understudy.model.binding import Binding
+from understudy.model.features import ReadingKey
+from understudy.model.library import Library
+from understudy.model.squad import Squad
+from understudy.runtime.body import Body, Fused
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.program import IDLE_PROGRAM, Program, link
+from understudy.runtime.run_loop import Run
+from understudy.runtime.team.comms import Radio, radio_keys
+from understudy.runtime.team.compiled_squads import Leading
+from understudy.runtime.team.fitting import check_members, ordered
+from understudy.runtime.team.members import Band, Finds, Layer, Runner
+from understudy.runtime.team.roster import Member, Roster
+from understudy.runtime.team.squad_body import Squads
+
+
+@dataclass(frozen=True)
+class Tree:
+    """The team of one world: the types of robots, which of them each robot is of, and the squads, bottom-up.
+
+    A member's band is an index into the types of robots and, after them, the sorts of squads before its own.
+    """
+
+    types: tuple[str, ...]
+    type_of: tuple[int, ...]
+    squads: tuple[tuple[Squad, tuple[tuple[Member, ...], ...]], ...]
+
+    def __post_init__(self) -> None:
+        check_members(self.types, self.type_of, self.squads)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The sorts of agents, in order of their bands."""
+        return (*self.types, *(squad.name for squad, _ in self.squads))
+
+
+Makes: TypeAlias = Callable[[Body, Sequence[Program], Sequence[Program]], Runner]
+"""Makes what runs the agents of a body, one program each; others they may be ordered to run."""
+
+
+def interpreted(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
+    """Interpreters: the definition."""
+    return Run(body, [Interpreter(program, now=body.time_s) for program in programs], others)
+
+
+class Team:
+    """A team in B worlds side by side. `roots` says what the agents of a sort run by themselves, those who are in no
+    squad; the others idle until they are ordered. `libraries` has what each sort knows, by its name.
+    """
+
+    def __init__(
+        self,
+        ground: Body,
+        tree: Tree,
+        libraries: Mapping[str, Library],
+        roots: Mapping[str, tuple[str, Mapping[str, str]]],
+        *,
+        worlds: int = 1,
+        makes: Makes = interpreted,
+        trained: str | None = None,
+        delay_s: float = 0.0,
+        loss: float = 0.0,
+        seeds: Sequence[int] = (),
+    ) -> None:
+        """Squads have coordinators where `roots` gives them something to do, a squad above them does, or `trained` is
+        their sort. Messages between coordinators and members take `delay_s`, and a share `loss` of them gets lost,
+        drawn from the `seeds` of the worlds.
+        """
+        self._radio = round(delay_s / ground.tick_s), loss, np.array(seeds or range(worlds), np.int64)
+        self.ground, self.tree = ground, tree
+        self._finds: dict[str, Finds] = {name: _finder(libraries[name], name) for name in tree.names}
+        self._orders: dict[str, list[Program]] = {name: [] for name in tree.names}
+        for name, (behavior, binding) in roots.items():
+            if name not in tree.names:
+                raise UnknownName(what="sort of agents", name=name, where="the team", known=tree.names)
+            self._collect(name, self._finds[name](behavior, Binding(binding)))
+        self._led = self._closure({*roots, *([] if trained is None else [trained])})
+        self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
+        self.layers = self._built(roots, worlds, makes)
+        self._keys = self._needed()
+        fused = isinstance(ground, Fused) and Leading.possible(self.layers)
+        self._leading = Leading(self.layers, self._keys, worlds) if fused else None
+
+    def _closure(self, names: set[str]) -> set[str]:
+        """These sorts of agents, and those that are members of theirs."""
+        for squad, _ in reversed(self.tree.squads):
+            if squad.name in names:
+                names = names | {role.of for role in squad.roles}
+        return names
+
+    def _collect(self, name: str, program: Program) -> None:
+        """Note what agents of a sort may run, and what those below them may be ordered to."""
+        if program in self._orders[name]:
+            return
+        self._orders[name].append(program)
+        squad = next((squad for squad, _ in self.tree.squads if squad.name == name), None)
+        for ground in program.basics:
+            order = ground.behavior.order
+            if order is None or squad is None:
+                continue
+            for duty in order.within(ground.binding).duties:
+                for role in squad.roles:
+                    if duty.role in (None, role.name):
+                        self._collect(role.of, ordered(squad, ground, role, duty, self._finds[role.of]))
+
+    def _built(
+        self, roots: Mapping[str, tuple[str, Mapping[str, str]]], worlds: int, makes: Makes
+    ) -> tuple[Layer, ...]:
+        types = self.tree.types
+        root = dict.fromkeys(self.tree.names, IDLE_PROGRAM)
+        root |= {
+            name: self._finds[name](behavior, Binding(bound)) for name, (behavior, bound) in roots.items()
+        }
+        alone = [root[types[kind]] for kind in self.tree.type_of] * worlds
+        robots = self._layer(self.ground, alone, types, makes)
+        self._layers_of = dict.fromkeys(types, robots)
+        layers = [robots]
+        bands = [Band(name, robots, self._finds[name]) for name in types]
+        rows = [len(self.tree.type_of)] * len(types)
+        for level, (squad, members) in enumerate(self.tree.squads):
+            rows.append(len(members))
+            if squad.name not in self._led:
+                bands.append(
+                    Band(squad.name, robots, self._finds[squad.name])
+                )  # nobody's member, in this team
+                continue
+            roster = Roster.of(members, worlds, rows)
+            body = Squads(squad, roster, bands, self.ground, self._radio_of(level, len(roster) // worlds))
+            layer = self._layer(body, [root[squad.name]] * body.agents, (squad.name,), makes)
+            layers.append(layer)
+            bands.append(Band(squad.name, layer, self._finds[squad.name]))
+            self._layers_of[squad.name] = layer
+        return tuple(layers)
+
+    def _radio_of(self, level: int, members: int) -> Radio | None:
+        ticks, loss, seeds = self._radio
+        radio = Radio(ticks, loss, radio_keys(seeds, members, level))
+        return None if radio.perfect else radio
+
+    def _layer(self, body: Body, programs: Sequence[Program], names: Sequence[str], makes: Makes) -> Layer:
+        others = [IDLE_PROGRAM, *(each for name in names for each in self._orders[name])]
+        layer = Layer(body, makes(body, programs, others))
+        together: dict[int, list[int]] = {}
+        for agent, program in enumerate(programs):
+            together.setdefault(id(program), []).append(agent)
+        self._began[id(layer)] = [(programs[mine[0]], np.array(mine)) for mine in together.values()]
+        return layer
+
+    def _needed(self) -> list[tuple[ReadingKey, ...]]:
+        """What each layer has to sense: what its own agents look at, and what those above ask of it."""
+        needed: list[dict[ReadingKey, None]] = [dict.fromkeys(layer.runner.keys) for layer in self.layers]
+        for number in reversed(range(len(self.layers))):
+            body = self.layers[number].body
+            if isinstance(body, Squads):
+                below = {id(body.bands[band].layer) for band in np.unique(body.roster.band).tolist()}
+                for key in body.needs(list(needed[number])):
+                    for lower, layer in enumerate(self.layers[:number]):
+                        if id(layer) in below and key[0] in {reading.name for reading in layer.body.readings}:
+                            needed[lower][key] = None
+        return [tuple(keys) for keys in needed]
+
+    def tick(self) -> None:
+        """All sense, decide and act once."""
+        for layer, keys in zip(self.layers, self._keys, strict=True):
+            layer.percept = layer.body.sense(keys)
+        for layer in reversed(self.layers):
+            layer.body.act(layer.runner.decide(layer.percept))
+
+    def run(self, ticks: int) -> None:
+        """So many ticks: in one go where the robots' body can and all is data, else one by one."""
+        robots, ground = self.layers[0].runner, self.ground
+        if self._leading is None or not isinstance(ground, Fused) or not isinstance(robots, Engine):
+            for _ in range(ticks):
+                self.tick()
+            return
+        plan, lead = robots.plan(), self._leading.lead()
+        if plan is not None:
+            ground.advance(replace(plan, keys=lead.keys, lead=(lead.bands, lead.leads)), ticks, None)
+            self._leading.keep()
+
+    def clear(self) -> None:
+        """Begin anew: nobody has orders, nothing is remembered; who is not ordered about begins its program."""
+        for layer in self.layers:
+            if isinstance(layer.body, Squads):
+                layer.body.clear()
+            for program, agents in self._began[id(layer)]:
+                layer.runner.begin(agents, program)
+
+    @property
+    def paths(self) -> list[tuple[str, ...]]:
+        """What each robot is doing, outermost first, beginning with what it was ordered to do; () is nothing."""
+        robots = self.layers[0].runner
+        paths = [robots.path(row) for row in range(self.ground.agents)]
+        for layer in self.layers[1:]:
+            if isinstance(layer.body, Squads):
+                roster = layer.body.roster
+                for duty, band, row in zip(layer.body.ordering.duty, roster.band, roster.row, strict=True):
+                    if duty is not None and layer.body.bands[band].layer is self.layers[0]:
+                        paths[row] = (str(duty), *paths[row])
+        return paths
+
+    def raised(self, name: str, flags: Collection[str]) -> NDArray[np.bool_]:
+        """Which agents of a sort have raised one of these flags."""
+        runner = self.layer(name).runner
+        found: NDArray[np.bool_] = np.logical_or.reduce([runner.raised(flag) for flag in flags])
+        return found
+
+    @property
+    def programs(self) -> Mapping[str, Sequence[Program]]:
+        """What the agents of each sort run, or may be ordered to."""
+        return self._orders
+
+    def layer(self, name: str) -> Layer:
+        """The layer of a sort of agents."""
+        if name not in self._layers_of:
+            raise UnknownName(what="sort of agents", name=name, where="the team", known=list(self._layers_of))
+        return self._layers_of[name]
+
+
+def _finder(library: Library, name: str) -> Finds:
+    """Finds behaviors that agents of a sort can run."""
+
+    @cache
+    def find(behavior: str, binding: Binding) -> Program:
+        try:
+            return link(library, behavior, binding)
+        except UnderstudyError as error:
+            error.add_note(f"{name} is to run it")
+            raise
+
+    return find

@@ -1,0 +1,69 @@
+"""Where targets are: for those who look at a world from outside, and see what no sensor does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from understudy.sim.scenario.schema import TargetOf
+from understudy.sim.world import World
+
+Place = tuple[float, float]
+
+
+def place_of(world: World, name: str, agent: int = 0) -> Place | None:
+    """Where a target of a robot is now; None where there is none, or where it is a color alone."""
+    target = world.scenario.targets[name]
+    here = world.state.robots[agent]
+    if target.object is not None or target.nearest is not None:
+        found = _objects(world, target, agent)
+    else:
+        found = _robots(world, target, agent)
+    if not len(found):
+        return None
+    nearest = found[np.argmin((found["x"] - here["x"]) ** 2 + (found["y"] - here["y"]) ** 2)]
+    return float(nearest["x"]), float(nearest["y"])
+
+
+def _objects(world: World, target: TargetOf, agent: int) -> Any:
+    """The objects that a target may be."""
+    of = agent // world.robots
+    kind = world.rules.classes[world.names.classes.index(target.nearest or target.object)]
+    things = world.state.objects[of, kind["first"] : kind["end"]]
+    if target.object is not None:
+        things = things[target.index : target.index + 1]
+    elif kind["food"]:
+        things = things[things["amount"] > 0]
+    things = things[things["present"] != 0]
+    return things if target.unclaimed is None else things[~_claimed(world, target, agent, things)]
+
+
+def _claimed(world: World, target: TargetOf, agent: int, things: Any) -> Any:
+    """Which objects another robot of the world claims."""
+    robots = _others(world, agent)
+    robots = robots[robots["signal"] == 1 + world.names.signals.index(target.unclaimed or "")]
+    dx, dy = things["x"][:, None] - robots["x"], things["y"][:, None] - robots["y"]
+    return (dx**2 + dy**2 <= (target.within or 0.0) ** 2).any(axis=1)
+
+
+def _others(world: World, agent: int) -> Any:
+    """The other robots of a robot's world."""
+    first = agent // world.robots * world.robots
+    return np.delete(world.state.robots[first : first + world.robots], agent - first)
+
+
+def _robots(world: World, target: TargetOf, agent: int) -> Any:
+    """The robots that a target may be: others of the same world."""
+    robots, types = _others(world, agent), world.rules.types["team"]
+    teams, own = types[robots["type"]], types[world.state.robots["type"][agent]]
+    if target.team is not None:
+        chosen = teams == world.names.teams.index(target.team)
+    elif target.robot is not None or target.signal is not None:
+        wanted = {"teammate": teams == own, "opponent": teams != own, "any": teams == teams}
+        chosen = wanted[target.robot or "any"]
+    else:
+        chosen = np.zeros(len(robots), np.bool_)
+    if target.signal is not None:
+        chosen = chosen & (robots["signal"] == 1 + world.names.signals.index(target.signal))
+    return robots[chosen]

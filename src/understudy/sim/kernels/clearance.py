@@ -1,0 +1,137 @@
+"""Kernels about free space: distances from walls and polygons, a new free place in a running world."""
+
+import math
+from typing import Any, TypeAlias
+
+from numba import njit
+from numpy.typing import NDArray
+
+from understudy.sim.kernels.rng import uniform
+
+Records: TypeAlias = NDArray[Any]
+
+ATTEMPTS = 1000
+"""Places that are tried for a thing before there is none."""
+
+DISC, POLYGON, OBJECT, ROBOT = 0, 1, 2, 3
+"""Sorts of things that are placed."""
+
+FIRST_STREAM, STREAMS = 1 << 16, 16
+X, Y, ANGLE, COUNT, AMOUNT, DUE, BESIDE, APPEAR_X, APPEAR_Y = 0, 1, 2, 3, 4, 5, 6, 7, 8
+"""Streams of draws, of each sort: clear of those that a running world draws from."""
+
+
+@njit(error_model="numpy")
+def draw_whole(low: int, high: int, drawn: float) -> int:
+    """The whole number from low to high that a number in [0, 1) stands for."""
+    return low + math.floor(drawn * (high - low + 1))
+
+
+@njit(error_model="numpy")
+def to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
+    """Distance of a point from a segment; NaN where there is none."""
+    dx, dy = x1 - x0, y1 - y0
+    squared = dx * dx + dy * dy
+    along = ((x - x0) * dx + (y - y0) * dy) / squared if squared > 0.0 else 0.0
+    along = min(1.0, max(0.0, along))
+    dx, dy = x - x0 - along * dx, y - y0 - along * dy
+    return math.sqrt(dx * dx + dy * dy)
+
+
+@njit(error_model="numpy")
+def is_inside(x: float, y: float, segments: Records, first: int, end: int) -> bool:
+    """Whether a point lies inside the polygons among these segments of a world (counter-clockwise edges)."""
+    winding = 0
+    for index in range(first, end):
+        edge = segments[index]
+        if edge.wall == 0:
+            left = (edge.x1 - edge.x0) * (y - edge.y0) - (x - edge.x0) * (edge.y1 - edge.y0)
+            if edge.y0 <= y < edge.y1 and left > 0.0:
+                winding += 1
+            elif edge.y1 <= y < edge.y0 and left < 0.0:
+                winding -= 1
+    return winding != 0
+
+
+@njit(error_model="numpy")
+def clear_of_segments(x: float, y: float, radius: float, segments: Records, first: int, end: int) -> bool:
+    """Whether a disc touches none of these segments of a world and lies in none of their polygons."""
+    for index in range(first, end):
+        edge = segments[index]
+        if to_segment(x, y, edge.x0, edge.y0, edge.x1, edge.y1) < radius:
+            return False
+    return not is_inside(x, y, segments, first, end)
+
+
+@njit(error_model="numpy")
+def free_place(
+    seed: int,
+    slot: int,
+    turn: int,
+    kind: Any,
+    types: Records,
+    classes: Records,
+    class_of: Any,
+    width: float,
+    height: float,
+    robots: Records,
+    objects: Records,
+    discs: Records,
+    segments: Records,
+) -> tuple[bool, float, float]:
+    """A new free place in a running world for the object in this slot, of a class: whether there is one, x and y.
+
+    `turn` counts the times that it has appeared, so that each time other places are drawn. Robots, objects, discs
+    and segments are those of its world.
+    """
+    streams = FIRST_STREAM + STREAMS * OBJECT
+    away = kind.radius + kind.apart
+    x0, x1 = max(kind.region[0], away), min(kind.region[2], width - away)
+    y0, y1 = max(kind.region[1], away), min(kind.region[3], height - away)
+    if x1 < x0 or y1 < y0:
+        return False, math.nan, math.nan
+    for attempt in range(ATTEMPTS):
+        key = turn * ATTEMPTS + attempt
+        x = x0 + uniform(seed, slot, key, streams + APPEAR_X) * (x1 - x0)
+        y = y0 + uniform(seed, slot, key, streams + APPEAR_Y) * (y1 - y0)
+        if _is_free_now(x, y, slot, kind, types, classes, class_of, robots, objects, discs, segments):
+            return True, x, y
+    return False, math.nan, math.nan
+
+
+@njit(error_model="numpy")
+def _is_free_now(
+    x: float,
+    y: float,
+    slot: int,
+    kind: Any,
+    types: Records,
+    classes: Records,
+    class_of: Any,
+    robots: Records,
+    objects: Records,
+    discs: Records,
+    segments: Records,
+) -> bool:
+    """Whether an object keeps free of all that is in its world now."""
+    away = kind.radius + kind.apart
+    for n in range(robots.shape[0]):
+        least = away + types[robots[n].type].radius
+        if (types[robots[n].type].collides or kind.solid) and (
+            (x - robots[n].x) ** 2 + (y - robots[n].y) ** 2 < least * least
+        ):
+            return False
+    for n in range(objects.shape[0]):
+        other = classes[class_of[n]]
+        least = kind.radius + other.radius + max(kind.apart, other.apart)
+        if (
+            objects[n].present
+            and n != slot
+            and ((x - objects[n].x) ** 2 + (y - objects[n].y) ** 2 < least * least)
+        ):
+            return False
+    for n in range(discs.shape[0]):
+        least = away + discs[n].radius
+        if discs[n].radius > 0.0 and (x - discs[n].x) ** 2 + (y - discs[n].y) ** 2 < least * least:
+            return False
+    return bool(clear_of_segments(x, y, away, segments, 0, segments.shape[0]))

@@ -1,0 +1,288 @@
+"""Records: what Python and the kernels of worlds both look at, and where it lies in memory.
+
+Lengths in m, angles in rad; speeds, in TYPE and ROBOT, per tick. A record keeps what is used together in one place.
+Whole numbers are 64 bits wide, as those in kernels are, so that no kernel is compiled once more for narrow ones; but
+for some of a robot, which so fits into 128 bytes, two lines of a processor's cache.
+"""
+
+import numpy as np
+
+from understudy.sim.kernels.seeing import THING, VIEW
+from understudy.sim.sensing.sectors import SECTOR
+
+ROBOT = np.dtype(
+    [
+        ("x", "f8"),
+        ("y", "f8"),
+        ("heading", "f8"),  # [0, tau)
+        ("aim", "f8"),  # the heading whose cosine and sine are kept; NaN none yet
+        ("cosine", "f8"),
+        ("sine", "f8"),
+        ("speed", "f8"),  # m per tick, along the heading, as its wheels would have it
+        ("spin", "f8"),  # rad per tick
+        ("id", "i8"),  # within its world
+        ("type", "i8"),
+        ("stored", "i8"),  # units of food
+        ("loading", "i4"),  # ticks spent on the unit at hand
+        ("unloading", "i4"),
+        ("delivered", "i8"),
+        ("blocked", "i8"),  # ticks in a row that it drove and got nowhere
+        ("frozen", "i8"),  # 1: neither senses nor moves (a robot that failed)
+        ("holding", "i4"),  # the slot of the box it holds + 1; 0 none
+        ("signal", "i4"),  # what it raises for others to see, counted from 1; 0 nothing
+    ],
+    align=True,
+)
+
+TYPE = np.dtype(
+    [
+        ("radius", "f8"),
+        ("height", "f8"),
+        ("speed", "f8"),  # m per tick of drive = 1
+        ("turning", "f8"),  # rad per tick of turn = 1
+        ("acceleration", "f8"),  # m per tick, per tick; infinite where there is no limit
+        ("turning_acceleration", "f8"),
+        ("noise_drive", "f8"),  # share of the motion of a tick
+        ("noise_turn", "f8"),
+        ("reach", "f8"),
+        ("color", "i8"),  # index, -1 none
+        ("team", "i8"),  # index
+        ("capacity", "i8"),
+        ("load_ticks", "i8"),
+        ("unload_ticks", "i8"),
+        ("collides", "i8"),
+    ],
+    align=True,
+)
+
+OBJECT = np.dtype(
+    [
+        ("x", "f8"),
+        ("y", "f8"),
+        ("heading", "f8"),  # of one that walks
+        ("present", "i8"),
+        ("amount", "i8"),
+        ("at_first", "i8"),
+        ("appeared", "i8"),  # times it has appeared, which keys the next draw of a place
+        ("due", "i8"),  # tick at which it appears or leaves; -1 never
+        ("captured", "i8"),  # tick at which a robot first came within range; -1 not yet
+        ("hands", "i8"),  # robots that hold it
+        ("gathered", "i8"),  # times it was brought home
+    ],
+    align=True,
+)
+
+CLASS = np.dtype(
+    [
+        ("radius", "f8"),
+        ("height", "f8"),
+        ("capture_range", "f8"),  # NaN: cannot be captured
+        ("walk", "f8"),  # m per tick; 0 stays
+        ("away_least", "f8"),  # s; NaN: always present
+        ("away_most", "f8"),
+        ("stays_least", "f8"),  # s; NaN: until captured
+        ("stays_most", "f8"),
+        ("apart", "f8"),
+        ("region", "f8", 4),  # box in which it appears and walks
+        ("first", "i8"),  # its slots among the objects of a world: first, and one after the last
+        ("end", "i8"),
+        ("color", "i8"),
+        ("food", "i8"),
+        ("home", "i8"),
+        ("solid", "i8"),
+        ("pushable", "i8"),
+        ("pushers", "i8"),
+        ("opaque", "i8"),  # as a THING's
+        ("pull", "i8"),  # robots it takes to pull it; 0: it cannot be pulled
+        ("respawn", "i8"),  # appears again once it is gathered
+        ("capture_ticks", "i8"),
+        ("turn_ticks", "i8"),
+    ],
+    align=True,
+)
+
+DISC = np.dtype([("x", "f8"), ("y", "f8"), ("radius", "f8"), ("height", "f8"), ("color", "i8")], align=True)
+"""A round obstacle; radius 0 is none."""
+
+SEGMENT = np.dtype([("x0", "f8"), ("y0", "f8"), ("x1", "f8"), ("y1", "f8"), ("wall", "i8")], align=True)
+"""A piece of a wall, or (wall 0) an edge of a polygonal obstacle; an end on NaN is none."""
+
+SPOT = np.dtype([("x", "f8"), ("y", "f8"), ("row", "i8"), ("id", "i8")], align=True)
+"""A robot where a grid keeps it: side by side with those of the same cell."""
+
+MOVE = np.dtype(
+    [
+        ("dx", "f8"),
+        ("dy", "f8"),
+        ("heading", "f8"),
+        ("wanted", "f8"),  # how far it would go if nothing were in its way
+        ("scale", "f8"),  # the share of its step that it may
+        ("alone", "f8"),  # m**2; no other robot is nearer, as far as was seen
+    ],
+    align=True,
+)
+"""How a robot means to move in a tick."""
+
+WORK = np.dtype(
+    [
+        ("load", "f8"),  # as commanded
+        ("unload", "f8"),
+        ("still", "i8"),  # commanded neither to drive nor to turn
+        ("slot", "i8"),  # the source it is about to get a unit of, and how many get one before it
+        ("order", "i8"),
+        ("signal", "i8"),  # raised from this tick on
+    ],
+    align=True,
+)
+"""What a robot means to do in a tick beside moving."""
+
+PUSH = np.dtype(
+    [("dx", "f8"), ("dy", "f8"), ("scale", "f8"), ("sum_x", "i8"), ("sum_y", "i8"), ("count", "i8")],
+    align=True,
+)
+"""How far an object is pushed in a tick: what its pushers sum up to, what it means to do, and may."""
+
+PULL = np.dtype(
+    [
+        ("dx", "f8"),
+        ("dy", "f8"),
+        ("scale", "f8"),
+        ("slowest", "f8"),  # of those who hold it, m per tick
+        ("sum_x", "i8"),
+        ("sum_y", "i8"),
+        ("count", "i8"),
+    ],
+    align=True,
+)
+"""How far a box is pulled in a tick: what its holders sum up to, what they mean to do together, and may."""
+
+OFFSET = np.dtype([("x", "f8"), ("y", "f8")])
+"""How far off something is; NaN where it is not there."""
+
+STEP = np.dtype(
+    [
+        ("range", "f8"),
+        ("within", "f8"),  # m; how near to a thing a robot claims it
+        ("noise_a", "f8"),
+        ("noise_b", "f8"),
+        ("dropout", "f8"),
+        ("tan_half", "f8"),  # of a camera, as all down to ghosts
+        ("width_px", "f8"),
+        ("height_px", "f8"),
+        ("least_px", "f8"),
+        ("misses", "f8"),
+        ("ghosts", "f8"),
+        ("noisy", "i8"),  # has noise, dropout or the like
+        ("what", "i8"),
+        ("place", "i8"),  # what is to be located first, as `what` has it; -1 nothing
+        ("signal", "i8"),  # that robots raise who are looked for, or who claim
+        ("index", "i8"),  # class, object slot, relation of a robot, source column of SINCE
+        ("nearest", "i8"),
+        ("sees", "i8"),  # walls 1, obstacles 2, robots 4
+        ("period", "i8"),  # ticks between measurements
+        ("ticks", "i8"),  # of STUCK and CHANCE
+        ("stream", "i8"),
+        ("first", "i8"),  # its parts: first, and one after the last
+        ("end", "i8"),
+    ],
+    align=True,
+)
+
+PART = np.dtype(
+    [
+        ("a", "i8"),  # columns that the readings go to; -1 nowhere
+        ("b", "i8"),
+        ("held", "i8"),  # memory slot of a (b's is the next); -1 none
+        ("color", "i8"),
+        ("number", "i8"),
+    ],
+    align=True,
+)
+
+__all__ = ["SECTOR", "THING", "VIEW"]
+
+TOUCH = 0.005
+"""m; what a bumper is nearer to than this, it touches."""
+
+INT = np.dtype("i4")
+WHOLE = np.dtype([("v", "i8")])
+INDEX = np.dtype([("v", "i4")])
+NUMBER = np.dtype([("v", "f8")])
+"""A lone number, where an array has nothing else."""
+
+CONTEXT = np.dtype(
+    [
+        # Scalars.
+        ("width", "f8"),
+        ("height", "f8"),
+        ("tick_s", "f8"),
+        ("goal_within", "f8"),
+        ("per_cell", "f8"),
+        ("near_per_cell", "f8"),
+        ("cell", "f8"),  # of the robots' grid, as all down to gridded
+        ("most_radius", "f8"),
+        ("most_step", "f8"),
+        ("drift", "f8"),  # m; so far may robots have gone since they were sorted
+        ("keep", "i8"),  # ticks from one sorting to the next
+        ("columns", "i8"),
+        ("lines", "i8"),
+        ("shift", "i8"),
+        ("gridded", "i8"),
+        ("near_columns", "i8"),  # of the lists of what stays
+        ("near_lines", "i8"),
+        ("count", "i8"),  # N, robots in a world
+        ("goal", "i8"),
+        ("goal_target", "i8"),
+        ("goal_count", "i8"),
+        ("type_count", "i8"),
+        ("class_count", "i8"),
+        ("object_count", "i8"),
+        ("disc_count", "i8"),
+        ("segment_count", "i8"),
+        ("memory_count", "i8"),
+        ("width_of_row", "i8"),
+        ("passable", "i8"),  # some robots let others pass, so that two may be in the same place
+        ("lines_up", "i8"),  # objects of some class are looked for
+        ("signals", "i8"),
+        ("solids", "i8"),
+        # Where arrays lie.
+        ("robots", "i8"),
+        ("types", "i8"),
+        ("objects", "i8"),
+        ("classes", "i8"),
+        ("class_of", "i8"),
+        ("discs", "i8"),
+        ("segments", "i8"),
+        ("seeds", "i8"),
+        ("tick", "i8"),
+        ("finished", "i8"),
+        ("memory", "i8"),
+        ("steps", "i8"),
+        ("parts", "i8"),
+        ("sectors", "i8"),
+        ("of_type", "i8"),
+        ("near_start", "i8"),
+        ("near_items", "i8"),
+        ("start", "i8"),  # of the grid
+        ("spots", "i8"),
+        ("spot_of", "i8"),
+        ("moves", "i8"),  # of the scratch, as all from here on
+        ("works", "i8"),
+        ("pushes", "i8"),
+        ("pulls", "i8"),
+        ("rows", "i8"),
+        ("offsets", "i8"),
+        ("object_x", "i8"),
+        ("object_y", "i8"),
+        ("object_order", "i8"),
+        ("callers", "i8"),
+        ("caller_counts", "i8"),
+        ("a", "i8"),
+        ("b", "i8"),
+        ("things", "i8"),
+        ("views", "i8"),
+        ("pieces", "i8"),
+    ],
+    align=True,
+)
+"""All that a kernel may look at: it is given one of these, and finds everything else from there."""

@@ -1,0 +1,386 @@
+"""Kernels of a tick after everyone has decided: pushing, moving, loading, what objects do, the goal."""
+
+import math
+from typing import Any
+
+from numba import njit
+
+from understudy.sim.kernels.angles import TAU, cosine_and_sine
+from understudy.sim.kernels.clearance import free_place
+from understudy.sim.kernels.dtypes import CLASS, DISC, INT, OBJECT, ROBOT, SEGMENT, TYPE, WHOLE
+from understudy.sim.kernels.memory import (
+    array_at,
+    at,
+    class_at,
+    index_at,
+    move_at,
+    object_at,
+    push_at,
+    robot_at,
+    type_at,
+    work_at,
+)
+from understudy.sim.kernels.motion import (
+    CLEAR,
+    limited,
+    limited_by_disc,
+    limited_by_fixed,
+    limited_by_robots,
+)
+from understudy.sim.kernels.rng import uniform
+from understudy.sim.kernels.sensing import nearest_food, station_here
+
+FINE = 2.0**40  # pushes are summed as whole numbers, so that their order does not matter
+APPEARS, STAYS, WALKS, PLACE = 1, 2, 3, 4  # streams of an object's draws
+ROBOT_SIZE, OBJECT_SIZE = ROBOT.itemsize, OBJECT.itemsize
+DISC_SIZE, SEGMENT_SIZE = DISC.itemsize, SEGMENT.itemsize
+GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR, GOAL_GATHERED = 1, 2, 3, 4
+
+
+@njit(error_model="numpy")
+def push(c: Any, row: int, world: int) -> None:
+    """Add what a robot pushes in its step to every box that it meets."""
+    robot, move = robot_at(c, row), move_at(c, world, row)
+    if move.scale == 0.0 or (move.dx == 0.0 and move.dy == 0.0):
+        return
+    radius = type_at(c, robot.type).radius
+    for index in range(c.class_count):
+        kind = class_at(c, index)
+        if not kind.pushable:
+            continue
+        for slot in range(kind.first, kind.end):
+            thing = object_at(c, world, slot)
+            if not thing.present:
+                continue
+            dx, dy = thing.x - robot.x, thing.y - robot.y
+            touch = radius + kind.radius
+            squared = dx * dx + dy * dy
+            reach = touch + abs(move.dx) + abs(move.dy)
+            if squared >= reach * reach or squared == 0.0:
+                continue
+            distance = math.sqrt(squared)
+            closing = move.scale * (move.dx * dx + move.dy * dy) / distance
+            deep = closing - max(0.0, distance - touch)
+            if deep > 0.0:
+                box = push_at(c, slot)
+                box.sum_x += int(deep * dx / distance * FINE)
+                box.sum_y += int(deep * dy / distance * FINE)
+                box.count += 1
+
+
+@njit(error_model="numpy")
+def shift_boxes(c: Any, world: int) -> None:
+    """Where the boxes go that are pushed: as the mean of their pushers, as far as the free gaps let them."""
+    first = world * c.count
+    for index in range(c.class_count):
+        kind = class_at(c, index)
+        if not kind.pushable:
+            continue
+        for slot in range(kind.first, kind.end):
+            box = push_at(c, slot)
+            box.dx = box.dy = 0.0
+            if box.count >= kind.pushers and box.count > 0 and object_at(c, world, slot).present:
+                box.dx, box.dy = box.sum_x / FINE / box.count, box.sum_y / FINE / box.count
+    for index in range(c.class_count):
+        kind = class_at(c, index)
+        if not kind.pushable:
+            continue
+        for slot in range(kind.first, kind.end):
+            box, thing = push_at(c, slot), object_at(c, world, slot)
+            box.scale = 1.0
+            if box.dx == 0.0 and box.dy == 0.0:
+                continue
+            scale = limited_by_fixed(c, 1.0, thing.x, thing.y, kind.radius, box, world)
+            for other_index in range(c.class_count):
+                other_kind = class_at(c, other_index)
+                if other_kind.pushable:
+                    for other in range(other_kind.first, other_kind.end):
+                        them = object_at(c, world, other)
+                        dx, dy = them.x - thing.x, them.y - thing.y
+                        squared = dx * dx + dy * dy
+                        if other == slot or not them.present or squared == 0.0:
+                            continue
+                        distance = math.sqrt(squared)
+                        nx, ny = dx / distance, dy / distance
+                        towards = -(push_at(c, other).dx * nx + push_at(c, other).dy * ny)
+                        gap = distance - kind.radius - other_kind.radius
+                        scale = limited(scale, nx, ny, gap, box.dx, box.dy, towards)
+            for row in range(first, first + c.count):
+                robot, move = robot_at(c, row), move_at(c, world, row)
+                dx, dy = robot.x - thing.x, robot.y - thing.y
+                squared = dx * dx + dy * dy
+                reach = kind.radius + c.most_radius + 2.0 * c.most_step
+                reach += abs(box.dx) + abs(box.dy)
+                if squared >= reach * reach or squared == 0.0:
+                    continue
+                distance = math.sqrt(squared)
+                nx, ny = dx / distance, dy / distance
+                towards = -move.scale * (move.dx * nx + move.dy * ny)
+                gap = distance - kind.radius - type_at(c, robot.type).radius
+                scale = limited(scale, nx, ny, gap, box.dx, box.dy, towards)
+            box.scale = scale
+
+
+@njit(error_model="numpy")
+def limited_by_boxes(c: Any, row: int, world: int) -> None:
+    """Limit a robot's step by the boxes, which are going where `shift_boxes` lets them."""
+    robot, move = robot_at(c, row), move_at(c, world, row)
+    if move.scale == 0.0 or (move.dx == 0.0 and move.dy == 0.0):
+        return
+    radius, scale = type_at(c, robot.type).radius, move.scale
+    for index in range(c.class_count):
+        kind = class_at(c, index)
+        if not kind.pushable:
+            continue
+        for slot in range(kind.first, kind.end):
+            thing, box = object_at(c, world, slot), push_at(c, slot)
+            dx, dy = thing.x - robot.x, thing.y - robot.y
+            squared = dx * dx + dy * dy
+            if not thing.present or squared == 0.0:
+                continue
+            distance = math.sqrt(squared)
+            nx, ny = dx / distance, dy / distance
+            gap = distance - radius - kind.radius + box.scale * (box.dx * nx + box.dy * ny)
+            scale = limited(scale, nx, ny, gap, move.dx, move.dy, 0.0)
+    move.scale = scale
+
+
+@njit(error_model="numpy")
+def move_boxes(c: Any, world: int) -> None:
+    """Move the boxes, and forget what pushed them."""
+    for slot in range(c.object_count):
+        box, thing = push_at(c, slot), object_at(c, world, slot)
+        thing.x += box.scale * box.dx
+        thing.y += box.scale * box.dy
+        box.dx = box.dy = 0.0
+        box.sum_x = box.sum_y = box.count = 0
+
+
+@njit(error_model="numpy", forceinline=True)
+def limit(c: Any, row: int, world: int) -> None:
+    """How far a robot may go beside the others, having slid along all that stays; boxes are left aside."""
+    move = move_at(c, world, row)
+    # Clear by more than rounding can add, so that whoever is alone is out of reach of `limited_by_robots` too.
+    apart = 2.0 * (c.most_radius + c.most_step) + CLEAR
+    if move.alone >= apart * apart or (move.dx == 0.0 and move.dy == 0.0):
+        return
+    if move.scale > 0.0 and type_at(c, robot_at(c, row).type).collides:
+        move.scale = limited_by_robots(c, move.scale, row, world)
+
+
+@njit(error_model="numpy")
+def transfer(c: Any, world: int) -> None:
+    """Load and unload for one tick: a unit moves when its last tick is done; work broken off is lost.
+
+    Only a robot that stands still, with no box in its hands, works within reach. Of several that finish loading
+    the last units of a source in one tick, those with the lowest ids get them. A robot told to do both loads.
+    """
+    first = world * c.count
+    for k in range(c.count):
+        robot, work = robot_at(c, first + k), work_at(c, k)
+        work.slot = -1
+        still = work.still != 0 and not robot.frozen and robot.holding == 0
+        kind = type_at(c, robot.type)
+        loads = unloads = False
+        if still and work.load > 0.0:
+            if robot.stored < kind.capacity:
+                slot, squared = nearest_food(c, world, robot.x, robot.y)
+                loads = slot >= 0 and squared <= kind.reach * kind.reach
+                if loads and robot.loading + 1 >= kind.load_ticks:
+                    work.slot = slot
+        elif still and work.unload > 0.0 and robot.stored > 0:
+            unloads = station_here(c, world, robot.x, robot.y, kind.reach)
+        robot.loading = robot.loading + 1 if loads else 0
+        robot.unloading = robot.unloading + 1 if unloads else 0
+        if unloads and robot.unloading >= kind.unload_ticks:
+            robot.unloading = 0
+            robot.stored -= 1
+            robot.delivered += 1
+    for k in range(c.count):
+        slot = work_at(c, k).slot
+        if slot >= 0:
+            before = 0  # robots with lower ids that get a unit of the same source now
+            for other in range(c.count):
+                if (
+                    work_at(c, other).slot == slot
+                    and robot_at(c, first + other).id < robot_at(c, first + k).id
+                ):
+                    before += 1
+            work_at(c, k).order = before
+    for k in range(c.count):
+        slot = work_at(c, k).slot
+        if slot >= 0:
+            work_at(c, k).slot = slot if work_at(c, k).order < object_at(c, world, slot).amount else -1
+    for k in range(c.count):
+        robot, slot = robot_at(c, first + k), work_at(c, k).slot
+        if slot >= 0:
+            object_at(c, world, slot).amount -= 1
+            robot.stored += 1
+            robot.loading = 0
+
+
+@njit(error_model="numpy")
+def _within(c: Any, world: int, x: float, y: float, reach: float) -> Any:
+    """Whether a robot's center is within reach of a place."""
+    first = world * c.count
+    for row in range(first, first + c.count):
+        dx, dy = robot_at(c, row).x - x, robot_at(c, row).y - y
+        if dx * dx + dy * dy <= reach * reach:
+            return True
+    return False
+
+
+@njit(error_model="numpy")
+def _drawn(least: float, most: float, seed: int, item: int, time: int, stream: int, tick_s: float) -> Any:
+    """A time in ticks, drawn between two in seconds; at least one."""
+    return max(1, round((least + (most - least) * uniform(seed, item, time, stream)) / tick_s))
+
+
+@njit(error_model="numpy")
+def _new_place(c: Any, world: int, slot: int, turn: int, kind: Any) -> Any:
+    """A free place for the object in a slot, the so-manieth time that it appears: whether there is one, x and y."""
+    size = ROBOT_SIZE * c.count * world
+    return free_place(
+        at(c.seeds, world, WHOLE).v, slot, turn, kind,
+        array_at(c.types, c.type_count, TYPE), array_at(c.classes, c.class_count, CLASS),
+        array_at(c.class_of, c.object_count, INT), c.width, c.height,
+        array_at(c.robots + size, c.count, ROBOT),
+        array_at(c.objects + OBJECT_SIZE * c.object_count * world, c.object_count, OBJECT),
+        array_at(c.discs + DISC_SIZE * c.disc_count * world, c.disc_count, DISC),
+        array_at(c.segments + SEGMENT_SIZE * c.segment_count * world, c.segment_count, SEGMENT),
+    )  # fmt: skip
+
+
+@njit(error_model="numpy")
+def live(c: Any, world: int) -> None:
+    """Objects that come and go, are captured or walk do so, for one tick; boxes that were gathered appear again."""
+    tick, seed = at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v
+    for index in range(c.class_count):
+        kind = class_at(c, index)
+        comes = kind.away_least == kind.away_least
+        captured = kind.capture_range == kind.capture_range
+        if not (comes or captured or kind.walk > 0.0 or kind.respawn):
+            continue
+        for slot in range(kind.first, kind.end):
+            thing = object_at(c, world, slot)
+            if thing.present:
+                leaves = comes and thing.due == tick + 1
+                if captured:
+                    if thing.captured < 0 and _within(c, world, thing.x, thing.y, kind.capture_range):
+                        thing.captured = tick
+                    leaves = leaves or (thing.captured >= 0 and tick - thing.captured >= kind.capture_ticks)
+                if leaves:
+                    thing.present = 0
+                    thing.due = -1
+                    if comes:
+                        away = _drawn(
+                            kind.away_least, kind.away_most, seed, slot, thing.appeared, APPEARS, c.tick_s
+                        )
+                        thing.due = tick + 1 + away
+                elif kind.walk > 0.0:
+                    _walk(c, thing, slot, kind, tick, seed, world)
+            elif (comes or kind.respawn) and thing.due == tick + 1:
+                thing.appeared += 1
+                found, x, y = _new_place(c, world, slot, thing.appeared, kind)
+                if not found:
+                    thing.due = tick + 2
+                    continue
+                thing.x, thing.y, thing.present, thing.captured = x, y, 1, -1
+                thing.heading = TAU * uniform(seed, slot, thing.appeared, WALKS)
+                thing.due = -1
+                if kind.stays_least == kind.stays_least:
+                    stays = _drawn(
+                        kind.stays_least, kind.stays_most, seed, slot, thing.appeared, STAYS, c.tick_s
+                    )
+                    thing.due = tick + 1 + stays
+
+
+@njit(error_model="numpy")
+def _walk(c: Any, thing: Any, slot: int, kind: Any, tick: int, seed: int, world: int) -> None:
+    """An object walks a step, in a new direction every now and then and wherever something is in its way."""
+    if tick % kind.turn_ticks == 0:
+        thing.heading = TAU * uniform(seed, slot, tick, WALKS)
+    step, x, y = push_at(c, slot), thing.x, thing.y
+    cosine, sine = cosine_and_sine(thing.heading)
+    step.dx, step.dy = kind.walk * cosine, kind.walk * sine
+    scale = limited_by_region(1.0, x, y, step, kind)
+    scale = limited_by_fixed(c, scale, x, y, kind.radius, step, world)
+    if kind.solid:
+        scale = limited_by_others(c, scale, x, y, kind.radius, step, world)
+    thing.x += scale * step.dx
+    thing.y += scale * step.dy
+    step.dx = step.dy = 0.0
+    if scale < 1.0:
+        thing.heading = TAU * uniform(seed, slot, tick, PLACE)
+
+
+@njit(error_model="numpy")
+def limited_by_region(scale: float, x: float, y: float, move: Any, kind: Any) -> Any:
+    """The scale that keeps the center of an object in its region; from outside it may come in."""
+    if move.dx < 0.0:
+        scale = limited(scale, -1.0, 0.0, x - kind.region[0], move.dx, move.dy, 0.0)
+    elif move.dx > 0.0:
+        scale = limited(scale, 1.0, 0.0, kind.region[2] - x, move.dx, move.dy, 0.0)
+    if move.dy < 0.0:
+        scale = limited(scale, 0.0, -1.0, y - kind.region[1], move.dx, move.dy, 0.0)
+    elif move.dy > 0.0:
+        scale = limited(scale, 0.0, 1.0, kind.region[3] - y, move.dx, move.dy, 0.0)
+    return scale
+
+
+@njit(error_model="numpy")
+def limited_by_others(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
+    """The scale that robots and boxes, all at rest, allow a solid object."""
+    for row in range(world * c.count, (world + 1) * c.count):
+        robot = robot_at(c, row)
+        disc = (robot.x, robot.y, type_at(c, robot.type).radius)
+        scale = limited_by_disc(scale, x, y, radius, move, disc)
+    for index in range(c.class_count):
+        kind = class_at(c, index)
+        if kind.pushable:
+            for slot in range(kind.first, kind.end):
+                box = object_at(c, world, slot)
+                if box.present:
+                    scale = limited_by_disc(scale, x, y, radius, move, (box.x, box.y, kind.radius))
+    return scale
+
+
+@njit(error_model="numpy")
+def judge(c: Any, world: int) -> None:
+    """Note the tick at which the goal is first reached."""
+    if c.goal == 0 or at(c.finished, world, WHOLE).v >= 0:
+        return
+    first = world * c.count
+    reached = False
+    if c.goal == GOAL_DELIVERED:
+        left = 0
+        for slot in range(c.object_count):
+            if class_at(c, index_at(c.class_of, slot)).food:
+                left += object_at(c, world, slot).amount
+        if left == 0:
+            for row in range(first, first + c.count):
+                left += robot_at(c, row).stored
+        reached = left == 0
+    elif c.goal == GOAL_GATHERED:
+        gathered = 0
+        for slot in range(c.object_count):
+            gathered += object_at(c, world, slot).gathered
+        reached = gathered >= c.goal_count
+    else:
+        kind = class_at(c, c.goal_target)
+        every = c.goal == GOAL_ALL_NEAR
+        reached = every
+        for row in range(first, first + c.count):
+            near = False
+            for slot in range(kind.first, kind.end):
+                dx, dy = (
+                    object_at(c, world, slot).x - robot_at(c, row).x,
+                    object_at(c, world, slot).y - robot_at(c, row).y,
+                )
+                if object_at(c, world, slot).present and dx * dx + dy * dy <= c.goal_within**2:
+                    near = True
+            if near != every:
+                reached = near
+                break
+    if reached:
+        at(c.finished, world, WHOLE).v = at(c.tick, world, WHOLE).v

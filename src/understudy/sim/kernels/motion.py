@@ -1,0 +1,313 @@
+"""Kernels of motion: what each robot means to do in a tick, and how far the free gaps let it.
+
+A step is limited by the gap to everything solid: along the line to the nearest point of it, robot and thing may
+together close the gap and no more. Since all solid things are convex, nothing overlaps and nothing tunnels,
+whatever the order in which robots are looked at. Along what stays where it is, a robot slides.
+"""
+
+import math
+from typing import Any
+
+from numba import njit
+
+from understudy.sim.kernels.angles import cosine_and_sine, wrapped
+from understudy.sim.kernels.dtypes import SPOT
+from understudy.sim.kernels.grid import big_cells, near_range, small_cell, small_cells, spots_of_line
+from understudy.sim.kernels.memory import (
+    at,
+    class_at,
+    disc_at,
+    face,
+    index_at,
+    move_at,
+    object_at,
+    robot_at,
+    segment_at,
+    type_at,
+)
+from understudy.sim.kernels.rng import normal
+
+CROWD = 12  # robots in a line of cells; where there are more, small cells are looked at
+STUCK = 0.1  # less than so much of the way it wanted to go, and it got nowhere
+CLEAR = 1e-9  # m; kept free, so that rounding never makes an overlap
+DRIVING, TURNING = 16, 18  # streams of random draws, two each
+
+
+@njit(error_model="numpy", forceinline=True)
+def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: int, move: Any) -> None:
+    """What a robot means to do in a tick with these commands: `move` gets dx, dy, heading; scale is 1.
+
+    The robot drives the arc of its speeds, along its chord. Its speeds follow the commands as its
+    accelerations let them.
+    """
+    move.scale = 1.0
+    move.wanted = 0.0
+    if robot.frozen:
+        robot.speed = robot.spin = 0.0
+        move.dx = move.dy = 0.0
+        move.heading = robot.heading
+        return
+    speed = min(1.0, max(-1.0, drive)) * kind.speed
+    spin = min(1.0, max(-1.0, turn)) * kind.turning
+    most, most_spin = kind.acceleration, kind.turning_acceleration
+    robot.speed += min(most, max(-most, speed - robot.speed))
+    robot.spin += min(most_spin, max(-most_spin, spin - robot.spin))
+    distance, angle = robot.speed, robot.spin
+    if kind.noise_drive > 0.0 and distance != 0.0:  # at most twice as far: how far is near is known before
+        distance *= min(2.0, max(0.0, 1.0 + kind.noise_drive * normal(seed, robot.id, tick, DRIVING)))
+    if kind.noise_turn > 0.0 and angle != 0.0:
+        angle *= 1.0 + kind.noise_turn * normal(seed, robot.id, tick, TURNING)
+    move.dx = move.dy = 0.0
+    if distance != 0.0:
+        if angle == 0.0:
+            face(robot)
+            move.dx, move.dy = distance * robot.cosine, distance * robot.sine
+        else:
+            half = 0.5 * angle
+            _, sine = cosine_and_sine(half)
+            distance *= sine / half
+            cosine, sine = cosine_and_sine(robot.heading + half)
+            move.dx, move.dy = distance * cosine, distance * sine
+    move.wanted = abs(distance)
+    move.heading = robot.heading
+    if angle != 0.0:
+        move.heading = wrapped(robot.heading + angle)
+
+
+@njit(error_model="numpy", forceinline=True)
+def limited(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float, other: float) -> Any:
+    """The scale of a step (dx, dy) that a gap allows; (nx, ny) points to the thing, of unit length.
+
+    `other` is how far the thing comes towards the robot in the same tick, if at all.
+    """
+    closing = dx * nx + dy * ny
+    if closing <= 0.0:
+        return scale
+    both = closing + max(0.0, other)
+    if both <= gap - CLEAR:
+        return scale
+    return min(scale, max(0.0, gap - CLEAR) / both)
+
+
+@njit(error_model="numpy", forceinline=True)
+def limited_by_disc(scale: float, x: float, y: float, radius: float, move: Any, disc: Any) -> Any:
+    """The scale that a round thing which stays allows (x, y, radius: of it in `disc`)."""
+    dx, dy = disc[0] - x, disc[1] - y
+    reach = radius + disc[2] + math.sqrt(move.dx * move.dx + move.dy * move.dy)
+    squared = dx * dx + dy * dy
+    if squared >= reach * reach * 1.0001 or squared == 0.0:
+        return scale
+    distance = math.sqrt(squared)
+    gap = distance - radius - disc[2]
+    return limited(scale, dx / distance, dy / distance, gap, move.dx, move.dy, 0.0)
+
+
+@njit(error_model="numpy", forceinline=True)
+def nearest_of_segment(x: float, y: float, segment: Any) -> Any:
+    """The point of a segment that is nearest to a place."""
+    ex, ey = segment.x1 - segment.x0, segment.y1 - segment.y0
+    length = ex * ex + ey * ey
+    along = 0.0
+    if length > 0.0:
+        along = min(1.0, max(0.0, ((x - segment.x0) * ex + (y - segment.y0) * ey) / length))
+    return segment.x0 + along * ex, segment.y0 + along * ey
+
+
+@njit(error_model="numpy", forceinline=True)
+def limited_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> Any:
+    """The scale that a piece of wall allows."""
+    near_x, near_y = nearest_of_segment(x, y, segment)
+    return limited_by_disc(scale, x, y, radius, move, (near_x, near_y, 0.0))
+
+
+@njit(error_model="numpy", forceinline=True)
+def limited_by_bounds(
+    scale: float, x: float, y: float, radius: float, move: Any, width: float, height: float
+) -> float:
+    """The scale that the arena's own walls allow."""
+    if move.dx < 0.0:
+        scale = limited(scale, -1.0, 0.0, x - radius, move.dx, move.dy, 0.0)
+    elif move.dx > 0.0:
+        scale = limited(scale, 1.0, 0.0, width - radius - x, move.dx, move.dy, 0.0)
+    if move.dy < 0.0:
+        scale = limited(scale, 0.0, -1.0, y - radius, move.dx, move.dy, 0.0)
+    elif move.dy > 0.0:
+        scale = limited(scale, 0.0, 1.0, height - radius - y, move.dx, move.dy, 0.0)
+    return scale
+
+
+@njit(error_model="numpy", forceinline=True)
+def limited_by_robot(c: Any, scale: float, row: int, other: int, dx: float, dy: float, world: int) -> Any:
+    """The scale that another robot of a world allows, (dx, dy) off, both moving as they mean to.
+
+    Those who hold the same box move as one.
+    """
+    own, them = robot_at(c, row), robot_at(c, other)
+    if own.holding != 0 and own.holding == them.holding:
+        return scale
+    their_kind = type_at(c, them.type)
+    if not their_kind.collides:
+        return scale
+    squared = dx * dx + dy * dy
+    if squared == 0.0:
+        return scale
+    move, their_move = move_at(c, world, row), move_at(c, world, other)
+    distance = math.sqrt(squared)
+    nx, ny = dx / distance, dy / distance
+    towards = -(their_move.dx * nx + their_move.dy * ny)
+    gap = distance - type_at(c, own.type).radius - their_kind.radius
+    return limited(scale, nx, ny, gap, move.dx, move.dy, towards)
+
+
+@njit(error_model="numpy", forceinline=True)
+def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
+    """The scale that all other robots of a world allow."""
+    own, move = robot_at(c, row), move_at(c, world, row)
+    near = type_at(c, own.type).radius + c.most_radius + c.most_step
+    near += math.sqrt(move.dx * move.dx + move.dy * move.dy)
+    if not c.gridded:
+        for other in range(world * c.count, (world + 1) * c.count):
+            dx, dy = robot_at(c, other).x - own.x, robot_at(c, other).y - own.y
+            if dx * dx + dy * dy < near * near and other != row:
+                scale = limited_by_robot(c, scale, row, other, dx, dy, world)
+        return scale
+    low, high, lowest, highest = big_cells(c, own.x, own.y, near)
+    for line in range(lowest, highest + 1):
+        begin, end = spots_of_line(c, line, low, high)
+        if end - begin > CROWD:
+            return _limited_in_crowd(c, scale, row, world, near)
+        scale = _limited_by_spots(c, scale, row, world, near, begin, end)
+    return scale
+
+
+@njit(error_model="numpy", forceinline=True)
+def _limited_by_spots(c: Any, scale: float, row: int, world: int, near: float, begin: int, end: int) -> Any:
+    """The scale that the robots at the spots from `begin` to `end` allow, nearer than `near`."""
+    own = robot_at(c, row)
+    x, y, near_squared = own.x, own.y, near * near
+    for k in range(begin, end):
+        spot = at(c.spots, k, SPOT)
+        dx, dy = spot.x - x, spot.y - y
+        if dx * dx + dy * dy < near_squared and spot.row != row:
+            scale = limited_by_robot(c, scale, row, spot.row, dx, dy, world)
+    return scale
+
+
+@njit(error_model="numpy")
+def _limited_in_crowd(c: Any, scale: float, row: int, world: int, near: float) -> Any:
+    """The scale that all other robots allow, looking at small cells only."""
+    own = robot_at(c, row)
+    low, high, lowest, highest = small_cells(c, own.x, own.y, near)
+    for line in range(lowest, highest + 1):
+        for column in range(low, high + 1):
+            cell = small_cell(c, column, line)
+            begin, end = index_at(c.start, cell), index_at(c.start, cell + 1)
+            scale = _limited_by_spots(c, scale, row, world, near, begin, end)
+    return scale
+
+
+@njit(error_model="numpy", forceinline=True)
+def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
+    """The scale that bounds, walls, obstacles and solid objects that stay allow to a disc."""
+    scale = limited_by_bounds(scale, x, y, radius, move, c.width, c.height)
+    begin, end = near_range(c, x, y, world)
+    for k in range(begin, end):
+        item = index_at(c.near_items, k)
+        if item >= 0:
+            disc = disc_at(c, world, item)
+            scale = limited_by_disc(scale, x, y, radius, move, (disc.x, disc.y, disc.radius))
+        else:
+            scale = limited_by_segment(scale, x, y, radius, move, segment_at(c, world, -1 - item))
+    if not c.solids:
+        return scale
+    for index in range(c.class_count):
+        kind = class_at(c, index)
+        if kind.solid and not kind.pushable:
+            for slot in range(kind.first, kind.end):
+                thing = object_at(c, world, slot)
+                if thing.present:
+                    scale = limited_by_disc(scale, x, y, radius, move, (thing.x, thing.y, kind.radius))
+    return scale
+
+
+@njit(error_model="numpy", forceinline=True)
+def _slid(move: Any, nx: float, ny: float, gap: float) -> Any:
+    """Take from a step what would go deeper than the gap, along (nx, ny) to the thing; whether there was any."""
+    deep = move.dx * nx + move.dy * ny - max(0.0, gap - CLEAR)
+    if deep <= 0.0:
+        return False
+    move.dx -= deep * nx
+    move.dy -= deep * ny
+    return True
+
+
+@njit(error_model="numpy", forceinline=True)
+def _slid_along(
+    move: Any, x: float, y: float, radius: float, to_x: float, to_y: float, to_radius: float
+) -> Any:
+    """The same, for a round thing or the nearest point of another."""
+    dx, dy = to_x - x, to_y - y
+    reach = radius + to_radius + move.wanted
+    squared = dx * dx + dy * dy
+    if squared >= reach * reach * 1.0001 or squared == 0.0:
+        return False
+    distance = math.sqrt(squared)
+    return _slid(move, dx / distance, dy / distance, distance - radius - to_radius)
+
+
+@njit(error_model="numpy")
+def slide(c: Any, row: int, world: int) -> None:
+    """Let a robot slide along walls, obstacles and solid objects: of its step only what leads into them is lost.
+
+    In a step longer than its radius it slides along nothing, since what it would meet first is not looked for.
+    """
+    robot, move = robot_at(c, row), move_at(c, world, row)
+    if move.dx == 0.0 and move.dy == 0.0:
+        return
+    x, y, radius = robot.x, robot.y, type_at(c, robot.type).radius
+    if move.wanted > radius:
+        move.scale = limited_by_fixed(c, 1.0, x, y, radius, move, world)
+        return
+    met = _slid(move, -1.0, 0.0, x - radius) or _slid(move, 1.0, 0.0, c.width - radius - x)
+    met = _slid(move, 0.0, -1.0, y - radius) or _slid(move, 0.0, 1.0, c.height - radius - y) or met
+    begin, end = near_range(c, x, y, world)
+    for k in range(begin, end):
+        item = index_at(c.near_items, k)
+        if item >= 0:
+            disc = disc_at(c, world, item)
+            met = _slid_along(move, x, y, radius, disc.x, disc.y, disc.radius) or met
+        else:
+            piece = segment_at(c, world, -1 - item)
+            near_x, near_y = nearest_of_segment(x, y, piece)
+            met = _slid_along(move, x, y, radius, near_x, near_y, 0.0) or met
+    if c.solids:
+        for index in range(c.class_count):
+            kind = class_at(c, index)
+            if kind.solid and not kind.pushable:
+                for slot in range(kind.first, kind.end):
+                    thing = object_at(c, world, slot)
+                    if thing.present:
+                        met = _slid_along(move, x, y, radius, thing.x, thing.y, kind.radius) or met
+    if met:  # in a corner, what slides along one may lead into another
+        move.scale = limited_by_fixed(c, 1.0, x, y, radius, move, world)
+
+
+@njit(error_model="numpy", forceinline=True)
+def arrive(c: Any, row: int, world: int) -> None:
+    """Move a robot as far as it may."""
+    robot, move = robot_at(c, row), move_at(c, world, row)
+    if robot.frozen:
+        return
+    dx, dy = move.scale * move.dx, move.scale * move.dy
+    robot.x += dx
+    robot.y += dy
+    robot.heading = move.heading
+    if c.gridded:
+        spot = at(c.spots, index_at(c.spot_of, row - world * c.count), SPOT)
+        spot.x, spot.y = robot.x, robot.y
+    robot.blocked = 0 if move.wanted == 0.0 else robot.blocked
+    if move.wanted > 0.0:
+        share = math.sqrt(dx * dx + dy * dy) / move.wanted
+        if share < 1.0 - CLEAR:
+            robot.speed *= share
+        robot.blocked = robot.blocked + 1 if share < STUCK else 0

@@ -1,0 +1,285 @@
+"""Kernels that lay worlds out: free places, drawn by key and looked for in a grid of what was placed before."""
+
+import math
+from typing import Any, TypeAlias
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from understudy.kernel_cache import kernel_sources
+from understudy.sim.kernels._crowd_kernels import ENTRY, insert, is_free
+from understudy.sim.kernels.clearance import (
+    AMOUNT,
+    ANGLE,
+    ATTEMPTS,
+    BESIDE,
+    COUNT,
+    DISC,
+    DUE,
+    FIRST_STREAM,
+    OBJECT,
+    POLYGON,
+    ROBOT,
+    STREAMS,
+    X,
+    Y,
+    draw_whole,
+)
+from understudy.sim.kernels.rng import uniform
+
+Records: TypeAlias = NDArray[Any]
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+
+TAU = 2.0 * math.pi
+
+
+@njit(error_model="numpy")
+def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: Records, first: int) -> None:
+    """Write the edges of a polygon around (x, y) into the segments of a world."""
+    cosine, sine = math.cos(turned), math.sin(turned)
+    count = corners.shape[0]
+    for index in range(count):
+        a, b = corners[index], corners[(index + 1) % count]
+        edge = segments[first + index]
+        edge.x0, edge.y0 = x + cosine * a[0] - sine * a[1], y + sine * a[0] + cosine * a[1]
+        edge.x1, edge.y1 = x + cosine * b[0] - sine * b[1], y + sine * b[0] + cosine * b[1]
+        edge.wall = 0
+
+
+@njit(error_model="numpy")
+def _in_bounds(
+    x: float, y: float, group: Any, width: float, height: float, segments: Records, first: int
+) -> bool:
+    """Whether a disc, or a polygon that begins at a segment, keeps within the arena and its region."""
+    if (x - 0.5 * (group.x0 + group.x1)) ** 2 + (y - 0.5 * (group.y0 + group.y1)) ** 2 > group.circle**2:
+        return False
+    if x < group.x0 or x > group.x1 or y < group.y0 or y > group.y1:
+        return False
+    if first < 0:
+        away = group.radius + group.apart
+        return bool(away <= x <= width - away and away <= y <= height - away)
+    for index in range(first, first + group.end_point - group.point):
+        edge = segments[index]
+        if not (
+            group.apart <= edge.x0 <= width - group.apart and group.apart <= edge.y0 <= height - group.apart
+        ):
+            return False
+    return True
+
+
+@njit(error_model="numpy")
+def _propose(
+    group: Any, seed: int, item: int, attempt: int, width: float, height: float, objects: Records
+) -> tuple[float, float]:
+    """A place to try: anywhere in its region, or beside the object that it is near."""
+    streams = FIRST_STREAM + STREAMS * group.sort
+    if group.near >= 0:
+        near = objects[group.near]
+        spread = TAU / 8.0 + (TAU - TAU / 8.0) * max(0, attempt - 50) / (ATTEMPTS - 50)
+        turned = (uniform(seed, item, attempt, streams + BESIDE) - 0.5) * spread
+        angle = math.atan2(0.5 * height - near.y, 0.5 * width - near.x) + turned
+        return near.x + group.near_m * math.cos(angle), near.y + group.near_m * math.sin(angle)
+    away = group.apart + (group.radius if group.sort != POLYGON else 0.0)
+    x0, x1 = max(group.x0, away), min(group.x1, width - away)
+    y0, y1 = max(group.y0, away), min(group.y1, height - away)
+    x = x0 + uniform(seed, item, attempt, streams + X) * (x1 - x0)
+    return x, y0 + uniform(seed, item, attempt, streams + Y) * (y1 - y0)
+
+
+@njit(error_model="numpy")
+def _fill(
+    group: Any,
+    item: int,
+    seed: int,
+    x: float,
+    y: float,
+    heading: float,
+    robots: Records,
+    objects: Records,
+    discs: Records,
+) -> None:
+    """Write a thing that has its place into the state of its world."""
+    streams = FIRST_STREAM + STREAMS * group.sort
+    if math.isnan(heading):
+        heading = TAU * uniform(seed, item, 0, streams + ANGLE)
+    if group.sort == DISC:
+        discs[item].x, discs[item].y, discs[item].radius = x, y, group.radius
+        discs[item].height, discs[item].color = group.height, group.color
+    elif group.sort == ROBOT:
+        robot = robots[item]
+        robot.x, robot.y, robot.heading = x, y, heading
+        robot.id, robot.type, robot.stored = item, group.type, group.stored
+    elif group.sort == OBJECT:
+        thing = objects[item]
+        thing.x, thing.y, thing.heading = x, y, heading
+        thing.amount = draw_whole(
+            group.amount_least, group.amount_most, uniform(seed, item, 0, streams + AMOUNT)
+        )
+        thing.at_first = thing.amount
+        thing.present = 1
+        if not math.isnan(group.due_least):
+            between = group.due_most - group.due_least
+            thing.present = 0
+            thing.due = max(1, round(group.due_least + between * uniform(seed, item, 0, streams + DUE)))
+
+
+@njit(error_model="numpy")
+def _with_walls(grid: Any, walls: Records, segments: Records) -> Any:
+    """The grid with the walls in it, which are the first segments of a world."""
+    thing = np.zeros(1, ENTRY)
+    thing[0].slot = thing[0].group = -1
+    for index in range(walls.shape[0]):
+        wall = walls[index]
+        segments[index] = wall
+        thing[0].first = index
+        x, y = 0.5 * (wall.x0 + wall.x1), 0.5 * (wall.y0 + wall.y1)
+        grid = insert(grid, x, y, abs(wall.x1 - x), abs(wall.y1 - y), thing)
+    return grid
+
+
+@njit(error_model="numpy")
+def _find_place(
+    grid: Any,
+    groups: Records,
+    group: Any,
+    item: int,
+    seed: int,
+    width: float,
+    height: float,
+    corners: Floats,
+    objects: Records,
+    segments: Records,
+    first: int,
+) -> tuple[bool, float, float]:
+    """A free place for a thing of a group: whether there is one, x and y."""
+    end = first + corners.shape[0]
+    for attempt in range(ATTEMPTS):
+        x, y = _propose(group, seed, item, attempt, width, height, objects)
+        if first >= 0:
+            turned = TAU * uniform(seed, item, attempt, FIRST_STREAM + STREAMS * group.sort + ANGLE)
+            _turn_polygon(x, y, turned, corners, segments, first)
+        if _in_bounds(x, y, group, width, height, segments, first) and (
+            is_free(grid, groups, x, y, group, segments, first, end)
+        ):
+            return True, x, y
+    return False, 0.0, 0.0
+
+
+@njit(error_model="numpy")
+def _lay_out_world(
+    grid: Any,
+    groups: Records,
+    places: Floats,
+    points: Floats,
+    width: float,
+    height: float,
+    seed: int,
+    robots: Records,
+    objects: Records,
+    discs: Records,
+    segments: Records,
+) -> tuple[int, int, Any]:
+    """Lay out one world: the group and thing without a free place, -1 where all have theirs; and the grid."""
+    thing = np.zeros(1, ENTRY)
+    for g in range(groups.shape[0]):
+        group = groups[g]
+        streams = FIRST_STREAM + STREAMS * group.sort
+        corners = points[group.point : group.end_point]
+        reach = group.radius + group.apart
+        comes = not math.isnan(group.due_least)
+        thing[0].group = g
+        for k in range(draw_whole(group.least, group.most, uniform(seed, group.first, 0, streams + COUNT))):
+            item = group.first + k
+            first = group.segment + k * corners.shape[0] if group.sort == POLYGON else -1
+            x, y, heading = 0.0, 0.0, math.nan
+            if group.place >= 0:
+                place = group.place + k
+                x, y, heading = places[place, 0], places[place, 1], places[place, 2]
+                if first >= 0:
+                    _turn_polygon(x, y, heading, corners, segments, first)
+            elif not comes:
+                found, x, y = _find_place(
+                    grid, groups, group, item, seed, width, height, corners, objects, segments, first
+                )
+                if not found:
+                    return g, k, grid
+            _fill(group, item, seed, x, y, heading, robots, objects, discs)
+            if group.alone and not comes:
+                thing[0].x, thing[0].y, thing[0].first = x, y, first
+                thing[0].slot = item if group.sort == OBJECT else -1
+                grid = insert(grid, x, y, reach, reach, thing)
+    return -1, -1, grid
+
+
+@njit(error_model="numpy")
+def _lay_out(
+    groups: Records,
+    places: Floats,
+    points: Floats,
+    walls: Records,
+    width: float,
+    height: float,
+    cell: float,
+    seeds: Ints,
+    robots: Records,
+    objects: Records,
+    discs: Records,
+    segments: Records,
+) -> tuple[int, int, int]:
+    heads = np.empty((int(height / cell) + 1, int(width / cell) + 1), np.int32)
+    entries = np.empty(max(16, 2 * robots.shape[1]), ENTRY)
+    for w in range(seeds.shape[0]):
+        heads[:] = -1
+        grid = _with_walls((heads, entries, 0, cell), walls, segments[w])
+        group, thing, grid = _lay_out_world(
+            grid,
+            groups,
+            places,
+            points,
+            width,
+            height,
+            seeds[w],
+            robots[w],
+            objects[w],
+            discs[w],
+            segments[w],
+        )
+        if group >= 0:
+            return w, group, thing
+        entries = grid[1]
+    return -1, -1, -1
+
+
+def _keyed(sources: str) -> Any:
+    """The kernel that is called from outside, kept for as long as no file of kernels changes.
+
+    It lays out every world, in place: ROBOT [B, N], OBJECT [B, K], DISC [B, O], SEGMENT [B, S]; and returns the
+    world, group and thing for which no free place was found, -1 where all have theirs.
+    """
+
+    @njit(cache=True, nogil=True, error_model="numpy")
+    def lay_out(
+        groups: Records,
+        places: Floats,
+        points: Floats,
+        walls: Records,
+        width: float,
+        height: float,
+        cell: float,
+        seeds: Ints,
+        robots: Records,
+        objects: Records,
+        discs: Records,
+        segments: Records,
+    ) -> tuple[int, int, int]:
+        sources  # noqa: B018 - Numba keys its cache with what is closed over
+        return _lay_out(
+            groups, places, points, walls, width, height, cell, seeds, robots, objects, discs, segments
+        )
+
+    return lay_out
+
+
+lay_out = _keyed(kernel_sources())

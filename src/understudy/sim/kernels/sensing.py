@@ -1,0 +1,320 @@
+"""Kernels of sensing: what one robot measures in one tick, step by step of its sense plan (see `plans.py`)."""
+
+import math
+from typing import Any
+
+from numba import njit
+
+from understudy.sim.kernels.angles import angle_of, wrapped
+from understudy.sim.kernels.dtypes import NUMBER, OFFSET, PART, STEP, TOUCH, WHOLE
+from understudy.sim.kernels.grid import ANYONE, nearest_robot
+from understudy.sim.kernels.memory import at, class_at, index_at, move_at, object_at, robot_at, type_at
+from understudy.sim.kernels.nearest import nearest_lined_up, nearest_object, nearest_unclaimed
+from understudy.sim.kernels.rng import normal, uniform
+from understudy.sim.kernels.scan import look, scan
+from understudy.sim.kernels.signals import is_claimed, nearest_caller
+
+(
+    TO_CLASS, TO_OBJECT, TO_ROBOT, TO_UNCLAIMED, TO_CALLER, SONAR, CAMERA, BUMPER,
+    OWN_X, OWN_Y, OWN_HEADING, OWN_SPEED, OWN_TURNING,
+    STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, HOLDING, ENOUGH, CHANCE, SINCE, CLAIMED,
+) = range(23)  # fmt: skip
+
+NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams within a part's eight
+GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high
+
+
+@njit(error_model="numpy")
+def nearest_food(c: Any, world: int, x: float, y: float) -> Any:
+    """The same, of all classes of food."""
+    best, best_squared = -1, math.inf
+    for index in range(c.class_count):
+        if class_at(c, index).food:
+            slot, squared = nearest_object(c, world, x, y, index)
+            if squared < best_squared:
+                best, best_squared = slot, squared
+    return best, best_squared
+
+
+@njit(error_model="numpy")
+def station_here(c: Any, world: int, x: float, y: float, reach: float) -> Any:
+    """Whether a home is within reach."""
+    for index in range(c.class_count):
+        if class_at(c, index).home:
+            _, squared = nearest_object(c, world, x, y, index)
+            if squared <= reach * reach:
+                return True
+    return False
+
+
+@njit(error_model="numpy")
+def _enough(c: Any, robot: Any, world: int) -> Any:
+    """1 where the box that a robot holds has as many hands as it takes to pull it."""
+    slot = robot.holding - 1
+    if slot < 0:
+        return 0.0
+    return 1.0 if object_at(c, world, slot).hands >= class_at(c, index_at(c.class_of, slot)).pull else 0.0
+
+
+@njit(error_model="numpy")
+def own(c: Any, robot: Any, world: int, step: Any) -> Any:
+    """A reading of the robot itself."""
+    what = step.what
+    if what == OWN_X:
+        return robot.x
+    if what == OWN_Y:
+        return robot.y
+    if what == OWN_HEADING:
+        return robot.heading
+    if what == OWN_SPEED:
+        return robot.speed / c.tick_s
+    if what == OWN_TURNING:
+        return robot.spin / c.tick_s
+    if what == STUCK:
+        return 1.0 if robot.blocked >= step.ticks else 0.0
+    if what == STORED:
+        return float(robot.stored)
+    if what == HOLDING:
+        return 1.0 if robot.holding != 0 else 0.0
+    if what == ENOUGH:
+        return _enough(c, robot, world)
+    reach = type_at(c, robot.type).reach
+    if what == STATION_HERE:
+        return 1.0 if station_here(c, world, robot.x, robot.y, reach) else 0.0
+    slot, squared = nearest_food(c, world, robot.x, robot.y)
+    if what == FOOD_LEFT:
+        return 1.0 if slot >= 0 else 0.0
+    return float(object_at(c, world, slot).amount) if slot >= 0 and squared <= reach * reach else 0.0
+
+
+@njit(error_model="numpy")
+def _seek(c: Any, row: int, world: int, step: Any) -> Any:
+    """Where an object is that nobody else claims, or a robot that calls: x, y, squared distance; NaN where none is."""
+    if step.place == TO_UNCLAIMED:
+        slot, squared = nearest_unclaimed(c, row, world, step)
+        if slot >= 0:
+            return at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v, squared
+    else:
+        other, squared = nearest_caller(c, row, world, step.index, step.signal, step.range)
+        if other >= 0:
+            return robot_at(c, other).x, robot_at(c, other).y, squared
+    return math.nan, math.nan, math.inf
+
+
+@njit(error_model="numpy", forceinline=True)
+def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -> None:
+    """How far off (`offset`: x, y; world frame) is what a step is to locate; NaN where it is not there, or too far."""
+    robot = robot_at(c, row)
+    squared = math.inf
+    x, y = math.nan, math.nan
+    if step.place == TO_ROBOT:
+        other = -1
+        if step.index >= 0:
+            other, squared = nearest_robot(c, row, world, step.index, step.range)
+        if other >= 0:
+            x, y = robot_at(c, other).x, robot_at(c, other).y
+        if step.index == ANYONE:
+            move_at(c, world, row).alone = min(squared, step.range * step.range)
+    elif step.place == TO_CLASS:
+        slot, squared = nearest_lined_up(c, row, world, step)
+        if slot >= 0:
+            x, y = at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v
+    elif step.place == TO_OBJECT:
+        thing = object_at(c, world, step.index)
+        if thing.present:
+            x, y = thing.x, thing.y
+            squared = (x - robot.x) * (x - robot.x) + (y - robot.y) * (y - robot.y)
+    if calling is not None:  # noqa: SIM102 - apart, so that Numba leaves out what follows from None
+        if step.place > TO_ROBOT:
+            x, y, squared = _seek(c, row, world, step)
+    offset.x = x - robot.x if squared <= step.range * step.range else math.nan
+    offset.y = y - robot.y
+
+
+@njit(error_model="numpy", forceinline=True)
+def bearing(dx: float, dy: float, heading: float) -> Any:
+    """The bearing (rad, robot frame, [0, tau)) of what is so far off; 0 where the robot is."""
+    if dx == 0.0 and dy == 0.0:
+        return 0.0
+    return wrapped(angle_of(dy, dx) - heading)
+
+
+@njit(error_model="numpy", forceinline=True)
+def feel(c: Any, row: int, world: int, step: Any) -> None:
+    """What a sonar or bumper measures, from the robot's rim."""
+    radius = type_at(c, robot_at(c, row).type).radius
+    limit = radius + (step.range if step.what == SONAR else TOUCH)
+    scan(c, row, world, step, limit)
+    for k in range(step.end - step.first):
+        best = at(c.a, k, NUMBER)
+        if step.what == SONAR:
+            best.v = min(step.range, max(0.0, best.v - radius))
+        else:
+            best.v = 1.0 if best.v < limit else 0.0
+
+
+@njit(error_model="numpy", forceinline=True)
+def measure(
+    c: Any, row: int, world: int, step: Any, offset: Any, camera: Any, ranging: Any, calling: Any
+) -> None:
+    """Measure one step now, without noise: its parts' readings a and b go to `c.a` and `c.b`.
+
+    What is to be located has been, and is so far off as `offset` says.
+
+    Where nobody has a camera, or nothing that ranges, or raises a signal, these are None, and no code is made for them.
+    """
+    robot = robot_at(c, row)
+    a = at(c.a, 0, NUMBER)
+    if step.what <= TO_CALLER:
+        a.v = math.sqrt(offset.x * offset.x + offset.y * offset.y)
+        if at(c.parts, step.first, PART).b >= 0:
+            at(c.b, 0, NUMBER).v = (
+                bearing(offset.x, offset.y, robot.heading) if offset.x == offset.x else math.nan
+            )
+    elif step.what == CHANCE:
+        time = at(c.tick, world, WHOLE).v // step.ticks
+        a.v = uniform(at(c.seeds, world, WHOLE).v, robot.id, time, step.stream + GHOST)
+    elif step.what > BUMPER and step.what < CHANCE:
+        a.v = own(c, robot, world, step)
+    if calling is not None:  # noqa: SIM102
+        if step.what == CLAIMED:
+            a.v = _claimed(c, row, world, step, offset)
+    if ranging is not None:  # noqa: SIM102
+        if step.what == SONAR or step.what == BUMPER:
+            feel(c, row, world, step)
+    if camera is not None:  # noqa: SIM102
+        if step.what == CAMERA:
+            look(c, row, world, step)
+
+
+@njit(error_model="numpy")
+def _claimed(c: Any, row: int, world: int, step: Any, offset: Any) -> Any:
+    """Whether somebody else claims what was located; NaN where it is not there."""
+    if offset.x != offset.x:
+        return math.nan
+    robot = robot_at(c, row)
+    x, y = robot.x + offset.x, robot.y + offset.y
+    return 1.0 if is_claimed(c, row, world, x, y, step.signal, step.within) else 0.0
+
+
+@njit(error_model="numpy", forceinline=True)
+def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: float) -> Any:
+    """The readings a and b of a part as they come out: with noise, misdetection and dropout."""
+    stream = step.stream + 8 * part.number
+    if step.dropout > 0.0 and uniform(seed, item, tick, stream + DROPOUT) < step.dropout:
+        return math.nan, math.nan
+    if step.what == CAMERA:
+        if step.misses > 0.0 and uniform(seed, item, tick, stream + MISS) < step.misses:
+            a = b = math.nan
+        ghosts = step.ghosts if part.color >= 0 else 0.0  # what has no color is never seen
+        if a != a and ghosts > 0.0 and uniform(seed, item, tick, stream + GHOST) < ghosts:
+            a = step.width_px * uniform(seed, item, tick, stream + GHOST_X)
+            b = step.least_px + (GHOST_PX * GHOST_PX) * uniform(seed, item, tick, stream + NOISE_B)
+            return a, b
+    silent = step.what == SONAR and a >= step.range  # nothing was heard, and there is nothing to be noisy
+    if (
+        step.noise_a > 0.0 and a == a and not silent
+    ):  # what is absent stays so: the largest of 0 and NaN would be 0
+        a += step.noise_a * normal(seed, item, tick, stream + NOISE_A)
+        if step.what == SONAR:
+            a = min(step.range, max(0.0, a))
+        elif step.what == CAMERA:
+            a = min(step.width_px, max(0.0, a))
+        elif step.what == OWN_HEADING:
+            a = wrapped(a)
+        elif step.what <= TO_CALLER:
+            a = max(0.0, a)
+    if step.noise_b > 0.0 and b == b:
+        drawn = step.noise_b * normal(seed, item, tick, stream + NOISE_B)
+        b = max(0.0, b * (1.0 + drawn)) if step.what == CAMERA else wrapped(b + drawn)
+    return a, b
+
+
+@njit(error_model="numpy", forceinline=True)
+def is_due(step: Any, tick: int) -> Any:
+    """Whether a step measures in this tick."""
+    return step.period == 1 or tick % step.period == 0
+
+
+@njit(error_model="numpy", forceinline=True)
+def _since(c: Any, row: int, step: Any, values: int, tick: int, seed: int, item: int, keep: bool) -> None:
+    """Seconds since the reading that a step is about was last there."""
+    part = at(c.parts, step.first, PART)
+    source = at(values, step.index, NUMBER).v
+    there = source == 1.0 if step.nearest else source == source
+    last = at(c.memory, row * c.memory_count + part.held, NUMBER)
+    answer = at(c.memory, row * c.memory_count + part.held + 1, NUMBER)
+    since = answer.v
+    if is_due(step, tick):
+        since = 0.0 if there else tick - last.v
+        if since == since:  # the floor of what is absent would be a number
+            since = math.floor(since * c.tick_s * 1e9 + 0.5) / 1e9
+        stream = step.stream + 8 * part.number + DROPOUT
+        if step.dropout > 0.0 and uniform(seed, item, tick, stream) < step.dropout:
+            since = math.nan
+        if keep:
+            answer.v = since
+    if part.a >= 0:
+        at(values, part.a, NUMBER).v = since
+    if keep and there:
+        last.v = float(tick)
+
+
+@njit(error_model="numpy", forceinline=True)
+def take(
+    c: Any, row: int, world: int, step: Any, offset: Any, values: int, keep: bool, camera: Any, ranging: Any,
+    calling: Any,
+) -> None:  # fmt: skip
+    """Take a step of the sense plan: readings go to where `values` points, and what is to be kept is where `keep`."""
+    robot, tick, seed = robot_at(c, row), at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v
+    if step.what == SINCE:
+        _since(c, row, step, values, tick, seed, robot.id, keep)
+        return
+    due = is_due(step, tick)
+    if due:
+        measure(c, row, world, step, offset, camera, ranging, calling)
+    for k in range(step.first, step.end):
+        part = at(c.parts, k, PART)
+        held = row * c.memory_count + part.held
+        if due:
+            a, b = at(c.a, k - step.first, NUMBER).v, at(c.b, k - step.first, NUMBER).v
+            if step.noisy:
+                a, b = disturb(step, part, seed, robot.id, tick, a, b)
+            if keep and part.held >= 0:
+                at(c.memory, held, NUMBER).v = a
+                if part.b >= 0:  # else b is whatever was measured before
+                    at(c.memory, held + 1, NUMBER).v = b
+        else:
+            a, b = at(c.memory, held, NUMBER).v, at(c.memory, held + 1, NUMBER).v
+        if part.a >= 0:
+            at(values, part.a, NUMBER).v = a
+        if part.b >= 0:
+            at(values, part.b, NUMBER).v = b
+
+
+@njit(error_model="numpy", forceinline=True)
+def sense(
+    c: Any, low: int, high: int, world: int, keep: bool, camera: Any, ranging: Any, calling: Any
+) -> None:
+    """The readings of the robots `low` to `high` in this tick, to `c.rows`; NaN where they have none.
+
+    Where `keep`, what they have to remember of this tick is kept: once a tick, before they move. All take a step
+    before the next: a processor then works on several robots at a time.
+    """
+    size = 8 * c.width_of_row
+    for column in range((high - low) * c.width_of_row):
+        at(c.rows, column, NUMBER).v = math.nan
+    for row in range(low, high):
+        move_at(c, world, row).alone = 0.0
+    for kind in range(c.type_count):
+        for index in range(at(c.of_type, 2 * kind, WHOLE).v, at(c.of_type, 2 * kind + 1, WHOLE).v):
+            step = at(c.steps, index, STEP)
+            if step.place >= 0 and is_due(step, at(c.tick, world, WHOLE).v):
+                for row in range(low, high):
+                    if c.type_count == 1 or robot_at(c, row).type == kind:
+                        locate(c, row, world, step, at(c.offsets, row - low, OFFSET), calling)
+            for row in range(low, high):
+                robot = robot_at(c, row)
+                if robot.type == kind and not robot.frozen:
+                    offset, values = at(c.offsets, row - low, OFFSET), c.rows + size * (row - low)
+                    take(c, row, world, step, offset, values, keep, camera, ranging, calling)

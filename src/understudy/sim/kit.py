@@ -1,0 +1,261 @@
+"""What the robots of a scenario can sense, obey, refer to and be taught with: readings, channels, targets, the kit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from understudy.errors import SettingError
+from understudy.model.behaviors import Behavior, Command
+from understudy.model.features import Feature, Flag, TimeInState
+from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
+from understudy.model.kit import Kit
+from understudy.model.target import Target
+from understudy.runtime.body import Channel, Reading
+from understudy.sim.params import SIGNAL, signals_of
+from understudy.sim.scenario.schema import (
+    Bumper,
+    Camera,
+    Cargo,
+    Chance,
+    Claimed,
+    Holding,
+    Locator,
+    Pose,
+    RobotType,
+    Scenario,
+    Sensor,
+    Since,
+    Sonar,
+    TargetOf,
+)
+
+FEATURES: Mapping[str, str] = {"range": "distance_to", "bearing": "angle_to"}
+"""How features of readings are called where it is not as the reading."""
+PARAMETER = "A"
+"""What features of targets call their target."""
+OWN_FEATURES = (Flag("done"), Flag("failed"), TimeInState())
+
+MOVING = (
+    Channel("drive", unit="forward speeds", doc="1 drives ahead at the robot's speed, -1 back."),
+    Channel("turn", unit="turning speeds", doc="1 turns left at the robot's turning speed, -1 right."),
+)
+CARRYING = (
+    Channel("load", doc="Above 0 loads food, standing still within reach of a source."),
+    Channel("unload", doc="Above 0 unloads food, standing still within reach of a home."),
+)
+PULLING = (
+    Channel("load", doc="Above 0 takes hold of the nearest box or loads food, standing still within reach."),
+    Channel(
+        "unload", doc="Above 0 lets go of the box, or unloads food, standing still within reach of a home."
+    ),
+)
+SIGNALING = (Channel(SIGNAL, doc="Which signal it raises, counted from 1 in the order of the file; 0 none."),)
+COLUMNS = tuple(channel.name for channel in (*MOVING, *CARRYING, *SIGNALING))
+"""The columns of a table of commands, whichever of these channels there are."""
+
+
+def kit_of(scenario: Scenario) -> Kit:
+    """The kit that goes with a scenario: features of its readings, its types' basic behaviors, its targets."""
+    return Kit.of(
+        *features_of(scenario), *OWN_FEATURES, *behaviors_of(scenario).values(), *targets_of(scenario)
+    )
+
+
+def features_of(scenario: Scenario) -> tuple[Feature, ...]:
+    """A feature for each reading, under the names that the scenario gives it, or the usual one."""
+    named: dict[str, list[Feature]] = {}
+    readings = {reading.name: reading for reading in readings_of(scenario)}
+    for name, feature in scenario.features.items():
+        if feature.reading not in readings:
+            raise _wrong(
+                scenario,
+                f"features.{name}.reading",
+                f"is {feature.reading!r}, which no sensor reads",
+                f"give one of {', '.join(readings)}",
+            )
+        named.setdefault(feature.reading, []).append(_feature(name, readings[feature.reading], feature.doc))
+    usual = {name: [_feature(FEATURES.get(name, name), reading)] for name, reading in readings.items()}
+    return tuple(feature for each in (usual | named).values() for feature in each)
+
+
+def behaviors_of(scenario: Scenario) -> Mapping[str, Behavior]:
+    """The basic behaviors of all types; SettingError where two types mean different commands by one name."""
+    found: dict[str, Behavior] = {}
+    signals, pulls = signals_of(scenario), _pulls(scenario)
+    for kind, robot in scenario.types.items():
+        for name, channels in robot.behaviors.items():
+            command = {
+                channel: 1.0 + signals.index(value) if isinstance(value, str) else value
+                for channel, value in channels.items()
+            }
+            behavior = Behavior(name, Command(**command), doc=_doing(channels, pulls=pulls))
+            if found.setdefault(name, behavior) != behavior:
+                raise _wrong(
+                    scenario,
+                    f"types.{kind}.behaviors.{name}",
+                    "is another command than the behavior of this name in a type before",
+                    "rename one of the two",
+                )
+    return found
+
+
+def readings_of(scenario: Scenario) -> tuple[Reading, ...]:
+    """What the types' sensors read, each name once; SettingError where one name stands for two sorts of readings."""
+    found: dict[str, Reading] = {}
+    for kind, robot in scenario.types.items():
+        for index, reading in readings_of_type(robot):
+            before = found.setdefault(reading.name, reading)
+            if replace(before, doc="") != replace(reading, doc=""):
+                raise _wrong(
+                    scenario,
+                    f"types.{kind}.sensors[{index}]",
+                    f"reads {reading.name!r}, which in a type before is another sort of reading",
+                    "rename one of the two",
+                )
+    return tuple(found.values())
+
+
+def channels_of(scenario: Scenario) -> tuple[Channel, ...]:
+    """What its robots obey: food is loaded where some type has a capacity, and boxes where some can be pulled."""
+    carries = any(robot.capacity > 0 for robot in scenario.types.values())
+    hands = PULLING if _pulls(scenario) else CARRYING if carries else ()
+    return (*MOVING, *hands, *(SIGNALING if signals_of(scenario) else ()))
+
+
+def _pulls(scenario: Scenario) -> bool:
+    """Whether there are boxes to pull."""
+    return any(thing.pull is not None for thing in scenario.objects)
+
+
+def targets_of(scenario: Scenario) -> tuple[Target, ...]:
+    """What readings can be of."""
+    return tuple(Target(name, target.doc or _meaning(target)) for name, target in scenario.targets.items())
+
+
+def readings_of_type(robot: RobotType) -> Iterator[tuple[int, Reading]]:
+    """What the sensors of a type read, each with the index of its sensor."""
+    found: dict[str, Reading] = {}
+    later: list[tuple[int, Since]] = []
+    for index, sensor in enumerate(robot.sensors):
+        if isinstance(sensor, Since):
+            later.append((index, sensor))
+            continue
+        for reading in readings_of_sensor(sensor):
+            found.setdefault(reading.name, reading)
+            yield index, reading
+    for index, sensor in later:
+        of = found.get(sensor.of)
+        doc = f"Time since {sensor.of} was last there."
+        yield (
+            index,
+            Reading(sensor.name, Continuous(), "s", of_targets=of is not None and of.of_targets, doc=doc),
+        )
+
+
+def readings_of_sensor(sensor: Sensor) -> tuple[Reading, ...]:
+    """What a sensor reads, other than one of the time since another reading."""
+    match sensor:
+        case Sonar(sectors=sectors):
+            doc = "Distance to the nearest thing there; the sonar's range if none."
+            return tuple(Reading(name, Continuous(), "m", doc=doc) for name in sectors)
+        case Bumper(sectors=sectors):
+            return tuple(
+                Reading(name, BOOLEAN, doc="Whether something touches the robot there.") for name in sectors
+            )
+        case Camera():
+            return CAMERA
+        case Locator():
+            return LOCATOR
+        case Pose():
+            return POSE
+        case Cargo():
+            return CARGO
+        case Holding():
+            return HOLDING
+        case Claimed(name=name, signal=signal):
+            doc = f"Whether another robot near it raises {signal}."
+            return (Reading(name, BOOLEAN, of_targets=True, doc=doc),)
+        case Chance(name=name):
+            return (Reading(name, Continuous(), doc="A random number from 0 to 1."),)
+        case Since():
+            return ()
+        case _:
+            return STUCK
+
+
+CAMERA = (
+    Reading(
+        "blob_x", Continuous(), "px", of_targets=True, doc="Where in the picture it is, from the left edge."
+    ),
+    Reading("blob_size", Continuous(), "px", of_targets=True, doc="How many pixels its color covers."),
+)
+LOCATOR = (
+    Reading("range", Continuous(), "m", of_targets=True, doc="How far the target is; absent if none."),
+    Reading("bearing", Toroidal(), "rad", of_targets=True, doc="Where it is: 0 ahead, then to the left."),
+)
+POSE = (
+    Reading("x", Continuous(), "m", doc="Where the robot is, from the left edge of the arena."),
+    Reading("y", Continuous(), "m", doc="Where the robot is, from the lower edge of the arena."),
+    Reading("heading", Toroidal(), "rad", doc="Where the robot looks: 0 along x, then to the left."),
+    Reading("speed", Continuous(), "m/s", doc="How fast it drives, negative backwards."),
+    Reading("turning", Continuous(), "rad/s", doc="How fast it turns, to the left positive."),
+)
+STUCK = (Reading("stuck", BOOLEAN, doc="Whether it has been driving without getting anywhere."),)
+CARGO = (
+    Reading("food_here", Continuous(), "units", doc="Food in the nearest source, if within reach."),
+    Reading("food_stored", Continuous(), "units", doc="Food the robot carries."),
+    Reading("food_left", BOOLEAN, doc="Whether any source still has food."),
+    Reading("station_here", BOOLEAN, doc="Whether a home is within reach, so that unloading works."),
+)
+
+HOLDING = (
+    Reading("holding", BOOLEAN, doc="Whether the robot holds a box."),
+    Reading("enough", BOOLEAN, doc="Whether so many hold the box it holds that they can pull it."),
+)
+
+
+def _feature(name: str, reading: Reading, doc: str = "") -> Feature:
+    of = PARAMETER if reading.of_targets else None
+    return Feature(name, reading.kind, reading.name, of=of, unit=reading.unit, doc=doc or reading.doc)
+
+
+def _doing(channels: Mapping[str, float | str], *, pulls: bool) -> str:
+    """A command in words."""
+    known = _WORDS | _PULLING_WORDS if pulls else _WORDS
+    words = [
+        f"raise {value}" if isinstance(value, str) else known[channel][value < 0]
+        for channel, value in channels.items()
+        if value and (channel in known or isinstance(value, str))
+    ]
+    said = ", ".join(words)
+    return f"{said[0].upper()}{said[1:]}." if said else "Stand still."
+
+
+_WORDS = {
+    "drive": ("drive ahead", "drive back"),
+    "turn": ("turn left", "turn right"),
+    "load": ("load food from the source within reach", "do not load"),
+    "unload": ("unload food at the home within reach", "do not unload"),
+}
+_PULLING_WORDS = {
+    "load": ("take hold of the box within reach", "do not take hold"),
+    "unload": ("let go of the box", "do not let go"),
+}
+
+
+def _meaning(target: TargetOf) -> str:
+    if target.nearest is not None:
+        return f"The nearest {target.nearest}{' that nobody else claims' if target.unclaimed else ''}."
+    if target.object is not None:
+        return f"The {target.object}{f', number {target.index + 1}' if target.index else ''}."
+    raising = f" that raises {target.signal}" if target.signal else ""
+    if target.team is not None:
+        return f"The nearest robot of the team {target.team}{raising}."
+    if target.robot is not None or target.signal is not None:
+        return f"The nearest {'robot' if target.robot in (None, 'any') else target.robot}{raising}."
+    return f"Whatever is {target.color}."
+
+
+def _wrong(scenario: Scenario, key: str, problem: str, remedy: str) -> SettingError:
+    return SettingError(where=f"scenario {scenario.name!r}", setting=key, problem=problem, remedy=remedy)

@@ -1,0 +1,1 @@
+"""Where objects and robots stand when a world begins."""

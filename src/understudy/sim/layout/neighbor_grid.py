@@ -1,0 +1,126 @@
+"""Grids over worlds: which robots, and which fixed things, are near a place. Scratch, never part of a state."""
+
+from __future__ import annotations
+
+from math import ceil, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.sim.kernels.dtypes import SPOT
+from understudy.sim.state import Rules, State
+
+Floats = NDArray[Any]
+
+FEW = 24
+"""Up to so many robots in a world, everyone is compared with everyone: a grid would cost more."""
+
+MOST_CELLS = 1 << 24
+DRIFT, MOST_KEPT = 0.125, 8
+"""The share of a cell that robots may go before they are sorted again, and the most ticks it may take."""
+
+FEW_THINGS, MOST_NEAR_CELLS = 6, 1 << 20
+
+
+class Grid(NamedTuple):
+    """The robots of one world sorted by cell.
+
+    Cells of `cell` m are divided into 2**shift x 2**shift small ones, which lie side by side in the order: with
+    few robots in a cell they are looked at together, in a crowd only the small ones that matter.
+    """
+
+    cell: float
+    columns: int
+    lines: int
+    shift: int
+    most_radius: float
+    """The largest radius of a robot, m."""
+    most_step: float
+    """The longest step of a robot in a tick, m."""
+    start: NDArray[np.int32]
+    """Where each small cell begins among the spots [columns * lines * 4**shift + 1]."""
+    spots: NDArray[Any]
+    """SPOT [N], ordered by small cell, then row."""
+    spot_of: NDArray[np.int32]
+    """The spot of each robot [N]."""
+    keep: int
+    """Ticks for which robots stay sorted as they are: what looks for them looks a little farther."""
+
+
+class Near(NamedTuple):
+    """What stays and is solid near each cell, for every world: discs k as k, segments k as -1 - k."""
+
+    cell: float
+    columns: int
+    lines: int
+    start: NDArray[np.int64]
+    """Where the list of each cell of each world begins [B * columns * lines + 1]."""
+    items: NDArray[np.int32]
+
+
+def grid_for(rules: Rules) -> Grid:
+    """An empty grid for one world."""
+    types = rules.types
+    most_radius = float(types["radius"].max())
+    noisy = np.where(types["noise_drive"] > 0, 2.0, 1.0)
+    most_step = float((types["speed"] * noisy).max())
+    touch = 2.0 * (most_radius + most_step) + 1e-6
+    if rules.robots <= FEW:
+        none = np.zeros(1, np.int32)
+        cell = max(rules.width, rules.height)
+        return Grid(cell, 1, 1, 0, most_radius, most_step, none, np.zeros(0, SPOT), none, 1)
+    area = rules.width * rules.height
+    cell = max(sqrt(0.75 * area / rules.robots), touch)
+    shift = 2 if cell >= 3 * touch else 1 if cell >= 1.5 * touch else 0
+    cell = max(cell, sqrt(area * 4**shift / MOST_CELLS))
+    columns, lines = ceil(rules.width / cell), ceil(rules.height / cell)
+    start = np.zeros(columns * lines * 4**shift + 1, np.int32)
+    spots, spot_of = np.zeros(rules.robots, SPOT), np.zeros(rules.robots, np.int32)
+    keep = int(min(MOST_KEPT, max(1.0, DRIFT * cell / max(most_step, 1e-9))))
+    return Grid(cell, columns, lines, shift, most_radius, most_step, start, spots, spot_of, keep)
+
+
+def near_for(state: State, rules: Rules, *, reach: float) -> Near:
+    """The lists of what is within `reach` (m) of each cell, for every world."""
+    worlds = len(state.seeds)
+    things = state.discs.shape[1] + state.segments.shape[1]
+    most = max(1, min(MOST_NEAR_CELLS // worlds, 4096))
+    wish = 1 if things <= FEW_THINGS else min(most, 16 * things)
+    cell = max(sqrt(rules.width * rules.height / wish), 1e-3)
+    columns, lines = ceil(rules.width / cell - 1e-9), ceil(rules.height / cell - 1e-9)
+    box = np.arange(columns * lines)
+    half = 0.5 * cell
+    center_x = (box % columns + 0.5) * cell
+    center_y = (box // columns + 0.5) * cell
+    counts, items = [], []
+    for world in range(worlds):
+        discs, segments = state.discs[world], state.segments[world]
+        there = (discs["radius"] > 0)[None, :] & (
+            _off(center_x[:, None], discs["x"] - half, discs["x"] + half) ** 2
+            + _off(center_y[:, None], discs["y"] - half, discs["y"] + half) ** 2
+            <= (reach + discs["radius"]) ** 2
+        )
+        x0, y0, x1, y1 = (segments[name] for name in ("x0", "y0", "x1", "y1"))
+        ends = _to_segment(center_x[:, None], center_y[:, None], x0, y0, x1, y1) <= reach + half * sqrt(2.0)
+        both = np.concatenate([there, ends], axis=1)
+        found = np.nonzero(both)[1]
+        counts.append(both.sum(axis=1))
+        number = np.concatenate([np.arange(len(discs)), -1 - np.arange(len(segments))]).astype(np.int32)
+        items.append(number[found])
+    start = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int64)
+    return Near(cell, columns, lines, start, np.concatenate(items) if items else np.zeros(0, np.int32))
+
+
+def _off(values: Floats, low: Floats, high: Floats) -> Floats:
+    outside: Floats = np.maximum(0.0, np.maximum(low - values, values - high))
+    return outside
+
+
+def _to_segment(x: Floats, y: Floats, x0: Floats, y0: Floats, x1: Floats, y1: Floats) -> Floats:
+    """Distances of places to segments; NaN for a segment that is none."""
+    ex, ey = x1 - x0, y1 - y0
+    length = np.maximum(ex * ex + ey * ey, 1e-300)
+    along = np.clip(((x - x0) * ex + (y - y0) * ey) / length, 0.0, 1.0)
+    distance: Floats = np.hypot(x0 + along * ex - x, y0 + along * ey - y)
+    return distance

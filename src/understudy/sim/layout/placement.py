@@ -1,0 +1,189 @@
+"""Where everything is at first in each world: given places, and free ones drawn by the world's seed alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import hypot, nan, radians, sqrt
+from typing import Any
+
+import numpy as np
+
+from understudy.errors import SettingError
+from understudy.sim.kernels import _crowd_kernels as _crowd
+from understudy.sim.kernels import clearance as _space
+from understudy.sim.kernels import placement as _kernels
+from understudy.sim.kernels.dtypes import DISC, OBJECT, ROBOT, SEGMENT
+from understudy.sim.layout.geometry import counter_clockwise, wall_segments
+from understudy.sim.layout.rng import Seeds
+from understudy.sim.params import Names, box_of, least_and_most, most_of, names_of, robot_count
+from understudy.sim.scenario.schema import Objects, Obstacle, Placing, Point, Robots, Scenario
+from understudy.sim.state import Records, Rules, State
+
+CELLS_PER_THING = 0.5
+"""How fine the grid is in which free places are looked for."""
+
+
+def lay_out(scenario: Scenario, rules: Rules, seeds: Seeds) -> State:
+    """Worlds as their seeds lay them out; SettingError where something finds no free place."""
+    plan = _Plan(scenario, names_of(scenario), rules)
+    state = plan.empty(seeds)
+    worlds = len(seeds)
+    world, group, thing = _kernels.lay_out(
+        plan.groups,
+        plan.places,
+        plan.corners,
+        plan.walls,
+        float(rules.width),
+        float(rules.height),
+        plan.cell(),
+        state.seeds,
+        state.robots.reshape(worlds, -1),
+        state.objects,
+        state.discs,
+        state.segments,
+    )
+    if world >= 0:
+        raise _full(scenario, plan.keys[group], thing, int(seeds[world]))
+    return state
+
+
+def _full(scenario: Scenario, key: str, thing: int, seed: int) -> SettingError:
+    return SettingError(
+        where=f"scenario {scenario.name!r}",
+        setting=f"{key}.count",
+        problem=f"does not fit: no free place was found for number {thing + 1} in the world of seed {seed}",
+        remedy="give fewer or smaller things, less `apart`, or a larger size or region",
+    )
+
+
+@dataclass
+class _Plan:
+    """What is to be placed, as arrays for the kernel: fixed places first, then what is drawn."""
+
+    scenario: Scenario
+    names: Names
+    rules: Rules
+    keys: list[str] = field(default_factory=list)
+    rows: list[Records] = field(default_factory=list)
+    _places: list[tuple[float, float, float]] = field(default_factory=list)
+    _corners: list[Point] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.walls = np.array(
+            [(*start, *end, 1) for start, end in wall_segments(self.scenario)], SEGMENT
+        ).reshape(-1)
+        self.discs, self.segments, robots = 0, len(self.walls), 0
+        for index, obstacle in enumerate(self.scenario.obstacles):
+            self._obstacle(f"obstacles[{index}]", obstacle)
+        for index, thing in enumerate(self.scenario.objects):
+            self._objects(f"objects[{index}]", index, thing)
+        for index, group in enumerate(self.scenario.robots):
+            robots = self._robots(f"robots[{index}]", robots, group)
+        order = in_order(self.rows)
+        self.keys = [self.keys[index] for index in order]
+        self.groups = np.array([self.rows[index] for index in order], _crowd.GROUP).reshape(-1)
+        self.places = np.array(self._places, np.float64).reshape(-1, 3)
+        self.corners = np.array(self._corners, np.float64).reshape(-1, 2)
+
+    def empty(self, seeds: Seeds) -> State:
+        """Worlds with nothing in them yet."""
+        worlds, rules = len(seeds), self.rules
+        objects = np.zeros((worlds, len(rules.class_of)), OBJECT)
+        objects["due"] = objects["captured"] = -1
+        segments = np.zeros((worlds, self.segments), SEGMENT)
+        for end in ("x0", "y0", "x1", "y1"):
+            segments[end] = nan
+        return State(
+            robots=np.zeros(worlds * rules.robots, ROBOT),
+            objects=objects,
+            discs=np.zeros((worlds, self.discs), DISC),
+            segments=segments,
+            seeds=np.array(seeds, np.int64),
+            tick=np.zeros(worlds, np.int64),
+            finished=np.full(worlds, -1, np.int64),
+            memory=np.zeros((worlds * rules.robots, 0)),
+        )
+
+    def cell(self) -> float:
+        """The side of a cell of the grid, m: about one thing in each."""
+        width, height = self.rules.width, self.rules.height
+        things = max(1, int(self.groups["most"].sum()))
+        return max(sqrt(width * height / things / CELLS_PER_THING), max(width, height) / 10_000)
+
+    def _obstacle(self, key: str, obstacle: Obstacle) -> None:
+        most = most_of(obstacle)
+        row = self._row(key, obstacle, turned=0.0 if obstacle.points is not None else nan)
+        row["solid"] = 1
+        row["color"] = self.names.color(obstacle.color)
+        if obstacle.points is None:
+            row["sort"], row["first"], row["radius"] = _space.DISC, self.discs, obstacle.radius or 0.0
+            row["height"] = 2.0 * row["radius"] if obstacle.height is None else obstacle.height
+            self.discs += most
+        else:
+            corners = counter_clockwise(obstacle.points)
+            row["sort"], row["first"] = _space.POLYGON, self.segments
+            row["radius"] = max(hypot(x, y) for x, y in corners)
+            row["point"], row["end_point"] = len(self._corners), len(self._corners) + len(corners)
+            row["segment"] = self.segments
+            self._corners.extend(corners)
+            self.segments += most * len(corners)
+
+    def _objects(self, key: str, index: int, thing: Objects) -> None:
+        row = self._row(key, thing)
+        kind = self.rules.classes[index]
+        row["sort"], row["first"], row["radius"] = _space.OBJECT, kind["first"], thing.radius
+        row["solid"] = kind["solid"]
+        row["amount_least"], row["amount_most"] = least_and_most(thing.amount)
+        if thing.presence is not None:
+            due = np.array(thing.presence.first_s or thing.presence.away_s) / self.scenario.tick_s
+            row["due_least"], row["due_most"] = due
+
+    def _robots(self, key: str, first: int, group: Robots) -> int:
+        row = self._row(key, group)
+        kind = self.scenario.types[group.type]
+        row["sort"], row["first"], row["radius"] = _space.ROBOT, first, kind.radius
+        row["type"], row["stored"] = self.names.types.index(group.type), group.stored
+        row["solid"] = row["alone"] = kind.collides
+        count = robot_count(group.count, group.at)
+        row["least"] = row["most"] = count
+        return first + count
+
+    def _row(self, key: str, placing: Placing, *, turned: float = nan) -> Records:
+        row: Records = np.zeros(1, _crowd.GROUP)[0]
+        row["apart"], row["near_m"] = placing.apart, placing.near_m
+        row["x0"], row["y0"], row["x1"], row["y1"] = box_of(self.scenario, placing.within)
+        region = self.scenario.regions.get(placing.within or "")
+        row["circle"] = nan if region is None or region.radius is None else region.radius
+        row["due_least"] = row["due_most"] = nan
+        row["place"], row["near"], row["alone"] = -1, -1, 1
+        row["least"], row["most"] = (
+            least_and_most(placing.count) if isinstance(placing.count, int | tuple) else (1, 1)
+        )
+        if isinstance(placing.at, tuple):
+            row["place"] = len(self._places)
+            row["least"] = row["most"] = len(placing.at)
+            for x, y, *heading in placing.at:
+                self._places.append((x, y, radians(heading[0]) % _kernels.TAU if heading else turned))
+        elif placing.near is not None:
+            row["near"] = self.rules.classes["first"][self.names.classes.index(placing.near)]
+        self.keys.append(key)
+        self.rows.append(row)
+        return row
+
+
+def in_order(rows: Sequence[Any]) -> list[int]:
+    """The order of placing: given places, then in turn whatever is beside nothing that is still to be placed."""
+    left = sorted(range(len(rows)), key=lambda index: rows[index]["place"] < 0)
+    order: list[int] = []
+    objects = {int(rows[index]["first"]): index for index in left if rows[index]["sort"] == _space.OBJECT}
+    while left:
+        ready = (
+            index
+            for index in left
+            if objects.get(int(rows[index]["near"]), index) not in left or rows[index]["near"] < 0
+        )
+        index = next(ready, left[0])
+        order.append(index)
+        left.remove(index)
+    return order

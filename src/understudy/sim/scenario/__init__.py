@@ -1,0 +1,1 @@
+"""Scenario files: what a world is made of, and the checks on it."""

@@ -1,0 +1,168 @@
+"""Squads in a scenario: their tree, what they sense and order, and whether the robots can be dealt to them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
+
+from understudy.errors import listed
+from understudy.model.kinds import BOOLEAN
+from understudy.model.squad import Duty, Squad, Statistic
+from understudy.runtime.body import Reading
+from understudy.runtime.team.squad_body import readings_of as readings_of_squad
+from understudy.sim.kit import OWN_FEATURES, behaviors_of, readings_of, readings_of_type
+from understudy.sim.scenario.checker import Checker, suggestion
+from understudy.sim.scenario.squad_schema import MemberOf
+from understudy.sim.scenario.validate_names import check_name
+from understudy.sim.team.assignment import bottom_up, how_many
+from understudy.sim.team.squads import squad_of, statistics_of
+
+Read = Mapping[str, Reading]
+"""What agents of a sort sense, by name."""
+
+
+def check(checker: Checker) -> None:
+    """SettingError where squads make no sense or cannot be dealt."""
+    scenario = checker.scenario
+    for name in scenario.squads:
+        _check_spelling(checker, name)
+        _check_members(checker, name)
+    order = bottom_up(checker)
+    read: dict[str, Read] = {
+        name: {reading.name: reading for _, reading in readings_of_type(kind)}
+        for name, kind in scenario.types.items()
+    }
+    known = {reading.name: (reading, "a robot") for reading in readings_of(scenario)}
+    ordered: dict[str, frozenset[str]] = dict.fromkeys(scenario.types, frozenset(behaviors_of(scenario)))
+    for name in order:
+        squad = squad_of(checker, name)
+        _check_statistics(checker, squad, read)
+        below = [reading for role in squad.roles for reading in read[role.of].values()]
+        if squad.drops is not None:
+            asked = [reading.name for reading in below if reading.kind == BOOLEAN and not reading.of_targets]
+            checker.known(f"squads.{name}.drops", squad.drops, asked, what="yes-or-no reading of its members")
+        readings = readings_of_squad(squad, below)
+        read[name] = {reading.name: reading for reading in readings}
+        _check_sorts(checker, name, known, readings)
+        ordered[name] = _check_orders(checker, squad, ordered)
+    how_many(checker, order)
+
+
+def _check_spelling(checker: Checker, name: str) -> None:
+    """All names are words, and a sort of squad is told from a type of robots."""
+    squad, key = checker.scenario.squads[name], f"squads.{name}"
+    check_name(checker, "squads", name)
+    if name in checker.scenario.types:
+        checker.wrong(key, "has the name of a type of robots", "give another name")
+    for table in ("members", "statistics", "orders"):
+        for own in getattr(squad, table):
+            check_name(checker, f"{key}.{table}", own)
+    for own, statistic in squad.statistics.items():
+        if statistic.flag is not None:
+            check_name(checker, f"{key}.statistics.{own}.flag", statistic.flag)
+    for own, duties in squad.orders.items():
+        for index, duty in enumerate(duties):
+            for at, word in (("run", duty.run), *(("with", parameter) for parameter in duty.with_)):
+                check_name(checker, f"{key}.orders.{own}[{index}].{at}", word)
+
+
+def _check_members(checker: Checker, name: str) -> None:
+    squad, key = checker.scenario.squads[name], f"squads.{name}.members"
+    if not squad.members:
+        checker.wrong(key, "is empty", "give at least one role")
+    for role, member in squad.members.items():
+        sorts = (*checker.scenario.types, *checker.scenario.squads)
+        checker.known(f"{key}.{role}.of", member.of, sorts, what="type of robots or sort of squad")
+        _check_sizes(checker, f"{key}.{role}", member)
+    if not any(member.least for member in squad.members.values()):
+        at = f"{key}.{next(iter(squad.members))}.least"
+        checker.wrong(at, "is 0, so that squads may have nobody", "give 1 or more for one of the roles")
+
+
+def _check_sizes(checker: Checker, key: str, member: MemberOf) -> None:
+    sizes = {"least": member.least, "preferred": member.preferred, "most": member.most}
+    given = [(name, size) for name, size in sizes.items() if size is not None]
+    for (name, size), (above, bound) in pairwise(given):
+        if size > bound:
+            problem = f"is {size}, above {above}, {bound}"
+            checker.wrong(f"{key}.{name}", problem, "give least ≤ preferred ≤ most")
+
+
+def _check_statistics(checker: Checker, squad: Squad, read: Mapping[str, Read]) -> None:
+    """Each has a name of its own, and its members sense what it is of."""
+    roles = [role.name for role in squad.roles]
+    taken = {feature.name: "a feature of all that are taught" for feature in OWN_FEATURES}
+    for own, spelled in checker.scenario.squads[squad.name].statistics.items():
+        key = f"squads.{squad.name}.statistics.{own}"
+        for each in statistics_of(checker, key, own, spelled):
+            if each.name in taken:
+                checker.wrong(
+                    key, f"reads {each.name!r}, as does {taken[each.name]}", "rename one of the two"
+                )
+            taken[each.name] = f"the statistic {own!r}"
+            if each.role is not None:
+                checker.known(f"{key}.role", each.role, roles, what="role")
+            if None not in (each.least, each.below) and (each.least or 0.0) >= (each.below or 0.0):
+                checker.wrong(f"{key}.least", f"is {each.least}, and below is {each.below}", "give less")
+            if each.reading is not None:
+                at = f"{key}.reading" if spelled.reading is not None else key
+                _check_reading(checker, at, each, squad, read)
+
+
+def _check_reading(
+    checker: Checker, key: str, statistic: Statistic, squad: Squad, read: Mapping[str, Read]
+) -> None:
+    name, asked = statistic.reading or "", statistic.role
+    roles = {role.name: read[role.of] for role in squad.roles if asked in (None, role.name)}
+    having = [role for role, readings in roles.items() if name in readings]
+    if not having:
+        who = "none of its members" if asked is None else f"nobody in the role {asked!r}"
+        known = dict.fromkeys(reading for readings in roles.values() for reading in readings)
+        checker.wrong(key, f"is of {name!r}, which {who} reads", suggestion(name, known, what="reading"))
+    if len(having) < len(roles):
+        problem = f"is of {name!r}, which only members in {listed(map(repr, having))} read"
+        checker.wrong(key, problem, f"give one role, such as role = {having[0]!r}")
+
+
+def _check_sorts(
+    checker: Checker, squad: str, known: dict[str, tuple[Reading, str]], readings: tuple[Reading, ...]
+) -> None:
+    """A name stands for one sort of reading wherever it is read."""
+    for reading in readings:
+        before, of = known.setdefault(reading.name, (reading, f"the squad {squad!r}"))
+        if replace(before, doc="") != replace(reading, doc=""):
+            own = checker.scenario.squads[squad].statistics
+            name = reading.name if reading.name in own else reading.name[:-2]
+            problem = f"reads {reading.name!r}, which of {of} is another sort of reading"
+            checker.wrong(f"squads.{squad}.statistics.{name}", problem, "rename one of the two")
+
+
+def _check_orders(checker: Checker, squad: Squad, ordered: Mapping[str, frozenset[str]]) -> frozenset[str]:
+    """What coordinators of the sort can order: what members can be told, and orders of their own."""
+    known = frozenset[str]().union(*(ordered[role.of] for role in squad.roles))
+    for name, order in squad.orders.items():
+        key = f"squads.{squad.name}.orders.{name}"
+        if name in known:
+            checker.wrong(key, "has the name of what its members do already", "give another name")
+        if not order.duties:
+            checker.wrong(key, "is empty", "say what members are to run")
+        _check_duties(checker, key, order.duties, squad)
+    return known | set(squad.orders)
+
+
+def _check_duties(checker: Checker, key: str, duties: tuple[Duty, ...], squad: Squad) -> None:
+    """Duties are for roles and targets that are there, and somebody is left for each."""
+    roles = [role.name for role in squad.roles]
+    left = set(roles)
+    for index, duty in enumerate(duties):
+        at = f"{key}[{index}]"
+        if duty.role is not None:
+            checker.known(f"{at}.role", duty.role, roles, what="role")
+        for parameter, target in duty.binding.items():
+            checker.known(f"{at}.with.{parameter}", target, checker.scenario.targets, what="target")
+        mine = left & ({duty.role} if duty.role is not None else left)
+        if not mine:
+            checker.wrong(at, "is left nobody by the duties before it", "give one of these a share")
+        if duty.share is None:
+            left -= mine

@@ -1,0 +1,144 @@
+"""Scenarios as TOML files: read, checked, written; the built-in ones by name."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping
+from importlib import resources
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import msgspec
+
+from understudy.errors import FileError, SettingError, listed
+from understudy.sim.scenario.checker import suggestion
+from understudy.sim.scenario.schema import VERSION, Scenario
+from understudy.sim.scenario.toml_decode import Mismatch, convert
+from understudy.sim.scenario.toml_writer import toml_text
+from understudy.sim.scenario.validate_names import NAME
+from understudy.sim.scenario.validation import check
+
+FORMAT = "scenario"
+HEAD = f'understudy = "{FORMAT}"\nversion = {VERSION}\n'
+SUFFIX = ".toml"
+
+Document = dict[str, Any]
+MIGRATIONS: Mapping[int, Callable[[Document], Document]] = MappingProxyType({})
+"""From a version of the format to the next: a step each."""
+
+
+def load_scenario(source: Path | str) -> Scenario:
+    """The built-in scenario of this name, or that of a file; FileError where it cannot be read or cannot be."""
+    return parse_scenario(*_content(source))
+
+
+def scenario_text(source: Path | str) -> str:
+    """The file of a scenario as it is, with its comments; FileError where it cannot be read."""
+    content, path = _content(source)
+    return _decoded(content, path)
+
+
+def _content(source: Path | str) -> tuple[bytes, Path | str]:
+    """What a scenario's file holds, and how to call it."""
+    names = builtin_scenarios()
+    if isinstance(source, str) and source in names:
+        return _folder().joinpath(source + SUFFIX).read_bytes(), f"{source}{SUFFIX}"
+    path = Path(source)
+    try:
+        return path.read_bytes(), path
+    except FileNotFoundError:
+        remedy = f"give a file, or a built-in scenario: {suggestion(str(source), names, what='scenario')}"
+        raise FileError(path=path, place="", problem="there is no such file", remedy=remedy) from None
+    except (OSError, ValueError) as error:
+        raise FileError(
+            path=path, place="", problem=f"cannot be read ({error})", remedy="give a file"
+        ) from None
+
+
+def builtin_scenarios() -> tuple[str, ...]:
+    """The names of the built-in scenarios."""
+    return tuple(
+        sorted(file.name.removesuffix(SUFFIX) for file in _folder().iterdir() if file.name.endswith(SUFFIX))
+    )
+
+
+def parse_scenario(content: str | bytes, path: Path | str = "scenario.toml") -> Scenario:
+    """The scenario that the content of a file describes; FileError, naming the key, where it is none or cannot be."""
+    document = _migrated(_head(_table(content, path), path))
+    if "name" not in document and NAME.fullmatch(Path(path).stem):
+        document["name"] = Path(path).stem
+    scenario = convert(document, Scenario)
+    if isinstance(scenario, Mismatch):
+        raise FileError(path=path, place=scenario.key, problem=scenario.problem, remedy=scenario.remedy)
+    try:
+        check(scenario)
+    except SettingError as error:
+        raise FileError(path=path, place=error.setting, problem=error.problem, remedy=error.remedy) from None
+    return scenario
+
+
+def dump_scenario(scenario: Scenario) -> str:
+    """The file of a scenario: parsed, it gives the same."""
+    document = msgspec.to_builtins(scenario)
+    return HEAD + "\n" + toml_text({"name": scenario.name, **document})
+
+
+def _folder() -> Any:
+    return resources.files("understudy.sim").joinpath("scenarios")
+
+
+def _decoded(content: bytes, path: Path | str) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise FileError(
+            path=path,
+            place=f"line {line}",
+            problem="is no text in UTF-8",
+            remedy="save it as UTF-8, or give another file",
+        ) from None
+
+
+def _table(content: str | bytes, path: Path | str) -> Document:
+    if isinstance(content, bytes):
+        content = _decoded(content, path)
+    try:
+        return tomllib.loads(content.replace("\r\n", "\n"))
+    except RecursionError:
+        raise FileError(
+            path=path, place="", problem="is nested too deeply", remedy="give tables of tables"
+        ) from None
+    except ValueError as error:
+        problem, _, place = str(error).partition(" (at ")
+        if not place.startswith("line"):  # it ends too early, or holds a number with thousands of digits
+            lines = content.splitlines() or [""]
+            place = f"line {len(lines)}, column {len(lines[-1]) + 1}"
+        raise FileError(
+            path=path, place=place.rstrip(")"), problem=f"is no TOML: {problem}", remedy="correct it there"
+        ) from None
+
+
+def _head(document: Document, path: Path | str) -> Document:
+    """What follows the head of a scenario's file, with the version under its key."""
+    begin = "let the file begin with " + listed(repr(line) for line in HEAD.splitlines())
+    if document.get("understudy") != FORMAT:
+        given = document.get("understudy")
+        problem = "is missing" if given is None else f"is {given!r:.60}: this is no scenario"
+        raise FileError(path=path, place="understudy", problem=problem, remedy=begin)
+    version = document.get("version")
+    if type(version) is not int or version < 1:
+        problem = "is missing" if version is None else f"is {version!r:.60}"
+        raise FileError(path=path, place="version", problem=problem, remedy=begin)
+    if version > VERSION:
+        problem = f"is {version}, and this Understudy reads scenarios up to version {VERSION}"
+        raise FileError(path=path, place="version", problem=problem, remedy="use a newer Understudy")
+    return document
+
+
+def _migrated(document: Document) -> Document:
+    """The fields of a scenario, brought up to the present version."""
+    for version in range(document["version"], VERSION):
+        document = MIGRATIONS[version](document)
+    return {key: value for key, value in document.items() if key not in ("understudy", "version")}

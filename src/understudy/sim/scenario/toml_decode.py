@@ -1,0 +1,174 @@
+"""What does not fit a file's description, in words: the real key, what is wrong there, what would be right."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from types import UnionType
+from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import msgspec
+
+from understudy.sim.scenario.checker import suggestion
+from understudy.sim.scenario.part import Part
+
+Steps: TypeAlias = tuple[str | int, ...]
+Described = TypeVar("Described", bound=Part)
+
+_STEP = re.compile(r"\.(\w+)|\[(\d+)\]|(\[\.\.\.\])")
+_EXPECTED = re.compile(r"Expected `(?P<type>.+?)`(?: of length (?P<length>.+?))?, got (?P<got>.+)")
+_WORDS = {
+    "float": "a number",
+    "int": "a whole number",
+    "str": "a text in quotes",
+    "bool": "true or false",
+    "array": "a list",
+    "object": "a table of keys",
+}
+
+
+class Mismatch(NamedTuple):
+    """Where something does not fit, what is wrong, and what would be right."""
+
+    key: str
+    problem: str
+    remedy: str
+
+
+def convert(document: Any, whole: type[Described]) -> Described | Mismatch:
+    """The `whole` that a document of plain values describes, or the first thing in it that does not fit."""
+    try:
+        return msgspec.convert(document, whole)
+    except (msgspec.ValidationError, ValueError, TypeError, OverflowError) as error:
+        return _explain(document, str(error), whole)
+
+
+def spelled(steps: Steps) -> str:
+    """Keys and indices as one path: types.pioneer.sensors[1]."""
+    parts = (f"[{step}]" if isinstance(step, int) else f".{_key(step)}" for step in steps)
+    return "".join(parts).removeprefix(".")
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[\w-]+", key) else f"{key!r:.60}"
+
+
+def _explain(document: Any, message: str, whole: type[Part]) -> Mismatch:
+    problem, _, path = message.partition(" - at `$")
+    steps = _real_steps(document, message, path.rstrip("`"), whole)
+    sort = _sort_at(document, steps, whole)
+    if match := re.fullmatch(r"Object contains unknown field `(.*)`", problem, re.DOTALL):
+        return _unknown_key(sort, (*steps, match[1]), match[1])
+    if match := re.fullmatch(r"Object missing required field `(.*)`", problem):
+        choices = [word for option in _options(sort) for word in _choices(option)]
+        remedy = suggestion("", choices, what="kind") if match[1] == "kind" else f"give {match[1]!r}"
+        return Mismatch(spelled((*steps, match[1])), "is missing", remedy)
+    if problem.startswith("Invalid"):
+        given = str(_walk(document, steps))
+        at = _sort_at(document, steps[:-1], whole) if steps and steps[-1] == "kind" else sort
+        choices = [word for option in _options(at) for word in _choices(option)]
+        what = "kind of sensor" if steps and steps[-1] == "kind" else "word"
+        return Mismatch(
+            spelled(steps), f"is {given!r:.60}, which is unknown", suggestion(given, choices, what=what)
+        )
+    if match := _EXPECTED.fullmatch(problem):
+        wanted = " or ".join(
+            dict.fromkeys(_WORDS[word] for word in match["type"].split(" | ") if word in _WORDS)
+        )
+        length = f" of {match['length']}" if match["length"] else ""
+        got = match["got"].strip("`")
+        got = f"of length {got}" if length else _WORDS.get(got, got)
+        return Mismatch(spelled(steps), f"is {got}", f"give {wanted}{length}")
+    return Mismatch(spelled(steps), f"cannot be: {problem}", "give what the description of the key says")
+
+
+def _unknown_key(sort: Any, steps: Steps, key: str) -> Mismatch:
+    known = [
+        name for option in _options(sort) if _is_part(option) for name in option.__struct_encode_fields__
+    ]
+    return Mismatch(spelled(steps), "is no key there", suggestion(key, known, what="key"))
+
+
+def _real_steps(document: Any, message: str, path: str, whole: type[Part]) -> Steps:
+    """The keys of a path; where msgspec leaves one out, the first that fails in the same way by itself."""
+    steps: Steps = ()
+    for name, index, left_out in _STEP.findall(path):
+        if not left_out:
+            steps = (*steps, int(index) if index else name)
+            continue
+        table = _walk(document, steps)
+        keys = list(table) if isinstance(table, Mapping) else []
+        failing = (key for key in keys if _fails_alone(document, message, (*steps, key), whole))
+        found = next(failing, None)
+        if found is None:
+            return steps
+        document = _alone(document, steps, found)
+        steps = (*steps, found)
+    return steps
+
+
+def _fails_alone(document: Any, message: str, steps: Steps, whole: type[Part]) -> bool:
+    try:
+        msgspec.convert(_alone(document, steps[:-1], str(steps[-1])), whole)
+    except (msgspec.ValidationError, ValueError, TypeError, OverflowError) as error:
+        return str(error) == message
+    return False
+
+
+def _alone(document: Any, steps: Steps, key: str) -> Any:
+    """The document with only this key in the table at the end of the path."""
+    if not steps:
+        return {key: document[key]}
+    if isinstance(document, Mapping):
+        return {**document, steps[0]: _alone(document[steps[0]], steps[1:], key)}
+    changed = list(document)
+    changed[int(steps[0])] = _alone(document[steps[0]], steps[1:], key)
+    return changed
+
+
+def _walk(document: Any, steps: Sequence[str | int]) -> Any:
+    for step in steps:
+        document = document[step]
+    return document
+
+
+def _sort_at(document: Any, steps: Steps, whole: type[Part]) -> Any:
+    """The type that is described for what is at these keys; None where none is."""
+    sort: Any = whole
+    for number, step in enumerate(steps):
+        inside = (_inside(option, step, _walk(document, steps[:number])) for option in _options(sort))
+        sort = next((found for found in inside if found is not None), None)
+    options = [option for option in _options(sort) if _is_part(option)]
+    if len(options) > 1:
+        kind = _kind(_walk(document, steps))
+        return next((option for option in options if option.__struct_config__.tag == kind), sort)
+    return sort
+
+
+def _inside(sort: Any, step: str | int, value: Any) -> Any:
+    origin, arguments = get_origin(sort), get_args(sort)
+    if _is_part(sort) and isinstance(step, str):
+        tag = sort.__struct_config__.tag
+        fields = dict(zip(sort.__struct_encode_fields__, sort.__struct_fields__, strict=True))
+        return get_type_hints(sort).get(fields.get(step, "")) if tag is None or tag == _kind(value) else None
+    if origin is tuple and isinstance(step, int):
+        return arguments[0] if arguments[-1] is Ellipsis else arguments[min(step, len(arguments) - 1)]
+    return arguments[1] if arguments and isinstance(step, str) and origin is not tuple else None
+
+
+def _options(sort: Any) -> tuple[Any, ...]:
+    return get_args(sort) if get_origin(sort) in (Union, UnionType) else (sort,)
+
+
+def _choices(option: Any) -> tuple[str, ...]:
+    if _is_part(option):
+        return (str(option.__struct_config__.tag),)
+    return get_args(option) if get_origin(option) is Literal else ()
+
+
+def _is_part(option: Any) -> bool:
+    return isinstance(option, type) and issubclass(option, Part)
+
+
+def _kind(value: Any) -> Any:
+    return value.get("kind") if isinstance(value, Mapping) else None

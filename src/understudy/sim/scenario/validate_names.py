@@ -1,0 +1,254 @@
+"""Names in a scenario: each says one thing, and what it refers to is there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from understudy.errors import listed
+from understudy.model.kinds import Categorical
+from understudy.sim.kit import (
+    CARRYING,
+    MOVING,
+    OWN_FEATURES,
+    behaviors_of,
+    features_of,
+    readings_of_type,
+    targets_of,
+)
+from understudy.sim.params import SIGNAL, most_of, names_of
+from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.schema import (
+    MOUSE,
+    Bumper,
+    Chance,
+    Claimed,
+    Goal,
+    Locator,
+    Objects,
+    RobotType,
+    Scenario,
+    Since,
+    Sonar,
+    TargetOf,
+)
+from understudy.sim.scenario.validate_teams import check_signal, raised_by
+
+NAME = re.compile(r"\w(?:[\w -]{0,58}\w)?")
+_REFERENCES = ("nearest", "object", "team", "robot", "color", "signal")
+_TOGETHER = (["robot", "signal"], ["signal", "team"])
+
+
+def check(checker: Checker) -> None:
+    """SettingError where a name cannot be, is there twice, or refers to nothing."""
+    scenario = checker.scenario
+    _check_spelling(checker)
+    _once(checker, "objects", [thing.name for thing in scenario.objects])
+    if not scenario.types:
+        checker.wrong("types", "is empty", "give at least one type of robot")
+    for name, kind in scenario.types.items():
+        _check_sensors(checker, f"types.{name}", kind)
+        _check_behaviors(checker, f"types.{name}.behaviors", kind)
+    for name, target in scenario.targets.items():
+        _check_target(checker, f"targets.{name}", target)
+    features = [feature.name for feature in features_of(scenario)] + [own.name for own in OWN_FEATURES]
+    for name in features:
+        if features.count(name) > 1:
+            key = f"features.{name}" if name in scenario.features else _sensor_reading(scenario, name)
+            checker.wrong(key, f"is a second feature of the name {name!r}", "rename one of the two")
+    behaviors_of(scenario)
+    targets_of(scenario)
+    if scenario.goal is not None:
+        _check_goal(checker, scenario.goal)
+
+
+def check_name(checker: Checker, key: str, name: str) -> None:
+    """SettingError where a name is no word."""
+    if not NAME.fullmatch(name):
+        remedy = "give up to 60 letters, digits, _, - and spaces inside"
+        checker.wrong(key, f"has {name!r:.80}, which is no name", remedy)
+
+
+def _check_spelling(checker: Checker) -> None:
+    """Names are words: they stand in tables, on buttons, in names of files."""
+    scenario = checker.scenario
+    spelled: list[tuple[str, str]] = [("name", scenario.name)]
+    tables: Mapping[str, Mapping[str, Any]] = {
+        "regions": scenario.regions,
+        "types": scenario.types,
+        "targets": scenario.targets,
+        "features": scenario.features,
+    }
+    spelled += [(key, name) for key, table in tables.items() for name in table]
+    spelled += [(f"objects[{index}].name", thing.name) for index, thing in enumerate(scenario.objects)]
+    spelled += [
+        (f"obstacles[{index}].color", thing.color)
+        for index, thing in enumerate(scenario.obstacles)
+        if thing.color is not None
+    ]
+    spelled += [
+        (f"objects[{index}].color", thing.color)
+        for index, thing in enumerate(scenario.objects)
+        if thing.color is not None
+    ]
+    for kind, robot in scenario.types.items():
+        words = {"color": robot.color, "team": robot.team}
+        spelled += [(f"types.{kind}.{key}", word) for key, word in words.items() if word is not None]
+        spelled += [(f"types.{kind}.behaviors", name) for name in robot.behaviors]
+        spelled += [(f"types.{kind}.behaviors.{name}.{SIGNAL}", signal) for name, signal in raised_by(robot)]
+        for index, sensor in enumerate(robot.sensors):
+            key = f"types.{kind}.sensors[{index}]"
+            if isinstance(sensor, Sonar | Bumper):
+                spelled += [(f"{key}.sectors", name) for name in sensor.sectors]
+            elif isinstance(sensor, Chance | Since | Claimed):
+                spelled.append((f"{key}.name", sensor.name))
+    for key, name in spelled:
+        check_name(checker, key, name)
+        if name == MOUSE and key.startswith("objects"):
+            checker.wrong(key, f"is {MOUSE!r}, which is the pointer's own", "give another name")
+
+
+def _once(checker: Checker, key: str, names: list[str]) -> None:
+    for index, name in enumerate(names):
+        first = names.index(name)
+        if first < index:
+            problem = f"is {name!r}, as is that of {key}[{first}]"
+            checker.wrong(f"{key}[{index}].name", problem, "rename one of the two")
+
+
+def _check_sensors(checker: Checker, key: str, kind: RobotType) -> None:
+    """Each reading is there once, sectors are arcs, and what is timed is there to be timed."""
+    read: dict[str, int] = {}
+    for index, sensor in enumerate(kind.sensors):
+        at = f"{key}.sensors[{index}]"
+        if isinstance(sensor, Sonar | Bumper):
+            _check_sectors(checker, f"{at}.sectors", sensor.sectors)
+        if isinstance(sensor, Sonar) and not sensor.sees:
+            checker.wrong(f"{at}.sees", "is empty", "give what reflects: walls, obstacles, robots")
+    _check_locators(checker, key, kind)
+    for index, reading in readings_of_type(kind):
+        both = (kind.sensors[index], kind.sensors[read.get(reading.name, index)])
+        if reading.name in read and not all(isinstance(sensor, Locator) for sensor in both):
+            problem = f"reads {reading.name!r}, as does sensors[{read[reading.name]}]"
+            checker.wrong(f"{key}.sensors[{index}]", problem, "rename one of the two, or leave it out")
+        read[reading.name] = index
+    timed = [
+        reading.name
+        for index, reading in readings_of_type(kind)
+        if not isinstance(kind.sensors[index], Since)
+        and (reading.of_targets or isinstance(reading.kind, Categorical))
+    ]
+    for index, sensor in enumerate(kind.sensors):
+        if isinstance(sensor, Since):
+            at = f"{key}.sensors[{index}].of"
+            checker.known(at, sensor.of, timed, what="reading of a target, or one that is yes or no")
+
+
+def _check_locators(checker: Checker, key: str, kind: RobotType) -> None:
+    """Several locators share the targets: none is of two, and one at most of all the rest."""
+    taken: dict[str | None, int] = {}
+    for index, sensor in enumerate(kind.sensors):
+        if not isinstance(sensor, Locator):
+            continue
+        at = f"{key}.sensors[{index}]"
+        if sensor.targets is not None and not sensor.targets:
+            checker.wrong(f"{at}.targets", "is empty", "leave it out for all targets, or name some")
+        for target in sensor.targets or (None,):
+            if target is not None:
+                checker.known(f"{at}.targets", target, checker.scenario.targets, what="target")
+            if target in taken:
+                what = "all targets" if target is None else f"the target {target!r}"
+                remedy = "give one of them other `targets`, or leave it out"
+                checker.wrong(at, f"reads the range of {what}, as does sensors[{taken[target]}]", remedy)
+            taken[target] = index
+
+
+def _check_sectors(checker: Checker, key: str, sectors: Mapping[str, tuple[float, float]]) -> None:
+    if not sectors:
+        checker.wrong(key, "is empty", "give at least one sector")
+    for name, (first, last) in sectors.items():
+        if not 0 <= last - first <= 360 or not (first >= -360 and last <= 360):
+            remedy = "give (from, to) in degrees from -360 to 360, counter-clockwise from ahead, at most a full circle"
+            checker.wrong(f"{key}.{name}", f"is [{first}, {last}]", remedy)
+
+
+def _check_behaviors(checker: Checker, key: str, kind: RobotType) -> None:
+    scenario = checker.scenario
+    carries = any(each.capacity > 0 for each in scenario.types.values())
+    carries = carries or any(thing.pull is not None for thing in scenario.objects)
+    moving, carrying = [each.name for each in MOVING], [each.name for each in CARRYING]
+    for name, channels in kind.behaviors.items():
+        check_signal(checker, f"{key}.{name}", channels)
+        for channel, value in channels.items():
+            at = f"{key}.{name}.{channel}"
+            if channel in carrying and not carries:
+                remedy = "give some type a capacity above 0, or some object a pull"
+                checker.wrong(at, "is asked for where no robot carries food or pulls a box", remedy)
+            checker.known(at, channel, [*moving, *carrying * carries, SIGNAL], what="channel")
+            if isinstance(value, str):
+                continue
+            if not -1 <= value <= 1:
+                checker.wrong(
+                    at, f"is {value}", "give a number from -1 to 1: a share of the robot's own speed"
+                )
+
+
+def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
+    scenario = checker.scenario
+    names = names_of(scenario)
+    given = [name for name in _REFERENCES if getattr(target, name) is not None]
+    if len(given) != 1 and sorted(given) not in _TOGETHER:
+        remedy = f"give exactly one of {', '.join(_REFERENCES)}; a signal may be beside a team or a robot"
+        checker.wrong(key, f"has {listed(given)}", remedy)
+    for name in ("nearest", "object"):
+        if name in given:
+            checker.known(f"{key}.{name}", getattr(target, name), names.classes, what="class of objects")
+    if target.team is not None:
+        checker.known(f"{key}.team", target.team, names.teams, what="team")
+    if target.color is not None and target.color not in names.colors:
+        remedy = f"give one that is there: {listed(map(repr, names.colors))}"
+        checker.wrong(f"{key}.color", f"is {target.color!r}, a color nobody has", remedy)
+    if target.index and target.object is None:
+        checker.wrong(f"{key}.index", "is given without an object", "leave it out, or give the object")
+    if target.index:
+        thing = next((thing for thing in scenario.objects if thing.name == target.object), None)
+        most = 1 if thing is None else most_of(thing) + scenario.spare_objects
+        if target.index >= most:
+            problem = f"is {target.index}, and of {target.object!r} there are {most} at most"
+            checker.wrong(f"{key}.index", problem, f"give 0 to {most - 1}")
+
+
+def _check_goal(checker: Checker, goal: Goal) -> None:
+    scenario = checker.scenario
+    if [goal.delivered, goal.gathered > 0, goal.target is not None].count(True) != 1:
+        remedy = "give either delivered = true, or how many boxes are to be gathered, or a target"
+        checker.wrong("goal", "is to deliver, to gather and to reach, or none of it", remedy)
+    if goal.target is not None:
+        checker.known("goal.target", goal.target, names_of(scenario).classes, what="class of objects")
+        return
+    if goal.all:
+        checker.wrong("goal.all", "is given without a target", "leave it out, or give a target")
+    if goal.gathered:
+        return
+    carriers = {name for name, kind in scenario.types.items() if kind.capacity > 0}
+    if not any(robots.type in carriers for robots in scenario.robots):
+        checker.wrong(
+            "goal.delivered", "cannot be: no robot can carry food", "give a type a capacity above 0"
+        )
+    if not any(thing.home for thing in scenario.objects):
+        checker.wrong("goal.delivered", "cannot be: there is no home", "give an object home = true")
+    if not (_has_food(scenario.objects) or any(robots.stored for robots in scenario.robots)):
+        checker.wrong("goal.delivered", "cannot be: there is no food", "give an object an amount above 0")
+
+
+def _has_food(things: Iterable[Objects]) -> bool:
+    return any(thing.amount not in (0, (0, 0)) for thing in things)
+
+
+def _sensor_reading(scenario: Scenario, name: str) -> str:
+    for kind, robot in scenario.types.items():
+        for index, reading in readings_of_type(robot):
+            if name == reading.name:
+                return f"types.{kind}.sensors[{index}]"
+    return "features"

@@ -1,0 +1,189 @@
+"""Numbers that a scenario may hold: of which sign, how large, in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from math import isfinite
+from typing import Any, NamedTuple
+
+import msgspec
+
+from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.part import Part
+from understudy.sim.scenario.schema import (
+    Camera,
+    Capture,
+    Chance,
+    Claimed,
+    Goal,
+    Locator,
+    Measuring,
+    Objects,
+    Obstacle,
+    Placing,
+    Pose,
+    Presence,
+    Pull,
+    Region,
+    Robots,
+    RobotType,
+    Scenario,
+    Sonar,
+    Stuck,
+    TargetOf,
+    Walk,
+)
+from understudy.sim.scenario.squad_schema import DutyOf, MemberOf, Radio, SquadOf, StatisticOf
+
+MOST = 1e9
+"""Whatever is larger is a slip, or breaks arithmetic."""
+MOST_THINGS = 10_000_000
+MOST_SPARE = 10_000
+"""Room for objects that are not there costs memory and time in every world."""
+
+
+class Limit(NamedTuple):
+    """What a number must be, and in words."""
+
+    holds: Callable[[float], bool]
+    words: str
+
+
+POSITIVE = Limit(lambda number: number > 0, "a number above 0")
+NOT_NEGATIVE = Limit(lambda number: number >= 0, "0 or more")
+TICK = Limit(lambda number: number >= 0.0001, "0.0001 or more")
+AT_LEAST_1 = Limit(lambda number: number >= 1, "1 or more")
+CHANCE = Limit(lambda number: 0 <= number <= 1, "a probability from 0 to 1")
+VIEW = Limit(lambda number: 0 < number < 180, "more than 0 and less than 180 degrees")
+THINGS = Limit(
+    lambda number: 0 <= number <= MOST_THINGS, f"a number from 0 to {MOST_THINGS:,}".replace(",", " ")
+)
+SPARE = Limit(
+    lambda number: 0 <= number <= MOST_SPARE, f"a number from 0 to {MOST_SPARE:,}".replace(",", " ")
+)
+PIXELS = Limit(lambda number: 1 <= number <= 100_000, "1 to 100 000 pixels")
+
+LIMITS: Mapping[type[Part], Mapping[str, Limit]] = {
+    Scenario: {"size": POSITIVE, "tick_s": TICK, "limit_s": POSITIVE, "spare_objects": SPARE},
+    Region: {"radius": POSITIVE},
+    Placing: {"count": THINGS, "apart": NOT_NEGATIVE, "near_m": NOT_NEGATIVE},
+    Obstacle: {"radius": POSITIVE, "height": POSITIVE},
+    Objects: {"radius": NOT_NEGATIVE, "height": POSITIVE, "amount": NOT_NEGATIVE, "pushers": AT_LEAST_1},
+    Presence: {"away_s": NOT_NEGATIVE, "first_s": NOT_NEGATIVE, "stays_s": NOT_NEGATIVE},
+    Capture: {"range": POSITIVE, "after_s": NOT_NEGATIVE},
+    Pull: {"robots": AT_LEAST_1},
+    Claimed: {"range": POSITIVE},
+    Walk: {"speed": POSITIVE, "turn_s": POSITIVE},
+    Measuring: {"dropout": CHANCE, "rate_hz": POSITIVE},
+    Sonar: {"range": POSITIVE, "noise": NOT_NEGATIVE},
+    Camera: {
+        "view_deg": VIEW,
+        "width_px": PIXELS,
+        "height_px": PIXELS,
+        "range": POSITIVE,
+        "least_px": NOT_NEGATIVE,
+        "noise_x": NOT_NEGATIVE,
+        "noise_size": NOT_NEGATIVE,
+        "misses": CHANCE,
+        "ghosts": CHANCE,
+    },
+    Locator: {"range": POSITIVE, "noise_range": NOT_NEGATIVE, "noise_deg": NOT_NEGATIVE},
+    Pose: {"noise": NOT_NEGATIVE, "noise_deg": NOT_NEGATIVE},
+    Stuck: {"after_s": POSITIVE},
+    Chance: {"every_s": POSITIVE},
+    RobotType: {
+        "radius": POSITIVE,
+        "speed": NOT_NEGATIVE,
+        "turning_deg": NOT_NEGATIVE,
+        "acceleration": POSITIVE,
+        "turning_acceleration_deg": POSITIVE,
+        "noise_drive": NOT_NEGATIVE,
+        "noise_turn": NOT_NEGATIVE,
+        "height": POSITIVE,
+        "capacity": NOT_NEGATIVE,
+        "reach": NOT_NEGATIVE,
+        "load_s": POSITIVE,
+        "unload_s": POSITIVE,
+    },
+    Robots: {"stored": NOT_NEGATIVE},
+    TargetOf: {"index": NOT_NEGATIVE, "within": POSITIVE},
+    Goal: {"within": POSITIVE, "gathered": NOT_NEGATIVE},
+    SquadOf: {"count": AT_LEAST_1},
+    MemberOf: {"least": NOT_NEGATIVE, "preferred": AT_LEAST_1, "most": AT_LEAST_1},
+    StatisticOf: {"within_s": POSITIVE, "for_s": POSITIVE},
+    DutyOf: {"share": AT_LEAST_1},
+    Radio: {"delay_s": NOT_NEGATIVE, "loss": CHANCE},
+}
+"""Limits by part and field; a part keeps those of what it is a sort of."""
+
+RANGES = ("count", "amount", "away_s", "first_s", "stays_s")
+"""Fields that are (least, most) where they are two numbers."""
+
+
+def check(checker: Checker) -> None:
+    """SettingError where a number cannot be."""
+    for part, path in parts(checker.scenario):
+        for name in part.__struct_fields__:
+            value, key = getattr(part, name), f"{path}.{name}" if path else name
+            for number, at in numbers(value, key):
+                _check_number(checker, at, number, limit_of(type(part), name))
+            if name in RANGES and isinstance(value, tuple) and value[0] > value[1]:
+                checker.wrong(key, f"is {list(value)}", "give the least first, then the most")
+    _check_times(checker)
+
+
+def parts(part: Part, path: str = "") -> Iterator[tuple[Part, str]]:
+    """Every part of a scenario with its key path."""
+    yield part, path
+    for name in part.__struct_fields__:
+        key = f"{path}.{name}" if path else name
+        for value, at in _leaves(getattr(part, name), key):
+            if isinstance(value, Part):
+                yield from parts(value, at)
+
+
+def numbers(value: Any, key: str) -> Iterator[tuple[float, str]]:
+    """Every number in a field that is not a part, with its key path."""
+    for leaf, at in _leaves(value, key):
+        if isinstance(leaf, int | float) and not isinstance(leaf, bool):
+            yield leaf, at
+
+
+def limit_of(part: type, name: str) -> Limit | None:
+    """The limit of a field, its own or that of what the part is a sort of."""
+    found = (LIMITS.get(sort, {}).get(name) for sort in part.__mro__)
+    return next((limit for limit in found if limit is not None), None)
+
+
+def _leaves(value: Any, key: str) -> Iterator[tuple[Any, str]]:
+    if isinstance(value, Mapping):
+        for name, inside in value.items():
+            yield from _leaves(inside, f"{key}.{name}")
+    elif isinstance(value, tuple | list):
+        for index, inside in enumerate(value):
+            yield from _leaves(inside, f"{key}[{index}]")
+    elif not isinstance(value, msgspec.UnsetType):
+        yield value, key
+
+
+def _check_number(checker: Checker, key: str, number: float, limit: Limit | None) -> None:
+    if not isfinite(number) or abs(number) > MOST:
+        remedy = f"give {limit.words}" if limit else "give a finite number"
+        checker.wrong(key, f"is {number}", f"{remedy}{', at most 1e9' * (abs(number) > MOST)}")
+    if limit is not None and not limit.holds(number):
+        checker.wrong(key, f"is {number}", f"give {limit.words}")
+
+
+def _check_times(checker: Checker) -> None:
+    """What takes time takes whole ticks, and no robot turns half around in one."""
+    tick_s = checker.scenario.tick_s
+    for name, kind in checker.scenario.types.items():
+        for key, seconds in (("load_s", kind.load_s), ("unload_s", kind.unload_s)):
+            ticks = seconds / tick_s
+            if kind.capacity > 0 and (round(ticks) < 1 or abs(ticks - round(ticks)) > 1e-6):
+                checker.wrong(
+                    f"types.{name}.{key}", f"is {seconds} s", f"give a multiple of tick_s, {tick_s} s"
+                )
+        if kind.turning_deg * tick_s >= 180:
+            problem = f"is {kind.turning_deg}: half a circle or more in a tick of {tick_s} s"
+            checker.wrong(f"types.{name}.turning_deg", problem, "give less, or a shorter tick_s")

@@ -1,0 +1,293 @@
+"""Places in a scenario: inside the arena, of shapes that can be, free where they must be, and room for the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import dist, floor, hypot, pi
+from typing import NamedTuple
+
+from msgspec import UNSET
+
+from understudy.sim.layout.geometry import (
+    Segment,
+    around,
+    crossing_edges,
+    from_segment,
+    is_inside,
+    placed_at,
+    wall_segments,
+)
+from understudy.sim.params import box_of, least_and_most
+from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.schema import Objects, Obstacle, Placing, Point, Region, Robots, Scenario
+
+DENSEST = pi / 12**0.5
+"""The share of a plane that equal discs can cover."""
+
+
+CLOSE = 1e-9
+"""What rounding may do to a distance, m."""
+
+
+class Disc(NamedTuple):
+    """Something round at a given place."""
+
+    key: str
+    x: float
+    y: float
+    radius: float
+
+
+def check(checker: Checker) -> None:
+    """SettingError where something cannot be where it should."""
+    scenario = checker.scenario
+    for name, region in scenario.regions.items():
+        _check_region(checker, f"regions.{name}", region)
+    _check_walls(checker)
+    for index, obstacle in enumerate(scenario.obstacles):
+        _check_shape(checker, f"obstacles[{index}]", obstacle)
+    if not scenario.robots:
+        checker.wrong("robots", "is empty", "give at least one robot")
+    for index, robots in enumerate(scenario.robots):
+        _check_robots(checker, f"robots[{index}]", robots)
+    for index, thing in enumerate(scenario.objects):
+        _check_objects(checker, f"objects[{index}]", thing)
+    for key, placing, radius in placed(scenario):
+        _check_placing(checker, key, placing, radius)
+    _check_order(checker)
+    _check_overlaps(checker)
+    _check_room(checker)
+
+
+def placed(scenario: Scenario) -> Iterator[tuple[str, Placing, float]]:
+    """Everything that has places: its key, itself, its radius."""
+    for index, obstacle in enumerate(scenario.obstacles):
+        radius = obstacle.radius or max((hypot(*point) for point in obstacle.points or ()), default=0.0)
+        yield f"obstacles[{index}]", obstacle, radius
+    for index, thing in enumerate(scenario.objects):
+        yield f"objects[{index}]", thing, thing.radius
+    for index, robots in enumerate(scenario.robots):
+        yield f"robots[{index}]", robots, scenario.types[robots.type].radius
+
+
+def _check_region(checker: Checker, key: str, region: Region) -> None:
+    round_one = region.center is not None and region.radius is not None
+    if (region.box is not None) == round_one or (region.center is None) != (region.radius is None):
+        checker.wrong(key, "is neither a box nor a circle", "give either a box, or a center and a radius")
+    width, height = checker.scenario.size
+    if region.box is not None:
+        x0, y0, x1, y1 = region.box
+        if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
+            remedy = f"give (x0, y0, x1, y1) with 0 <= x0 < x1 <= {width} and 0 <= y0 < y1 <= {height}"
+            checker.wrong(f"{key}.box", f"is {list(region.box)}", remedy)
+    elif region.center is not None:
+        _check_inside(checker, f"{key}.center", region.center, 0.0)
+
+
+def _check_inside(checker: Checker, key: str, place: Sequence[float], radius: float) -> None:
+    (x, y), (width, height) = place[:2], checker.scenario.size
+    if not (radius <= x <= width - radius and radius <= y <= height - radius):
+        where = f"x from {radius} to {width - radius} and y from {radius} to {height - radius}"
+        checker.wrong(key, f"is ({x}, {y}), outside the arena", f"give {where}")
+
+
+def _check_walls(checker: Checker) -> None:
+    for index, wall in enumerate(checker.scenario.walls):
+        key, least = f"walls[{index}].points", 3 if wall.closed else 2
+        if len(wall.points) < least:
+            checker.wrong(key, f"has {len(wall.points)} points", f"give at least {least}")
+        for number, point in enumerate(wall.points):
+            _check_inside(checker, f"{key}[{number}]", point, 0.0)
+            if number and point == wall.points[number - 1]:
+                checker.wrong(f"{key}[{number}]", "is the point before it again", "leave one of the two out")
+
+
+def _check_shape(checker: Checker, key: str, obstacle: Obstacle) -> None:
+    if (obstacle.radius is None) == (obstacle.points is None):
+        checker.wrong(key, "is neither round nor a polygon", "give either a radius or points")
+    if obstacle.points is None:
+        return
+    if len(obstacle.points) < 3:
+        checker.wrong(f"{key}.points", f"has {len(obstacle.points)} points", "give at least 3")
+    crossing = crossing_edges(obstacle.points)
+    if crossing is not None:
+        first, second = crossing
+        problem = f"is a polygon whose edges {first} and {second} meet"
+        if first == second:
+            problem = f"has the corner {first} twice in a row"
+        checker.wrong(f"{key}.points", problem, "give its corners in order around it, each once")
+
+
+def _check_robots(checker: Checker, key: str, robots: Robots) -> None:
+    types = checker.scenario.types
+    checker.known(f"{key}.type", robots.type, types, what="type of robot")
+    if isinstance(robots.count, tuple) or robots.count == 0:
+        count = list(robots.count) if isinstance(robots.count, tuple) else robots.count
+        checker.wrong(
+            f"{key}.count",
+            f"is {count}",
+            "give one whole number from 1 up: robots are the same in all worlds",
+        )
+    capacity = types[robots.type].capacity
+    if robots.stored > capacity:
+        problem = f"is {robots.stored}, and the type {robots.type!r} has a capacity of {capacity}"
+        checker.wrong(f"{key}.stored", problem, f"give at most {capacity}")
+
+
+def _check_objects(checker: Checker, key: str, thing: Objects) -> None:
+    if thing.aloft and (thing.solid or thing.pushable):
+        checker.wrong(
+            f"{key}.aloft", "is given for what robots bump into", "leave it out, or leave out `solid`"
+        )
+    region = checker.scenario.regions.get(thing.within or "")
+    for word, given in (("presence", thing.presence), ("walk", thing.walk)):
+        if given is not None and region is not None and region.box is None:
+            checker.wrong(
+                f"{key}.within", f"is a circle for things with a {word}", "give a region that is a box"
+            )
+    if thing.presence is None:
+        return
+    for word, value in (("at", isinstance(thing.at, tuple)), ("near", thing.near is not None)):
+        if value:
+            checker.wrong(
+                f"{key}.{word}", "is given for things that appear at random", "leave it out, or give `within`"
+            )
+    if isinstance(thing.count, tuple):
+        checker.wrong(f"{key}.count", "is drawn for things that come and go", "give one whole number")
+
+
+def _check_placing(checker: Checker, key: str, placing: Placing, radius: float) -> None:
+    scenario = checker.scenario
+    if isinstance(placing.at, tuple):
+        for word in ("count", "within", "near"):
+            if getattr(placing, word) is not None and getattr(placing, word) is not UNSET:
+                checker.wrong(f"{key}.{word}", "is given beside places", "leave it out, or leave out `at`")
+        if not placing.at:
+            checker.wrong(f"{key}.at", "is empty", "give at least one place, or a count")
+        solid = isinstance(placing, Robots) or (
+            isinstance(placing, Objects) and (placing.solid or placing.pushable)
+        )
+        for index, place in enumerate(placing.at):
+            if len(place) not in (2, 3):
+                checker.wrong(
+                    f"{key}.at[{index}]",
+                    f"has {len(place)} numbers",
+                    "give x and y, then degrees if you like",
+                )
+            _check_inside(checker, f"{key}.at[{index}]", place, radius if solid else 0.0)
+    if placing.within is not None:
+        checker.known(f"{key}.within", placing.within, scenario.regions, what="region")
+    if placing.near_m and placing.near is None:
+        checker.wrong(f"{key}.near_m", "is given without `near`", "name the object that they are near")
+    if placing.near is None:
+        return
+    names = [thing.name for thing in scenario.objects]
+    checker.known(f"{key}.near", placing.near, names, what="class of objects")
+    near = scenario.objects[names.index(placing.near)]
+    if near.presence is not None or (not isinstance(near.at, tuple) and _fewest(near) < 1):
+        remedy = "give that object a count of at least 1 and no presence"
+        checker.wrong(f"{key}.near", f"is {placing.near!r}, which is not always there", remedy)
+    if (near.solid or near.pushable) and placing.near_m < radius + near.radius - CLOSE:
+        problem = f"is {placing.near_m}, inside {placing.near!r}, which is solid"
+        checker.wrong(f"{key}.near_m", problem, f"give at least {radius + near.radius:g}")
+
+
+def _fewest(placing: Placing) -> int:
+    return least_and_most(placing.count)[0] if isinstance(placing.count, int | tuple) else 1
+
+
+def _check_order(checker: Checker) -> None:
+    """No object is near one that is near it, or near itself."""
+    near = {thing.name: thing.near for thing in checker.scenario.objects}
+    for index, thing in enumerate(checker.scenario.objects):
+        at, seen = thing.near, {thing.name}
+        while at is not None and at not in seen:
+            seen.add(at)
+            at = near[at]
+        if at == thing.name:
+            remedy = "let one of them be placed by itself"
+            checker.wrong(f"objects[{index}].near", f"leads back to {thing.name!r} itself", remedy)
+
+
+def _check_overlaps(checker: Checker) -> None:
+    """What is solid and has its place given keeps off all else of that sort; obstacles may overlap each other."""
+    scenario = checker.scenario
+    walls = tuple(wall_segments(scenario))
+    polygons = tuple(_polygons(scenario))
+    grid: dict[tuple[int, int], list[Disc]] = {}
+    discs = list(_solid_discs(scenario))
+    cell = 2.0 * max((disc.radius for disc in discs), default=1.0)
+    for disc in discs:
+        stays = disc.key.startswith("obstacles")
+        if not stays:
+            _check_disc(checker, disc, walls, polygons)
+        column, row = floor(disc.x / cell), floor(disc.y / cell)
+        for near in ((column + dx, row + dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)):
+            for before in grid.get(near, ()):
+                both_stay = stays and before.key.startswith("obstacles")
+                if not both_stay and dist(before[1:3], disc[1:3]) < before.radius + disc.radius - CLOSE:
+                    checker.wrong(disc.key, f"overlaps {before.key}", "give a free place")
+        grid.setdefault((column, row), []).append(disc)
+
+
+def _check_disc(
+    checker: Checker, disc: Disc, walls: Sequence[Segment], polygons: Sequence[tuple[str, Sequence[Point]]]
+) -> None:
+    place = (disc.x, disc.y)
+    if any(from_segment(place, wall) < disc.radius for wall in walls):
+        checker.wrong(disc.key, "overlaps a wall", "give a free place")
+    for key, corners in polygons:
+        if is_inside(place, corners) or any(
+            from_segment(place, edge) < disc.radius for edge in around(corners)
+        ):
+            checker.wrong(disc.key, f"overlaps {key}", "give a free place")
+
+
+def _polygons(scenario: Scenario) -> Iterator[tuple[str, tuple[Point, ...]]]:
+    for index, obstacle in enumerate(scenario.obstacles):
+        if obstacle.points is not None and isinstance(obstacle.at, tuple):
+            for number, place in enumerate(obstacle.at):
+                yield f"obstacles[{index}].at[{number}]", placed_at(obstacle.points, place)
+
+
+def _solid_discs(scenario: Scenario) -> Iterator[Disc]:
+    for key, placing, radius in placed(scenario):
+        if isinstance(placing, Obstacle) and placing.radius is None:
+            continue
+        if isinstance(placing, Objects) and not (placing.solid or placing.pushable):
+            continue
+        if isinstance(placing, Robots) and not scenario.types[placing.type].collides:
+            continue
+        if isinstance(placing.at, tuple):
+            for index, (x, y, *_) in enumerate(placing.at):
+                yield Disc(f"{key}.at[{index}]", x, y, radius)
+
+
+def _check_room(checker: Checker) -> None:
+    """What cannot fit by its size alone is refused here; the rest is found out while a world is laid out."""
+    scenario = checker.scenario
+    width, height = scenario.size
+    taken = 0.0
+    for key, placing, radius in placed(scenario):
+        if isinstance(placing.at, tuple) or (isinstance(placing, Objects) and placing.presence is not None):
+            continue
+        reach = (
+            radius + placing.apart
+            if not (isinstance(placing, Obstacle) and placing.points)
+            else placing.apart
+        )
+        x0, y0, x1, y1 = box_of(scenario, placing.within)
+        if min(x1, width - reach) < max(x0, reach) or min(y1, height - reach) < max(y0, reach):
+            region = f"the region {placing.within!r}" if placing.within else "the arena"
+            checker.wrong(key, f"finds no room in {region}", "give a smaller radius or `apart`, or more room")
+        if isinstance(placing, Obstacle) and placing.points is not None:
+            continue
+        if isinstance(placing, Robots) and not scenario.types[placing.type].collides:
+            continue
+        count, half = _fewest(placing), 0.5 * placing.apart
+        taken += count * pi * (radius + half) ** 2
+        if taken > DENSEST * (width + 2 * half) * (height + 2 * half):
+            problem = f"asks for {count}, and they cannot fit: there is no free space for them"
+            checker.wrong(
+                f"{key}.count", problem, "give fewer, smaller radii, less `apart`, or a larger size"
+            )

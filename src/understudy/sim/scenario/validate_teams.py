@@ -1,0 +1,104 @@
+"""Boxes to pull, and signals, in a scenario: what can be pulled, by as many as there are, and what is raised."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from understudy.errors import listed
+from understudy.sim.params import SIGNAL, most_of, robot_count, signals_of
+from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.schema import Claimed, Goal, Objects, Pull, RobotType, TargetOf
+from understudy.sim.sensing.plan import claimable
+
+NOT_BESIDE = ("home", "solid", "pushable", "presence", "capture", "walk")
+
+
+def check(checker: Checker) -> None:
+    """SettingError where a box cannot be pulled or gathered, or where nobody raises a signal that is looked for."""
+    scenario = checker.scenario
+    for index, thing in enumerate(scenario.objects):
+        if thing.pull is not None:
+            _check_box(checker, f"objects[{index}]", thing, thing.pull)
+    for name, kind in scenario.types.items():
+        for index, sensor in enumerate(kind.sensors):
+            if isinstance(sensor, Claimed):
+                _check_claimed(checker, f"types.{name}.sensors[{index}]", sensor)
+    for name, target in scenario.targets.items():
+        _check_target(checker, f"targets.{name}", target)
+    if scenario.goal is not None and scenario.goal.gathered:
+        _check_goal(checker, scenario.goal)
+
+
+def check_signal(checker: Checker, key: str, channels: Mapping[str, float | str]) -> None:
+    """SettingError where a signal is no name, or another channel is one."""
+    for channel, value in channels.items():
+        if channel == SIGNAL and not isinstance(value, str):
+            remedy = 'give the name of the signal that it raises: signal = "help"'
+            checker.wrong(f"{key}.{channel}", f"is {value}", remedy)
+        if channel != SIGNAL and isinstance(value, str):
+            checker.wrong(f"{key}.{channel}", f"is {value!r:.60}, a text", "give a number from -1 to 1")
+
+
+def _check_box(checker: Checker, key: str, thing: Objects, pull: Pull) -> None:
+    """It is nothing else beside, enough robots are there, and where it appears again is a box."""
+    others = [word for word in NOT_BESIDE if getattr(thing, word)]
+    others += ["amount"] if thing.amount not in (0, (0, 0)) else []
+    if others:
+        problem = f"is given beside {listed(others)}"
+        checker.wrong(f"{key}.pull", problem, "leave out one or the other: boxes to pull are nothing else")
+    robots = sum(robot_count(each.count, each.at) for each in checker.scenario.robots)
+    if pull.robots > robots:
+        problem = f"is {pull.robots}, and there are {robots} robots"
+        checker.wrong(f"{key}.pull.robots", problem, f"give at most {robots}, or more robots")
+    region = checker.scenario.regions.get(thing.within or "")
+    if pull.respawn and region is not None and region.box is None:
+        problem = "is a circle for boxes that appear again"
+        checker.wrong(f"{key}.within", problem, "give a region that is a box")
+
+
+def _check_claimed(checker: Checker, key: str, sensor: Claimed) -> None:
+    _check_raised(checker, f"{key}.signal", sensor.signal)
+    known = claimable(checker.scenario)
+    if sensor.targets is not None and not sensor.targets:
+        checker.wrong(f"{key}.targets", "is empty", "leave it out for all targets, or name some")
+    for name in sensor.targets or ():
+        checker.known(f"{key}.targets", name, known, what="target that is an object and may be claimed")
+
+
+def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
+    for word in ("signal", "unclaimed"):
+        signal = getattr(target, word)
+        if signal is not None:
+            _check_raised(checker, f"{key}.{word}", signal)
+    if target.unclaimed is not None and target.nearest is None:
+        remedy = "give the class whose nearest unclaimed object is meant as `nearest`"
+        checker.wrong(f"{key}.unclaimed", "is given without `nearest`", remedy)
+    if (target.unclaimed is None) != (target.within is None):
+        given, other = ("within", "unclaimed") if target.unclaimed is None else ("unclaimed", "within")
+        remedy = f"give both or neither: {other} is {'the signal that claims' if given == 'within' else 'how near'}"
+        checker.wrong(f"{key}.{given}", f"is given without `{other}`", remedy)
+
+
+def _check_raised(checker: Checker, key: str, signal: str) -> None:
+    checker.known(key, signal, signals_of(checker.scenario), what="signal that some behavior raises")
+
+
+def _check_goal(checker: Checker, goal: Goal) -> None:
+    """There are homes to bring boxes to, and boxes enough."""
+    things = checker.scenario.objects
+    boxes = [thing for thing in things if thing.pull is not None]
+    if not boxes:
+        checker.wrong("goal.gathered", "cannot be: there is no box", "give an object a pull")
+    if not any(thing.home and not thing.solid and not thing.pushable for thing in things):
+        remedy = "give an object home = true that is not solid"
+        checker.wrong("goal.gathered", "cannot be: there is no home that a box can be brought into", remedy)
+    most = sum(map(most_of, boxes))
+    if goal.gathered > most and not any(thing.pull and thing.pull.respawn for thing in boxes):
+        problem = f"is {goal.gathered}, and there are {most} boxes at most"
+        checker.wrong("goal.gathered", problem, f"give at most {most}, or let boxes respawn")
+
+
+def raised_by(kind: RobotType) -> list[tuple[str, str]]:
+    """The behaviors of a type that raise a signal, each with which."""
+    found = ((name, each.get(SIGNAL)) for name, each in kind.behaviors.items())
+    return [(name, signal) for name, signal in found if isinstance(signal, str)]

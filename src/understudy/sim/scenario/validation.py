@@ -1,0 +1,42 @@
+"""Whether a scenario can be: whatever is impossible or senseless in it is one error that names the key.
+
+`check` looks at types first, then numbers, names, places, boxes and signals, squads. A world that passes may still
+turn out too crowded while it is laid out, which depends on its seed.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+from understudy.sim.scenario import (
+    checking_squads,
+    validate_names,
+    validate_numbers,
+    validate_places,
+    validate_teams,
+)
+from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.scenario.toml_decode import Mismatch, convert
+
+
+def check(scenario: Scenario) -> None:
+    """SettingError where a scenario is impossible or makes no sense."""
+    checker = Checker(scenario)
+    _check_types(checker)
+    validate_numbers.check(checker)
+    validate_names.check(checker)
+    validate_places.check(checker)
+    validate_teams.check(checker)
+    checking_squads.check(checker)
+
+
+def _check_types(checker: Checker) -> None:
+    """A scenario built in Python may hold anything: it is held to what a file may hold."""
+    try:
+        plain = msgspec.to_builtins(checker.scenario)
+    except (TypeError, ValueError, OverflowError) as error:
+        checker.wrong("scenario", f"cannot be: {error}", "give plain numbers, texts, tuples and mappings")
+    found = convert(plain, Scenario)
+    if isinstance(found, Mismatch):
+        checker.wrong(*found)

@@ -1,0 +1,1 @@
+"""Which readings the sensors of a scenario give."""

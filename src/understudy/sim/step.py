@@ -1,0 +1,263 @@
+"""Many ticks in one go: over worlds side by side, or over the robots of one large world, in one thread or several.
+
+What comes out is the same bit by bit, whatever the threads: random draws are keyed, and no sum depends on the order
+in which robots are looked at.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.runtime.body import FusedPlan
+from understudy.runtime.engine.compiler import compile_programs
+from understudy.runtime.engine.tables import Stacks, Tables
+from understudy.runtime.program import IDLE_PROGRAM
+from understudy.sim.kernel_context import MOST_THREADS, Context, Stage, shared
+from understudy.sim.kernels import tick
+from understudy.sim.kit import COLUMNS
+from understudy.sim.layout.neighbor_grid import Grid, Near, grid_for
+from understudy.sim.sensing.plan import Plan
+from understudy.sim.state import Rules, State
+
+ALONE = 2000
+"""Robots up to which one thread is quicker than several."""
+
+SORTED = 1000
+"""Robots in a world from which on they are kept in the order of their places while many ticks go by."""
+
+ROBOT_TICKS = 5_000_000
+"""After about so many, Python gets to look whether someone has interrupted."""
+
+MOST_TICKS = 100
+
+
+def advance(
+    stage: Stage,
+    sensing: Plan,
+    fused: FusedPlan,
+    ticks: int,
+    threads: int | None,
+    *,
+    until_finished: bool = False,
+) -> None:
+    """Advance all worlds so many ticks; a world ends early once it is finished where `until_finished`.
+
+    The commands of the plan are a table whose columns are COLUMNS.
+    """
+    rows, worlds = len(stage.state.robots), len(stage.state.seeds)
+    if threads is None:
+        threads = 1 if rows < ALONE else os.cpu_count() or 1
+    threads = min(threads, max(worlds, rows // 64), MOST_THREADS)
+    if fused.lead is not None and stage.rules.robots < ALONE:
+        threads = min(threads, worlds)  # to wait for each other twice more a tick pays in large worlds only
+    if worlds >= threads:
+        _side_by_side(stage, sensing, fused, ticks, threads, until_finished=until_finished)
+    else:
+        for world in range(worlds):
+            _together(stage, sensing, fused, ticks, threads, world, until_finished=until_finished)
+
+
+def _chunks(ticks: int, rows: int) -> list[int]:
+    """Ticks at a time, so that none takes long."""
+    most = max(1, min(MOST_TICKS, ROBOT_TICKS // max(1, rows)))
+    return [min(most, ticks - begun) for begun in range(0, ticks, most)]
+
+
+def _run(pool: ThreadPoolExecutor, parts: int, work: Callable[[int], None]) -> None:
+    """Do all parts of the work: this thread the first, those of the pool the others."""
+    others: list[Future[None]] = []
+    try:
+        others.extend(pool.submit(work, part) for part in range(1, parts))
+    finally:  # if interrupted, too: parts that have begun wait for the others
+        others += [pool.submit(work, part) for part in range(1 + len(others), parts)]
+        work(0)
+        for other in others:
+            other.result()
+
+
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max(1, threads - 1))
+
+
+def _side_by_side(
+    stage: Stage, sensing: Plan, fused: FusedPlan, ticks: int, threads: int, *, until_finished: bool
+) -> None:
+    """Every thread has worlds of its own, and none waits for another."""
+    state, rules = stage.state, stage.rules
+    worlds = len(state.seeds)
+    if worlds == 1 and rules.robots >= SORTED and fused.lead is None:
+        _together(stage, sensing, fused, ticks, 1, 0, until_finished=until_finished)
+        return
+    contexts = [Context(stage, sensing, shared(stage, grid_for(rules))) for _ in range(threads)]
+    with _pool(threads) as pool:
+        for chunk in _chunks(ticks, len(state.robots)):
+
+            def work(part: int, chunk: int = chunk) -> None:
+                first, end = worlds * part // threads, worlds * (part + 1) // threads
+                run(
+                    contexts[part], fused.tables, fused.stacks, fused.commands, fused.running, first=first, end=end,
+                    ticks=chunk, until_finished=until_finished, led=fused.lead,
+                )  # fmt: skip
+
+            _run(pool, threads, work)
+
+
+def _together(
+    stage: Stage,
+    sensing: Plan,
+    fused: FusedPlan,
+    ticks: int,
+    threads: int,
+    world: int,
+    *,
+    until_finished: bool,
+) -> None:
+    """All threads work on one world, each on a share of its robots, and wait for each other in every tick.
+
+    The robots of a large world are put in the order of their places meanwhile, so that those who look at each
+    other are side by side in memory too; but not those whom coordinators know by their rows.
+    """
+    if fused.lead is not None:
+        _led_together(stage, sensing, fused, ticks, threads, world, until_finished=until_finished)
+        return
+    rules = stage.rules
+    grid = grid_for(rules)
+    with _pool(threads) as pool:
+        for chunk in _chunks(ticks, rules.robots):
+            order = np.arange(rules.robots)
+            if rules.robots >= SORTED and chunk > 1:
+                order = order_of_places(stage.state, rules, grid, world)
+            there = _Sorted(stage, fused, order, world)
+            room = shared(there.stage, grid)
+            contexts = [Context(there.stage, sensing, room) for _ in range(threads)]
+
+            def work(
+                part: int, chunk: int = chunk, there: _Sorted = there, contexts: list[Context] = contexts
+            ) -> None:
+                run(
+                    contexts[part], fused.tables, there.stacks, fused.commands, there.running, first=0, end=1,
+                    part=part, parts=threads, ticks=chunk, until_finished=until_finished,
+                )  # fmt: skip
+
+            try:
+                _run(pool, threads, work)
+            finally:  # if interrupted, too: objects and clock have gone on
+                there.put_back()
+
+
+def _led_together(
+    stage: Stage,
+    sensing: Plan,
+    fused: FusedPlan,
+    ticks: int,
+    threads: int,
+    world: int,
+    *,
+    until_finished: bool,
+) -> None:
+    """The same where coordinators lead the robots."""
+    room = shared(stage, grid_for(stage.rules))
+    contexts = [Context(stage, sensing, room) for _ in range(threads)]
+    with _pool(threads) as pool:
+        for chunk in _chunks(ticks, stage.rules.robots):
+
+            def work(part: int, chunk: int = chunk) -> None:
+                run(
+                    contexts[part], fused.tables, fused.stacks, fused.commands, fused.running, first=world,
+                    end=world + 1, part=part, parts=threads, ticks=chunk, until_finished=until_finished,
+                    led=fused.lead,
+                )  # fmt: skip
+
+            _run(pool, threads, work)
+
+
+def order_of_places(state: State, rules: Rules, grid: Grid, world: int) -> NDArray[np.intp]:
+    """The robots of a world in the order of the grid's cells."""
+    robots = state.robots[world * rules.robots : (world + 1) * rules.robots]
+    column = np.clip(robots["x"] / grid.cell, 0, grid.columns - 1).astype(np.uint16)
+    line = np.clip(robots["y"] / grid.cell, 0, grid.lines - 1).astype(np.uint16)
+    by_column = np.argsort(column, kind="stable")  # numbers of 16 bits are sorted without comparing them
+    order: NDArray[np.intp] = by_column[np.argsort(line[by_column], kind="stable")]
+    return order
+
+
+class _Sorted:
+    """One world's arrays with its robots in another order, to be put back afterwards."""
+
+    def __init__(self, stage: Stage, fused: FusedPlan, order: NDArray[np.intp], world: int) -> None:
+        state, kept, robots = stage.state, fused.stacks, len(order)
+        self._order = order
+        one, own = slice(world, world + 1), slice(world * robots, (world + 1) * robots)
+        self._from = [each[own] for each in (state.robots, state.memory, *kept, fused.running)]
+        self._now = [_taken(each, order) for each in self._from]
+        mine, memory, root, current, entered, kept_memory, self.running = self._now
+        self.state = State(
+            robots=mine,
+            objects=state.objects[one],
+            discs=state.discs[one],
+            segments=state.segments[one],
+            seeds=state.seeds[one],
+            tick=state.tick[one],
+            finished=state.finished[one],
+            memory=memory,
+        )
+        self.stacks = Stacks(root, current, entered, kept_memory)
+        cells = stage.near.columns * stage.near.lines
+        near: Near = stage.near._replace(start=stage.near.start[world * cells : (world + 1) * cells + 1])
+        self.stage = Stage(self.state, stage.rules, near, stage.has)
+
+    def put_back(self) -> None:
+        """The robots as they are now, in their own order."""
+        back = np.empty_like(self._order)
+        back[self._order] = np.arange(len(back))
+        for there, now in zip(self._from, self._now, strict=True):
+            there[:] = _taken(now, back)
+
+
+def _taken(rows: NDArray[Any], order: NDArray[np.intp]) -> NDArray[Any]:
+    """The rows of an array in this order: each as a lump of bytes, since field by field takes ten times as long."""
+    if rows.size == 0:
+        return rows.copy()
+    lumps = np.ascontiguousarray(rows).view(np.dtype((np.void, rows.dtype.itemsize)))
+    taken: NDArray[Any] = np.take(lumps, order, axis=0).view(rows.dtype)
+    return taken
+
+
+NOTHING = (np.zeros((0, len(COLUMNS))), np.zeros(0, np.int32), np.zeros((0, 0)))
+
+
+def run(
+    context: Context, tables: Tables, stacks: Stacks, commands: NDArray[np.float64], running: NDArray[np.int32], *,
+    first: int, end: int, ticks: int, part: int = 0, parts: int = 1, until_finished: bool = False, led: Any = None,
+) -> None:  # fmt: skip
+    """Sense, decide and act in the worlds from `first` up to `end`."""
+    tick.advance(
+        context.record, tick.RUN, first, end, part, parts, context.room.barrier, ticks, until_finished,
+        context.rows, tuple(tables), tuple(stacks), commands, running, NOTHING[2], led, *context.has,
+    )  # fmt: skip
+
+
+def sense(context: Context, worlds: int, out: NDArray[np.float64]) -> None:
+    """The readings [B*N, F] of all robots, to `out`."""
+    tick.advance(
+        context.record, tick.SENSE, 0, worlds, 0, 1, context.room.barrier, 1, False,
+        context.rows, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out, None, *context.has,
+    )  # fmt: skip
+
+
+def obey(context: Context, worlds: int, commands: NDArray[np.float64]) -> None:
+    """One tick with commands [B*N, 5]."""
+    tick.advance(
+        context.record, tick.OBEY, 0, worlds, 0, 1, context.room.barrier, 1, False,
+        context.rows, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2], None, *context.has,
+    )  # fmt: skip
+
+
+NO_TABLES = tuple(compile_programs([IDLE_PROGRAM]).tables)
+NO_STACKS = tuple(compile_programs([IDLE_PROGRAM]).stacks())

@@ -1,0 +1,1 @@
+"""Teams of a scenario: their libraries, roles and squads."""

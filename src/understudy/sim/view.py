@@ -1,0 +1,177 @@
+"""Views: one world as plain data, for pictures, for a terminal, for a page - columns, whatever made them.
+
+What a view holds is copied, so that it stays as it was while its world goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.sim.params import Names
+from understudy.sim.state import Records, Rules, State
+
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.integer[Any]]
+Bools: TypeAlias = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotsView:
+    """The robots of a world: columns [N] in order of their ids, in m and rad.
+
+    `color`, `team` and `type` are indices of the view's names, -1 for none.
+    """
+
+    x: Floats
+    y: Floats
+    heading: Floats
+    radius: Floats
+    reach: Floats
+    color: Ints
+    team: Ints
+    type: Ints
+    stored: Ints
+    capacity: Ints
+    delivered: Ints
+    holding: Ints
+    """The slot of the box that it holds, -1 for none."""
+    signal: Ints
+    """Which of the view's names of signals it raises, -1 for none."""
+    frozen: Bools
+    """Robots that failed: they neither sense nor move."""
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObjectsView:
+    """The objects that are there: columns [K], in m. `slot` stays the same for one object, in all views of a run.
+
+    `kind` is the index of its class among the view's names, `color` of its color, -1 for none.
+    """
+
+    slot: Ints
+    kind: Ints
+    x: Floats
+    y: Floats
+    radius: Floats
+    color: Ints
+    amount: Ints
+    at_first: Ints
+    food: Bools
+    home: Bools
+    solid: Bools
+    pushable: Bools
+    pull: Ints
+    """How many robots it takes to pull it; 0 for what cannot be pulled."""
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DiscsView:
+    """Round obstacles: columns [O], in m; `color` is an index of the view's names, -1 for none."""
+
+    x: Floats
+    y: Floats
+    radius: Floats
+    color: Ints
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorldView:
+    """One world at one moment. The arena spans [0, width] x [0, height]; lengths in m, times in s."""
+
+    width: float
+    height: float
+    time_s: float
+    robots: RobotsView
+    objects: ObjectsView
+    discs: DiscsView
+    walls: Floats
+    """Pieces of inner walls [W, 4]: from x, y to x, y. The arena's own bounds are not among them."""
+    edges: Floats
+    """Edges of polygonal obstacles [E, 4], one polygon after the other."""
+    names: Names
+    gathered: int = 0
+    """Boxes that were brought home."""
+
+    @property
+    def polygons(self) -> tuple[Floats, ...]:
+        """The corners [P, 2] of each polygonal obstacle, from its edges."""
+        found, first = [], 0
+        for last, edge in enumerate(self.edges):
+            if np.array_equal(edge[2:], self.edges[first, :2]):
+                found.append(self.edges[first : last + 1, :2])
+                first = last + 1
+        return tuple(found)
+
+    def color(self, index: int) -> str | None:
+        """The name of a color by its index."""
+        return self.names.colors[index] if index >= 0 else None
+
+
+class Frame(NamedTuple):
+    """A moment of a run: the world, and what each of its robots is doing (the name of a state or behavior)."""
+
+    view: WorldView
+    doing: Sequence[str]
+
+
+def view(state: State, rules: Rules, names: Names, world: int = 0) -> WorldView:
+    """One world of a state."""
+    segments = state.segments[world]
+    segments = segments[~np.isnan(segments["x0"])]
+    lines = np.stack([segments[end] for end in ("x0", "y0", "x1", "y1")], axis=1)
+    wall = segments["wall"] != 0
+    return WorldView(
+        width=rules.width,
+        height=rules.height,
+        time_s=int(state.tick[world]) * rules.tick_s,
+        robots=_robots(state.robots[world * rules.robots : (world + 1) * rules.robots], rules),
+        objects=_objects(state.objects[world], rules),
+        discs=_discs(state.discs[world]),
+        walls=lines[wall],
+        edges=lines[~wall],
+        names=names,
+        gathered=int(state.objects["gathered"][world].sum()),
+    )
+
+
+def _robots(rows: Records, rules: Rules) -> RobotsView:
+    own = ("x", "y", "heading", "type", "stored", "delivered")
+    typed = ("radius", "reach", "color", "team", "capacity")
+    return RobotsView(
+        **{name: rows[name].copy() for name in own},
+        **{name: rules.types[name][rows["type"]] for name in typed},
+        holding=rows["holding"] - 1,
+        signal=rows["signal"] - 1,
+        frozen=rows["frozen"] != 0,
+    )
+
+
+def _objects(rows: Records, rules: Rules) -> ObjectsView:
+    slot = np.flatnonzero(rows["present"])
+    kind = rules.class_of[slot]
+    return ObjectsView(
+        slot=slot,
+        kind=kind,
+        **{name: rows[name][slot] for name in ("x", "y", "amount", "at_first")},
+        **{name: rules.classes[name][kind] for name in ("radius", "color", "pull")},
+        **{name: rules.classes[name][kind] != 0 for name in ("food", "home", "solid", "pushable")},
+    )
+
+
+def _discs(rows: Records) -> DiscsView:
+    rows = rows[rows["radius"] > 0]
+    return DiscsView(**{name: rows[name].copy() for name in ("x", "y", "radius", "color")})

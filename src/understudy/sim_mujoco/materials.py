@@ -1,0 +1,104 @@
+"""Colors of things in physics: how a scenario's color is painted, and which rendered pixels are taken for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from colorsys import rgb_to_hsv
+from types import MappingProxyType
+from typing import NamedTuple
+from zlib import crc32
+
+from understudy.robots.camera.color import Color
+
+
+class Paint(NamedTuple):
+    """Red, green and blue, each from 0 to 1."""
+
+    red: float
+    green: float
+    blue: float
+
+
+PAINTS: Mapping[str, Paint] = MappingProxyType(
+    {
+        "red": Paint(0.85, 0.12, 0.12),
+        "orange": Paint(0.95, 0.45, 0.05),
+        "brown": Paint(0.45, 0.28, 0.16),
+        "yellow": Paint(0.95, 0.85, 0.08),
+        "green": Paint(0.10, 0.70, 0.22),
+        "cyan": Paint(0.05, 0.75, 0.75),
+        "blue": Paint(0.10, 0.30, 0.90),
+        "purple": Paint(0.50, 0.15, 0.80),
+        "violet": Paint(0.50, 0.15, 0.80),
+        "magenta": Paint(0.85, 0.10, 0.60),
+        "pink": Paint(0.95, 0.45, 0.65),
+        "white": Paint(0.97, 0.97, 0.97),
+        "gray": Paint(0.55, 0.56, 0.58),
+        "grey": Paint(0.55, 0.56, 0.58),
+        "black": Paint(0.06, 0.06, 0.06),
+    }
+)
+"""Purer than they are in figures, so that cameras tell them apart."""
+
+HUE_DEG = 12.0
+"""So far from its paint's hue a pixel may be: light is neutral here."""
+HAZY = 0.12
+"""The least saturation of what is seen through a film, of everything else SATURATED; all that is gray is below."""
+SATURATED = 0.45
+DARKEST = 0.12
+FILM, DEEP, SHADE = 0.25, 0.6, 0.55
+"""How opaque is what hangs aloft, and how dark beside its paint: robots drive and see through it. How dark the shaded
+side of things is."""
+HUELESS = 0.1
+
+
+def paint(name: str | None) -> Paint:
+    """How a scenario's color is painted; one that nobody foresaw gets one of the others, always the same."""
+    if name is None:
+        return PAINTS["gray"]
+    named = PAINTS.get(name.lower())
+    if named is not None:
+        return named
+    if len(name) == 7 and name.startswith("#"):
+        return Paint(*(int(name[at : at + 2], 16) / 255.0 for at in (1, 3, 5)))
+    pure = [each for each in PAINTS.values() if _hsv(each)[1] > SATURATED]
+    return pure[crc32(name.encode()) % len(pure)]
+
+
+def film_of(name: str | None) -> Paint:
+    """How what hangs aloft is painted: deeper, so that things behind it keep their color."""
+    return Paint(*(DEEP * part for part in paint(name)))
+
+
+def seen_as(name: str, *, film: bool = False, films: Iterable[str] = ()) -> Color:
+    """The pixels that are taken for a color: of its hue, in light and in shade, bare or behind one of these films.
+
+    Where the thing itself is a `film`, it lets through what is behind it, and is paler.
+    """
+    own = paint(name)
+    hue, saturation, value = _hsv(own)
+    if saturation < HUELESS:
+        return Color(saturation=(0.0, HUELESS), value=(max(0.0, value - 0.15), min(1.0, value + 0.15)))
+    behind = [
+        Paint(
+            *(
+                (1 - FILM) * SHADE * thing + FILM * veil
+                for thing, veil in zip(own, film_of(each), strict=True)
+            )
+        )
+        for each in films
+    ]
+    turned = [0.0, *((_hsv(each)[0] - hue + 0.5) % 1.0 - 0.5 for each in behind if not film)]
+    palest = min([saturation, *(_hsv(each)[1] for each in behind)])
+    ends = [
+        (360.0 * (hue + turn) + margin) % 360.0
+        for turn, margin in ((min(turned), -HUE_DEG), (max(turned), HUE_DEG))
+    ]
+    least = HAZY if film else min(SATURATED, 0.6 * palest)
+    return Color(
+        hue_deg=(round(ends[0], 1), round(ends[1], 1)), saturation=(least, 1.0), value=(DARKEST, 1.0)
+    )
+
+
+def _hsv(of: Paint) -> tuple[float, float, float]:
+    return rgb_to_hsv(*of)

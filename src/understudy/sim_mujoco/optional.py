@@ -1,0 +1,56 @@
+"""MuJoCo, which only physics needs: imported when a world is made of it, and drawing without a screen."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+from understudy.errors import UnderstudyError
+from understudy.robots.ros.transport import ExtraMissing
+
+
+class NoDrawing(UnderstudyError):
+    """Cameras cannot be rendered on this machine."""
+
+    def __init__(self, *, problem: str) -> None:
+        self.problem = problem
+        super().__init__(
+            f"cameras cannot be rendered here: {problem}; install EGL (Debian: libegl1 libopengl0 libgl1-mesa-dri), "
+            "or choose another way to draw with MUJOCO_GL"
+        )
+
+
+WAYS = ("egl", "osmesa", "glfw")
+"""How MuJoCo can draw; the first needs no screen, and is taken unless MUJOCO_GL names another."""
+
+
+@cache
+def mujoco() -> Any:
+    """The module `mujoco`; ExtraMissing where it is not installed."""
+    try:
+        return import_module("mujoco")
+    except ImportError:
+        raise ExtraMissing(what="a world in simulated physics", extra="mujoco") from None
+    except Exception as error:  # it looks at MUJOCO_GL at once, and fails as that does
+        raise NoDrawing(problem=_said(error)) from error
+
+
+@cache
+def drawing(width_px: int, height_px: int) -> Any:
+    """What draws pictures up to this size, current in this thread; NoDrawing where there is none."""
+    mujoco()
+    asked = os.environ.get("MUJOCO_GL", "").lower()
+    try:
+        context = import_module(f"mujoco.{asked if asked in WAYS else WAYS[0]}").GLContext(
+            width_px, height_px
+        )
+        context.make_current()
+    except Exception as error:  # what it raises depends on what is missing
+        raise NoDrawing(problem=_said(error)) from error
+    return context
+
+
+def _said(error: Exception) -> str:
+    return f"{error.__class__.__name__}: {error}" if str(error) else error.__class__.__name__

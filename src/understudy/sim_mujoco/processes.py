@@ -1,0 +1,136 @@
+"""Each simulated robot in a process of its own, and one more: the referee, who keeps what belongs to nobody.
+
+A robot's process has the whole model, but drives only its own. The others it puts where their odometry says, and lets
+them go on at the speeds in it until the next message: so robots lean on each other on both sides. The referee follows
+all odometry, too; it knows when objects come and go and are captured, and tells everybody where they are.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from math import inf, tau
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from understudy.robots.ros.fields import heading as heading_of
+from understudy.robots.ros.messages import MessageRefused, decode, encode, make
+from understudy.robots.ros.transport import Transport
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.world import World
+from understudy.sim_mujoco.body import Physics
+from understudy.sim_mujoco.robot_files import ODOMETRY, names_of_robots
+from understudy.sim_mujoco.ros_robots import DEADLINE_S, Serving, header_of, keep_time, point
+from understudy.sim_mujoco.shapes import AWAY_M
+from understudy.sim_mujoco.world import Pose
+
+REFEREE = "referee"
+OBJECTS, POSES = f"/{REFEREE}/objects", "geometry_msgs/msg/PoseArray"
+"""Where all objects are, in the order of their slots; those that are not there lie below the floor."""
+
+FAR_M, FAST = 1000.0, 20.0
+"""Nothing is as far from the arena's corner, and no robot as fast, m/s and rad/s."""
+
+
+class Followed:
+    """The last pose that a robot's odometry told; None until it told one."""
+
+    def __init__(self, name: str, transport: Transport) -> None:
+        self.pose: Pose | None = None
+        transport.subscribe(f"/{name}/odom", ODOMETRY, self._heard)
+
+    def _heard(self, data: bytes, _: float) -> None:
+        try:
+            message = decode(ODOMETRY, data)
+        except MessageRefused:
+            return
+        place, moved = message.pose.pose, message.twist.twist
+        heading = heading_of(place.orientation)
+        pose = Pose(place.position.x, place.position.y, heading % tau, moved.linear.x, moved.angular.z)
+        # What cannot be, physics would answer by beginning anew, this robot's own place and all.
+        if (
+            abs(pose.x) < FAR_M
+            and abs(pose.y) < FAR_M
+            and abs(pose.speed) < FAST
+            and abs(pose.turning) < FAST
+        ):
+            self.pose = pose
+
+
+class Thing(NamedTuple):
+    """Where an object is, m; whether it is there."""
+
+    x: float
+    y: float
+    there: bool
+
+
+class Alone:
+    """One robot of a scenario behind its topics, the others followed; a tick is one of the body."""
+
+    def __init__(
+        self, body: Physics, number: int, transport: Transport, *, deadline_s: float = DEADLINE_S
+    ) -> None:
+        self.body, self._deadline_s = body, deadline_s
+        self.robot = Serving(body, number, transport)
+        names = names_of_robots(body.scenario)
+        self._others = {k: Followed(name, transport) for k, name in enumerate(names) if k != number}
+        self._things: list[Thing] = []
+        transport.subscribe(OBJECTS, POSES, self._told)
+
+    def _told(self, data: bytes, _: float) -> None:
+        try:
+            places = [each.position for each in decode(POSES, data).poses]
+        except MessageRefused:
+            return
+        if all(abs(each.x) < FAR_M and abs(each.y) < FAR_M for each in places):
+            self._things = [Thing(each.x, each.y, each.z > AWAY_M / 2) for each in places]
+
+    def tick(self, now_s: float) -> None:
+        """Put everything else where it is, publish what this robot senses, let it do what it was told last."""
+        drive, turn = (np.zeros(self.body.robots) for _ in range(2))
+        for number, other in self._others.items():
+            if (pose := other.pose) is not None:
+                drive[number], turn[number] = self.body.follow(number, pose)
+                other.pose = None
+        self.body.show(self._things)
+        self.robot.publish(self.body.sense(self.robot.keys), time.time())
+        drive[self.robot.number], turn[self.robot.number] = self.robot.command(
+            now_s, deadline_s=self._deadline_s
+        )
+        self.body.act({"drive": drive, "turn": turn})
+
+    def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
+        """Go on for so long in real time; how many ticks came late."""
+        return keep_time(self.tick, self.body.tick_s, seconds=seconds, stopped=stopped)
+
+
+class Referee:
+    """Keeps the objects of a scenario's world, whose robots are elsewhere."""
+
+    def __init__(self, scenario: Scenario, seed: int, transport: Transport) -> None:
+        self.world = World(scenario, [seed])
+        self._robots = [Followed(name, transport) for name in names_of_robots(scenario)]
+        self._publish = transport.publisher(OBJECTS, POSES)
+
+    def tick(self, _: float = 0.0) -> None:
+        """Follow the robots, go on by a tick, tell where all objects are."""
+        state = self.world.state.robots
+        width, height = self.world.scenario.size
+        for number, robot in enumerate(self._robots):
+            if (pose := robot.pose) is not None:
+                state["x"][number], state["y"][number] = np.clip(pose.x, 0, width), np.clip(pose.y, 0, height)
+                state["heading"][number] = pose.heading
+        self.world.act({})
+        objects = self.world.state.objects[0]
+        poses = [
+            make("geometry_msgs/msg/Pose", position=point(x, y, 0.0 if there else AWAY_M))
+            for x, y, there in zip(objects["x"], objects["y"], objects["present"], strict=True)
+        ]
+        message: Any = make(POSES, header=header_of(time.time(), "map"), poses=poses)
+        self._publish(encode(POSES, message))
+
+    def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
+        """Go on for so long in real time; how many ticks came late."""
+        return keep_time(self.tick, self.world.tick_s, seconds=seconds, stopped=stopped)

@@ -1,0 +1,178 @@
+"""Robot files of simulated robots: which topics they publish, which readings these are in the scenario's lessons."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from math import radians
+
+from understudy.errors import SettingError
+from understudy.robots.camera.blobs import LEAST_PX
+from understudy.robots.camera.color import Color
+from understudy.robots.camera.config import HEADING, color_line
+from understudy.robots.file import FORMAT, TEAM
+from understudy.sim.kit import readings_of_type
+from understudy.sim.params import names_of, robot_count, rules_of
+from understudy.sim.scenario.markers import TARGET as MARKER
+from understudy.sim.scenario.schema import Bumper, Cargo, Locator, RobotType, Scenario, Sonar
+from understudy.sim.sensing.plan import Planner
+from understudy.sim_mujoco.materials import seen_as
+from understudy.sim_mujoco.robot_model import camera_of
+
+RANGE, BOOL, FLOAT = "sensor_msgs/msg/Range", "std_msgs/msg/Bool", "std_msgs/msg/Float64"
+ODOMETRY, IMAGE, PLACE = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Image", "geometry_msgs/msg/PoseStamped"
+TWIST = "geometry_msgs/msg/Twist"
+STALE_S = 0.5
+"""Readings older than this are absent: ten messages were lost, or the simulation is gone."""
+POSE: Mapping[str, tuple[str, str]] = {
+    "x": ("pose.pose.position.x", "m"),
+    "y": ("pose.pose.position.y", "m"),
+    "heading": ("pose.pose.orientation", "rad"),
+    "speed": ("twist.twist.linear.x", "m/s"),
+    "turning": ("twist.twist.angular.z", "rad/s"),
+}
+
+
+ROS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+def check_ros(scenario: Scenario) -> None:
+    """SettingError where a scenario has no robots, or names that topics of ROS 2 cannot have."""
+    where, remedy = (
+        f"scenario {scenario.name!r}",
+        "begin with a letter, and give letters from a to z, digits and _",
+    )
+    if not names_of_robots(scenario):
+        raise SettingError(where=where, setting="robots", problem="are none", remedy="give one at least")
+    names = [(f"types.{name}", name) for name in types_of_robots(scenario)]
+    names += [
+        (f"reading {name}", name) for kind in scenario.types.values() for name in readings_of_robot(kind)
+    ]
+    names += [(f"targets.{name}", name) for name in scenario.targets if name != MARKER]
+    for setting, name in names:
+        if not ROS_NAME.fullmatch(name):
+            raise SettingError(where=where, setting=setting, problem="is no name in ROS 2", remedy=remedy)
+
+
+def names_of_robots(scenario: Scenario) -> tuple[str, ...]:
+    """What robots are called, in the order of their numbers: humanoid; or pioneer_1, pioneer_2 where there are more."""
+    types = [group.type for group in scenario.robots for _ in range(robot_count(group.count, group.at))]
+    seen: dict[str, int] = {}
+    names = []
+    for each in types:
+        seen[each] = seen.get(each, 0) + 1
+        names.append(f"{each}_{seen[each]}" if types.count(each) > 1 else each)
+    return tuple(names)
+
+
+def types_of_robots(scenario: Scenario) -> tuple[str, ...]:
+    """The type of each robot, in the order of their numbers."""
+    return tuple(group.type for group in scenario.robots for _ in range(robot_count(group.count, group.at)))
+
+
+def colors_of(scenario: Scenario, type_name: str) -> Mapping[str, Color]:
+    """The pixels that a type's camera takes for each target, calibrated to how it is painted in physics."""
+    planner = Planner(scenario, rules_of(scenario), names_of(scenario))
+    films = {thing.color for thing in scenario.objects if thing.aloft and thing.color is not None}
+    colors = {target: planner.color_of(of, type_name) for target, of in scenario.targets.items()}
+    return {
+        target: seen_as(color, film=color in films, films=films)
+        for target, color in colors.items()
+        if color is not None
+    }
+
+
+def robot_file(
+    scenario: Scenario, number: int, *, world: str, domain: int, rate_hz: float, router: str | None = None
+) -> str:
+    """The file of a simulated robot, TOML; `world` is the scenario by name or path. With a router it speaks Zenoh."""
+    name, type_name = names_of_robots(scenario)[number], types_of_robots(scenario)[number]
+    kind = scenario.types[type_name]
+    lines = [
+        f'format = "{FORMAT}"',
+        f'name = "{name}"',
+        'about = "Simulated: understudy robots simulate."',
+        f"world = {json.dumps(world, ensure_ascii=False)}",  # a path may have any characters
+        f'kind = "{type_name}"',
+        *([] if router is None else ['transport = "zenoh"', f'router = "{router}"']),
+        f"domain = {domain}",
+        f'namespace = "/{name}"',
+        f"tick_s = {scenario.tick_s:g}",
+        "",
+        "[limits]",
+        f"speed_m_s = {kind.speed:g}",
+        f"turn_rad_s = {radians(kind.turning_deg):g}",
+        f"geofence = [0, 0, {scenario.size[0]:g}, {scenario.size[1]:g}]",
+        "",
+        "[commands]",
+        'topic = "cmd_vel"',
+        f'type = "{TWIST}"',
+        f"drive_m_s = {kind.speed:g}",
+        f"turn_rad_s = {radians(kind.turning_deg):g}",
+    ]
+    for reading, (topic, type, field, unit) in readings_of_robot(kind).items():
+        lines += ["", f"[readings.{reading}]", f'topic = "{topic}"', f'type = "{type}"']
+        lines += [f'{key} = "{value}"' for key, value in (("field", field), ("unit", unit)) if value]
+        lines += [f"rate_hz = {rate_hz:g}", f"stale_s = {STALE_S:g}", "required = true"]
+    lines += _camera_lines(scenario, type_name, rate_hz)
+    for target in located_targets(scenario, kind):
+        lines += ["", f"[targets.{target}]", f'topic = "targets/{target}"', "relative = true"]
+        lines += [f"stale_s = {STALE_S:g}"]
+    return "\n".join(lines) + "\n"
+
+
+def team_file(scenario: Scenario) -> str:
+    """The file of all of them, TOML: their own lie beside it."""
+    files = ", ".join(f'"{name}.toml"' for name in names_of_robots(scenario))
+    return f'format = "{TEAM}"\nname = "{scenario.name}"\nrobots = [{files}]\n'
+
+
+def readings_of_robot(kind: RobotType) -> Mapping[str, tuple[str, str, str, str]]:
+    """The readings that have a topic: that, its type, the field, the unit."""
+    found: dict[str, tuple[str, str, str, str]] = {}
+    for sensor in kind.sensors:
+        if isinstance(sensor, Sonar):
+            found |= {name: (f"sonar/{name}", RANGE, "", "m") for name in sensor.sectors}
+        if isinstance(sensor, Bumper):
+            found |= {name: (f"bumper/{name}", BOOL, "data", "") for name in sensor.sectors}
+    return found | {name: ("odom", ODOMETRY, *of) for name, of in POSE.items()} | dict(_of_cargo(kind))
+
+
+def _of_cargo(kind: RobotType) -> Iterator[tuple[str, tuple[str, str, str, str]]]:
+    """What a robot knows of food."""
+    cargo = next((index for index, each in enumerate(kind.sensors) if isinstance(each, Cargo)), None)
+    for index, reading in readings_of_type(kind):
+        if index == cargo:
+            type = FLOAT if reading.unit else BOOL
+            yield reading.name, (f"readings/{reading.name}", type, "data", reading.unit)
+
+
+def located_targets(scenario: Scenario, kind: RobotType) -> tuple[str, ...]:
+    """The targets that a robot is told the place of."""
+    there = any(isinstance(each, Locator) for each in kind.sensors)
+    return tuple(target for target in scenario.targets if target != MARKER) if there else ()
+
+
+def _camera_lines(scenario: Scenario, type_name: str, rate_hz: float) -> list[str]:
+    camera = camera_of(scenario.types[type_name])
+    if camera is None:
+        return []
+    return [
+        "",
+        "[camera]",
+        'topic = "image_raw"',
+        f'type = "{IMAGE}"',
+        f"view_deg = {camera.view_deg:g}",
+        f"least_px = {max(LEAST_PX, camera.least_px):g}",
+        f"rate_hz = {rate_hz:g}",
+        f"stale_s = {STALE_S:g}",
+        "required = true",
+        "",
+        HEADING,
+        *(
+            color_line(target, color)
+            for target, color in colors_of(scenario, type_name).items()
+            if target != MARKER
+        ),
+    ]

@@ -1,0 +1,215 @@
+"""Simulated robots as ROS 2 robots: they publish what they sense, and obey Twist, each in a namespace of its own."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import cos, inf, isfinite, isnan, pi, sin
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from understudy.model.features import ReadingKey
+from understudy.robots.camera.blobs import Image
+from understudy.robots.ros.messages import MessageRefused, decode, encode, make
+from understudy.robots.ros.transport import Publish, Transport
+from understudy.sim.scenario.schema import RobotType, Scenario, Since, Sonar
+from understudy.sim_mujoco.body import Physics
+from understudy.sim_mujoco.robot_files import (
+    BOOL,
+    IMAGE,
+    ODOMETRY,
+    PLACE,
+    RANGE,
+    TWIST,
+    located_targets,
+    names_of_robots,
+    readings_of_robot,
+    types_of_robots,
+)
+from understudy.sim_mujoco.robot_model import camera_of, shares
+
+DEADLINE_S = 0.15
+"""A robot whose last command is older stops: its own watch over who decides."""
+POINT, TURNED = "geometry_msgs/msg/Point", "geometry_msgs/msg/Quaternion"
+ULTRASOUND = 0
+
+
+@dataclass
+class Asked:
+    """The last command of a robot, m/s and rad/s, and when it came (s, `time.monotonic`)."""
+
+    speed_m_s: float = 0.0
+    turn_rad_s: float = 0.0
+    at_s: float = -inf
+
+
+@dataclass
+class Serving:
+    """One robot of a body behind its topics."""
+
+    body: Physics
+    number: int
+    transport: Transport
+    asked: Asked = field(default_factory=Asked)
+
+    def __post_init__(self) -> None:
+        scenario = self.body.scenario
+        self.name = names_of_robots(scenario)[self.number]
+        self.kind: RobotType = scenario.types[types_of_robots(scenario)[self.number]]
+        self._readings = readings_of_robot(self.kind)
+        self._targets = located_targets(scenario, self.kind)
+        self._camera = camera_of(self.kind)
+        self._limits = {
+            name: sonar.range
+            for sonar in self.kind.sensors
+            if isinstance(sonar, Sonar)
+            for name in sonar.sectors
+        }
+        topics = {topic: type for topic, type, _, _ in self._readings.values()}
+        topics |= {f"targets/{target}": PLACE for target in self._targets}
+        topics |= {"image_raw": IMAGE} if self._camera else {}
+        self._publish: Mapping[str, Publish] = {
+            topic: self.transport.publisher(f"/{self.name}/{topic}", type) for topic, type in topics.items()
+        }
+        self.transport.subscribe(f"/{self.name}/cmd_vel", TWIST, self._obey)
+
+    @property
+    def keys(self) -> tuple[ReadingKey, ...]:
+        """What it publishes of what its body senses."""
+        own = {name for name, of in self._readings.items() if of[0] != "odom"}
+        located = [(reading, target) for target in self._targets for reading in ("range", "bearing")]
+        return (*((name, None) for name in own), *located)
+
+    def _obey(self, data: bytes, at_s: float) -> None:
+        try:
+            message = decode(TWIST, data)
+        except MessageRefused:
+            return
+        speed, turn = float(message.linear.x), float(message.angular.z)
+        if isfinite(speed) and isfinite(turn):
+            self.asked = Asked(speed, turn, at_s)
+
+    def command(self, now_s: float, *, deadline_s: float = DEADLINE_S) -> tuple[float, float]:
+        """Drive and turn, as shares of its speeds; at rest where the last command is too old."""
+        asked = self.asked
+        if now_s - asked.at_s > deadline_s:
+            return 0.0, 0.0
+        return shares(self.kind, asked.speed_m_s, asked.turn_rad_s)
+
+    def publish(self, percept: Mapping[ReadingKey, Any], time_s: float) -> None:
+        """Tell what it senses now; `percept` has the columns of all robots."""
+        header = header_of(time_s, self.name)
+        for name, (topic, type, _, _) in self._readings.items():
+            if type != ODOMETRY:
+                value = float(percept[name, None][self.number])
+                self._publish[topic](encode(type, self._message(type, name, value, header)))
+        self._publish["odom"](encode(ODOMETRY, self._odometry(header)))
+        for target in self._targets:
+            away, bearing = (float(percept[each, target][self.number]) for each in ("range", "bearing"))
+            if not (isnan(away) or isnan(bearing)):
+                at = point(away * cos(bearing), away * sin(bearing))
+                pose = make("geometry_msgs/msg/Pose", position=at, orientation=make(TURNED, w=1.0))
+                self._publish[f"targets/{target}"](encode(PLACE, make(PLACE, header=header, pose=pose)))
+        if self._camera is not None and (image := self.body.image(self.number)) is not None:
+            self._publish["image_raw"](picture(image, header))
+
+    def _message(self, type: str, name: str, value: float, header: Any) -> Any:
+        if type == RANGE:
+            limit = self._limits[name]
+            far = inf if value >= limit else value  # REP 117
+            return make(
+                RANGE, header=header, radiation_type=ULTRASOUND, field_of_view=pi / 6, min_range=0.0,
+                max_range=limit, range=far,
+            )  # fmt: skip
+        return make(type, data=value > 0 if type == BOOL else value)
+
+    def _odometry(self, header: Any) -> Any:
+        pose = self.body.arenas[0].pose(self.number)
+        turned = make(TURNED, z=sin(pose.heading / 2), w=cos(pose.heading / 2))
+        place = make("geometry_msgs/msg/Pose", position=point(pose.x, pose.y), orientation=turned)
+        vector = "geometry_msgs/msg/Vector3"
+        moved = make(TWIST, linear=make(vector, x=pose.speed), angular=make(vector, z=pose.turning))
+        return make(
+            ODOMETRY,
+            header=header,
+            child_frame_id=f"{self.name}/base_link",
+            pose=make("geometry_msgs/msg/PoseWithCovariance", pose=place),
+            twist=make("geometry_msgs/msg/TwistWithCovariance", twist=moved),
+        )
+
+
+def picture(image: Image, header: Any) -> bytes:
+    """An Image, rgb8, of pixels [H, W, 3]."""
+    height, width, _ = image.shape
+    made = make(
+        IMAGE,
+        header=header,
+        height=height,
+        width=width,
+        encoding="rgb8",
+        step=3 * width,
+        data=image.reshape(-1),
+    )
+    return encode(IMAGE, made)
+
+
+def header_of(time_s: float, frame: str) -> Any:
+    """The header of a message of this time since 1970, s, in this frame."""
+    seconds = int(time_s)
+    stamp = make("builtin_interfaces/msg/Time", sec=seconds, nanosec=int((time_s - seconds) * 1e9))
+    return make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+
+def served(scenario: Scenario) -> Scenario:
+    """The scenario without readings that robots do not publish, since who decides works them out: it saves drawing."""
+    types = {
+        name: replace(kind, sensors=tuple(each for each in kind.sensors if not isinstance(each, Since)))
+        for name, kind in scenario.types.items()
+    }
+    return replace(scenario, types=types)
+
+
+def point(x: float, y: float, z: float = 0.0) -> Any:
+    """A point, m."""
+    return make(POINT, x=float(x), y=float(y), z=z)
+
+
+def keep_time(
+    tick: Callable[[float], None], period_s: float, *, seconds: float, stopped: Callable[[], bool]
+) -> int:
+    """A tick per period in real time, for so long; how many came late by a period or more: none is made up for."""
+    began = due = time.monotonic()
+    late = 0
+    while not stopped() and time.monotonic() - began < seconds:
+        tick(time.monotonic())
+        due += period_s
+        left = due - time.monotonic()
+        if left > 0:
+            time.sleep(left)
+        elif left < -period_s:
+            late, due = late + 1, time.monotonic()
+    return late
+
+
+class Simulation:
+    """All robots of a scenario behind their topics, in real time; one tick of the body per period."""
+
+    def __init__(self, body: Physics, transport: Transport, *, deadline_s: float = DEADLINE_S) -> None:
+        self.body, self._deadline_s = body, deadline_s
+        self.robots = [Serving(body, number, transport) for number in range(body.robots)]
+        self._keys = tuple(dict.fromkeys(key for robot in self.robots for key in robot.keys))
+
+    def tick(self, now_s: float) -> None:
+        """Publish what all sense, then let them do what they were told last."""
+        percept = self.body.sense(self._keys)
+        for robot in self.robots:
+            robot.publish(percept, time.time())
+        told = np.array([robot.command(now_s, deadline_s=self._deadline_s) for robot in self.robots])
+        self.body.act({"drive": told[:, 0], "turn": told[:, 1]})
+
+    def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
+        """Go on for so long in real time; how many ticks came late."""
+        return keep_time(self.tick, self.body.tick_s, seconds=seconds, stopped=stopped)

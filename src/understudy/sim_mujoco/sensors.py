@@ -1,0 +1,152 @@
+"""The senses that physics gives: sonar and cameras of all robots, sensed at most once in a tick."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.features import ReadingKey
+from understudy.robots.camera.blobs import LEAST_PX, Camera, Frame, Image
+from understudy.sim.kit import CAMERA
+from understudy.sim.scenario.schema import RobotType, Scenario, Since, Sonar
+from understudy.sim.world import World
+from understudy.sim_mujoco.ranging import Ranging
+from understudy.sim_mujoco.robot_files import colors_of
+from understudy.sim_mujoco.robot_model import camera_of
+from understudy.sim_mujoco.world import Arena
+
+BLOB_X, BLOB_SIZE = (each.name for each in CAMERA)
+
+
+class Senses:
+    """Sonar, blobs and the time since these were seen, for the robots of a world, the referee; it has all else.
+
+    `last` [B*N, T] is when each target was last seen, s.
+    """
+
+    def __init__(self, world: World) -> None:
+        scenario = world.scenario
+        self._world, self._names = world, list(scenario.types)
+        self._eyes = {name: _decoding(scenario, name) for name in scenario.types}
+        self._sonars = {
+            name: [(sonar, Ranging(kind, sonar)) for sonar in kind.sensors if isinstance(sonar, Sonar)]
+            for name, kind in scenario.types.items()
+        }
+        self._since = [
+            (kind, each)
+            for kind in scenario.types.values()
+            for each in kind.sensors
+            if isinstance(each, Since) and each.of in (BLOB_X, BLOB_SIZE)
+        ]
+        self._noisy = max((len(each.names) for of in self._sonars.values() for _, each in of), default=0)
+        self.keys = self._own_keys()
+        """The readings that it gives."""
+
+    def begin(self, arenas: Sequence[Arena]) -> None:
+        """Sense in these arenas from now on."""
+        self._arenas = arenas
+        self.last = np.full((self._world.agents, len(self._world.targets)), nan)
+        self.forget()
+
+    def forget(self) -> None:
+        """What was sensed in this tick is no more."""
+        self._ranges: dict[int, dict[ReadingKey, float]] = {}
+        self._blobs: dict[int, dict[ReadingKey, float]] = {}
+        self._drawn: dict[int, NDArray[np.float64]] = {}
+
+    def image(self, agent: int) -> Image | None:
+        """What a robot's camera sees now [H, W, 3]; None where it has none."""
+        arena, robot = self._at(agent)
+        camera = camera_of(self.kind(agent))
+        return None if camera is None else arena.image(robot, camera)
+
+    def kind(self, agent: int) -> RobotType:
+        """The type of a robot."""
+        arena, robot = self._at(agent)
+        kind: RobotType = arena.kinds[robot]
+        return kind
+
+    def _at(self, agent: int) -> tuple[Arena, int]:
+        """The arena of a robot, and its number there."""
+        world, robot = divmod(agent, self._world.robots)
+        return self._arenas[world], robot
+
+    def _name(self, agent: int) -> str:
+        return self._names[int(self._world.state.robots["type"][agent])]
+
+    def noise(self, index: int) -> NDArray[np.float64]:
+        """Numbers from the normal distribution for each robot of a world, in this tick: driving, turning, sonar."""
+        if index not in self._drawn:
+            tick, seed = int(self._world.state.tick[index]), self._world.seeds[index]
+            self._drawn[index] = np.random.default_rng((seed, tick)).standard_normal(
+                (self._world.robots, 2 + self._noisy)
+            )
+        return self._drawn[index]
+
+    def read(self, agent: int, key: ReadingKey) -> float:
+        """The value of one reading now."""
+        name, target = key
+        if target is None:
+            return float(self._ranged(agent).get(key, nan))
+        if name in (BLOB_X, BLOB_SIZE):
+            return self._seen(agent).get(key, nan)
+        kind = self.kind(agent)
+        if not any(of is kind and each.name == name for of, each in self._since):
+            return nan
+        if not np.isnan(self._seen(agent).get((BLOB_X, target), nan)):
+            return 0.0
+        return self._world.time_s - float(self.last[agent, self._world.targets.index(target)])
+
+    def _ranged(self, agent: int) -> dict[ReadingKey, float]:
+        """The sonar of a robot in this tick."""
+        if agent not in self._ranges:
+            self._ranges[agent] = found = {}
+            arena, robot = self._at(agent)
+            for sonar, ranging in self._sonars[self._name(agent)]:
+                far = ranging.distances(arena.model, arena.data, int(arena.built.bodies[robot]))
+                if sonar.noise:
+                    noise = self.noise(agent // self._world.robots)[robot, 2 : 2 + len(far)]
+                    far = np.where(far < sonar.range, (far + sonar.noise * noise).clip(0.0, sonar.range), far)
+                found.update(
+                    {(name, None): float(each) for name, each in zip(ranging.names, far, strict=True)}
+                )
+        return self._ranges[agent]
+
+    def _seen(self, agent: int) -> dict[ReadingKey, float]:
+        """The blobs in a robot's picture in this tick."""
+        if agent not in self._blobs:
+            eye, image = self._eyes[self._name(agent)], self.image(agent)
+            self._blobs[agent] = {} if eye is None or image is None else eye.readings(image)
+        return self._blobs[agent]
+
+    def note(self) -> None:
+        """Note who sees what, where a sensor tells since when it did not."""
+        if not self._since:
+            return
+        now = self._world.time_s
+        for agent in np.flatnonzero(~self._world.failed).tolist():
+            for (name, target), value in self._seen(agent).items():
+                if name == BLOB_X and target is not None and not np.isnan(value):
+                    self.last[agent, self._world.targets.index(target)] = now
+
+    def _own_keys(self) -> frozenset[ReadingKey]:
+        """Readings that physics gives; the referee has all others."""
+        sonars = {
+            (name, None) for each in self._sonars.values() for _, ranging in each for name in ranging.names
+        }
+        of_targets = {each.name for _, each in self._since}
+        if any(self._eyes.values()):
+            of_targets |= {BLOB_X, BLOB_SIZE}
+        return frozenset(sonars | {(name, target) for name in of_targets for target in self._world.targets})
+
+
+def _decoding(scenario: Scenario, name: str) -> Camera | None:
+    """What reads the pictures of a type's camera; None where it has none."""
+    camera = camera_of(scenario.types[name])
+    if camera is None:
+        return None
+    frame = Frame(camera.width_px, camera.height_px, camera.view_deg)
+    return Camera(colors_of(scenario, name), frame=frame, least_px=max(LEAST_PX, camera.least_px))

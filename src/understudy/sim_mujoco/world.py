@@ -1,0 +1,129 @@
+"""One world in physics: its robots drive, its objects are put where they are, its cameras look."""
+
+from __future__ import annotations
+
+from math import atan2, cos, sin, tau
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.robots.camera.blobs import Image
+from understudy.sim.scenario.schema import Camera, Scenario
+from understudy.sim.view import WorldView
+from understudy.sim_mujoco.model import STEP_S, build
+from understudy.sim_mujoco.optional import mujoco
+from understudy.sim_mujoco.renderer import Looking
+from understudy.sim_mujoco.robot_model import TRACK, WHEEL
+from understudy.sim_mujoco.shapes import AWAY_M
+
+FREE = 7
+"""Numbers in a robot's place: x, y, z and a quaternion."""
+
+
+class Pose(NamedTuple):
+    """Where a robot is (m, rad in [0, tau)), and how fast it drives ahead (m/s) and turns to the left (rad/s)."""
+
+    x: float
+    y: float
+    heading: float
+    speed: float
+    turning: float
+
+
+class Arena:
+    """A world as a view shows it, in physics."""
+
+    def __init__(self, scenario: Scenario, view: WorldView) -> None:
+        self.built = build(scenario, view)
+        self.model, self.data = self.built.model, mujoco().MjData(self.built.model)
+        kinds = list(scenario.types.values())
+        self.kinds = [kinds[index] for index in view.robots.type.tolist()]
+        self._steps = max(1, round(scenario.tick_s / STEP_S))
+        self.model.opt.timestep = scenario.tick_s / self._steps
+        self._looking: Looking | None = None
+        self.show(view)
+        mujoco().mj_forward(self.model, self.data)
+
+    def show(self, view: WorldView) -> None:
+        """Put all objects where they are in a view; those that are not there, away."""
+        self.data.mocap_pos[:] = (0.0, 0.0, AWAY_M)
+        for slot, x, y in zip(view.objects.slot, view.objects.x, view.objects.y, strict=True):
+            if slot < len(self.built.movable) and (body := self.built.movable[slot]) >= 0:
+                self.data.mocap_pos[body] = (x, y, 0.0)
+
+    def drive(self, speeds: NDArray[np.float64]) -> None:
+        """Go on for one tick, each robot asked for its speeds [N, 2]: m/s ahead, rad/s to the left."""
+        for robot, (ahead, turning) in enumerate(speeds.tolist()):
+            radius = self.kinds[robot].radius
+            side = turning * TRACK * radius
+            left, right = self.built.wheels[robot]
+            self.data.ctrl[left] = (ahead - side) / (WHEEL * radius)
+            self.data.ctrl[right] = (ahead + side) / (WHEEL * radius)
+        mujoco().mj_step(self.model, self.data, self._steps)
+        self.settle()
+
+    def settle(self) -> None:
+        """Have everything that is seen follow the state."""
+        lib = mujoco()
+        lib.mj_kinematics(self.model, self.data)
+        lib.mj_camlight(self.model, self.data)
+
+    def pose(self, robot: int) -> Pose:
+        """Where a robot is, and how fast it goes."""
+        at, fast = self.built.qpos[robot], self.built.qvel[robot]
+        x, y, _, w, i, j, k = self.data.qpos[at : at + FREE].tolist()
+        along_x, along_y, _, _, _, turning = self.data.qvel[fast : fast + FREE - 1].tolist()
+        heading = atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))
+        speed = along_x * cos(heading) + along_y * sin(heading)
+        return Pose(x, y, heading % tau % tau, speed, turning)
+
+    def place(self, robot: int, x: float, y: float, heading: float) -> None:
+        """Put a robot somewhere, at rest."""
+        at, fast = self.built.qpos[robot], self.built.qvel[robot]
+        self.data.qpos[at : at + FREE] = (x, y, 0.0, cos(heading / 2), 0.0, 0.0, sin(heading / 2))
+        self.data.qvel[fast : fast + FREE + 1] = 0.0
+        self.settle()
+
+    def put(self, robot: int, pose: Pose) -> None:
+        """Put a robot somewhere, going at its speeds, its wheels rolling along."""
+        height = float(self.data.qpos[self.built.qpos[robot] + 2])
+        self.place(robot, pose.x, pose.y, pose.heading)
+        at, fast = self.built.qpos[robot], self.built.qvel[robot]
+        self.data.qpos[at + 2] = height
+        velocity = (
+            pose.speed * cos(pose.heading),
+            pose.speed * sin(pose.heading),
+            0.0,
+            0.0,
+            0.0,
+            pose.turning,
+        )
+        self.data.qvel[fast : fast + FREE - 1] = velocity
+        radius = self.kinds[robot].radius
+        side = pose.turning * TRACK * radius
+        rolling = ((pose.speed - side) / (WHEEL * radius), (pose.speed + side) / (WHEEL * radius))
+        self.data.qvel[fast + FREE - 1 : fast + FREE + 1] = rolling
+
+    def image(self, robot: int, camera: Camera) -> Image:
+        """What a robot's camera sees [H, W, 3]."""
+        if self._looking is None:
+            self._looking = Looking(self.model)
+        return self._looking.image(
+            self.data, int(self.built.cameras[robot]), camera.width_px, camera.height_px
+        )
+
+    @property
+    def state(self) -> NDArray[np.float64]:
+        """All that goes on changing, for `restore`."""
+        lib = mujoco()
+        size = lib.mj_stateSize(self.model, lib.mjtState.mjSTATE_INTEGRATION)
+        state = np.empty(size)
+        lib.mj_getState(self.model, self.data, state, lib.mjtState.mjSTATE_INTEGRATION)
+        return state
+
+    def restore(self, state: NDArray[np.float64]) -> None:
+        """Go back to a state."""
+        lib: Any = mujoco()
+        lib.mj_setState(self.model, self.data, state, lib.mjtState.mjSTATE_INTEGRATION)
+        self.settle()

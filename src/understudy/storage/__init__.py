@@ -1,0 +1,1 @@
+"""Library documents, library folders and append-only files on disk."""

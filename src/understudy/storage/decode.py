@@ -1,0 +1,313 @@
+"""From a document back to an automaton and its lesson; every error has its place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import nan
+
+import numpy as np
+from msgspec import UnsetType
+
+from understudy.errors import listed
+from understudy.model.automaton import Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.example import Example, ExampleKind
+from understudy.model.expectation import Outcome
+from understudy.model.features import (
+    AnyFeature,
+    BoundFeature,
+    Counter,
+    Feature,
+    Flag,
+    OwnFeature,
+    TimeInState,
+    Timer,
+)
+from understudy.model.kinds import Categorical, Kind, parse_kind
+from understudy.model.kit import Kit
+from understudy.model.lesson import Learner, Lesson, Options, Record, Scikit, Trees
+from understudy.storage.packing import unpack, unpack_bytes
+from understudy.storage.schema import (
+    AutomatonDoc,
+    ExampleDoc,
+    FeatureDoc,
+    LessonDoc,
+    OptionsDoc,
+    RecordDoc,
+    TreesDoc,
+    Value,
+    WatchedDoc,
+)
+from understudy.storage.source import Source, Steps
+
+OWN: dict[str, type[OwnFeature]] = {
+    "flag": Flag,
+    "counter": Counter,
+    "timer": Timer,
+    "time in state": TimeInState,
+}
+
+
+def automaton_of(doc: AutomatonDoc, kit: Kit | None, source: Source) -> Automaton:
+    """The automaton, without transition functions; without a kit, features are as the document says."""
+    here: Steps = ("automaton",)
+    source.once(doc.parameters, (*here, "parameters"), "parameter")
+    source.once([state.name for state in doc.states], (*here, "states"), "state")
+    states = []
+    for index, state in enumerate(doc.states):
+        with source.at((*here, "states", index)):
+            states.append(State(state.name, state.behavior, Binding(state.binding), state.flag))
+    features = [
+        _feature(each, kit, source, (*here, "features", index)) for index, each in enumerate(doc.features)
+    ]
+    source.once([str(bound) for bound in features], (*here, "features"), "feature")
+    with source.at((*here, "states")):
+        return Automaton(doc.name, tuple(states), tuple(features), tuple(doc.parameters), doc.stateless)
+
+
+def _feature(doc: FeatureDoc, kit: Kit | None, source: Source, here: Steps) -> BoundFeature:
+    with source.at((*here, "kind"), remedy="restore an earlier version if you did not mean to edit it"):
+        kind = parse_kind(doc.kind, where=f"feature {doc.name!r}")
+    feature = _declared(doc, kind) if kit is None else _known(doc, kind, kit, source, here)
+    if set(doc.binding) != set(feature.parameters):
+        bound = f"it binds {listed(doc.binding)}" if doc.binding else "it binds nothing"
+        what = f"exactly its parameters ({listed(feature.parameters)})" if feature.parameters else "nothing"
+        raise source.wrong((*here, "binding"), f"{bound}, for feature {doc.name!r}", f"bind {what}")
+    return BoundFeature(feature, Binding(doc.binding))
+
+
+def _declared(doc: FeatureDoc, kind: Kind) -> AnyFeature:
+    if doc.sort == "body":
+        return Feature(doc.name, kind, reading=doc.name, unit=doc.unit, parameters=tuple(doc.binding))
+    return OWN[doc.sort](doc.name, kind, doc.unit)
+
+
+def _known(doc: FeatureDoc, kind: Kind, kit: Kit, source: Source, here: Steps) -> AnyFeature:
+    known = kit.features.get(doc.name)
+    if doc.sort != "body" and (known is None or _own_sort(known) == doc.sort):
+        return OWN[doc.sort](doc.name, kind, doc.unit)
+    if known is None:
+        has = listed(name for name, feature in kit.features.items() if isinstance(feature, Feature))
+        problem = f"the kit has no feature {doc.name!r}; its features are {has}"
+        raise source.wrong(
+            (*here, "name"), problem, "open it with the kit it was taught with, or correct the name"
+        )
+    if _own_sort(known) != doc.sort:
+        problem = f"feature {doc.name!r} is stored as one of sort {doc.sort!r}, but in the kit its sort is "
+        remedy = "open it with the kit it was taught with, or rename the feature in the kit"
+        raise source.wrong((*here, "sort"), f"{problem}{_own_sort(known)!r}", remedy)
+    for what, stored, now in (("kind", str(kind), str(known.kind)), ("unit", doc.unit, known.unit)):
+        if stored and stored != now:  # a table of examples tells no unit: that of the kit
+            problem = (
+                f"feature {doc.name!r} was taught with {what} {stored!r}, but the kit has it with {now!r}"
+            )
+            remedy = "open it with the kit it was taught with, or teach it again with this one"
+            raise source.wrong((*here, what), problem, remedy)
+    return known
+
+
+def _own_sort(feature: AnyFeature) -> str:
+    return next((sort for sort, own in OWN.items() if isinstance(feature, own)), "body")
+
+
+def lesson_of(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesson:
+    """The lesson; its examples are in the order of their numbers."""
+    here: Steps = ("lesson",)
+    record = _record(doc.record, source, (*here, "record"))
+    reader = _Examples(automaton, len(record), source)
+    examples = [reader.pressed(each, (*here, "examples", index)) for index, each in enumerate(doc.examples)]
+    for index, group in enumerate(doc.watched):
+        examples += reader.watched(group, (*here, "watched", index))
+    with source.at((*here, "options")):
+        return Lesson(
+            automaton,
+            tuple(sorted(examples, key=lambda example: example.number)),
+            _options(doc.options),
+            record,
+            _outcomes(doc, source, (*here, "outcomes")),
+        )
+
+
+MOST_BYTES = 1 << 27
+"""What an outcome may unpack to: no world of ours takes more, and a damaged file must not fill the memory."""
+
+
+def _outcomes(doc: LessonDoc, source: Source, here: Steps) -> tuple[Outcome, ...]:
+    found = []
+    for index, each in enumerate([] if isinstance(doc.outcomes, UnsetType) else doc.outcomes):
+        parts = []
+        for key in ("scenario", "snapshot"):
+            try:
+                parts.append(unpack_bytes(getattr(each, key), most=MOST_BYTES))
+            except ValueError as error:
+                remedy = "restore an earlier version, or the line as it was"
+                raise source.wrong((*here, index, key), f"it cannot be unpacked: {error}", remedy) from error
+        with source.at((*here, index)):
+            scenario, snapshot = parts[0].decode("utf-8", errors="replace"), parts[1]
+            targets = Binding(each.targets)
+            found.append(
+                Outcome(
+                    each.flag, each.within_s, each.world, scenario, snapshot, each.agent, each.sort, targets
+                )
+            )
+    return tuple(found)
+
+
+def _options(doc: OptionsDoc) -> Options:
+    learner: Learner
+    if isinstance(doc.learner, TreesDoc):
+        pruning = 0.0 if isinstance(doc.learner.pruning, UnsetType) else doc.learner.pruning
+        learner = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False, pruning=pruning)
+    else:
+        learner = Scikit(doc.learner.classifier, doc.learner.parameters)
+    return Options(doc.reaction_s, doc.watched, learner, doc.unlearning is True)
+
+
+def _record(doc: RecordDoc, source: Source, here: Steps) -> Record:
+    columns = []
+    for steps, text in (
+        ((*here, "seconds"), doc.seconds),
+        *(((*here, "readings", index, "values"), each.values) for index, each in enumerate(doc.readings)),
+    ):
+        try:
+            columns.append(unpack(text, length=doc.moments))
+        except ValueError as error:
+            remedy = "restore an earlier version, or the line as it was"
+            raise source.wrong(steps, f"the packed numbers cannot be read: {error}", remedy) from error
+    seconds, *readings = columns
+    source.once([f"{each.reading} of {each.of}" for each in doc.readings], (*here, "readings"), "reading")
+    values = np.column_stack(readings) if readings else np.zeros((doc.moments, 0))
+    return Record(tuple((each.reading, each.of) for each in doc.readings), values, seconds)
+
+
+class _Examples:
+    """Reads examples of one automaton, each checked against its states, features and record."""
+
+    def __init__(self, automaton: Automaton, moments: int, source: Source) -> None:
+        self.automaton, self.moments, self.source = automaton, moments, source
+        self.numbers: set[int] = set()
+
+    def pressed(self, doc: ExampleDoc, here: Steps) -> Example:
+        """A press-made example."""
+        self.check_numbers([doc.number], lambda _: (*here, "number"))
+        for key, state in (("state", doc.state), ("next", doc.next)):
+            self.check_state(state, (*here, key))
+        self.check_moment(doc.moment, doc.window, here)
+        features = self.automaton.features
+        if len(doc.values) != len(features):
+            problem = f"example {doc.number} has {len(doc.values)} values for {len(features)} features"
+            remedy = f"give one each for {listed(str(bound) for bound in features)}"
+            raise self.source.wrong((*here, "values"), problem, remedy)
+        return Example(
+            doc.number,
+            doc.state,
+            tuple(
+                self.value(value, bound, (*here, "values", index))
+                for index, (value, bound) in enumerate(zip(doc.values, features, strict=True))
+            ),
+            doc.next,
+            ExampleKind(doc.kind),
+            doc.correction,
+            doc.edited,
+            doc.moment,
+            doc.window,
+            {name: _float(value) for name, value in doc.own.items()},
+            Binding(doc.binding),
+            doc.quarantined,
+        )
+
+    def watched(self, doc: WatchedDoc, here: Steps) -> list[Example]:
+        """The watched examples of one group of columns."""
+        length = len(doc.number)
+        features = self.automaton.features
+        if len(doc.values) != len(features):
+            problem = f"there are {len(doc.values)} columns of values for {len(features)} features"
+            remedy = f"give one each for {listed(str(bound) for bound in features)}"
+            raise self.source.wrong((*here, "values"), problem, remedy)
+        columns: list[tuple[Steps, Sequence[object]]] = [
+            (("state",), doc.state),
+            (("next",), doc.next),
+            *((("values", index), column) for index, column in enumerate(doc.values)),
+            *(((key,), getattr(doc, key)) for key in OPTIONAL if getattr(doc, key)),
+            *((("own", name), column) for name, column in doc.own.items()),
+        ]
+        for steps, column in columns:
+            if len(column) != length:
+                problem = f"this column has {len(column)} entries, but 'number' has {length}"
+                raise self.source.wrong((*here, *steps), problem, "give every column of a group one length")
+        self.check_numbers(doc.number, lambda index: (*here, "number", index))
+        for key, states in (("state", doc.state), ("next", doc.next)):
+            for index, state in enumerate(states):
+                self.check_state(state, (*here, key, index))
+        rows = [
+            [
+                self.value(value, bound, (*here, "values", column, row))
+                for row, value in enumerate(doc.values[column])
+            ]
+            for column, bound in enumerate(features)
+        ]
+        values = list(zip(*rows, strict=True)) if rows else [()] * length
+        moments, windows = doc.moment or [None] * length, doc.window or [0] * length
+        for moment, window in zip(moments, windows, strict=True):
+            self.check_moment(moment, window, here)
+        corrections, edits = doc.correction or [False] * length, doc.edited or [False] * length
+        quarantined = doc.quarantined or [""] * length
+        return [
+            Example(
+                doc.number[row],
+                doc.state[row],
+                tuple(values[row]),
+                doc.next[row],
+                ExampleKind.WATCHED,
+                corrections[row],
+                edits[row],
+                moments[row],
+                windows[row],
+                {name: _float(column[row]) for name, column in doc.own.items()},
+                Binding(doc.binding),
+                quarantined[row],
+            )
+            for row in range(length)
+        ]
+
+    def check_numbers(self, numbers: Sequence[int], at: Callable[[int], Steps]) -> None:
+        for index, number in enumerate(numbers):
+            if number in self.numbers:
+                raise self.source.wrong(
+                    at(index), f"two examples have number {number}", "give one of them another"
+                )
+            self.numbers.add(number)
+
+    def check_state(self, name: str, here: Steps) -> None:
+        states = self.automaton.state_names
+        if name not in states:
+            problem = f"automaton {self.automaton.name!r} has no state {name!r}"
+            raise self.source.wrong(here, problem, f"name one of its states: {listed(states)}")
+
+    def check_moment(self, moment: int | None, window: int, here: Steps) -> None:
+        if moment is not None and moment >= self.moments:
+            problem = f"it is of moment {moment}, but the record has {self.moments}"
+            raise self.source.wrong((*here, "moment"), problem, "count moments from 0, or leave it out")
+        if window > (0 if moment is None else moment):
+            problem = f"its window reaches {window} moments back, before the record begins"
+            raise self.source.wrong((*here, "window"), problem, "give no more than its moment")
+
+    def value(self, value: Value, bound: BoundFeature, here: Steps) -> float:
+        if value is None:
+            return nan
+        labels = bound.kind.labels if isinstance(bound.kind, Categorical) else ()
+        if isinstance(value, str) and value in labels:
+            return float(labels.index(value))
+        if labels or isinstance(value, str):
+            right = f"one of its labels: {listed(labels)}" if labels else "a number"
+            problem = f"{value!r} is outside feature {bound}, which is {bound.kind}"
+            raise self.source.wrong(here, problem, f"write {right}, or null where absent")
+        with self.source.at(here):
+            return bound.kind.check(value, where=f"feature {bound}")
+
+
+OPTIONAL = ("correction", "edited", "moment", "window", "quarantined")
+
+
+def _float(value: float | None) -> float:
+    return nan if value is None else value

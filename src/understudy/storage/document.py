@@ -1,0 +1,201 @@
+"""Documents: one readable JSON text per automaton (ARCHITECTURE section 8; docs/formats.md).
+
+Examples are the source. The trees built from them travel along beside a hash: used when it matches, otherwise
+built again from the examples and reported.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from json import JSONDecodeError
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import msgspec
+
+from understudy.errors import DefinitionError, FileError
+from understudy.model.automaton import Transition
+from understudy.model.kit import Kit
+from understudy.model.lesson import LEARNER_VERSION, Lesson
+from understudy.model.library import Taught
+from understudy.storage.decode import automaton_of, lesson_of
+from understudy.storage.decode_trees import trees_of
+from understudy.storage.encode import automaton_doc, built_doc, lesson_doc, ordered
+from understudy.storage.json_text import lay_out, repeated_key, steps_of
+from understudy.storage.schema import FORMAT, MIGRATIONS, Document, ScikitDoc, Versioned
+from understudy.storage.source import Source
+
+Learn: TypeAlias = Callable[[Lesson], Mapping[str, Transition]]
+"""Builds the transition functions of a lesson: `understudy.learning.fit.learn`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """What a document held; `rebuilt` says why its transition functions were built anew, or None."""
+
+    taught: Taught
+    rebuilt: str | None = None
+
+
+def encode(taught: Taught) -> bytes:
+    """The document of an automaton; DefinitionError where it could not be read back as it is."""
+    automaton, lesson = taught.automaton, taught.lesson
+    bare = replace(automaton, transitions={})
+    if lesson is not None and lesson.automaton != bare:
+        raise DefinitionError(
+            what=f"automaton {automaton.name!r}",
+            problem="its lesson is for an automaton with other states, features or parameters",
+            remedy="learn from the lesson again before saving",
+        )
+    document = _document(taught)
+    if document.built is not None and lesson is not None:
+        document.built.hash = _hash(document)
+    try:
+        data = lay_out(document)
+        _prove(data, taught)
+    except (UnicodeEncodeError, FileError) as error:
+        problem = "it has text that is not Unicode" if isinstance(error, UnicodeEncodeError) else str(error)
+        raise DefinitionError(
+            what=f"automaton {automaton.name!r}",
+            problem=problem,
+            remedy="nothing was saved; correct it first",
+        ) from error
+    return data
+
+
+def _prove(data: bytes, taught: Taught) -> None:
+    """Read the document back: nothing is saved that could not be opened again, exactly as it was."""
+    features = {bound.feature.name: bound.feature for bound in taught.automaton.features}
+    lesson = None if taught.lesson is None else ordered(taught.lesson)
+    kept = taught.automaton.transitions
+    opened = decode(data, Kit(features, {}, {}), path=taught.automaton.name, learn=lambda _: kept).taught
+    if _document(opened) != _document(Taught(taught.automaton, lesson)):
+        raise FileError(
+            path=taught.automaton.name,
+            place="",
+            problem="it does not come back from its document as it was",
+            remedy="please report this",
+        )
+
+
+def _document(taught: Taught) -> Document:
+    """What a document holds of an automaton; no trees where they were not learned yet."""
+    lesson = taught.lesson
+    teaches = lesson is not None and any(not example.quarantined for example in lesson.examples)
+    unlearned = teaches and not taught.automaton.transitions
+    return Document(
+        format=FORMAT,
+        automaton=automaton_doc(taught.automaton),
+        lesson=None if lesson is None else lesson_doc(lesson),
+        built=None if unlearned else built_doc(taught),
+    )
+
+
+def decode(data: bytes, kit: Kit | None, *, path: Path | str, learn: Learn | None = None) -> Opened:
+    """The automaton and lesson of a document, its features looked up in `kit`
+    (None: taken as the document says, good for looking at but not for running).
+
+    FileError, naming the place, for whatever cannot be right. Where the stored trees are not what the lesson
+    gives, or it keeps none, `learn` builds them; without it that is an error too.
+    """
+    document, source = parse(data, path=path)
+    automaton = automaton_of(document.automaton, kit, source)
+    lesson = None if document.lesson is None else lesson_of(document.lesson, automaton, source)
+    trees = {} if document.built is None else trees_of(document.built, automaton, source)
+    stale = _stale(document, source)
+    if lesson is None or stale is None:
+        return Opened(Taught(replace(automaton, transitions=trees), lesson))
+    if learn is None:
+        problem = f"its trees must be built: {stale}"
+        remedy = "open it with a learner, or build and save it with `understudy rebuild`"
+        raise source.wrong(("built",), problem, remedy)
+    with source.at(("lesson",)):
+        learned = replace(automaton, transitions=learn(lesson))
+    return Opened(Taught(learned, lesson), stale)
+
+
+def _stale(document: Document, source: Source) -> str | None:
+    """Why the trees must be built; None where those stored are right."""
+    if document.lesson is None:
+        if document.built is None:
+            remedy = "restore an earlier version"
+            raise source.wrong((), "it holds neither a lesson nor trees", remedy)
+        return None
+    if isinstance(document.lesson.options.learner, ScikitDoc):
+        return "classifiers are fitted again on loading"
+    if document.built is None:
+        return "it has none yet"
+    if document.built.hash != _hash(document):
+        return "the lesson or the trees were edited, or another version of the learner built them"
+    return None
+
+
+def _hash(document: Document) -> str:
+    """A hash over what the trees are made from, and the trees."""
+    lesson, built = document.lesson, document.built
+    parts: list[Any] = [LEARNER_VERSION, document.automaton]
+    parts += [] if lesson is None else [lesson.options, lesson.examples, lesson.watched]
+    parts += [] if built is None else [built.trees]
+    return "sha256:" + hashlib.sha256(msgspec.json.encode(parts)).hexdigest()
+
+
+def parse(data: bytes, *, path: Path | str) -> tuple[Document, Source]:
+    """The document in these bytes, brought to the current format; FileError where there is none."""
+    source = Source(path, data.decode("utf-8", errors="replace"))
+    try:
+        data.decode("utf-8")
+        repeated = repeated_key(source.text)
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise _unreadable(path, f"line {line}", "it is not UTF-8 text") from error
+    except JSONDecodeError as error:
+        cut = error.pos >= len(source.text.rstrip())
+        place = f"line {error.lineno}, column {error.colno}"
+        raise _unreadable(path, place, "it is cut short" if cut else f"it is no JSON: {error.msg}") from error
+    except ValueError as error:
+        raise _unreadable(path, "", f"it is no JSON: {error}") from error
+    except RecursionError as error:
+        raise _unreadable(path, "", "it is nested too deeply to be a document") from error
+    if repeated is not None:
+        problem = f"an object has the key {repeated!r} twice"
+        raise FileError(path=path, place="", problem=problem, remedy="remove one of the two")
+    try:
+        return _current(data, source), source
+    except msgspec.ValidationError as error:
+        problem, _, place = str(error).partition(" - at `")
+        steps = steps_of(place.rstrip("`"))
+        raise source.wrong(steps, _lower(problem), "see docs/formats.md for what belongs there") from error
+    except msgspec.DecodeError as error:  # what Python's reader takes and JSON does not: NaN, Infinity
+        at = re.search(r"\(byte (\d+)\)", str(error))
+        line = data.count(b"\n", 0, int(at[1])) + 1 if at else 1
+        problem = "it is no JSON: there is something that is no number, text, true, false or null"
+        raise _unreadable(path, f"line {line}", problem) from error
+
+
+def _current(data: bytes, source: Source) -> Document:
+    found = msgspec.json.decode(data, type=Versioned).format
+    if found > FORMAT:
+        problem = f"it has format {found}, and this Understudy reads up to {FORMAT}"
+        raise source.wrong(("format",), problem, "update Understudy to open it")
+    raw: dict[str, Any] = {}
+    if found != FORMAT:
+        raw = msgspec.json.decode(data)
+    for each in range(found, FORMAT):
+        if each not in MIGRATIONS:
+            oldest = min([*MIGRATIONS, FORMAT])
+            raise source.wrong(
+                ("format",), f"there is no format {found}", f"formats are {oldest} to {FORMAT}"
+            )
+        raw = {**MIGRATIONS[each](raw), "format": each + 1}
+    return msgspec.convert(raw, Document) if raw else msgspec.json.decode(data, type=Document)
+
+
+def _unreadable(path: Path | str, place: str, problem: str) -> FileError:
+    return FileError(path=path, place=place, problem=problem, remedy="restore an earlier version of it")
+
+
+def _lower(text: str) -> str:
+    return text[:1].lower() + text[1:]

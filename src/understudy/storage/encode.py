@@ -1,0 +1,263 @@
+"""From an automaton and its lesson to the document that keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from math import isnan
+from typing import Literal, TypeVar, cast
+
+from msgspec import UNSET
+
+from understudy.errors import DefinitionError
+from understudy.model.automaton import Automaton
+from understudy.model.example import Example
+from understudy.model.expectation import Outcome
+from understudy.model.features import BoundFeature, Counter, Feature, Flag, Timer
+from understudy.model.kinds import Categorical
+from understudy.model.lesson import Lesson, Options, Record, Trees
+from understudy.model.library import Taught
+from understudy.model.tree import STAY, Node, Test, Tree
+from understudy.storage.packing import pack, pack_bytes
+from understudy.storage.schema import (
+    AbsentDoc,
+    ArcDoc,
+    AutomatonDoc,
+    BelowDoc,
+    BuiltDoc,
+    ChildDoc,
+    ExampleDoc,
+    FeatureDoc,
+    GoDoc,
+    LabelDoc,
+    LessonDoc,
+    NodeDoc,
+    OptionsDoc,
+    OutcomeDoc,
+    ReadingDoc,
+    RecordDoc,
+    ScikitDoc,
+    StateDoc,
+    StayDoc,
+    TreesDoc,
+    Value,
+    WatchedDoc,
+)
+
+T = TypeVar("T")
+
+EVERY_STATE = "*"
+"""Stands for all states of a stateless automaton, which share one tree."""
+
+
+def ordered(lesson: Lesson) -> Lesson:
+    """The lesson with its examples in the order of their numbers, as documents keep them."""
+    return replace(lesson, examples=tuple(sorted(lesson.examples, key=lambda example: example.number)))
+
+
+def automaton_doc(automaton: Automaton) -> AutomatonDoc:
+    """States, features and parameters."""
+    return AutomatonDoc(
+        name=automaton.name,
+        parameters=list(automaton.parameters),
+        stateless=automaton.stateless,
+        states=[
+            StateDoc(name=state.name, behavior=state.behavior, binding=dict(state.binding), flag=state.flag)
+            for state in automaton.states
+        ],
+        features=[_feature_doc(bound) for bound in automaton.features],
+    )
+
+
+def _feature_doc(bound: BoundFeature) -> FeatureDoc:
+    sort: Literal["body", "flag", "counter", "timer", "time in state"]
+    match bound.feature:
+        case Feature():
+            sort = "body"
+        case Flag():
+            sort = "flag"
+        case Counter():
+            sort = "counter"
+        case Timer():
+            sort = "timer"
+        case _:
+            sort = "time in state"
+    return FeatureDoc(
+        name=bound.feature.name,
+        binding=dict(bound.binding),
+        sort=sort,
+        kind=str(bound.kind),
+        unit=bound.feature.unit,
+    )
+
+
+def lesson_doc(lesson: Lesson) -> LessonDoc:
+    """Options, examples, record and outcomes."""
+    features = lesson.automaton.features
+    examples = ordered(lesson).examples
+    return LessonDoc(
+        options=_options_doc(lesson.options),
+        examples=[_example_doc(example, features) for example in examples if example.pressed],
+        watched=_watched_docs([example for example in examples if not example.pressed], features),
+        record=_record_doc(lesson.record),
+        outcomes=[_outcome_doc(outcome) for outcome in lesson.outcomes] or UNSET,
+    )
+
+
+def _outcome_doc(outcome: Outcome) -> OutcomeDoc:
+    return OutcomeDoc(
+        flag=outcome.flag,
+        within_s=outcome.within_s,
+        world=outcome.world,
+        agent=outcome.agent,
+        sort=outcome.sort,
+        targets=dict(outcome.targets),
+        scenario=pack_bytes(outcome.scenario.encode()),
+        snapshot=pack_bytes(outcome.snapshot),
+    )
+
+
+def _options_doc(options: Options) -> OptionsDoc:
+    learner: TreesDoc | ScikitDoc
+    if isinstance(options.learner, Trees):
+        trees = options.learner
+        learner = TreesDoc(
+            boundary=trees.boundary,
+            defaults=UNSET if trees.defaults else False,
+            pruning=trees.pruning or UNSET,
+        )
+    else:
+        learner = ScikitDoc(
+            classifier=options.learner.classifier, parameters=dict(sorted(options.learner.parameters.items()))
+        )
+    return OptionsDoc(
+        reaction_s=options.reaction_s,
+        watched=options.watched,
+        learner=learner,
+        unlearning=options.unlearning or UNSET,
+    )
+
+
+def _example_doc(example: Example, features: Sequence[BoundFeature]) -> ExampleDoc:
+    return ExampleDoc(
+        number=example.number,
+        state=example.state,
+        next=example.next,
+        kind=cast(Literal["directive", "default", "confirmation"], example.kind.value),
+        values=_values(example, features),
+        correction=example.correction,
+        edited=example.edited,
+        moment=example.moment,
+        window=example.window,
+        own={name: number(value) for name, value in example.own.items()},
+        binding=dict(example.binding),
+        quarantined=example.quarantined,
+    )
+
+
+def _values(example: Example, features: Sequence[BoundFeature]) -> list[Value]:
+    if len(example.values) != len(features):
+        raise DefinitionError(
+            what=f"example {example.number}",
+            problem=f"it has {len(example.values)} values",
+            remedy=f"give one for each of the {len(features)} features",
+        )
+    values: list[Value] = []
+    for bound, value in zip(features, example.values, strict=True):
+        checked = bound.kind.check(value, where=f"example {example.number}, feature {bound}")
+        label = isinstance(bound.kind, Categorical) and not isnan(checked)
+        values.append(cast(Categorical, bound.kind).labels[int(checked)] if label else number(checked))
+    return values
+
+
+def number(value: float) -> float | None:
+    """A number as JSON has it: None where absent."""
+    return None if isnan(value) else float(value)
+
+
+def _watched_docs(examples: Iterable[Example], features: Sequence[BoundFeature]) -> list[WatchedDoc]:
+    groups: dict[object, list[Example]] = {}
+    for example in examples:
+        groups.setdefault((tuple(sorted(example.own)), example.binding), []).append(example)
+    return [_watched_doc(group, features) for group in groups.values()]
+
+
+def _watched_doc(group: Sequence[Example], features: Sequence[BoundFeature]) -> WatchedDoc:
+    rows = [_values(example, features) for example in group]
+    return WatchedDoc(
+        number=[example.number for example in group],
+        state=[example.state for example in group],
+        next=[example.next for example in group],
+        values=[list(column) for column in zip(*rows, strict=True)],
+        correction=_unless_all([example.correction for example in group], False),
+        edited=_unless_all([example.edited for example in group], False),
+        moment=_unless_all([example.moment for example in group], None),
+        window=_unless_all([example.window for example in group], 0),
+        own={name: [number(example.own[name]) for example in group] for name in group[0].own},
+        binding=dict(group[0].binding),
+        quarantined=_unless_all([example.quarantined for example in group], ""),
+    )
+
+
+def _unless_all(column: list[T], usual: T) -> list[T]:
+    return [] if all(value == usual for value in column) else column
+
+
+def _record_doc(record: Record) -> RecordDoc:
+    return RecordDoc(
+        moments=len(record),
+        seconds=pack(record.seconds),
+        readings=[
+            ReadingDoc(reading=reading, of=target, values=pack(record.values[:, column]))
+            for column, (reading, target) in enumerate(record.keys)
+        ],
+    )
+
+
+def built_doc(taught: Taught) -> BuiltDoc | None:
+    """The transition functions; None for those of classifiers, which are fitted again on loading."""
+    automaton = taught.automaton
+    trees: dict[str, list[NodeDoc]] = {}
+    for state, transition in automaton.transitions.items():
+        if not isinstance(transition, Tree):
+            if taught.lesson is None or isinstance(taught.lesson.options.learner, Trees):
+                raise DefinitionError(
+                    what=f"automaton {automaton.name!r}",
+                    problem=f"the transition function of state {state!r} is no tree",
+                    remedy="only trees can be stored; keep the lesson it was learned from",
+                )
+            return None
+        trees[state] = [_node_doc(node, automaton) for node in transition.nodes]
+    if automaton.stateless and _shared(automaton.transitions, automaton):
+        trees = {EVERY_STATE: next(iter(trees.values()))}
+    return BuiltDoc(hash=None, trees=trees)
+
+
+def _shared(transitions: Mapping[str, object], automaton: Automaton) -> bool:
+    states = [state.name for state in automaton.states if state.flag is None]
+    told_apart = EVERY_STATE not in automaton.state_names
+    return (
+        told_apart
+        and list(transitions) == states
+        and all(each == transitions[states[0]] for each in transitions.values())
+    )
+
+
+def _node_doc(node: Node, automaton: Automaton) -> NodeDoc:
+    if node.test == Test.LEAF:
+        return StayDoc() if node.yes == STAY else GoDoc(to=automaton.states[node.yes].name)
+    feature = automaton.features[node.feature]
+    yes, no, absent = _child(node.yes), _child(node.no), _child(node.absent)
+    if node.test == Test.BELOW:
+        return BelowDoc(feature=str(feature), cut=node.high, yes=yes, no=no, absent=absent)
+    if node.test == Test.ARC:
+        return ArcDoc(feature=str(feature), low=node.low, high=node.high, yes=yes, no=no, absent=absent)
+    if node.test == Test.ABSENT:
+        return AbsentDoc(feature=str(feature), yes=yes, no=no)
+    labels = cast(Categorical, feature.kind).labels
+    branches = {label: _child(child) for label, child in zip(labels, node.branches, strict=True)}
+    return LabelDoc(feature=str(feature), branches=branches, absent=absent)
+
+
+def _child(index: int) -> ChildDoc:
+    return "stay" if index == STAY else index

@@ -1,0 +1,219 @@
+"""A library on disk: a folder with one document per automaton, and every former version of each.
+
+    library/forage.json
+    library/versions/forage/0001 2026-11-21 10.15.00.json
+
+Nothing is lost or half written whenever a program is killed: documents are replaced whole, and former
+versions kept before that.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from types import MappingProxyType
+from unicodedata import normalize
+from urllib.parse import unquote
+
+from understudy.errors import DefinitionError, FileError, RecursionRefused, UnknownName
+from understudy.model.kit import Kit
+from understudy.model.library import Library, Taught
+from understudy.storage.atomic import failing, locked, sync_folder, write
+from understudy.storage.document import Learn, Opened, decode, encode
+from understudy.storage.filenames import alike, stem
+
+VERSIONS = "versions"
+_VERSION = re.compile(r"(\d{4,})(?: (\d{4}-\d\d-\d\d \d\d\.\d\d\.\d\d))?\.json")
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedLibrary:
+    """A library, and by name why transition functions were built anew."""
+
+    library: Library
+    rebuilt: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """A former version of an automaton: its number from 1, when it was saved (UTC), its file."""
+
+    number: int
+    saved: datetime | None
+    path: Path
+
+
+def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> OpenedLibrary:
+    """All automata of a folder. The first thing wrong is raised, naming the file and place."""
+    library, rebuilt = Library(kit), {}
+    for path in documents(Path(folder)):
+        opened = open_document(path, kit, learn)
+        library = joined(library, opened.taught, path)
+        if opened.rebuilt is not None:
+            rebuilt[opened.taught.automaton.name] = opened.rebuilt
+    return OpenedLibrary(library, MappingProxyType(rebuilt))
+
+
+def documents(folder: Path) -> list[Path]:
+    """The documents in a folder, in order of name; files that are still being written are no documents."""
+    with failing(folder, "opening the library"):
+        return sorted(path for path in folder.iterdir() if path.suffix == ".json" and path.name[0] != ".")
+
+
+def open_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Opened:
+    """The automaton in a file of a library; FileError where the file is not named after it."""
+    opened = read_document(path, kit, learn)
+    name = opened.taught.automaton.name
+    expected = f"{stem(name)}.json"
+    if normalize("NFC", path.name) != normalize("NFC", expected):
+        also = f", as {expected} beside it does" if path.with_name(expected).exists() else ""
+        problem = f"it holds automaton {name!r}{also}"
+        remedy = f"remove it, rename the file to {expected}, or rename the automaton in it"
+        raise FileError(path=path, place="$.automaton.name", problem=problem, remedy=remedy)
+    return opened
+
+
+def read_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Opened:
+    """The automaton in any file."""
+    if path.exists() and not path.is_file():  # a pipe would be waited for without end
+        raise FileError(path=path, place="", problem="it is not a file", remedy="remove it, or rename it")
+    with failing(path, "reading", remedy="see that the file exists and that you may read it"):
+        data = path.read_bytes()
+    return decode(data, kit, path=path, learn=learn)
+
+
+def joined(library: Library, taught: Taught, path: Path) -> Library:
+    """The library with the automaton from this file; FileError where its name is taken."""
+    name = taught.automaton.name
+    for other in library.taught:
+        if alike(other) == alike(name):
+            problem = (
+                f"automaton {name!r} is also called {other!r} beside it, but for case or the form of letters"
+            )
+            raise FileError(
+                path=path, place="$.automaton.name", problem=problem, remedy="rename or remove one of the two"
+            )
+    try:
+        return library.with_taught(taught)
+    except DefinitionError as error:
+        place = "$.automaton.name"
+        raise FileError(path=path, place=place, problem=error.problem, remedy=error.remedy) from error
+    except RecursionRefused as error:
+        raise RecursionRefused(cycle=error.cycle, path=path) from error
+
+
+def save(folder: Path | str, taught: Taught) -> Path:
+    """Write an automaton into a library's folder, keeping the former version; nothing if nothing changed.
+
+    When it returns, the document will outlast a power cut; when it raises, the folder is as it was.
+    """
+    folder = Path(folder)
+    path = folder / f"{stem(taught.automaton.name)}.json"
+    data = encode(taught)
+    if folder.exists() and not folder.is_dir():
+        remedy = "name a folder to keep the library in"
+        raise FileError(path=folder, place="", problem="it is a file, not a folder", remedy=remedy)
+    with failing(path, "saving", remedy="see that the disk has room and that you may write there"):
+        folder.mkdir(parents=True, exist_ok=True)
+        with locked(folder):
+            _refuse_alike(taught.automaton.name, path)
+            former = path.read_bytes() if path.exists() else None
+            if former == data:
+                return path
+            if former is not None:
+                _keep(path, former)
+            write(path, data)
+    return path
+
+
+def rename(folder: Path, former: str, taught: Taught) -> Path:
+    """Give an automaton another name, `taught` being it under that name; its former versions come along.
+
+    Killed in between, the folder has it under both names, each version under one of them.
+    """
+    path, name = folder / f"{stem(former)}.json", stem(taught.automaton.name)
+    renamed, data = folder / f"{name}.json", encode(taught)
+    with failing(path, "renaming"), locked(folder):
+        _refuse_alike(taught.automaton.name, renamed)
+        if renamed.exists():
+            raise DefinitionError(
+                what=f"automaton {taught.automaton.name!r}",
+                problem=f"{renamed.name} is there already",
+                remedy="give it another name",
+            )
+        write(renamed, data)
+        _move_versions(folder / VERSIONS / stem(former), folder / VERSIONS / name)
+        path.unlink()
+        sync_folder(folder)
+    return renamed
+
+
+def _move_versions(source: Path, target: Path) -> None:
+    """Versions go behind those that are there of an automaton that had the name before."""
+    moving = _versions(source)
+    if not moving:
+        return
+    target.mkdir(parents=True, exist_ok=True)
+    there = _versions(target)
+    number = there[-1].number if there else 0
+    for offset, version in enumerate(moving, start=1):
+        version.path.rename(target / f"{number + offset:04}{version.path.name.lstrip('0123456789')}")
+    for each in (target, source, target.parent):
+        sync_folder(each)
+
+
+def _refuse_alike(name: str, path: Path) -> None:
+    for other in path.parent.glob("*.json"):
+        if other.name != path.name and alike(unquote(other.stem)) == alike(name):
+            raise DefinitionError(
+                what=f"automaton {name!r}",
+                problem=f"{other.name} has that name already, but for case or the form of letters",
+                remedy="give it another name",
+            )
+
+
+def _keep(path: Path, former: bytes) -> None:
+    """Add a former version, unless it is the last one kept (as where a program was killed in between)."""
+    folder = path.parent / VERSIONS / path.stem
+    folder.mkdir(parents=True, exist_ok=True)
+    kept = _versions(folder)
+    if kept and kept[-1].path.read_bytes() == former:
+        return
+    saved = datetime.fromtimestamp(path.stat().st_mtime, UTC)
+    number = kept[-1].number + 1 if kept else 1
+    with locked(folder):
+        write(folder / f"{number:04} {saved:%Y-%m-%d %H.%M.%S}.json", former)
+    sync_folder(folder.parent)
+    sync_folder(path.parent)
+
+
+def versions(folder: Path, name: str) -> tuple[Version, ...]:
+    """The former versions of an automaton, oldest first; the current one is not among them."""
+    return _versions(folder / VERSIONS / stem(name))
+
+
+def _versions(folder: Path) -> tuple[Version, ...]:
+    if not folder.is_dir():
+        return ()
+    found = [(match, path) for path in folder.iterdir() if (match := _VERSION.fullmatch(path.name))]
+    listed = [Version(int(match[1]), _date(match[2]), path) for match, path in found]
+    return tuple(sorted(listed, key=lambda version: version.number))
+
+
+def _date(text: str | None) -> datetime | None:
+    try:
+        return None if text is None else datetime.strptime(text, "%Y-%m-%d %H.%M.%S").replace(tzinfo=UTC)
+    except ValueError:
+        return None
+
+
+def load_version(folder: Path, name: str, number: int, kit: Kit | None, learn: Learn | None = None) -> Opened:
+    """A former version of an automaton."""
+    kept = {version.number: version.path for version in versions(folder, name)}
+    if number not in kept:
+        where = f"automaton {name!r} in {folder}"
+        raise UnknownName(what="version", name=str(number), where=where, known=[str(each) for each in kept])
+    return read_document(kept[number], kit, learn)

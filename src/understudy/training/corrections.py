@@ -1,0 +1,114 @@
+"""Unlearning in a session: what a correction came to, and the step that puts suspects in quarantine with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from understudy.learning.correction_diagnosis import Judgement, judge
+from understudy.learning.fit import learn_state
+from understudy.learning.training_set import teaching
+from understudy.model.binding import Binding
+from understudy.model.example import Example, ExampleKind
+from understudy.model.features import ReadingKey
+from understudy.model.lesson import Lesson, Record
+from understudy.model.tree import STAY
+from understudy.training.edits import counted, quarantined
+from understudy.training.feature_values import values_of
+from understudy.training.sample_buffer import Moment
+from understudy.training.trainee import Outcome
+
+SOON_S = 2.0
+"""Who sends the robot back so soon after it switched says that it should not have switched."""
+
+
+class Switched:
+    """The last switch that what was learned made by itself, as what a correction of it would show: stay."""
+
+    def __init__(self, keys: tuple[ReadingKey, ...], steady: frozenset[str]) -> None:
+        self._keys, self._steady = keys, steady
+        self.forget()
+
+    def forget(self) -> None:
+        """What comes now has nothing to do with what was before."""
+        self._last: tuple[Moment, Outcome, Binding] | None = None
+
+    def see(self, outcome: Outcome, moment: Moment, binding: Binding) -> None:
+        """A tick without a press."""
+        if outcome.next != outcome.state:
+            self._last = moment, outcome, binding
+
+    def undone_by(self, correction: Example, lesson: Lesson, now: float) -> Example | None:
+        """The example that staying would have been, where a correction takes the switch back; else None."""
+        if self._last is None:
+            return None
+        moment, outcome, binding = self._last
+        back = (correction.state, correction.next) == (outcome.next, outcome.state)
+        if not back or now - moment.seconds > SOON_S:
+            return None
+        stay = Example(
+            correction.number, outcome.state, (), outcome.state, ExampleKind.CONFIRMATION, correction=True,
+            moment=0, own=outcome.own, binding=binding,
+        )  # fmt: skip
+        record = Record(self._keys, np.array([moment.values]), np.array([moment.seconds]))
+        return replace(stay, values=values_of(stay, lesson, record, steady=self._steady), moment=None)
+
+
+class Unlearning:
+    """One correction: the lesson `before` it and `after`, which holds it. Judged only when somebody asks.
+
+    Where it takes back a switch, `stay` is what should have been decided then, and that is judged first: the robot is
+    wrong now because it was wrong before.
+    """
+
+    def __init__(
+        self, before: Lesson, after: Lesson, correction: Example, stay: Example | None = None
+    ) -> None:
+        self._before, self._after, self._correction, self._stay = before, after, correction, stay
+
+    @classmethod
+    def replayed(cls, before: Lesson, after: Lesson, stay: Example | None) -> Self | None:
+        """The same from the lessons on either side of a press's step, whatever was put in quarantine with it; None
+        where the press was no correction.
+        """
+        old = {example.number: example for example in before.examples}
+        made = [example for example in after.examples if example.number not in old]
+        if not made or not made[0].correction:
+            return None
+        bare = tuple(old.get(example.number, example) for example in after.examples)
+        return cls(before, replace(after, examples=bare), made[0], stay)
+
+    @cached_property
+    def judgement(self) -> Judgement | None:
+        """Where the mistake came from; None where what was learned before decides as the correction shows."""
+        stay = self._stay
+        if stay is not None and decided(self._before, stay) != stay.next:
+            judgement = judge(replace(self._after, examples=(*self._after.examples, stay)), stay)
+            if judgement.suspects:
+                return judgement
+        if decided(self._before, self._correction) == self._correction.next:
+            return None
+        return judge(self._after, self._correction)
+
+    def step(self, what: str) -> tuple[Lesson, str]:
+        """The lesson after the correction, with suspects in quarantine where it wants that, and what undo calls it."""
+        if not self._after.options.unlearning or self.judgement is None or not self.judgement.suspects:
+            return self._after, what
+        reasons = self.judgement.reasons
+        return quarantined(self._after, reasons), f"{what}, {counted('quarantine', len(reasons))}"
+
+    def stands(self, lesson: Lesson) -> bool:
+        """Whether the correction is still in the lesson, as it was made."""
+        return any(example is self._correction for example in lesson.examples)
+
+
+def decided(lesson: Lesson, example: Example) -> str:
+    """The next state that what is learned from a lesson decides for an example's state and values."""
+    examples = teaching(lesson).get(example.state)
+    if not examples:
+        return example.state
+    outcome = learn_state(lesson, example.state, examples).decide(example.values)
+    return example.state if outcome == STAY else lesson.automaton.state_names[outcome]

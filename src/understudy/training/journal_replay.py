@@ -1,0 +1,194 @@
+"""What a session has behind it: its history, its record, and where a killed one stood, replayed from its
+journal.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Self
+
+from understudy.errors import FileError
+from understudy.model.example import Example
+from understudy.model.features import ReadingKey
+from understudy.model.lesson import Lesson, Record
+from understudy.model.library import Library, Taught
+from understudy.runtime.interpreter import Level
+from understudy.storage.document import decode, encode
+from understudy.training.corrections import Unlearning
+from understudy.training.history import History
+from understudy.training.journal import (
+    Accepted,
+    Acted,
+    AnyEntry,
+    Attended,
+    Began,
+    Occupied,
+    Placed,
+    Pressed,
+    Raised,
+    Rows,
+    Snapshot,
+    Stepped,
+    Ticks,
+    Turned,
+    Went,
+    read_journal,
+    unpacked_rows,
+)
+from understudy.training.sample_buffer import Moment, Recorder
+from understudy.training.trainee import Mode, Press
+
+
+@dataclass(slots=True)
+class Past:
+    """History, record, and where the session stands; a new session's is empty."""
+
+    history: History
+    recorder: Recorder
+    targets: dict[str, str] = field(default_factory=dict)
+    agent: int = 0
+    mode: Mode = Mode.TRAINING
+    presses: int = 0
+    waiting: Press | None = None
+    raised: Raised | None = None
+    run: tuple[Level, ...] = ()
+    body: bytes | None = None
+    ticks: int = 0
+    body_tick: int | None = None
+    about: Mapping[str, str | int | float | bool] = field(default_factory=dict)
+    others: Occupied | None = None
+    watching: bool = True
+    unlearning: Unlearning | None = None
+
+    @classmethod
+    def none(cls, lesson: Lesson, keys: Sequence[ReadingKey], targets: Mapping[str, str], agent: int) -> Self:
+        """The past of a session that begins with a lesson."""
+        return cls(
+            History(replace(lesson, record=Record())), Recorder(keys, lesson.record), dict(targets), agent
+        )
+
+    @classmethod
+    def replayed(cls, path: Path, library: Library, keys: Sequence[ReadingKey] | None = None) -> Self:
+        """The past that a journal holds; FileError where it holds no session, or one with other readings."""
+        entries = read_journal(path)
+        began = next(entries, None)
+        if not isinstance(began, Began):
+            raise FileError(
+                path=path,
+                place="its first entry",
+                problem="no session begins there",
+                remedy="begin a new session",
+            )
+        if keys is not None and tuple(began.keys) != tuple(keys):
+            raise FileError(
+                path=path,
+                place="its first entry",
+                problem="the session was with a body that has other readings",
+                remedy="resume it with the body it was with",
+            )
+        lesson = lesson_from(began.lesson, library, path)
+        past = cls.none(lesson, began.keys, began.targets, began.agent)
+        past.about = began.about
+        for entry in entries:
+            past.go_through(entry, library, path)
+        return past
+
+    def go_through(self, entry: AnyEntry, library: Library, path: Path) -> None:
+        """Do again what a journal's entry says was done."""
+        match entry:
+            case Ticks():
+                self.ticks = entry.first + entry.rows.count
+                for moment in self._moments(entry.rows):
+                    self.recorder.remember(moment)
+            case Snapshot():
+                self.body, self.body_tick = zlib.decompress(entry.body), entry.tick
+                self.run, self.mode = tuple(entry.run), entry.mode
+            case Pressed():
+                self.waiting, self.presses, self.mode = entry.press, entry.press.number, Mode.TRAINING
+            case Acted():
+                self.waiting, self.run = None, tuple(entry.run)
+            case Stepped():
+                self._keep(entry.rows)
+                before = self.history.lesson
+                after = changed(before, entry, library, path)
+                self.history.step(entry.what, after, before=tuple(entry.before), after=tuple(entry.after))
+                self.run = tuple(entry.after)
+                if entry.press is not None:
+                    self.waiting = None
+                    self.unlearning = Unlearning.replayed(before, after, entry.stay) or self.unlearning
+            case Accepted():
+                self._keep(entry.rows)
+                self.history.amend(*entry.examples)
+            case Raised():
+                self._keep(entry.rows)
+                self.raised = entry
+            case Went():
+                _, self.run = self.history.undo() if entry.back else self.history.redo()
+                self.waiting = None
+            case Turned():
+                self.mode, self.run, self.targets = entry.mode, tuple(entry.run), dict(entry.targets)
+                self.waiting = entry.waiting
+            case Occupied():
+                self.others = entry
+            case Attended():
+                self.watching = entry.watching
+            case Placed():
+                self.recorder.begin_episode()
+            case Began():
+                raise FileError(
+                    path=path,
+                    place="",
+                    problem="two sessions are in one journal",
+                    remedy="keep one per session",
+                )
+
+    def _keep(self, rows: Rows) -> None:
+        for moment in self._moments(rows):
+            self.recorder.keep(moment)
+
+    def _moments(self, rows: Rows) -> list[Moment]:
+        width = len(self.recorder.keys) + 1
+        return [Moment(seconds, tuple(values)) for *values, seconds in unpacked_rows(rows, width).tolist()]
+
+
+def lesson_bytes(lesson: Lesson) -> bytes:
+    """A lesson for the journal: its document, with nothing built."""
+    return encode(Taught(lesson.automaton, lesson))
+
+
+def lesson_from(data: bytes, library: Library, path: Path) -> Lesson:
+    """A lesson from the journal."""
+    opened = decode(data, library.kit, path=path, learn=lambda lesson: {})
+    if opened.taught.lesson is None:
+        raise FileError(path=path, place="", problem="an entry holds no lesson", remedy="begin a new session")
+    return opened.taught.lesson
+
+
+def difference(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Example], list[int]]:
+    """What a step did: the new design if it changed, examples that are new or changed, and those that are
+    gone.
+    """
+    design = None
+    if (before.automaton, before.options, before.outcomes) != (
+        after.automaton,
+        after.options,
+        after.outcomes,
+    ):
+        design = lesson_bytes(replace(after, examples=(), record=Record()))
+    old = {example.number: example for example in before.examples}
+    new = {example.number for example in after.examples}
+    different = [example for example in after.examples if old.get(example.number) is not example]
+    return design, different, [number for number in old if number not in new]
+
+
+def changed(lesson: Lesson, step: Stepped, library: Library, path: Path) -> Lesson:
+    """The lesson after a step of a journal."""
+    base = lesson
+    if step.design is not None:
+        base = lesson_from(step.design, library, path)
+    new = {example.number: example for example in step.changed}
+    kept = [new.pop(e.number, e) for e in lesson.examples if e.number not in step.removed]
+    return replace(base, examples=(*kept, *new.values()), record=Record())

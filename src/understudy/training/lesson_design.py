@@ -1,0 +1,129 @@
+"""Choosing what a lesson is about: its states, features and parameters, by the names people say.
+
+"goto(nearest_food)" is a state that runs goto with its parameter bound; "distance_to(A)" a feature of
+parameter A.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from understudy.errors import DefinitionError, UnknownName
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature, Flag
+from understudy.model.lesson import Lesson, Options
+from understudy.model.library import Library
+
+_CALL = re.compile(r"\s*([^\s(),=]+(?:\s+[^\s(),=]+)*)\s*(?:\(([^()]*)\))?\s*")
+
+
+def new_lesson(
+    library: Library,
+    name: str,
+    *,
+    states: Sequence[str | State],
+    features: Sequence[str | BoundFeature],
+    flags: Sequence[str] = (),
+    parameters: Sequence[str] = (),
+    stateless: bool = False,
+    options: Options | None = None,
+) -> Lesson:
+    """An empty lesson for an automaton `name`: a start state, these states, and a state per flag."""
+    automaton = Automaton(
+        name,
+        states=(
+            START,
+            *(chosen_state(library, state) for state in states),
+            *(State(flag, flag=flag) for flag in flags),
+        ),
+        features=tuple(chosen_feature(library, feature) for feature in features),
+        parameters=tuple(parameters),
+        stateless=stateless,
+    )
+    check_names(library, automaton)
+    return Lesson(automaton, options=options or Options())
+
+
+def chosen_state(library: Library, text: str | State) -> State:
+    """A state by what it runs: "forward", "goto(food)"; "approach=goto(food)" names it, too."""
+    if isinstance(text, State):
+        return text
+    name, _, call = text.rpartition("=")
+    behavior, arguments = _parse(call, what="state")
+    binding = _bound(behavior, library.parameters(behavior), arguments)
+    return State(name.strip() or behavior, behavior, binding)
+
+
+def chosen_feature(library: Library, text: str | BoundFeature) -> BoundFeature:
+    """A feature of the kit with its parameters bound, or a flag that an automaton of the library raises:
+    "distance_to(A)", "done".
+    """
+    if isinstance(text, BoundFeature):
+        return text
+    name, arguments = _parse(text, what="feature")
+    known = library.features
+    if name not in known:
+        raise UnknownName(what="feature", name=name, where="the kit", known=list(known))
+    feature = known[name]
+    return BoundFeature(feature, _bound(name, feature.parameters, arguments))
+
+
+def check_names(library: Library, automaton: Automaton) -> None:
+    """Refuse an automaton whose bindings name neither one of its parameters nor a target of the kit."""
+    targets = library.kit.targets
+    for parameter in automaton.parameters:
+        if parameter in targets:
+            raise DefinitionError(
+                what=f"automaton {automaton.name!r}",
+                problem=f"its parameter {parameter!r} has the name of a target",
+                remedy="rename the parameter",
+            )
+    for flag in automaton.flags:
+        if not isinstance(library.kit.features.get(flag, Flag(flag)), Flag):
+            raise DefinitionError(
+                what=f"automaton {automaton.name!r}",
+                problem=f"its flag {flag!r} has the name of a feature",
+                remedy="rename the flag, so that others can tell the two apart",
+            )
+    for user, binding in (
+        *((f"state {state.name!r}", state.binding) for state in automaton.states),
+        *((f"feature {bound.feature.name!r}", bound.binding) for bound in automaton.features),
+    ):
+        for name in binding.values():
+            if name not in automaton.parameters and name not in targets:
+                raise UnknownName(
+                    what="parameter or target",
+                    name=name,
+                    where=f"automaton {automaton.name!r}, for its {user},",
+                    known=[*automaton.parameters, *targets],
+                )
+
+
+def check_targets(automaton: Automaton, targets: Mapping[str, str], known: Sequence[str]) -> None:
+    """Refuse what parameters are to stand for where there is no such parameter or target."""
+    for parameter, target in targets.items():
+        if parameter not in automaton.parameters:
+            where, names = f"automaton {automaton.name!r}", automaton.parameters
+            raise UnknownName(what="parameter", name=parameter, where=where, known=names)
+        if target not in known:
+            raise UnknownName(what="target", name=target, where="the body", known=known)
+
+
+def _parse(text: str, *, what: str) -> tuple[str, list[str]]:
+    match = _CALL.fullmatch(text)
+    if match is None:
+        raise DefinitionError(what=what, problem=f"{text!r} is not a name", remedy="write name or name(A, B)")
+    name, inside = match.groups()
+    return name, [argument.strip() for argument in inside.split(",")] if inside else []
+
+
+def _bound(name: str, parameters: Sequence[str], arguments: Sequence[str]) -> Binding:
+    if len(arguments) != len(parameters):
+        raise DefinitionError(
+            what=name,
+            problem=f"it is given {len(arguments)} of its {len(parameters)} parameters",
+            remedy=f"write {name}({', '.join(parameters)})" if parameters else f"write {name}",
+        )
+    return Binding(dict(zip(parameters, arguments, strict=True)))

@@ -1,0 +1,259 @@
+"""The notebook of a session: what is written down of its lesson, and when it is on disk.
+
+It turns what happened at a tick into examples, keeps the history for undo, and the journal for a kill.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+from understudy.learning.correction_diagnosis import Judgement
+from understudy.model.binding import Binding
+from understudy.model.example import Example, ExampleKind
+from understudy.model.lesson import Lesson
+from understudy.runtime.interpreter import Level
+from understudy.training.corrections import Switched, Unlearning
+from understudy.training.feature_values import valued, values_of
+from understudy.training.journal import (
+    Accepted,
+    Acted,
+    Attended,
+    Journal,
+    Pressed,
+    Raised,
+    Stepped,
+    Turned,
+    Went,
+)
+from understudy.training.journal_replay import Past, difference
+from understudy.training.sample_buffer import Moment, compact
+from understudy.training.trainee import Entry, Mode, Outcome, Press
+from understudy.training.watched import Agreed, Seen, Watching, vector
+
+RunState: TypeAlias = tuple[Level, ...]
+
+
+class Notebook:
+    """Writes down one session. `steady` names the readings that a reaction time never shifts."""
+
+    def __init__(self, past: Past, journal: Journal, *, steady: frozenset[str]) -> None:
+        self.journal = journal
+        self.presses = past.presses
+        self._watching = past.watching
+        self._history, self._recorder = past.history, past.recorder
+        self._steady = steady
+        self._watched = Watching()
+        self._counted: tuple[tuple[Example, ...], int] = ((), 0)
+        self._unlearning = past.unlearning
+        self._switched = Switched(past.recorder.keys, steady)
+
+    @property
+    def watching(self) -> bool:
+        """Whether somebody watches, so that silence is consent where the lesson wants it."""
+        return self._watching
+
+    @watching.setter
+    def watching(self, watching: bool) -> None:
+        self._watching = watching
+        self.journal.write(Attended(watching))
+
+    @property
+    def lesson(self) -> Lesson:
+        """The lesson as it stands, without its record."""
+        return self._history.lesson
+
+    @property
+    def pressed(self) -> int:
+        """How many of the lesson's examples a press made: a screen asks at every tick, and they seldom change."""
+        examples = self.lesson.examples
+        if self._counted[0] is not examples:
+            self._counted = examples, sum(example.pressed for example in examples)
+        return self._counted[1]
+
+    @property
+    def complete(self) -> Lesson:
+        """The lesson as it stands, with what was seen since and the record its examples need."""
+        lesson, record = self.lesson, self._recorder.record
+        seen = self._agreed().seen
+        return compact(
+            replace(
+                lesson,
+                examples=(
+                    *lesson.examples,
+                    *self._numbered(seen, range(len(record), len(record) + len(seen))),
+                ),
+                record=record.with_rows(
+                    [each.moment.values for each in seen], [each.moment.seconds for each in seen]
+                ),
+            )
+        )
+
+    @property
+    def judgement(self) -> Judgement | None:
+        """What the last correction came to; None where there is none, or where the robot had been right."""
+        last = self._unlearning
+        return last.judgement if last is not None and last.stands(self.lesson) else None
+
+    @property
+    def undoable(self) -> str | None:
+        """What undo would take back."""
+        return self._history.undoable
+
+    @property
+    def redoable(self) -> str | None:
+        """What redo would do again."""
+        return self._history.redoable
+
+    # At every tick
+
+    def remember(self, moment: Moment, state: str) -> None:
+        """A tick was sensed in this state of the automaton."""
+        self._recorder.remember(moment)
+        self.journal.remember(moment, state)
+
+    def press(self, press: Press) -> None:
+        """A press was made: on disk when this returns."""
+        self.journal.flush()
+        self.journal.write(Pressed(press), sync=True)
+        self.presses = press.number
+
+    def raised(self, outcome: Outcome) -> Entry:
+        """What was learned raised a flag at this tick: where a correction of it belongs."""
+        entry = Entry(outcome.state, outcome.own, self._recorder.keep_last())
+        self.journal.write(Raised(entry, self.journal.new_rows(self._recorder.record)))
+        return entry
+
+    def see(self, outcome: Outcome, moment: Moment, binding: Binding) -> None:
+        """A tick passed without a press: watched, if the lesson wants it and somebody watches."""
+        self._switched.see(outcome, moment, binding)
+        automaton = self.lesson.automaton
+        resting = outcome.state == outcome.next == automaton.states[0].name
+        if not (self.lesson.options.watched and self.watching) or resting:
+            return
+        if automaton.state(outcome.state).flag is None:
+            kind = ExampleKind.WATCHED
+            example = Example(0, outcome.state, (), outcome.next, kind, own=outcome.own, binding=binding)
+            self._watched.see(Seen(moment, example))
+
+    def record(
+        self, outcome: Outcome, press: Press, binding: Binding, *, before: RunState, after: RunState
+    ) -> None:
+        """A press acted at this tick: write down what it showed, from run state `before` to `after`."""
+        self._watched.doubt(self._recorder.now, reaction_s=self.lesson.options.reaction_s)
+        self.accept_watched()
+        if not outcome.shown:
+            self.journal.write(Acted(press.number, list(after)))
+            return
+        if outcome.shown[0].entry is not None:
+            moment, window = outcome.shown[0].entry.moment, 0
+        elif press.paused:
+            moment, window = self._recorder.keep_last(), 0
+        else:
+            moment, window = self._recorder.keep_press()
+        made = []
+        for number, shown in enumerate(outcome.shown, self._next_number()):
+            example = Example(
+                number,
+                shown.state,
+                (),
+                shown.next,
+                shown.kind,
+                correction=press.correction,
+                moment=moment,
+                window=window,
+                own=shown.own,
+                binding=binding,
+            )
+            values = values_of(example, self.lesson, self._recorder.record, steady=self._steady)
+            made.append(replace(example, values=values))
+        pressed = {vector(example) for example in made}
+        others = [each for each in self.lesson.examples if each.pressed or vector(each) not in pressed]
+        lesson = replace(self.lesson, examples=(*others, *made))
+        what, stay = f"{made[0].state} → {made[0].next}", None
+        if press.correction:
+            stay = self._switched.undone_by(made[0], self.lesson, self._recorder.now)
+            self._unlearning = Unlearning(self.lesson, lesson, made[0], stay)
+            lesson, what = self._unlearning.step(what)
+        self._switched.forget()
+        self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
+
+    # Between ticks
+
+    def begin_episode(self) -> None:
+        """The robot did not get by itself to where it is now."""
+        self.accept_watched()
+        self._watched.begin_episode()
+        self._switched.forget()
+        self._recorder.begin_episode()
+        self.journal.placed()
+
+    def accept_watched(self) -> None:
+        """What was seen and not objected to becomes watched examples."""
+        agreed = self._agreed()
+        self._watched.accept(agreed)
+        if agreed.seen:
+            watched = self._numbered(agreed.seen, [self._recorder.keep(each.moment) for each in agreed.seen])
+            self._history.amend(*watched)
+            self.journal.write(Accepted(watched, self.journal.new_rows(self._recorder.record)))
+
+    def _agreed(self) -> Agreed:
+        return self._watched.agreed(self.lesson, self._recorder.keys, steady=self._steady)
+
+    def _numbered(self, seen: Sequence[Seen], rows: Sequence[int]) -> list[Example]:
+        """Watched examples with their numbers and their rows of the record."""
+        first = self._next_number()
+        return [
+            replace(each.example, number=number, moment=row)
+            for number, (each, row) in enumerate(zip(seen, rows, strict=True), first)
+        ]
+
+    def _next_number(self) -> int:
+        return max((example.number for example in self.lesson.examples), default=0) + 1
+
+    def step(
+        self,
+        what: str,
+        lesson: Lesson,
+        *,
+        before: RunState,
+        after: RunState,
+        press: int | None = None,
+        stay: Example | None = None,
+    ) -> None:
+        """Change the lesson: on disk when this returns, unless a press did it, which is there already.
+
+        No step where nothing would change.
+        """
+        if lesson is self.lesson:
+            return
+        design, different, gone = difference(self.lesson, lesson)
+        rows = self.journal.new_rows(self._recorder.record)
+        entry = Stepped(what, press, design, different, gone, rows, list(before), list(after), stay)
+        self.journal.write(entry, sync=press is None)
+        self._history.step(what, lesson, before=before, after=after)
+
+    def valued(self, lesson: Lesson) -> Lesson:
+        """A lesson whose features or reaction time changed, with its examples' values computed again."""
+        return valued(self.lesson, lesson, self._recorder.record, steady=self._steady)
+
+    def undo(self) -> tuple[str, RunState]:
+        """Take the last step back: what it was, and the run state before it."""
+        undone = self._history.undo()
+        self._went(back=True)
+        return undone
+
+    def redo(self) -> tuple[str, RunState]:
+        """Do the last undone step again: what it was, and the run state after it."""
+        redone = self._history.redo()
+        self._went(back=False)
+        return redone
+
+    def _went(self, *, back: bool) -> None:
+        self._watched.forget()
+        self.journal.write(Went(back), sync=True)
+
+    def turned(self, mode: Mode, run: RunState, targets: Mapping[str, str], waiting: Press | None) -> None:
+        """The mode, the run state or what parameters stand for changed otherwise than by a press."""
+        self.journal.write(Turned(mode, list(run), dict(targets), waiting), sync=True)

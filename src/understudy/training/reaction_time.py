@@ -1,0 +1,179 @@
+"""How late a demonstrator presses: the shift of the record under which presses of one sort agree best.
+
+Who switches at a boundary presses a moment after the robot crossed it, sooner past it the slower the robot is. So of
+the readings at the presses those scatter that were late, and those of the right moment before them coincide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import UnderstudyError
+from understudy.model.example import Example, ExampleKind
+from understudy.model.features import BoundFeature, Percept
+from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.lesson import LONGEST_REACTION_S, Lesson, Record
+from understudy.runtime.feature_columns import feature_column
+from understudy.training.feature_values import shifted_row
+
+STEP_S = 0.05
+"""Reaction times that are tried lie so far apart."""
+SHIFTS_S = np.round(np.arange(0.0, LONGEST_REACTION_S - 0.2 + STEP_S / 2, STEP_S), 3)
+FEWEST_ALIKE, FEWEST = 4, 8
+"""So many presses from one state to another tell something; so many together are enough."""
+CLEAR = 4.0
+"""How much likelier (its logarithm) the presses are with the shift than without; without any, than with the longest."""
+WITHIN = 8.0
+"""A shift less likely than the best by more than this is out of the question."""
+
+Shifted: TypeAlias = NDArray[np.float64]
+"""A feature's values [shifts, presses], a row for each of SHIFTS_S."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lateness:
+    """How late presses come, s, with the bounds between which it lies, and the evidence in a sentence."""
+
+    reaction_s: float
+    least_s: float
+    most_s: float
+    presses: int
+    evidence: str
+
+    def __str__(self) -> str:
+        return self.evidence
+
+
+class _Told(NamedTuple):
+    """What the presses from one state to another tell by one feature: likelihood and scatter by shift."""
+
+    state: str
+    next: str
+    bound: BoundFeature
+    presses: int
+    likelihood: NDArray[np.float64]
+    scatter: NDArray[np.float64]
+
+    @property
+    def weight(self) -> float:
+        """How much it depends on the shift."""
+        return float(self.likelihood.max() - np.median(self.likelihood))
+
+
+def lateness(lesson: Lesson, *, steady: frozenset[str] = frozenset()) -> Lateness | None:
+    """How late the directives of a lesson came, from its record; None where that is too little to tell.
+
+    `steady` names readings that are never shifted, see `steady_readings`. The reaction time that the lesson has
+    already makes no difference. An estimate of 0 says that they are not late.
+    """
+    told = [each for group in _groups(lesson) if (each := _telling(lesson, group, steady)) is not None]
+    presses = sum(each.presses for each in told)
+    if presses < FEWEST:
+        return None
+    total = np.sum([each.likelihood for each in told], axis=0)
+    likely = SHIFTS_S[total >= total.max() - WITHIN]
+    best = int(np.flatnonzero(total >= total.max() - 1e-9)[-1])  # between two ticks, the later is as good
+    if total[best] - total[0] < CLEAR:
+        best = 0  # who is not clearly late is not told so
+    if best == 0 and total[0] - total[-1] < CLEAR:
+        return None
+    clearest = max(told, key=lambda each: each.likelihood[best] - each.likelihood[0])
+    return Lateness(
+        float(SHIFTS_S[best]), float(likely[0]), float(likely[-1]), presses, _evidence(clearest, best)
+    )
+
+
+def _groups(lesson: Lesson) -> Iterator[list[Example]]:
+    """Directives from one state to the same other, with all of a second of record before each."""
+    alike: dict[tuple[str, str], list[Example]] = {}
+    for example in lesson.examples:
+        recorded = example.moment is not None and not example.edited and not example.quarantined
+        if example.kind is ExampleKind.DIRECTIVE and recorded and _reaches(example, lesson):
+            alike.setdefault((example.state, example.next), []).append(example)
+    return (group for group in alike.values() if len(group) >= FEWEST_ALIKE)
+
+
+def _reaches(example: Example, lesson: Lesson) -> bool:
+    """Whether its record goes back to the longest shift."""
+    moment, seconds = example.moment or 0, lesson.record.seconds
+    return bool(seconds[moment] - seconds[moment - example.window] >= SHIFTS_S[-1] - 1e-9)
+
+
+def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -> _Told | None:
+    """What a group tells by the feature that depends most on the shift; None where none moves."""
+    percept, found = _percept(lesson.record, group, steady), []
+    for bound in lesson.automaton.features:
+        if bound.own or isinstance(bound.kind, Categorical):
+            continue
+        values = _shifted(bound, percept, group)
+        if values is None or np.isnan(values[0]).all():
+            continue
+        scatter = _scatter(values, bound)
+        if scatter.min() > 0:
+            likelihood = -len(group) * np.log(scatter)
+            found.append(_Told(group[0].state, group[0].next, bound, len(group), likelihood, scatter))
+    return max(found, key=lambda each: each.weight, default=None)
+
+
+def _percept(record: Record, group: Sequence[Example], steady: frozenset[str]) -> Percept:
+    """All readings of a group: shift by shift, and for each of them press by press."""
+    rows = np.array([[shifted_row(each, record, shift) for each in group] for shift in SHIFTS_S.tolist()])
+    unshifted = np.broadcast_to(rows[0], rows.shape)
+    return {
+        key: record.values[(unshifted if key[0] in steady else rows).ravel(), column]
+        for column, key in enumerate(record.keys)
+    }
+
+
+def _shifted(bound: BoundFeature, percept: Percept, group: Sequence[Example]) -> Shifted | None:
+    """A feature's values, whatever its parameters stood for at each press; None where it cannot be had from the record,
+    as one that was not recorded then, or is a function of a kit that is not there.
+    """
+    found = np.full((len(SHIFTS_S), len(group)), np.nan)
+    bindings = [each.binding for each in group]
+    for binding in dict.fromkeys(bindings):
+        ground = BoundFeature(bound.feature, bound.binding.within(binding))
+        try:
+            values = feature_column(ground, percept, agents=found.size).reshape(found.shape)
+        except (UnderstudyError, KeyError):
+            return None
+        mine = [each == binding for each in bindings]
+        found[:, mine] = values[:, mine]
+    return found
+
+
+def _scatter(values: Shifted, bound: BoundFeature) -> NDArray[np.float64]:
+    """The mean distance from the middle [shifts], with what the readings change in a step, which none can undercut.
+
+    What is absent counts as far off: it tells of no boundary.
+    """
+    steps = np.diff(values, axis=0)
+    if isinstance(bound.kind, Toroidal):
+        period = bound.kind.period
+        turned = np.nansum(np.exp(2j * np.pi * values / period), axis=1, keepdims=True)
+        apart = np.mod(values - np.angle(turned) * period / (2 * np.pi) + period / 2, period) - period / 2
+        steps, far = np.mod(steps + period / 2, period) - period / 2, period / 4
+    else:
+        middle = [[np.median(row[~np.isnan(row)])] if not np.isnan(row).all() else [0.0] for row in values]
+        apart, far = values - np.array(middle), float(np.nanmax(values) - np.nanmin(values)) / 2
+    known = steps[~np.isnan(steps)]
+    least = float(np.abs(known).mean()) / 2 if len(known) else far
+    found: NDArray[np.float64] = np.where(np.isnan(apart), far, np.abs(apart)).mean(axis=1) + least
+    return found
+
+
+def _evidence(told: _Told, best: int) -> str:
+    unit = f" {told.bound.feature.unit}" if told.bound.feature.unit else ""
+    now, then = told.scatter[0], told.scatter[best]
+    where = f"the {told.presses} presses from {told.state} to {told.next}"
+    if best == 0:
+        return f"By {told.bound}, {where} agree hardly better at any moment before: they do not seem late."
+    return (
+        f"Taken {SHIFTS_S[best]:g} s earlier, {where} lie about {then:.3g}{unit} from each other by {told.bound}, "
+        f"instead of {now:.3g}{unit}."
+    )

@@ -1,0 +1,105 @@
+"""The recorder: the readings of the body at the ticks a lesson may still ask for.
+
+It remembers the last ticks of the running episode, and keeps for good those of presses, of the second before
+them, and of watched ticks. An episode ends at a restart, a rewind or driving, so that no reading is taken
+from before it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from understudy.model.features import ReadingKey
+from understudy.model.lesson import LONGEST_REACTION_S, Lesson, Record
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Readings at one tick, with the demonstrator's time."""
+
+    seconds: float
+    values: tuple[float, ...]
+
+
+class Recorder:
+    """Recent moments of one agent, and the rows kept for its lesson."""
+
+    def __init__(self, keys: Sequence[ReadingKey], record: Record | None = None) -> None:
+        self.keys = tuple(keys)
+        record = record or Record()
+        kept = list(record.keys)
+        columns = [kept.index(key) if key in kept else -1 for key in self.keys]
+        old = np.array([[np.nan if c < 0 else row[c] for c in columns] for row in record.values])
+        self._values = np.zeros((max(64, 2 * len(record)), len(self.keys)))
+        self._seconds = np.zeros(len(self._values))
+        self._values[: len(record)], self._seconds[: len(record)] = (
+            old.reshape(-1, len(self.keys)),
+            record.seconds,
+        )
+        self._kept = len(record)
+        self._episode: deque[Moment] = deque()
+
+    def begin_episode(self) -> None:
+        """Forget the moments before now: the robot did not get here by itself."""
+        self._episode.clear()
+
+    def remember(self, moment: Moment) -> None:
+        """A tick has passed; its readings may be wanted for LONGEST_REACTION_S."""
+        episode = self._episode
+        episode.append(moment)
+        while episode[0].seconds < moment.seconds - LONGEST_REACTION_S - 1e-9:
+            episode.popleft()
+
+    def keep_press(self) -> tuple[int, int]:
+        """Keep the last moment and those before it: the row of the press and how many precede it."""
+        rows = [self.keep(moment) for moment in self._episode]
+        return rows[-1], len(rows) - 1
+
+    def keep_last(self) -> int:
+        """Keep the last moment alone: its row."""
+        return self.keep(self._episode[-1])
+
+    def keep(self, moment: Moment) -> int:
+        """Keep a moment for good; its row."""
+        if self._kept == len(self._values):
+            self._values = np.concatenate([self._values, np.zeros_like(self._values)])
+            self._seconds = np.concatenate([self._seconds, np.zeros_like(self._seconds)])
+        self._values[self._kept], self._seconds[self._kept] = moment.values, moment.seconds
+        self._kept += 1
+        return self._kept - 1
+
+    @property
+    def now(self) -> float:
+        """The demonstrator's time of the last moment."""
+        return self._episode[-1].seconds
+
+    @property
+    def record(self) -> Record:
+        """Everything kept so far, as a view."""
+        return Record(self.keys, self._values[: self._kept], self._seconds[: self._kept])
+
+
+def compact(lesson: Lesson) -> Lesson:
+    """The lesson with only those rows of its record that its examples use."""
+    used = sorted(
+        {
+            row
+            for example in lesson.examples
+            if example.moment is not None
+            for row in range(example.moment - example.window, example.moment + 1)
+        }
+    )
+    place = {row: index for index, row in enumerate(used)}
+    record = lesson.record
+    return replace(
+        lesson,
+        examples=tuple(
+            replace(example, moment=None if example.moment is None else place[example.moment])
+            for example in lesson.examples
+        ),
+        record=Record(record.keys, record.values[used], record.seconds[used]),
+    )

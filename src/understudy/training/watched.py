@@ -1,0 +1,91 @@
+"""Watching: silence is consent. Ticks that the demonstrator saw and let pass become watched examples.
+
+Rules (1) to (3) of ARCHITECTURE section 3, 'Watched examples'; rule (4) is the learner's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from understudy.model.example import Example
+from understudy.model.features import ReadingKey
+from understudy.model.lesson import Lesson, Record
+from understudy.training.feature_values import values_of
+from understudy.training.sample_buffer import Moment
+
+STAY_APART_S = 0.3
+SHORTEST_DOUBT_S = 0.4
+REACTION_MARGIN_S = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One tick that nobody objected to so far."""
+
+    moment: Moment
+    example: Example  # without row or number yet
+
+
+@dataclass(frozen=True, slots=True)
+class Agreed:
+    """Ticks that become examples, and when each state was last seen to stay."""
+
+    seen: tuple[Seen, ...]
+    last_stay: dict[str, float]
+
+
+class Watching:
+    """The ticks seen since the last press, and which of them become examples."""
+
+    def __init__(self) -> None:
+        self._seen: list[Seen] = []
+        self._last_stay: dict[str, float] = {}
+
+    def see(self, seen: Seen) -> None:
+        """A tick passed in silence."""
+        self._seen.append(seen)
+
+    def doubt(self, now: float, *, reaction_s: float) -> None:
+        """A press came: what happened just before it was not agreed to."""
+        limit = now - max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S)
+        self._seen = [seen for seen in self._seen if seen.moment.seconds <= limit + 1e-9]
+
+    def begin_episode(self) -> None:
+        """The robot is elsewhere: stays need not be apart from those before."""
+        self._last_stay.clear()
+
+    def forget(self) -> None:
+        """Drop what was seen."""
+        self._seen.clear()
+
+    def agreed(self, lesson: Lesson, keys: Sequence[ReadingKey], *, steady: frozenset[str]) -> Agreed:
+        """What was seen as examples of the lesson, thinned: transitions, and stays apart in time."""
+        agreed, last_stay = [], dict(self._last_stay)
+        known = {vector(example) for example in lesson.examples}
+        for seen in self._seen:
+            example = seen.example
+            if example.next == example.state:
+                if seen.moment.seconds - last_stay.get(example.state, -inf) < STAY_APART_S - 1e-9:
+                    continue
+                last_stay[example.state] = seen.moment.seconds
+            alone = Record(tuple(keys), np.array([seen.moment.values]), np.array([seen.moment.seconds]))
+            values = values_of(replace(example, moment=0), lesson, alone, steady=steady)
+            example = replace(example, values=values)
+            if vector(example) not in known:
+                known.add(vector(example))
+                agreed.append(Seen(seen.moment, example))
+        return Agreed(tuple(agreed), last_stay)
+
+    def accept(self, agreed: Agreed) -> None:
+        """These have become examples."""
+        self._seen.clear()
+        self._last_stay = agreed.last_stay
+
+
+def vector(example: Example) -> tuple[str | float | None, ...]:
+    """An example's state and values; absent readings are alike."""
+    return (example.state, *(None if value != value else value for value in example.values))

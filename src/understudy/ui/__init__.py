@@ -1,0 +1,1 @@
+"""User interfaces: command line, browser studio and terminal trainer."""

@@ -1,0 +1,24 @@
+"""The command line: the composition root, which joins sessions, libraries, worlds and pictures."""
+
+from __future__ import annotations
+
+import io
+import sys
+
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """Run the command that the arguments name, and end the process with its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that has no ✓ shows ?
+    try:
+        from understudy.ui.cli.main import app
+
+        app(prog_name="understudy")
+    except KeyboardInterrupt:  # before a command began, or after it ended
+        sys.exit(INTERRUPTED)
+
+
+__all__ = ["main"]

@@ -1,0 +1,122 @@
+"""`understudy advise`: what a lesson lacks, and what to show next."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.ui.cli.options import LIBRARY, Bind, Json, KitName, Library, SomeWorld
+
+if TYPE_CHECKING:
+    from understudy.coaching.advice import Advice
+    from understudy.model.lesson import Lesson
+
+MOST = 8
+
+
+def advise(
+    name: Annotated[str, typer.Argument(help="The automaton.")],
+    library: Library = LIBRARY,
+    world: SomeWorld = None,
+    kit: KitName = None,
+    bind: Bind = None,
+    most: Annotated[int, typer.Option("--most", min=1, help="So many pieces of advice at most.")] = MOST,
+    as_json: Json = False,
+) -> None:
+    """Say what a lesson lacks and what to show next, most useful first.
+
+    With --world, features that the lesson left out are tried on contradictions, and situations are those of a robot
+    put here and there in that world; otherwise they are imagined from the examples.
+
+    [dim]understudy advise goto --library demo/library --world forage[/]
+    """
+    from understudy.coaching.coach import advice
+    from understudy.learning.fit import learn
+    from understudy.ui.cli.library_data import look
+    from understudy.ui.cli.options import learner, some_kit
+    from understudy.ui.cli.output import print_json
+    from understudy.ui.cli.progress import compile_once
+
+    if bind and world is None:
+        raise _refused("--bind", bind[0], "means nothing without a world", "add --world SCENARIO")
+    parts = some_kit(kit, world)
+    shelf = look(library, parts, learner())
+    if name not in shelf.opened and (error := shelf.problems.get(f"{name}.json")):
+        raise error
+    shelf.library.automaton(name)
+    lesson = shelf.opened[name].taught.lesson
+    if lesson is None:
+        raise _refused(
+            f"automaton {name!r}", "its lesson", "is missing: it was written by hand", "name a taught one"
+        )
+    compile_once(learner=True, quiet=as_json)
+    situations = None if world is None else _situations(lesson, world, bind)
+    found = advice(lesson, learn(lesson), kit=parts, situations=situations)
+    if as_json:
+        print_json({"name": name, "advice": [row(each, lesson) for each in found[:most]]})
+    else:
+        _show(name, found, most)
+
+
+def _refused(where: str, setting: str, problem: str, remedy: str) -> Exception:
+    from understudy.errors import SettingError
+
+    return SettingError(where=where, setting=setting, problem=problem, remedy=remedy)
+
+
+def _situations(lesson: Lesson, world: str, bind: list[str] | None) -> Any:
+    """What a robot senses here and there in the scenario; own features as in the examples."""
+    from understudy.coaching.pose_sampling import situations_in
+    from understudy.sim.world import World
+    from understudy.training.lesson_design import check_targets
+    from understudy.ui.cli.options import bindings, find_world
+
+    body = World(find_world(world))
+    automaton = lesson.automaton
+    targets = dict.fromkeys(automaton.parameters, body.targets[0]) | bindings(bind)
+    check_targets(automaton, targets, body.targets)
+    return situations_in(body, automaton.features, targets)
+
+
+def row(each: Advice, lesson: Lesson) -> dict[str, Any]:
+    """One piece of advice as plain data."""
+    return {
+        "kind": each.kind.value,
+        "sentence": each.sentence,
+        "state": each.state or None,
+        "weight": round(each.weight, 3),
+        "examples": list(each.examples),
+        "region": None if each.region is None else _region(each, lesson),
+    }
+
+
+def _region(each: Advice, lesson: Lesson) -> dict[str, Any]:
+    """By feature, the parts of its values and whether absence belongs; features that may be anything are left out."""
+    from math import isinf
+
+    from understudy.model.tree_regions import everything
+
+    found = {}
+    for bound, part in zip(lesson.automaton.features, each.region or (), strict=True):
+        if part != everything(bound.kind):
+            ends = [[None if isinf(end) else end for end in ends] for ends in part.parts]
+            found[str(bound)] = {"parts": ends, "absent": part.absent}
+    return found
+
+
+def _show(name: str, found: tuple[Advice, ...], most: int) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from understudy.ui.cli.output import console
+
+    out = console()
+    out.print(f"[bold]{escape(name)}[/]")
+    if not found:
+        out.print("nothing to say: what was shown hangs together")
+    for number, each in enumerate(found[:most], 1):
+        color = "yellow" if each.weight > 0.7 else "default" if each.weight > 0.3 else "dim"
+        out.print(Padding(f"[{color}]{number}. {escape(each.sentence)}[/]", (0, 0, 0, 2), expand=False))
+    if len(found) > most:
+        out.print(f"[dim]{len(found) - most} more: --most {len(found)}[/]")

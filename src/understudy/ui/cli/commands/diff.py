@@ -1,0 +1,111 @@
+"""`understudy diff`: what changed between two versions of an automaton, in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.ui.cli.options import LIBRARY, Json, KitName, Library, SomeWorld
+
+if TYPE_CHECKING:
+    from understudy.learning.change_attribution import Moved
+    from understudy.model.kit import Kit
+    from understudy.model.library import Taught
+
+
+def diff(
+    name: Annotated[str, typer.Argument(help="The automaton.")],
+    before: Annotated[
+        str | None, typer.Option("--from", metavar="VERSION|FILE", help="By default the last former version.")
+    ] = None,
+    after: Annotated[
+        str | None, typer.Option("--to", metavar="VERSION|FILE", help="By default the current version.")
+    ] = None,
+    library: Library = LIBRARY,
+    world: SomeWorld = None,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Say what changed between two versions of an automaton, and which examples are behind it.
+
+    [dim]understudy diff goto --from 1 --to 3 --library demo/library[/]
+    """
+    from understudy.errors import SettingError
+    from understudy.learning.change_attribution import moved
+    from understudy.model.diff import changes
+    from understudy.storage.library_folder import versions
+    from understudy.ui.cli.options import some_kit
+    from understudy.ui.cli.output import print_json
+
+    parts = some_kit(kit, world)
+    kept = versions(library, name)
+    if before is None:
+        if not kept:
+            _taught(library, name, None, parts)  # an automaton that is not there is the first thing to say
+            where, problem = f"automaton {name!r} in {library}", "has no former version"
+            raise SettingError(
+                where=where, setting="--from", problem=problem, remedy="name a document to compare with"
+            )
+        before = str(kept[-1].number)
+    told: dict[str, Any] = {"name": name, "from": before, "to": after or "current"}
+    former, later = _taught(library, name, before, parts), _taught(library, name, after, parts)
+    told["changes"] = changes(former, later)
+    told["moved"] = [_moved(each) for each in moved(former, later)]
+    if as_json:
+        print_json(told)
+    else:
+        _show(told)
+
+
+def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> Taught:
+    from understudy.storage.filenames import stem
+    from understudy.storage.library_folder import load_version, read_document
+    from understudy.ui.cli.options import learner
+
+    if which is None:
+        return read_document(library / f"{stem(name)}.json", kit, learner()).taught
+    if which.isdecimal():
+        return load_version(library, name, int(which), kit, learner()).taught
+    return read_document(Path(which), kit, learner()).taught
+
+
+def _show(told: dict[str, Any]) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from understudy.ui.cli.output import console
+
+    out = console()
+    out.print(f"[bold]{escape(told['name'])}[/] from {_called(told['from'])} to {_called(told['to'])}")
+    if not told["changes"]:
+        out.print("nothing changed")
+    for group, lines in told["changes"].items():
+        out.print(f"\n[bold]{group}[/]")
+        for line in lines:
+            color = {"+": "green", "-": "red"}.get(line[0], "default")
+            out.print(Padding(f"[{color}]{escape(line)}[/]", (0, 0, 0, 2), expand=False))
+    if told["moved"]:
+        out.print("\n[bold]because of[/]")
+    for each in told["moved"]:
+        out.print(Padding(escape(each["said"]), (0, 0, 0, 4), expand=False))
+
+
+def _moved(each: Moved) -> dict[str, Any]:
+    return {
+        "state": each.state,
+        "next": each.next,
+        "what": each.what,
+        "gone": list(each.gone),
+        "new": list(each.new),
+        "said": str(each),
+        "examples": [
+            {"number": example.number, "happened": example.happened, "how": example.how}
+            for example in each.examples
+        ],
+    }
+
+
+def _called(which: str) -> str:
+    return f"version {which}" if which.isdecimal() else which

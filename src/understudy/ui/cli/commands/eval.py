@@ -1,0 +1,178 @@
+"""`understudy eval`: how often a behavior reaches a scenario's goal, and how fast beside the yardstick."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.ui.cli.options import (
+    LIBRARY,
+    WORLD,
+    BehaviorName,
+    Bind,
+    Json,
+    KitName,
+    Library,
+    SameWorld,
+    ScenarioName,
+)
+
+if TYPE_CHECKING:
+    from understudy.analysis.evaluation import Evaluation
+
+MOST_SEEDS = 1_000_000
+
+
+def evaluate(
+    scenario: ScenarioName = None,
+    behavior: BehaviorName = None,
+    library: Library = LIBRARY,
+    world: SameWorld = None,
+    seeds: Annotated[
+        str, typer.Option("--seeds", metavar="A:B", help="One world per seed from A up to, not including, B.")
+    ] = "0:100",
+    bind: Bind = None,
+    kit: KitName = None,
+    each: Annotated[bool, typer.Option("--each", help="A row for every world.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Judge a behavior on many worlds of a scenario that has a goal; all its robots run it.
+
+    Success: the goal is reached within the scenario's limit. For foraging alone: within three times the time of a
+    forager written by hand, the yardstick, on the same worlds.
+
+    [dim]understudy eval --library demo/library --behavior forage --seeds 1000:1100[/]
+
+    [dim]understudy eval arena --library mine --behavior goto --bind A=red_flag[/]
+    """
+    from understudy.analysis.evaluation import evaluate as judge
+    from understudy.analysis.evaluation import judged as judged_program
+    from understudy.ui.cli.options import (
+        behavior_of,
+        bindings,
+        chosen_world,
+        find_kit,
+        find_world,
+        library_for,
+    )
+    from understudy.ui.cli.output import print_json
+    from understudy.ui.cli.progress import compile_once, progress
+
+    chosen, named = parse_seeds(seeds), chosen_world(scenario, world)
+    where, parts = find_world(named), find_kit(kit, named)
+    found = library_for(behavior, library, parts)
+    behavior = behavior_of(found, behavior, library)
+    bound = bindings(bind)
+    judged_program(found, behavior, where, bound)  # mistakes are told at once, not when all is compiled
+    compile_once(world=where, quiet=as_json)
+    began = perf_counter()
+    with progress("Worlds run", quiet=as_json) as report:
+        judged = judge(found, behavior, where, chosen, binding=bound, progress=report)
+    facts = result(judged, seconds=perf_counter() - began)
+    if as_json:
+        print_json({**facts, "results": rows(judged)} if each else facts)
+    else:
+        _show(facts, rows(judged) if each else [], named)
+    raise typer.Exit(0)
+
+
+def parse_seeds(text: str) -> range:
+    """The seeds that A:B or a single number stands for."""
+    from understudy.errors import SettingError
+
+    first, colon, last = text.partition(":")
+    if first.isdecimal() and (last.isdecimal() if colon else True):
+        seeds = range(int(first), int(last) if colon else int(first) + 1)
+        if 0 < len(seeds) <= MOST_SEEDS:
+            return seeds
+    raise SettingError(
+        where="--seeds",
+        setting=repr(text),
+        problem="is no range of seeds",
+        remedy="write A:B with A below B: 0:100",
+    )
+
+
+def result(judged: Evaluation, *, seconds: float) -> dict[str, Any]:
+    """An evaluation as plain data."""
+    import numpy as np
+
+    taught, expert = judged.taught, judged.expert
+    times = taught.seconds[taught.finished]
+    return {
+        "behavior": judged.behavior,
+        "world": judged.world,
+        "seeds": [judged.seeds[0], judged.seeds[-1] + 1],
+        "worlds": len(judged.seeds),
+        "success": judged.success,
+        "relative_to_expert": judged.relative_to_expert,
+        "median_s": float(np.median(times)) if len(times) else None,
+        "median_gathered": float(np.median(taught.gathered)),
+        "expert_median_s": None if expert is None else float(np.nanmedian(expert.seconds)),
+        "failed_seeds": [seed for seed, done in zip(judged.seeds, taught.finished, strict=True) if not done],
+        "seconds": round(seconds, 3),
+    }
+
+
+def rows(judged: Evaluation) -> list[dict[str, Any]]:
+    """One world each."""
+    taught, expert = judged.taught, judged.expert
+    columns = {"seconds": taught.seconds, "delivered": taught.delivered, "gathered": taught.gathered}
+    if expert is not None:
+        columns |= {"expert_seconds": expert.seconds, "relative": judged.relative}
+    lists = [column.tolist() for column in columns.values()]
+    return [
+        {"seed": seed, "success": bool(done), **dict(zip(columns, values, strict=True))}
+        for seed, done, *values in zip(judged.seeds, taught.finished, *lists, strict=True)
+    ]
+
+
+def _show(facts: dict[str, Any], each: list[dict[str, Any]], named: str) -> None:
+    from rich.markup import escape
+
+    from understudy.ui.cli.output import console
+
+    out, seeds = console(), f"{facts['seeds'][0]}:{facts['seeds'][1]}"
+    if each:
+        _show_each(each)
+    out.print(f"[bold]{facts['behavior']}[/] on {facts['worlds']} {facts['world']} worlds, seeds {seeds}")
+    out.print(f"  finished in time    [bold]{facts['success']:.0%}[/]")
+    taken = _number(facts["median_s"], 0)
+    if facts["expert_median_s"] is not None:
+        relative, expert = _number(facts["relative_to_expert"], 3), facts["expert_median_s"]
+        out.print(f"  food per second     [bold]{relative}[/] of the yardstick's (median)")
+        out.print(f"  time to finish      {taken} s; the yardstick {expert:.0f} s (medians)")
+    elif facts["median_s"] is not None:
+        out.print(f"  time to finish      {taken} s (median)")
+    if facts["median_gathered"]:
+        out.print(f"  boxes gathered      {facts['median_gathered']:.0f} (median)")
+    failed = facts["failed_seeds"]
+    if failed:
+        shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")
+        out.print(f"  not finished        seeds {shown}")
+        world = "" if named == WORLD else f"{named} "
+        watch = f"understudy run {world}--behavior {facts['behavior']} --seed {failed[0]}"
+        out.print(f"[dim]Watch one: {escape(watch)}[/]", soft_wrap=True)
+
+
+def _show_each(each: list[dict[str, Any]]) -> None:
+    from understudy.ui.cli.output import console, table
+
+    columns = {"seconds": "#seconds", "expert_seconds": "#yardstick", "delivered": "#delivered"}
+    if any(row["gathered"] for row in each):
+        columns["gathered"] = "#gathered"
+    columns = {key: title for key, title in {**columns, "relative": "#relative"}.items() if key in each[0]}
+    made = table("#seed", "finished", *columns.values())
+    for row in each:
+        ended = "[green]yes[/]" if row["success"] else "[red]no[/]"
+        cells = (
+            _number(row[key], {"delivered": 0, "gathered": 0, "relative": 2}.get(key, 1)) for key in columns
+        )
+        made.add_row(str(row["seed"]), ended, *cells)
+    console().print(made)
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None or value != value else f"{value:.{digits}f}"

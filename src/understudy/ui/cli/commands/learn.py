@@ -1,0 +1,188 @@
+"""`understudy learn`: one automaton's transition functions from a table, or from a recording and presses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from understudy.ui.cli.options import Json, KitName
+
+if TYPE_CHECKING:
+    from understudy.learning.csv_table import Row
+    from understudy.learning.report import Report
+    from understudy.model.library import Taught
+
+OF_RECORDINGS = (
+    "presses", "states", "features", "flags", "parameters", "targets", "reaction", "agent", "session", "kit",
+)  # fmt: skip
+"""Options that say how a recording becomes a lesson."""
+
+
+def learn(
+    context: typer.Context,
+    lesson: Annotated[
+        Path | None, typer.Argument(metavar="[LESSON.csv]", help="The examples.", show_default=False)
+    ] = None,
+    predict: Annotated[
+        Path | None,
+        typer.Option("--predict", metavar="ROWS.csv", help="Say the next state of each of these rows."),
+    ] = None,
+    library: Annotated[
+        Path | None, typer.Option("--library", "-l", help="Save the automaton to this folder, with --name.")
+    ] = None,
+    name: Annotated[str | None, typer.Option("--name", "-n", help="What to call the automaton.")] = None,
+    recording: Annotated[
+        Path | None,
+        typer.Option("--recording", metavar="FILE.mcap", help="Take examples from a recording, instead."),
+    ] = None,
+    presses: Annotated[
+        Path | None,
+        typer.Option(
+            "--presses",
+            metavar="FILE.csv",
+            help="Presses over it: time_s,state; else those recorded with it.",
+        ),
+    ] = None,
+    states: Annotated[
+        str | None, typer.Option("--states", metavar="A,B(C)", help="Its states; else those pressed.")
+    ] = None,
+    features: Annotated[
+        str | None, typer.Option("--features", metavar="A,B(C)", help="What it decides on.")
+    ] = None,
+    flags: Annotated[
+        str | None, typer.Option("--flags", metavar="A,B", help="Flags it can raise; else done and failed.")
+    ] = None,
+    parameters: Annotated[
+        str | None, typer.Option("--parameters", metavar="A,B", help="What is left open.")
+    ] = None,
+    targets: Annotated[
+        str | None, typer.Option("--targets", metavar="A=TARGET", help="What that stood for.")
+    ] = None,
+    reaction: Annotated[
+        float | None,
+        typer.Option("--reaction", min=0.0, max=1.0, metavar="SECONDS", help="How late the presses come."),
+    ] = None,
+    agent: Annotated[int, typer.Option("--agent", "-a", min=0, help="Which robot of the recording.")] = 0,
+    session: Annotated[
+        int | None,
+        typer.Option(
+            "--session", min=1, help="Which session of the recording, from 1; the last unless given."
+        ),
+    ] = None,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Learn an automaton's transition functions from a table of examples, or from a recording and presses.
+
+    Columns are state, next, kind (directive, default, confirmation or watched), and one for each feature,
+    whose header carries its kind: distance:continuous, bearing:toroidal(6.283185307179586),
+    ready:categorical(no|yes). An empty cell is an absent reading.
+
+    [dim]understudy learn lesson.csv --predict rows.csv --json[/]
+
+    Presses over a recording mean what they mean in a session: each gives a directive and a default.
+
+    [dim]understudy learn --recording drive.mcap --presses presses.csv --features 'distance_to(station)'[/]
+    """
+    from understudy.errors import SettingError
+    from understudy.learning.csv_table import read_lesson_table, read_rows
+    from understudy.learning.predict import predict as predicted
+    from understudy.learning.report import report
+    from understudy.model.library import Taught
+    from understudy.ui.cli.commands.learn_recording import Asked, recorded_lesson
+    from understudy.ui.cli.output import print_json
+    from understudy.ui.cli.progress import compile_once
+
+    if (library is None) != (name is None):
+        missing, remedy = (
+            ("--name", "give --name X too") if name is None else ("--library", "give --library DIR too")
+        )
+        raise SettingError(where="learn", setting=missing, problem="is missing", remedy=remedy)
+    if lesson is not None and recording is None:
+        _only_table(context)
+        shown = read_lesson_table(lesson, name=name)
+    elif recording is not None and lesson is None:
+        asked = Asked(
+            name,
+            library,
+            presses,
+            states,
+            features,
+            flags,
+            parameters,
+            targets,
+            reaction,
+            agent,
+            session,
+            kit,
+        )
+        shown = recorded_lesson(recording, asked)
+    else:
+        problem = "is missing" if lesson is None else "is one too many beside a recording"
+        remedy = "give either a table, or --recording FILE.mcap"
+        raise SettingError(where="learn", setting="LESSON.csv", problem=problem, remedy=remedy)
+    rows = None if predict is None else read_rows(predict, shown)
+    compile_once(learner=True, quiet=as_json)
+    result = report(shown)
+    automaton = replace(shown.automaton, transitions=result.transitions)
+    saved = None if library is None else _saved(library, Taught(automaton, shown))
+    following = None if rows is None else predicted(result.transitions, automaton.state_names, rows)
+    if not as_json:
+        _show(result, rows, following, saved)
+        return
+    told = {"states": result.states, "predictions": following or []}
+    print_json(told if saved is None else {**told, "saved": str(saved)})
+
+
+def _only_table(context: typer.Context) -> None:
+    """Refuse what a table says by itself."""
+    from understudy.errors import SettingError
+
+    for option in OF_RECORDINGS:
+        source = context.get_parameter_source(option)
+        if source is not None and source.name == "COMMANDLINE":
+            problem, remedy = "means nothing to a table, which says all", "leave it out, or give --recording"
+            raise SettingError(where="learn", setting=f"--{option}", problem=problem, remedy=remedy)
+
+
+def _saved(folder: Path, taught: Taught) -> Path:
+    """Where it was saved; refused where the automata of the folder would then contain themselves."""
+    from understudy.model.kit import Kit
+    from understudy.model.library import Library
+    from understudy.storage.library_folder import save
+    from understudy.ui.cli.library_data import look
+
+    beside = look(folder, None, lambda _: {}).library if folder.is_dir() else Library(Kit.of())
+    beside.with_taught(taught)
+    return save(folder, taught)
+
+
+def _show(
+    result: Report, rows: tuple[Row, ...] | None, following: list[str] | None, saved: Path | None
+) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from understudy.ui.cli.output import console, count, table
+
+    out = console()
+    for name, state in result.states.items():
+        size = f"{count(state.nodes, 'node')}, depth {state.depth}, {state.fit_ms:.2g} ms"
+        out.print(f"[cyan]{escape(name)}[/] [dim]{size}[/]")
+        for line in state.conditions:
+            out.print(Padding(escape(line), (0, 0, 0, 2), expand=False))
+        for number, what in ((state.contradictions, "contradiction"), (state.disagreements, "disagreement")):
+            if number:
+                out.print(Padding(f"[yellow]{count(number, what)}[/]", (0, 0, 0, 2), expand=False))
+    if rows is not None and following is not None:
+        made = table("#row", "state", "next")
+        for index, (row, next_state) in enumerate(zip(rows, following, strict=True), 1):
+            made.add_row(
+                str(index), escape(row.state), "[dim]stay[/]" if next_state == row.state else next_state
+            )
+        out.print(made)
+    if saved is not None:
+        out.print(f"Saved to [bold]{escape(str(saved))}[/]", soft_wrap=True)

@@ -1,0 +1,77 @@
+"""`understudy list` and `understudy rebuild`: a library as a whole."""
+
+from __future__ import annotations
+
+import typer
+
+from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName, Library, Names, SomeWorld, World
+
+
+def list_(
+    library: Library = LIBRARY, world: SomeWorld = None, kit: KitName = None, as_json: Json = False
+) -> None:
+    """List the automata of a library.
+
+    [dim]understudy list --library demo/library[/]
+    """
+    from rich.markup import escape
+
+    from understudy.ui.cli.library_data import look, summary
+    from understudy.ui.cli.options import some_kit
+    from understudy.ui.cli.output import console, count, print_json, table, when
+
+    shelf = look(library, some_kit(kit, world), lambda _: {})  # a list needs no transition functions
+    rows = [summary(library, shelf.library, opened) for opened in shelf.opened.values()]
+    problems = {name: str(error) for name, error in shelf.problems.items()}
+    if as_json:
+        print_json({"library": str(library), "automata": rows, "problems": problems})
+    else:
+        made = table("automaton", "#states", "#shown", "#watched", "runs", "#former", "saved")
+        made.columns[4].no_wrap = False
+        for row in rows:
+            name = f"{row['name']}({', '.join(row['parameters'])})" if row["parameters"] else row["name"]
+            numbers = [str(row[key] or "") for key in ("states", "examples", "watched")]
+            saved = when(row["saved"])
+            made.add_row(
+                escape(name), *numbers, escape(", ".join(row["uses"])), str(row["versions"] or ""), saved
+            )
+        out = console()
+        out.print(
+            f"[bold]{escape(str(library))}[/]: {count(len(rows), 'automaton', 'automata')}", soft_wrap=True
+        )
+        if rows:
+            out.print(made)
+        for problem in problems.values():
+            console(err=True).print(f"[red]Cannot be opened:[/] {escape(problem)}", soft_wrap=True)
+    raise typer.Exit(2 if problems else 0)
+
+
+def rebuild(
+    names: Names = None,
+    library: Library = LIBRARY,
+    world: World = WORLD,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Learn automata again whose stored trees no longer fit their examples, and save them.
+
+    Needed after editing a document by hand, or with a new version of the learner; the former version is kept.
+    """
+    from understudy.storage.library_folder import open_library, save
+    from understudy.ui.cli.options import find_kit, learner
+    from understudy.ui.cli.output import console, count, print_json
+
+    opened = open_library(library, find_kit(kit, world), learner())
+    for name in names or []:
+        opened.library.automaton(name)
+    rebuilt = {}
+    for name, reason in opened.rebuilt.items():
+        if (not names or name in names) and "classifier" not in reason:
+            save(library, opened.library.taught[name])
+            rebuilt[name] = reason
+    if as_json:
+        print_json({"library": str(library), "rebuilt": rebuilt})
+        return
+    for name, reason in rebuilt.items():
+        console().print(name, "learned again and saved:", reason, markup=False)
+    console().print(f"{count(len(rebuilt), 'automaton', 'automata')} rebuilt")

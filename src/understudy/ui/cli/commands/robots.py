@@ -1,0 +1,114 @@
+"""`understudy robots`: real robots, looked at before they move, and stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from understudy.ui.cli.commands import robot_stops, robots_color, robots_simulate
+from understudy.ui.cli.options import Json
+
+if TYPE_CHECKING:
+    from understudy.robots.diagnostics import Survey
+
+NOTHING = 1e-6
+"""What is smaller is shown as 0: the noise of a computer's numbers."""
+
+app = typer.Typer(no_args_is_help=True, help="Look at real robots and at what their cameras see; stop them.")
+
+
+@app.callback()
+def robots() -> None:
+    """Look at real robots and at what their cameras see; stop them."""
+
+
+app.command("color")(robots_color.color)
+app.command("simulate")(robots_simulate.simulate)
+
+
+@app.command("check")
+def check(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="The file of a robot, or of a team.", show_default=False)
+    ],
+    seconds: Annotated[float, typer.Option(help="Listen so long.", min=0.1, max=600.0)] = 3.0,
+    as_json: Json = False,
+) -> None:
+    """Connect to robots and show what arrives, at what rate and age, and what is missing. Nothing moves.
+
+    Ends with exit code 1 where something is wrong.
+
+    [dim]understudy robots check rover.toml[/]
+    """
+    from time import sleep
+
+    from understudy.robots.diagnostics import survey
+    from understudy.robots.file import is_team
+    from understudy.robots.fleet import connect_robot, connect_team
+    from understudy.ui.cli.output import print_json
+
+    team = is_team(file)
+    with connect_team(file) if team else connect_robot(file) as fleet:
+        sleep(seconds)
+        found = [survey(robot, seconds=seconds, sleep=lambda _: None) for robot in fleet]
+    if as_json:
+        print_json({"robots": found} if team else found[0])
+    else:
+        for each in found:
+            _show(each)
+    if any(each.problems for each in found):
+        raise typer.Exit(1)
+
+
+app.command("stop")(robot_stops.stop)
+app.command("stops")(robot_stops.stops)
+
+
+def _show(found: Survey) -> None:
+    from understudy.errors import listed
+    from understudy.ui.cli.output import console, table
+
+    made = table("reading", "#rate", "#age", "~value", "~topic", title=found.name)
+    for each in found.arrivals:
+        made.add_row(
+            each.name + "*" * each.required,
+            _measured(each.rate_hz, "Hz"),
+            _measured(each.age_s, "s"),
+            _values(each.values, each.unit),
+            each.topic,
+        )
+    out = console()
+    out.print(made)
+    if any(each.required for each in found.arrivals):
+        out.print("* required: the robot stops without it.", markup=False)
+    for problem in found.problems:
+        out.print(problem, markup=False)
+    if found.lacks:
+        out.print(f"Lessons that ask for {listed(found.lacks)} find that absent.", markup=False)
+    if not found.problems:
+        out.print(f"{found.name}: all is there.", markup=False)
+
+
+def _values(values: Mapping[str, float], unit: str) -> str:
+    """The one value, or each that is there with its name, those of a camera by what it sees: ball x 80, size 120 px."""
+    if len(values) == 1:
+        return _measured(next(iter(values.values())), unit)
+    seen: dict[str, list[str]] = {}
+    for name, value in values.items():
+        if not isnan(value):
+            what, _, target = name.removesuffix(")").partition("(")
+            seen.setdefault(target, []).append(f"{what.removeprefix('blob_')} {value:.3g}")
+    return (
+        ", ".join(f"{name} {', '.join(each)} {unit}" for name, each in seen.items())
+        or "sees nothing it knows"
+    )
+
+
+def _measured(value: float, unit: str) -> str:
+    if isnan(value):
+        return "absent"
+    return f"{0.0 if abs(value) < NOTHING else value:.3g} {unit}".rstrip()

@@ -1,0 +1,66 @@
+"""`understudy robots color`: a color from images of a thing, into a robot's file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from understudy.ui.cli.options import Json
+
+if TYPE_CHECKING:
+    from understudy.robots.camera.image_folder import Found
+
+
+def color(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Images of the thing, PNG or JPEG.")],
+    name: Annotated[str, typer.Option("--name", "-n", help="The target that is known by it, such as ball.")],
+    robot: Annotated[
+        Path | None, typer.Option("--robot", metavar="FILE", help="Write it into this robot's file.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Find the color of a thing from images, for a robot's camera to know it by.
+
+    The thing fills the middle of each image; or beside ball1.png is a mask, ball1.mask.png, white where the thing
+    is. With masks the color is kept as narrow as what else is in the images needs. Take them with the robot's own
+    camera, in all the light there will be.
+
+    [dim]understudy robots color images/ball --name ball --robot rover.toml[/]
+    """
+    from rich.markup import escape
+
+    from understudy.robots.camera.calibration import color_shown
+    from understudy.robots.camera.config import HEADING, check_name, color_line, write_color
+    from understudy.robots.camera.image_folder import found_in, read_folder
+    from understudy.ui.cli.output import console, print_json, table
+
+    check_name(name)
+    pictures = read_folder(folder)
+    found_color = color_shown([picture.shown for picture in pictures], where=str(folder))
+    found = found_in(pictures, found_color)
+    if robot is not None:
+        write_color(robot, name, found_color)
+    if as_json:
+        told = {"name": name, "color": found_color, "images": [_told(each) for each in found]}
+        print_json(told if robot is None else {**told, "saved": str(robot)})
+        return
+    out, made = console(), table("image", "#x (px)", "#size (px)", "#of it found", "#of the rest taken")
+    for each in found:
+        x, size = ("not seen", "") if each.blob is None else (f"{each.blob.x:.1f}", f"{each.blob.size:.0f}")
+        made.add_row(escape(each.name), x, size, _percent(each.thing), _percent(each.rest))
+    out.print(made)
+    out.print(escape(HEADING), soft_wrap=True)
+    out.print(escape(color_line(name, found_color)), soft_wrap=True)
+    if robot is not None:
+        out.print(f"Saved to [bold]{escape(str(robot))}[/]", soft_wrap=True)
+
+
+def _told(found: Found) -> dict[str, object]:
+    x, size = (None, None) if found.blob is None else found.blob
+    return {"name": found.name, "x": x, "size": size, "thing_found": found.thing, "rest_taken": found.rest}
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100.0 * share:.1f} %"

@@ -1,0 +1,221 @@
+"""`understudy robots simulate`: robots of a scenario in physics, as ROS 2 robots, for who has no hardware."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import inf
+from pathlib import Path
+from threading import Event
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from understudy.robots.ros.transport import Transport
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.sim_mujoco.processes import Alone, Referee
+    from understudy.sim_mujoco.ros_robots import Simulation
+
+RATE_HZ = 20.0
+GRACE_S = 1.0
+"""For so long robots in processes of their own may take to leave, before they are told to."""
+LEAVING_S = 10.0
+"""For so long they may take then, before they are killed."""
+
+
+def simulate(
+    world: Annotated[str, typer.Argument(metavar="WORLD", help="A built-in world, or a scenario's file.")],
+    seed: Annotated[int, typer.Option(help="Where everything is at first.", min=0, max=2**63 - 1)] = 0,
+    domain: Annotated[int, typer.Option(help="ROS_DOMAIN_ID.", min=0, max=232)] = 0,
+    rate: Annotated[
+        float, typer.Option(metavar="HZ", help="Messages per second.", min=5.0, max=100.0)
+    ] = RATE_HZ,
+    router: Annotated[
+        str | None, typer.Option(metavar="ENDPOINT", help="Over Zenoh, by this router, instead of DDS.")
+    ] = None,
+    write_files: Annotated[
+        Path | None, typer.Option("--write-files", metavar="DIR", help="Write the robots' files there first.")
+    ] = None,
+    apart: Annotated[bool, typer.Option("--apart", help="Each robot in a process of its own.")] = False,
+    only: Annotated[
+        str | None,
+        typer.Option("--only", metavar="NAME", help="One of them alone, or the referee.", hidden=True),
+    ] = None,
+    parent: Annotated[int, typer.Option("--parent", metavar="PID", help="Who began it.", hidden=True)] = 0,
+    seconds: Annotated[float, typer.Option(help="End after so long; on Ctrl-C unless given.", min=0.1)] = inf,
+) -> None:
+    """Simulate the robots of a world in physics (MuJoCo), each as a ROS 2 robot in a namespace of its own.
+
+    They publish Range, Odometry, Image and places of targets, and obey Twist; without a command for 0.15 s they stop.
+
+    [dim]understudy robots simulate soccer --write-files .[/]
+    """
+    from msgspec.structs import replace
+
+    from understudy.robots.ros.dds import DDS
+    from understudy.robots.ros.zenoh import Zenoh
+    from understudy.sim_mujoco.model import check_physics
+    from understudy.sim_mujoco.processes import REFEREE
+    from understudy.sim_mujoco.robot_files import check_ros, names_of_robots
+    from understudy.sim_mujoco.ros_robots import served
+    from understudy.ui.cli.options import find_world
+    from understudy.ui.cli.output import console
+
+    out = console()
+    scenario = find_world(world)
+    check_physics(scenario)
+    check_ros(scenario)
+    names = names_of_robots(scenario)
+    with _leaving_orderly() as left:
+        if write_files is not None and only is None:
+            known = str(Path(world).resolve()) if Path(world).is_file() else world
+            _write(write_files, scenario, world=known, domain=domain, rate_hz=rate, router=router)
+        if only is None:
+            said = ", ".join(f"/{name}" for name in names)
+            out.print(
+                f"{scenario.name} (seed {seed}): {said} on domain {domain}, {rate:g} Hz. Ctrl-C ends it."
+            )
+        if apart and only is None:
+            _apart([*names, REFEREE], left, seconds=seconds)
+            return
+        # One of several ends with the process that began all of them, however that ends.
+        late = _simulate(
+            served(replace(scenario, tick_s=1.0 / rate)),
+            seed,
+            DDS(domain) if router is None else Zenoh(domain, router),
+            only,
+            seconds=seconds,
+            stopped=lambda: left.is_set() or (parent != 0 and os.getppid() != parent),
+        )
+    if late:
+        out.print(f"{late} ticks came late: this machine is too slow for {rate:g} Hz with as many robots.")
+
+
+def _write(
+    folder: Path, scenario: Scenario, *, world: str, domain: int, rate_hz: float, router: str | None
+) -> None:
+    """Write the files of all robots, and of the team; what is there and says something else is left, and told of."""
+    from understudy.robots.file import parse_robot
+    from understudy.sim_mujoco.robot_files import names_of_robots, robot_file, team_file
+    from understudy.storage.atomic import failing, write
+    from understudy.ui.cli.output import console
+
+    names = names_of_robots(scenario)
+    files = {
+        f"{name}.toml": robot_file(
+            scenario, number, world=world, domain=domain, rate_hz=rate_hz, router=router
+        )
+        for number, name in enumerate(names)
+    }
+    for name, content in files.items():
+        parse_robot(content, folder / name)
+    if len(names) > 1:
+        files["team.toml"] = team_file(scenario)
+    with failing(folder, "writing the robots' files"):
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in files.items():
+            path, said = folder / name, "Wrote {}"
+            if path.exists() and path.read_bytes() != content.encode():
+                said = "Left {} as it is: it says something else; remove it, and it is written anew"
+            else:
+                write(path, content.encode())
+            console().print(said.format(path), soft_wrap=True, markup=False)
+
+
+@contextmanager
+def _leaving_orderly() -> Iterator[Event]:
+    """All leave on SIGTERM as on Ctrl-C, which some shells keep away from what runs behind them.
+
+    The event is set, too: an interrupt is lost that comes while something is called back that cannot raise.
+    """
+    left = Event()
+
+    def leave(number: int, frame: FrameType | None) -> None:
+        left.set()
+        signal.default_int_handler(number, frame)
+
+    numbers = [signal.SIGTERM]
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        numbers.append(signal.SIGINT)
+    before = {number: signal.signal(number, leave) for number in numbers}
+    try:
+        yield left
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _simulate(
+    scenario: Scenario,
+    seed: int,
+    transport: Transport,
+    only: str | None,
+    *,
+    seconds: float,
+    stopped: Callable[[], bool],
+) -> int:
+    """Until the time is over or somebody ends it; how many ticks came late."""
+    try:
+        return _what(scenario, seed, transport, only).run(seconds=seconds, stopped=stopped)
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        transport.close()
+
+
+def _what(
+    scenario: Scenario, seed: int, transport: Transport, only: str | None
+) -> Simulation | Alone | Referee:
+    """All robots; or one of them, or the referee, whose fellows are in processes of their own."""
+    from understudy.errors import UnknownName
+    from understudy.sim_mujoco.body import Physics
+    from understudy.sim_mujoco.processes import REFEREE, Alone, Referee
+    from understudy.sim_mujoco.robot_files import names_of_robots
+    from understudy.sim_mujoco.ros_robots import Simulation
+
+    if only == REFEREE:
+        return Referee(scenario, seed, transport)
+    body, names = Physics(scenario, [seed]), names_of_robots(scenario)
+    if only is None:
+        return Simulation(body, transport)
+    if only not in names:
+        raise UnknownName(
+            what="robot", name=only, where=f"scenario {scenario.name!r}", known=[*names, REFEREE]
+        )
+    return Alone(body, names.index(only), transport)
+
+
+def _apart(names: list[str], left: Event, *, seconds: float) -> None:
+    """This same command once more for each of them, in processes of their own; all end with this one."""
+    began = time.monotonic()
+    arguments = [each for each in sys.argv[1:] if each != "--apart"]
+    command = [sys.executable, "-m", "understudy.ui.cli", *arguments, "--parent", str(os.getpid()), "--only"]
+    processes = [subprocess.Popen([*command, name]) for name in names]
+    try:
+        while time.monotonic() - began < seconds and all(each.poll() is None for each in processes):
+            if left.wait(0.1):
+                break
+    except KeyboardInterrupt:
+        pass
+    finally:
+        ends = time.monotonic() + GRACE_S  # a terminal's Ctrl-C came to all of them
+        while time.monotonic() < ends and any(each.poll() is None for each in processes):
+            time.sleep(0.05)
+        failed = max(each.poll() or 0 for each in processes)  # it has said why
+        for each in processes:
+            each.terminate()
+        for each in processes:
+            try:
+                each.wait(LEAVING_S)
+            except subprocess.TimeoutExpired:
+                each.kill()
+                each.wait()
+    if failed > 0:
+        raise typer.Exit(failed)

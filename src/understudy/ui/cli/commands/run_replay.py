@@ -1,0 +1,177 @@
+"""`understudy run --replay`: decide again over a recording, and show where decisions differ."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from understudy.analysis.replay_diff import Again, Difference
+    from understudy.model.kit import Kit
+    from understudy.robots.recording.header import Ran
+    from understudy.robots.recording.reader import Recording
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.sim.team.libraries import Libraries
+
+DIFFERENT = 1
+MOST_SHOWN = 12
+
+
+def replay(
+    path: Path,
+    *,
+    library: Path | None = None,
+    behavior: str | None = None,
+    bind: list[str] | None = None,
+    kit: str | None = None,
+    as_json: bool = False,
+) -> None:
+    """Decide again over a recording; what is not said is as it was recorded. Exit code 1 where anything differs."""
+    from understudy.analysis.replay_diff import decided_again
+    from understudy.analysis.rerun import Rerun
+    from understudy.errors import SettingError
+    from understudy.robots.recording.reader import read_recording
+    from understudy.sim.team.libraries import runners, sort_of
+    from understudy.ui.cli.options import behavior_of, bindings
+    from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.recordings import kit_for, scenario_of
+
+    recording = read_recording(path)
+    ran = recording.head.ran
+    if ran.behavior is None and (behavior is None or library is None):
+        missing = "--behavior" if behavior is None else "--library"
+        problem, remedy = (
+            "is missing: nothing ran, a person taught",
+            "say which automaton of which library to ask",
+        )
+        raise SettingError(where=str(path), setting=missing, problem=problem, remedy=remedy)
+    where = scenario_of(recording)
+    parts = kit_for(recording, kit, where)
+    named = behavior or ran.behavior
+    known, former = _known(ran, where, named, library, parts)
+    folder = library or Path(ran.library)
+    asked = named if behavior or not ran.sorts or ran.sorts[0] not in known else f"{ran.sorts[0]}/{named}"
+    sort = sort_of(known, asked)
+    name = behavior_of(known[sort], asked and asked.removeprefix(f"{sort}/"), folder)
+    bound = bindings(bind) if bind else dict(ran.binding) if name == ran.behavior else {}
+    sorts = [each for each in ran.sorts if each in known and name == ran.behavior]
+    rerun = Rerun(recording, known, sorts or runners(known, sort, name), name, binding=bound, scenario=where)
+    again = decided_again(rerun)
+    facts = _facts(recording, again, folder, name) | {"changed": _changed(ran, known), "former": former}
+    if as_json:
+        print_json(facts)
+    else:
+        _show(facts, console())
+    if again.differences:
+        raise typer.Exit(DIFFERENT)
+
+
+def _known(
+    ran: Ran, where: Scenario | None, behavior: str | None, library: Path | None, kit: Kit
+) -> tuple[Libraries, dict[str, int]]:
+    """What everybody knows: of a library that was named, as it is; else as it was, where there are versions of it."""
+    from understudy.analysis.explain_run import CannotRepeat
+    from understudy.ui.cli.former import known_now, known_then
+
+    folder = library or Path(ran.library)
+    if library is None and behavior == ran.behavior:
+        with suppress(CannotRepeat):
+            return known_then(where, behavior, folder, kit, ran.automata)
+    return known_now(where, behavior, folder, kit), {}
+
+
+def _changed(ran: Ran, known: Libraries) -> list[str]:
+    """Automata that are not what they were when it was recorded."""
+    from understudy.storage.fingerprint import fingerprint
+
+    found = []
+    for sort, marks in ran.automata.items():
+        taught = known[sort].taught if sort in known else {}
+        found += [
+            name for name, mark in marks.items() if name not in taught or fingerprint(taught[name]) != mark
+        ]
+    return found
+
+
+def _facts(recording: Recording, again: Again, library: Path, behavior: str) -> dict[str, Any]:
+    times = recording.times
+    return {
+        "recording": str(recording.path),
+        "whole": recording.whole,
+        "library": str(library),
+        "behavior": behavior,
+        "robots": len(recording.head.names),
+        "ticks": recording.ticks,
+        "seconds": round(float(times[-1] - times[0]) + recording.head.tick_s, 6),
+        "decisions": again.decisions,
+        "same": again.same,
+        "differences": [_difference(each) for each in again.differences],
+    }
+
+
+def _difference(each: Difference) -> dict[str, Any]:
+    from understudy.ui.cli.commands.why import reason_facts
+
+    return {
+        "robot": each.agent,
+        "time_s": round(each.from_s, 6),
+        "until_s": round(each.until_s, 6),
+        "ticks": each.ticks,
+        "recorded": list(each.recorded),
+        "now": list(each.now),
+        "decision": None if each.reason is None else reason_facts(each.reason),
+    }
+
+
+def _show(facts: dict[str, Any], out: Console) -> None:
+    from rich.markup import escape
+
+    from understudy.errors import listed
+    from understudy.ui.cli.output import count
+
+    if not facts["whole"]:
+        out.print(
+            "[yellow]It was not closed:[/] what was recorded until then is all there is.", soft_wrap=True
+        )
+    if facts["changed"]:
+        are = "is another" if len(facts["changed"]) == 1 else "are others"
+        out.print(f"[dim]{escape(listed(facts['changed']))} {are} since it was recorded[/]", soft_wrap=True)
+    for name, version in facts["former"].items():
+        out.print(f"[dim]{escape(name)} is another by now: this is its version {version}[/]", soft_wrap=True)
+    differences = facts["differences"]
+    head = f"{facts['behavior']} over {count(facts['ticks'], 'tick')} ({facts['seconds']:.1f} s)"
+    if facts["robots"] > 1:
+        head += f" of {facts['robots']} robots"
+    if not differences:
+        out.print(f"{escape(head)}: [green]every decision as recorded[/]", soft_wrap=True)
+        return
+    other = facts["decisions"] - facts["same"]
+    out.print(
+        f"{escape(head)}: [yellow]{other} of {count(facts['decisions'], 'decision')} differ[/], "
+        f"in {count(len(differences), 'stretch', 'stretches')}",
+        soft_wrap=True,
+    )
+    for each in differences[:MOST_SHOWN]:
+        _show_difference(each, out, several=facts["robots"] > 1)
+    if len(differences) > MOST_SHOWN:
+        out.print(f"\n[dim]and {len(differences) - MOST_SHOWN} more; --json has all[/]")
+
+
+def _show_difference(each: dict[str, Any], out: Console, *, several: bool) -> None:
+    from rich.markup import escape
+
+    from understudy.ui.cli.commands.why import show_decision
+
+    robot = f"robot {each['robot']}, " if several else ""
+    until = f" to {each['until_s']:g}" if each["ticks"] > 1 else ""
+    recorded, now = (" > ".join(each[key]) or "nothing" for key in ("recorded", "now"))
+    said = f"recorded {recorded}, now {now}"
+    out.print(f"\n[bold]{robot}{each['time_s']:g}{until} s[/]: {escape(said)}", soft_wrap=True)
+    if each["decision"] is not None:
+        out.print(f"  [cyan]{escape(each['decision']['automaton'])}[/]", soft_wrap=True)
+        show_decision(each["decision"], out)

@@ -1,0 +1,205 @@
+"""`understudy run --robot`: a behavior on real robots, armed by a person, stopped by any key."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from math import inf
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from understudy.errors import SettingError
+
+if TYPE_CHECKING:
+    from understudy.robots.fleet import Fleet
+    from understudy.robots.live_run import Live
+    from understudy.robots.twin import Twin
+    from understudy.sim.team.libraries import Libraries
+
+LISTEN_S = 2.0
+SHOWN_S = 0.1
+BY = "the terminal"
+
+
+def run_live(
+    twin: Twin,
+    behavior: str | None,
+    library: Path,
+    *,
+    kit: str | None,
+    bind: list[str] | None,
+    seconds: float | None,
+    as_json: bool,
+) -> None:
+    """Run a behavior on real robots until it is done, the time is over, or a key stops it."""
+    from understudy.analysis.run_header import marks
+    from understudy.robots.live_run import Live
+    from understudy.robots.recording.header import Ran
+    from understudy.runtime.program import link
+    from understudy.sim.kit import kit_of
+    from understudy.sim.team.libraries import runners, sort_of
+    from understudy.ui.cli.options import behavior_of, bindings, find_kit, team_for
+    from understudy.ui.cli.output import console, print_json
+
+    fleet = twin.fleet
+    _see_person(fleet)
+    parts = kit_of(twin.scenario) if kit is None else find_kit(kit, twin.scenario.name)
+    bound = bindings(bind)
+    known = team_for(twin.scenario, behavior, library, parts)
+    sort = sort_of(known, behavior)
+    behavior = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), library)
+    link(known[sort], behavior, bound)  # mistakes are told before anything moves
+    roots = dict.fromkeys(runners(known, sort, behavior), (behavior, bound))
+    live = Live(twin, known, roots)
+    twin.follow(lambda: live.team.paths)
+    _looked_over(live)
+    _armed_by_a_person(fleet, behavior)
+    live.restart()
+    began_s = twin.time_s
+    twin.record(
+        Ran(
+            kit=kit,
+            library=str(library.resolve()),
+            sorts=list(roots),
+            behavior=behavior,
+            binding=dict(bound),
+            automata=marks(live.team, known),
+        )
+    )
+    ended = _go(live, behavior, _flags(known, sort, behavior), sort, seconds)
+    fleet.disarm(f"the run ended: {ended}")
+    facts = {
+        "behavior": behavior,
+        "robots": [robot.file.name for robot in fleet],
+        "seconds": round(twin.time_s - began_s, 3),
+        "ticks": live.ticks,
+        "late_ticks": live.late,
+        "ended": ended,
+        "doing": [list(path) for path in live.team.paths],
+    }
+    if as_json:
+        print_json(facts)
+    else:
+        late = f", {live.late} of them late" if live.late else ""
+        console().print(f"{behavior}: {ended} after {live.ticks} ticks{late}. Stopped.", markup=False)
+
+
+def _see_person(fleet: Fleet) -> None:
+    """Real robots are armed by a person, who is at a terminal."""
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise SettingError(
+            where="understudy run --robot",
+            setting="its input or output",
+            problem="is not a terminal, so that nobody could arm or stop a robot",
+            remedy="run it in one (ssh -t HOST for another machine), or arm it from Python with Robot.arm",
+        )
+    if fleet.holds_to_run:
+        raise SettingError(
+            where=fleet.name,
+            setting="safety.hold_to_run",
+            problem="needs a key that is held, and a terminal does not tell when one is let go",
+            remedy="let it go in the studio: understudy studio --robot FILE",
+        )
+
+
+def _looked_over(live: Live) -> None:
+    """Say what is wrong with the robots, having decided for a while without moving any; what comes of it is up to the
+    person. What takes longer the first time has been done by then.
+    """
+    import typer
+
+    from understudy.robots.diagnostics import survey
+
+    fleet = live.twin.fleet
+    typer.echo(f"Listening to {', '.join(robot.file.name for robot in fleet)} ...", err=True)
+    until = monotonic() + LISTEN_S
+    while monotonic() < until:
+        live.tick()
+    for robot in fleet:
+        for problem in survey(robot, seconds=0.0).problems:
+            typer.echo(f"{robot.file.name}: {problem}", err=True)
+
+
+def _armed_by_a_person(fleet: Fleet, behavior: str) -> None:
+    import typer
+
+    typer.echo(
+        f"{fleet.name} will run {behavior}. Any key stops it. Type arm and Enter to let it move:", err=True
+    )
+    if sys.stdin.readline().strip().lower() != "arm":
+        raise SettingError(
+            where=fleet.name, setting="arming", problem="was not confirmed, so that nothing moved",
+            remedy="type arm to let it move",
+        )  # fmt: skip
+    fleet.arm(BY)
+
+
+def _flags(known: Libraries, sort: str, behavior: str) -> set[str]:
+    from understudy.model.automaton import Automaton
+
+    root = known[sort].behavior(behavior)
+    states = root.states if isinstance(root, Automaton) else ()
+    return {state.name for state in states if state.flag is not None}
+
+
+def _go(live: Live, behavior: str, flags: set[str], sort: str, seconds: float | None) -> str:
+    """Tick until something ends it, which is said."""
+    from rich.live import Live as Screen
+
+    from understudy.ui.cli.output import console
+
+    twin, until = live.twin, inf
+    with (
+        _keys() as pressed,
+        Screen(console=console(err=True), auto_refresh=False, transient=True) as screen,
+    ):
+        shown = -SHOWN_S
+        while True:
+            live.tick()
+            if seconds is not None and until == inf:
+                until = twin.time_s + seconds
+            if pressed():
+                twin.fleet.emergency("a key was pressed in the terminal")
+                return "stopped by a key"
+            if not twin.fleet.armed:
+                return "; ".join(
+                    f"{robot.file.name}: {robot.stopped}" for robot in twin.fleet if robot.stopped
+                )
+            if flags and live.team.raised(sort, flags).all():
+                return "done"
+            if twin.time_s >= until:
+                return "its time is over"
+            if twin.time_s - shown >= SHOWN_S:
+                shown = twin.time_s
+                screen.update(_told(twin, live, behavior), refresh=True)
+
+
+def _told(twin: Twin, live: Live, rests: str) -> Any:
+    from understudy.ui.cli.output import table
+
+    made = table("robot", "doing", "~")
+    for robot, path in zip(twin.fleet, live.team.paths, strict=True):
+        doing = " > ".join(path) or rests
+        made.add_row(robot.file.name, doing, robot.stopped and f"stands: {robot.stopped}")
+    return made
+
+
+@contextmanager
+def _keys() -> Iterator[Any]:
+    """Whether a key was pressed, without waiting for Enter where the system can."""
+    import select
+
+    old = None
+    with suppress(ImportError):
+        import termios
+        import tty
+
+        old = termios.tcgetattr(sys.stdin)
+        tty.setcbreak(sys.stdin)
+    try:
+        yield lambda: bool(select.select([sys.stdin], [], [], 0)[0])
+    finally:
+        if old is not None:
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, old)

@@ -1,0 +1,162 @@
+"""`understudy show`: everything about one automaton."""
+
+from __future__ import annotations
+
+from math import degrees
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.ui.cli.options import LIBRARY, Json, KitName, Library, SomeWorld
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from understudy.model.automaton import Automaton
+
+SHOWN = 20
+
+
+def show(
+    name: Annotated[str, typer.Argument(help="The automaton.")],
+    library: Library = LIBRARY,
+    world: SomeWorld = None,
+    kit: KitName = None,
+    everything: Annotated[bool, typer.Option("--all", help="All examples, watched ones too.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Show an automaton: its states, features, the conditions it learned, its examples.
+
+    [dim]understudy show goto --library demo/library[/]
+    """
+    from understudy.ui.cli.library_data import look, whole
+    from understudy.ui.cli.options import learner, some_kit
+    from understudy.ui.cli.output import console, print_json
+
+    shelf = look(library, some_kit(kit, world), learner())
+    if name not in shelf.opened and (error := shelf.problems.get(f"{name}.json")):
+        raise error
+    automaton = shelf.library.automaton(name)
+    facts = whole(library, shelf.library, shelf.opened[name])
+    if as_json:
+        print_json(facts)
+        return
+    out = console()
+    _head(facts, out)
+    _structure(automaton, out)
+    _conditions(automaton, facts["conditions"], out)
+    _examples(facts, out, everything=everything)
+
+
+def _head(facts: dict[str, Any], out: Console) -> None:
+    from rich.markup import escape
+
+    from understudy.ui.cli.output import count, when
+
+    called = facts["name"] + (f"({', '.join(facts['parameters'])})" if facts["parameters"] else "")
+    out.print(f"[bold]{escape(called)}[/]" + (" [dim]stateless[/]" if facts["stateless"] else ""))
+    kept = count(len(facts["versions"]), "former version")
+    lines = [f"saved {when(facts['saved'])}, {kept}"]
+    if facts["used_by"]:
+        lines.append(f"used by {', '.join(facts['used_by'])}")
+    chosen = facts["options"]
+    if chosen is None:
+        lines.append("written by hand: it has no examples")
+    else:
+        learns = "decision trees" if chosen["learner"] == "trees" else f"{chosen['learner']} of scikit-learn"
+        late = f", presses taken {chosen['reaction_s']:g} s earlier" if chosen["reaction_s"] else ""
+        silence = ", silence is consent" if chosen["watched"] else ""
+        unlearns = ", corrections quarantine bad examples" if chosen["unlearning"] else ""
+        pruned = f", pruned by {chosen['pruning']:.3g}" if chosen.get("pruning") else ""
+        lines.append(f"learns {learns}{pruned}{late}{silence}{unlearns}")
+    out.print(f"[dim]{escape('; '.join(lines))}[/]")
+
+
+def _structure(automaton: Automaton, out: Console) -> None:
+    from rich.columns import Columns
+    from rich.markup import escape
+
+    from understudy.model.binding import called
+    from understudy.ui.cli.output import table
+
+    states = table("state", "does")
+    for state in automaton.states:
+        does = "[dim]idles[/]" if state.behavior is None else escape(called(state.behavior, state.binding))
+        states.add_row(escape(state.name), does if state.flag is None else f"raises {escape(state.flag)}")
+    features = table("feature", "kind", "unit")
+    for bound in automaton.features:
+        features.add_row(escape(str(bound)), escape(_kind(str(bound.kind))), bound.feature.unit)
+    out.print(Columns([states, features] if automaton.features else [states], padding=(0, 4)))
+
+
+def _kind(spelled: str) -> str:
+    return {"categorical(no|yes)": "no or yes", "toroidal(6.283185307179586)": "angle"}.get(spelled, spelled)
+
+
+def _conditions(automaton: Automaton, conditions: dict[str, list[str]], out: Console) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    out.print("[bold]When it switches[/]")
+    for state in automaton.states:
+        if state.flag is None:
+            out.print(f"  [cyan]{escape(state.name)}[/]")
+            for line in conditions.get(state.name) or ["[dim]stays: nothing was shown here[/]"]:
+                out.print(
+                    Padding(line if line.startswith("[dim]") else escape(line), (0, 0, 0, 4), expand=False)
+                )
+
+
+def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
+    from rich.markup import escape
+
+    from understudy.ui.cli.output import count, table
+
+    rows = [row for row in facts["examples"] if everything or row["kind"] != "watched"]
+    if not facts["examples"]:
+        return
+    beside = f" [dim]beside {count(facts['watched'], 'watched example')}[/]" if facts["watched"] else ""
+    out.print(f"\n[bold]What was shown[/]{'' if everything else beside}")
+    made = table("#", "state", "next", "kind", *(f"#{feature['name']}" for feature in facts["features"]))
+    made.columns[0].justify = "right"
+    for row in rows if everything else rows[:SHOWN]:
+        kind = row["kind"] + "*" * row["correction"] + "†" * row["edited"] + "‡" * bool(row["quarantined"])
+        following = "[dim]stay[/]" if row["next"] == row["state"] else escape(row["next"])
+        values = zip(row["values"].values(), facts["features"], strict=True)
+        told = (_value(value, feature["unit"]) for value, feature in values)
+        made.add_row(str(row["number"]), escape(row["state"]), following, kind, *told)
+    for column in made.columns[4:]:
+        column.no_wrap, column.overflow = False, "fold"
+    out.print(made)
+    for mark, key, what in (
+        ("*", "correction", "a correction"),
+        ("†", "edited", "edited by hand"),
+        ("‡", "quarantined", "in quarantine: it teaches nothing"),
+    ):
+        if any(row[key] for row in rows):
+            out.print(f"[dim]{mark} {what}[/]")
+    _reasons(rows, out)
+    if not everything and len(rows) > SHOWN:
+        out.print(f"[dim]{len(rows) - SHOWN} more: --all[/]")
+
+
+def _reasons(rows: list[dict[str, Any]], out: Console) -> None:
+    """Why examples are in quarantine, a line for each reason."""
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    why: dict[str, list[str]] = {}
+    for row in rows:
+        if row["quarantined"]:
+            why.setdefault(row["quarantined"], []).append(str(row["number"]))
+    for reason, numbers in why.items():
+        out.print(Padding(f"[dim]{', '.join(numbers)}: {escape(reason)}[/]", (0, 0, 0, 2), expand=False))
+
+
+def _value(value: float | str | None, unit: str) -> str:
+    """A value as the conditions say it: angles in degrees."""
+    if value is None:
+        return "[dim]absent[/]"
+    if isinstance(value, str):
+        return value
+    return f"{degrees(value):.0f}°" if unit == "rad" else f"{value:.3g}"

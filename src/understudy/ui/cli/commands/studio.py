@@ -1,0 +1,84 @@
+"""`understudy studio`: train a robot in the browser."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from understudy.ui.cli.options import LIBRARY, KitName, Library, SameWorld, ScenarioName
+from understudy.ui.cli.robot_options import NoRecording, RobotFile, TeamFile, twin_of
+from understudy.ui.cli.robot_options import named as real
+
+
+def studio(
+    scenario: ScenarioName = None,
+    world: SameWorld = None,
+    library: Library = LIBRARY,
+    kit: KitName = None,
+    host: Annotated[
+        str,
+        typer.Option("--host", help="The address to listen on; any but this machine's own needs a token."),
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option("--port", min=0, max=65535, help="The port, or the next that is free.")
+    ] = 8437,
+    token: Annotated[
+        str | None, typer.Option("--token", help="What pages must know to connect; made up if left out.")
+    ] = None,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
+    robot: RobotFile = None,
+    team: TeamFile = None,
+    no_record: NoRecording = False,
+) -> None:
+    """Train a robot in the browser: it shows the world, and you press what the robot is to do.
+
+    Works without internet. What is shown is on disk before it is acknowledged: start it again, and go on.
+
+    [dim]understudy studio forage[/]
+
+    [dim]understudy studio --robot rover.toml[/]
+    """
+    from contextlib import ExitStack
+
+    from understudy.sim.kit import kit_of
+    from understudy.ui.cli.options import chosen_world, find_kit, find_world
+    from understudy.ui.cli.progress import compile_once
+    from understudy.ui.web.server import Studio
+    from understudy.ui.web.serving import listen, serve
+    from understudy.ui.web.session_host import Stage
+    from understudy.ui.web.views.library import check_folder
+
+    with ExitStack() as leaving:
+        if real(robot, team, world=scenario or world) is None:
+            name, twin = chosen_world(scenario, world), None
+            found, parts = find_world(name), find_kit(kit, name)
+        else:
+            twin = leaving.enter_context(twin_of(robot, team, record=None, recorded=not no_record))
+            found = twin.scenario
+            parts = kit_of(found) if kit is None else find_kit(kit, found.name)
+        check_folder(library)
+        address = listen(host, port, token)
+        compile_once(learner=True, world=found)
+        stage = Stage(found, library, parts, seed=seed, twin=twin)
+        typer.echo(f"The studio is at {address.link}  (Ctrl C ends it)")
+
+        def ready() -> None:
+            if not no_browser:
+                _open(address.link)
+
+        serve(Studio(stage), address, ready=ready)
+
+
+def _open(link: str) -> None:
+    """Open the browser where there is one; the socket listens already, so that the page waits until it is served."""
+    import webbrowser
+    from contextlib import suppress
+    from threading import Thread
+
+    def look() -> None:
+        with suppress(webbrowser.Error, OSError):
+            webbrowser.open(link)
+
+    Thread(target=look, daemon=True).start()

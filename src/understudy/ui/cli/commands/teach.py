@@ -1,0 +1,167 @@
+"""`understudy teach`: teach a robot with the keyboard, in the terminal."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName, Library, SameWorld
+from understudy.ui.cli.robot_options import NoRecording, RobotFile, twin_of
+from understudy.ui.cli.robot_options import named as real
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from understudy.model.library import Library as Opened
+    from understudy.robots.twin import Twin
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.ui.controller.plan import Plan
+
+
+def teach(
+    name: Annotated[
+        str, typer.Argument(help="The automaton: a new one, or one of the library to go on with.")
+    ],
+    world: SameWorld = None,
+    library: Library = LIBRARY,
+    states: Annotated[
+        str | None,
+        typer.Option(
+            "--states", metavar="A,B(C)", help="What it can do: basic behaviors and taught automata."
+        ),
+    ] = None,
+    features: Annotated[
+        str | None, typer.Option("--features", metavar="A,B(C)", help="What it decides on.")
+    ] = None,
+    parameters: Annotated[
+        str | None, typer.Option("--parameters", metavar="A,B", help="What is left open, to be bound later.")
+    ] = None,
+    targets: Annotated[
+        str | None,
+        typer.Option("--targets", metavar="A=TARGET", help="What the parameters stand for while teaching."),
+    ] = None,
+    flags: Annotated[
+        str | None, typer.Option("--flags", metavar="A,B", help="Flags it can raise, such as done.")
+    ] = None,
+    watched: Annotated[
+        bool | None,
+        typer.Option("--watched/--plain", help="Whether silence is consent; as before, or plain."),
+    ] = None,
+    reaction: Annotated[
+        float | None,
+        typer.Option("--reaction", min=0.0, max=1.0, metavar="SECONDS", help="How late your presses come."),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
+    robot: RobotFile = None,
+    no_record: NoRecording = False,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Teach a robot with the keyboard: drive it by pressing behaviors, and it learns when to switch.
+
+    What is not chosen here is asked for. Works over SSH; after a lost connection, the same command goes on.
+
+    [dim]understudy teach goto --parameters A --states forward,rotate_left,rotate_right --flags done
+    --features 'distance_to(A),angle_to(A)' --targets A=station[/]
+
+    [dim]understudy teach servo --robot rover.toml[/]
+    """
+    from contextlib import ExitStack
+
+    from understudy.ui.cli.options import find_world, names_in, targets_in
+    from understudy.ui.controller.plan import Choices, Plan, checked
+
+    choices = Choices(
+        states=names_in(states),
+        features=names_in(features),
+        flags=names_in(flags),
+        parameters=names_in(parameters),
+        targets=targets_in(targets),
+        watched=watched,
+        reaction_s=reaction,
+    )
+    with ExitStack() as leaving:
+        twin = None
+        if real(robot, None, world=world) is not None:
+            twin = leaving.enter_context(twin_of(robot, None, record=None, recorded=not no_record))
+            _see_hold(twin)
+        where = find_world(world or WORLD) if twin is None else twin.scenario
+        plan = Plan(name, library, where, _library(library, kit, where), choices, seed)
+        checked(plan)
+        _see_terminal()
+        _teach(plan, twin, as_json=as_json)
+
+
+def _see_hold(twin: Twin) -> None:
+    """Refuse robots that need a key that is held: a terminal cannot tell."""
+    from understudy.errors import SettingError
+
+    if twin.fleet.holds_to_run:
+        raise SettingError(
+            where=twin.fleet.name,
+            setting="safety.hold_to_run",
+            problem="needs a key that is held, and a terminal does not tell when one is let go",
+            remedy="teach it in the studio: understudy studio --robot FILE",
+        )
+
+
+def _teach(plan: Plan, twin: Twin | None, *, as_json: bool) -> None:
+    from understudy.errors import UnderstudyError
+    from understudy.ui.cli.errors import FAULT
+    from understudy.ui.cli.output import console, count, print_json
+    from understudy.ui.cli.progress import compile_once
+    from understudy.ui.controller import journal_store
+    from understudy.ui.tui.app import Trainer
+
+    compile_once(learner=True, world=plan.world)
+    left = journal_store.unfinished(plan.folder, plan.name, plan.world.name, plan.library)
+    trainer = Trainer(plan, unfinished=left, twin=twin)
+    ended = trainer.run()
+    if isinstance(ended, UnderstudyError):
+        raise ended
+    if trainer.return_code == 1:
+        typer.echo(f"Nothing shown is lost: `understudy teach {plan.name}` goes on where it was.", err=True)
+        raise typer.Exit(FAULT)
+    if trainer.return_code:
+        raise typer.Exit(trainer.return_code)
+    facts = {
+        "name": plan.name,
+        "library": str(plan.folder),
+        "examples": 0 if ended is None else ended.examples,
+        "saved": ended is not None and ended.saved,
+        "journal": None if ended is None else str(ended.journal),
+    }
+    if as_json:
+        print_json(facts)
+    elif ended is None:
+        console().print(f"Nothing was begun of {plan.name}.")
+    elif ended.saved:
+        console().print(f"[bold]{plan.name}[/] is in {plan.folder}, with {count(ended.examples, 'example')}.")
+    else:
+        console().print(f"[bold]{plan.name}[/] was not saved.")
+
+
+def _library(folder: Path, kit: str | None, where: Scenario) -> Opened:
+    """The library, or an empty one where the folder is still to be made."""
+    from understudy.model.library import Library
+    from understudy.sim.kit import kit_of
+    from understudy.ui.cli.options import find_kit, opened
+
+    found = kit_of(where) if kit is None else find_kit(kit, where.name)
+    return opened(folder, found).library if folder.exists() else Library(found)
+
+
+def _see_terminal() -> None:
+    """Refuse to begin where nobody could press a key."""
+    from understudy.errors import SettingError
+
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise SettingError(
+            where="understudy teach",
+            setting="its input or output",
+            problem="is not a terminal",
+            remedy="run it in one (ssh -t HOST for another machine); without a person, teach from "
+            "Python with understudy.training.session.Session, or from a table with understudy learn",
+        )

@@ -1,0 +1,208 @@
+"""`understudy test`: whether a library still does what it was shown, and what changed since former versions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rich.console import Console
+
+    from understudy.analysis.lesson_tests import Examined
+    from understudy.errors import UnderstudyError
+    from understudy.model.kit import Kit
+    from understudy.model.library import Library, Taught
+    from understudy.sim.scenario.schema import Scenario
+
+
+def check(
+    folder: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[LIBRARY]",
+            help="The folder the automata are in; library if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    same: Annotated[
+        Path | None, typer.Option("--library", "-l", help="The folder, as an option.", show_default=False)
+    ] = None,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            "--world",
+            "-w",
+            metavar="SCENARIO",
+            help="What it was taught in; found out if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Test a library on its own lessons: every recorded moment, and every outcome that a lesson promises.
+
+    Each automaton is compared with its last former version. Exit code 1 where something that worked no longer does,
+    or an outcome does not come.
+
+    [dim]understudy test demo/library[/]
+    """
+    from understudy.analysis.lesson_tests import examined
+    from understudy.analysis.wording import lines
+    from understudy.errors import SettingError
+    from understudy.storage.library_folder import documents
+    from understudy.ui.cli.options import find_kit, find_world, team_for
+    from understudy.ui.cli.output import console, print_json
+
+    if folder is not None and same not in (None, folder):
+        remedy = "name one of them"
+        problem = f"is another folder than {folder}"
+        raise SettingError(where="--library", setting=str(same), problem=problem, remedy=remedy)
+    library = folder or same or LIBRARY
+    documents(library)  # a folder that is not there is the first thing to say
+    named = world or _fitting(library, kit)
+    where, parts = find_world(named), find_kit(kit, named)
+    known = team_for(where, None, library, parts)
+    found = []
+    for place, of in _places(where, library, parts, known):
+        former = _former(place, of)
+        formers = {name: taught for name, (_, taught) in former.items()}
+        for name in of.taught:
+            seen = examined(of, name, formers, known)
+            version = former[name][0] if name in former else None
+            label = str(place.relative_to(library) / name)
+            found.append((_facts(label, seen, version), list(lines(seen, f"version {version}"))))
+    facts = [each for each, _ in found]
+    told = {"library": str(library), "world": where.name, "works": all(each["works"] for each in facts)}
+    if as_json:
+        print_json({**told, "automata": facts})
+    else:
+        _show(told, found, console())
+    raise typer.Exit(0 if told["works"] else 1)
+
+
+def _fitting(folder: Path, kit: str | None) -> str:
+    """The first scenario whose robots know all that the automata of a folder name; where there is none, what is wrong
+    is what is wrong in the one that comes nearest.
+    """
+    from understudy.errors import SettingError
+    from understudy.sim.scenario.files import builtin_scenarios
+    from understudy.ui.cli.library_data import look
+    from understudy.ui.cli.options import find_kit
+
+    if kit is not None:
+        return WORLD
+    nearest: list[UnderstudyError] = []
+    for world in dict.fromkeys((WORLD, *builtin_scenarios())):
+        shelf = look(folder, find_kit(None, world), lambda _: {})
+        if shelf.opened and not shelf.problems:
+            return world
+        if not nearest or 0 < len(shelf.problems) < len(nearest):
+            nearest = list(shelf.problems.values())
+    if nearest:
+        raise nearest[0]
+    remedy = "name a folder with automata, or the scenario they were taught in"
+    raise SettingError(where=str(folder), setting="--world", problem="cannot be found out", remedy=remedy)
+
+
+def _places(
+    where: Scenario, folder: Path, kit: Kit, known: Mapping[str, Library]
+) -> Iterator[tuple[Path, Library]]:
+    """The folders that hold automata, each once, with the library in it."""
+    from understudy.sim.team.libraries import folders_of
+
+    folders = {name: place for name, (place, _) in folders_of(where, folder, kit).items()}
+    seen: set[Path] = set()
+    for sort, library in known.items():
+        place = folders.get(sort, folder / sort)
+        if place not in seen and library.taught:
+            seen.add(place)
+            yield place, library
+
+
+def _former(place: Path, library: Library) -> dict[str, tuple[int, Taught]]:
+    """The last former version of each automaton that has one which can be opened, with its number."""
+    from understudy.errors import UnderstudyError
+    from understudy.storage.library_folder import read_document, versions
+    from understudy.ui.cli.options import learner
+
+    found = {}
+    for name in library.taught:
+        kept = versions(place, name)
+        if kept:
+            try:
+                found[name] = kept[-1].number, read_document(kept[-1].path, library.kit, learner()).taught
+            except UnderstudyError as error:
+                typer.echo(f"Note: {name} is compared with no former version: {error}", err=True)
+    return found
+
+
+def _facts(label: str, seen: Examined, former: int | None) -> dict[str, Any]:
+    from understudy.analysis.lesson_tests import sentences
+
+    replay = seen.replayed
+    return {
+        "name": label,
+        "works": seen.works,
+        "examples": replay.examples,
+        "moments_before": replay.before,
+        "former": former,
+        "changed": seen.changed,
+        "affected": list(seen.affected),
+        "no_longer": list(sentences(replay)),
+        "different": [
+            {
+                "number": each.number,
+                "kind": each.kind,
+                "state": each.state,
+                "shown": each.shown,
+                "now": each.now,
+                "formerly": each.formerly,
+            }
+            for each in replay.different
+        ],
+        "otherwise": [each.number for each in replay.otherwise],
+        "changes_before": [
+            {"state": each.state, "formerly": each.formerly, "now": each.now, "moments": each.moments}
+            for each in replay.changes
+        ],
+        "outcomes": [
+            {"outcome": str(each.outcome), "took_s": each.took_s, "problem": each.problem or None}
+            for each in seen.outcomes
+        ],
+        "failed": [
+            {
+                "outcome": str(each.tried.outcome),
+                "problem": each.tried.problem or None,
+                "comes_with_former": list(each.since),
+            }
+            for each in seen.failed
+        ],
+    }
+
+
+def _show(told: dict[str, Any], found: list[tuple[dict[str, Any], list[str]]], out: Console) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from understudy.ui.cli.output import count
+
+    for each, lines in found:
+        mark = "[red]✗[/]" if not each["works"] else "[yellow]•[/]" if lines else "[green]✓[/]"
+        about = count(each["examples"], "example") if each["examples"] else "nothing recorded"
+        if each["outcomes"]:
+            about += f", {count(len(each['outcomes']), 'outcome')}"
+        out.print(f"{mark} [bold]{escape(each['name'])}[/] [dim]{about}[/]")
+        for line in lines:
+            out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
+    bad = sum(not each["works"] for each, _ in found)
+    said = f"[red]{count(bad, 'does', 'do')} not do what was shown[/]" if bad else "[green]all as shown[/]"
+    out.print(
+        f"{escape(told['library'])}: {count(len(found), 'automaton', 'automata')}, {said}", soft_wrap=True
+    )

@@ -1,0 +1,162 @@
+"""`understudy validate`: is everything in a library as it should be?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName, Library, Names, World
+
+if TYPE_CHECKING:
+    from understudy.model.kit import Kit
+    from understudy.model.library import Library as LibraryOf
+    from understudy.storage.document import Opened
+    from understudy.ui.cli.library_data import Shelf
+
+
+def validate(
+    names: Names = None,
+    library: Library = LIBRARY,
+    world: World = WORLD,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Check a library: opens every file, resolves every name, and looks at every lesson.
+
+    Problems make it end with exit code 2; notes are worth a look and do not.
+
+    [dim]understudy validate --library demo/library[/]
+    """
+    from understudy.ui.cli.library_data import look
+    from understudy.ui.cli.options import find_kit, learner
+    from understudy.ui.cli.output import console, print_json
+
+    parts = find_kit(kit, world)
+    shelf = look(library, parts, learner())
+    for name in names or []:
+        if f"{name}.json" not in shelf.problems:
+            shelf.library.automaton(name)
+    problems = {file.removesuffix(".json"): [str(error)] for file, error in shelf.problems.items()}
+    problems |= {name: found for name in shelf.opened if (found := unresolved(shelf.library, name))}
+    noted = {name: found for name in shelf.opened if (found := notes(shelf, name))}
+    checked = [name for name in dict.fromkeys([*shelf.opened, *problems]) if not names or name in names]
+    problems = {name: problems[name] for name in checked if name in problems}
+    noted = {name: noted[name] for name in checked if name in noted}
+    advice = elsewhere(shelf) if problems and kit is None else None
+    if as_json:
+        result = {"library": str(library), "valid": not problems, "checked": checked}
+        print_json({**result, "problems": problems, "notes": noted, "advice": advice})
+    else:
+        _show(library, checked, problems, noted)
+        if advice is not None:
+            console().print(advice, soft_wrap=True, markup=False)
+    raise typer.Exit(2 if problems else 0)
+
+
+def _show(
+    folder: Path, checked: list[str], problems: dict[str, list[str]], noted: dict[str, list[str]]
+) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from understudy.ui.cli.output import console, count
+
+    out = console()
+    for name in checked:
+        mark = "[red]✗[/]" if name in problems else "[yellow]•[/]" if name in noted else "[green]✓[/]"
+        out.print(f"{mark} [bold]{escape(name)}[/]")
+        for text in (*problems.get(name, []), *noted.get(name, [])):
+            out.print(Padding(escape(text), (0, 0, 0, 4), expand=False))
+    bad = f"[red]{count(len(problems), 'is', 'are')} invalid[/]" if problems else "[green]all valid[/]"
+    out.print(f"{escape(str(folder))}: {count(len(checked), 'automaton', 'automata')}, {bad}", soft_wrap=True)
+
+
+def elsewhere(shelf: Shelf) -> str | None:
+    """What to do about a library with problems if it is of another scenario; None where no kit could help."""
+    from understudy.sim.scenario.files import builtin_scenarios
+    from understudy.ui.cli.library_data import look
+    from understudy.ui.cli.options import find_kit
+
+    def others(kit: Kit | None) -> Shelf:
+        return look(shelf.folder, kit, lambda _: {})  # names need no transition functions
+
+    looked = {world: others(find_kit(None, world)) for world in builtin_scenarios()}
+    fitting = [f"--world {world}" for world, other in looked.items() if not _missing(other)]
+    if fitting:
+        return f"It is all valid in another scenario: give {' or '.join(fitting)}."
+    broken = others(None).problems
+    if _missing(shelf) <= {file.removesuffix(".json") for file in broken}:
+        return None
+    return "If it was taught in another scenario, give --world SCENARIO; with a kit of your own, --kit MODULE:NAME."
+
+
+def _missing(shelf: Shelf) -> set[str]:
+    """The automata that cannot be opened, or could not run."""
+    files = {file.removesuffix(".json") for file in shelf.problems}
+    return files | {name for name in shelf.opened if unresolved(shelf.library, name)}
+
+
+def unresolved(library: LibraryOf, name: str) -> list[str]:
+    """Why an automaton could not run: names that stand for nothing, parameters bound to nothing."""
+    from understudy.errors import UnderstudyError
+    from understudy.runtime.program import link
+
+    targets = list(library.kit.targets)
+    parameters = library.automaton(name).parameters
+    if parameters and not targets:
+        return [f"the kit has no target that its parameters ({', '.join(parameters)}) could stand for"]
+    try:
+        link(library, name, dict.fromkeys(parameters, targets[0]) if parameters else {})
+    except UnderstudyError as error:
+        return [str(error)]
+    return []
+
+
+def notes(shelf: Shelf, name: str) -> list[str]:
+    """What is worth a look: stale trees, contradictions, idle features, states never entered."""
+    from understudy.errors import listed
+    from understudy.model.tree import Tree
+
+    opened = shelf.opened[name]
+    automaton, lesson = opened.taught.automaton, opened.taught.lesson
+    found = []
+    if opened.rebuilt is not None and "classifier" not in opened.rebuilt:
+        found.append(f"its trees were built anew: {opened.rebuilt}; `understudy rebuild {name}` stores them")
+    trees = [function for function in automaton.transitions.values() if isinstance(function, Tree)]
+    if lesson is not None:
+        found += _lesson_notes(opened)
+    if len(trees) == len(automaton.transitions) and trees:
+        used = {node.feature for tree in trees for node in tree.nodes}
+        idle = [str(bound) for index, bound in enumerate(automaton.features) if index not in used]
+        if idle:
+            found.append(f"{listed(idle)} {'decides' if len(idle) == 1 else 'decide'} nothing")
+        entered = {tree.nodes[leaf].yes for tree in trees for _, leaf in tree.leaves()}
+        never = [state.name for index, state in enumerate(automaton.states) if index and index not in entered]
+        if never:
+            found.append(f"nothing ever leads to {listed(never)}")
+    return found
+
+
+def _lesson_notes(opened: Opened) -> list[str]:
+    from understudy.learning.report import contradictions, disagreements
+    from understudy.ui.cli.output import count
+
+    automaton, lesson = opened.taught.automaton, opened.taught.lesson
+    found: list[str] = []
+    if lesson is None:
+        return found
+    if not lesson.examples:
+        return ["nothing was shown yet"]
+    for state, function in automaton.transitions.items():
+        for group in contradictions(lesson, state):
+            said = ", ".join(f"{example.number} says {example.next}" for example in group)
+            found.append(f"in {state}, examples contradict each other: {said}")
+        against = disagreements(lesson, state, function)
+        if against:
+            which = ", ".join(str(example.number) for example in against)
+            found.append(
+                f"in {state}, {count(len(against), 'example')} decided otherwise than shown: {which}"
+            )
+    return found

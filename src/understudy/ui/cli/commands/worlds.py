@@ -1,0 +1,65 @@
+"""`understudy worlds`: the built-in scenarios, and their files to copy and change."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.ui.cli.options import Json
+
+if TYPE_CHECKING:
+    from understudy.sim.scenario.schema import Scenario
+
+
+def worlds(
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="[SCENARIO]", help="Print the file of this one.", show_default=False),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """List the built-in scenarios; or print the file of one, to copy and change.
+
+    [dim]understudy worlds patrol > mine.toml[/]
+    """
+    import msgspec
+
+    from understudy.sim.scenario.files import builtin_scenarios, scenario_text
+    from understudy.ui.cli.options import find_world
+    from understudy.ui.cli.output import console, print_json, table
+
+    if name is not None:
+        scenario = find_world(name)
+        if as_json:
+            print_json(msgspec.to_builtins(scenario))
+        else:
+            typer.echo(scenario_text(name), nl=False)
+        return
+    rows = [_row(find_world(each)) for each in builtin_scenarios()]
+    if as_json:
+        print_json(rows)
+        return
+    made = table("scenario", "#robots", "about")
+    made.columns[-1].no_wrap = False
+    for row in rows:
+        made.add_row(row["name"], str(row["robots"]), row["about"])
+    console().print(made)
+    console().print("[dim]A file of your own: understudy worlds forage > mine.toml[/]")
+
+
+def _row(scenario: Scenario) -> dict[str, Any]:
+    from understudy.sim.kit import kit_of
+    from understudy.sim.params import rules_of
+
+    kit = kit_of(scenario)
+    return {
+        "name": scenario.name,
+        "robots": rules_of(scenario).robots,
+        "about": scenario.about,
+        "goal": scenario.goal is not None,
+        "limit_s": scenario.limit_s,
+        "features": list(kit.features),
+        "behaviors": list(kit.behaviors),
+        "targets": list(kit.targets),
+    }

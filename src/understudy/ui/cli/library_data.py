@@ -1,0 +1,131 @@
+"""What commands say of one automaton of a library, as plain data: the same for people and for programs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from understudy.errors import UnderstudyError
+from understudy.model.automaton import Automaton
+from understudy.model.describe import conditions, options, plain, shown
+from understudy.model.example import Example
+from understudy.model.kit import Kit
+from understudy.model.library import Library, Taught
+from understudy.model.tree import STAY, Tree
+from understudy.model.tree_text import conditions as tree_conditions
+from understudy.storage.document import Learn, Opened
+from understudy.storage.filenames import stem
+from understudy.storage.library_folder import documents, joined, open_document, versions
+
+
+@dataclass(frozen=True)
+class Shelf:
+    """A library's folder looked at file by file: what opened, and what is wrong with what did not."""
+
+    folder: Path
+    library: Library
+    opened: dict[str, Opened]
+    problems: dict[str, UnderstudyError]
+
+
+def look(folder: Path, kit: Kit | None, learn: Learn | None) -> Shelf:
+    """Open each file of a library on its own, so that one bad file does not hide the others.
+
+    Without a kit features are as the documents say, so that any library can be looked at.
+    """
+    library = Library(Kit.of() if kit is None else kit)
+    opened: dict[str, Opened] = {}
+    problems: dict[str, UnderstudyError] = {}
+    for path in documents(folder):
+        try:
+            found = open_document(path, kit, learn)
+            library = joined(library, found.taught, path)
+            opened[found.taught.automaton.name] = found
+        except UnderstudyError as error:
+            problems[path.name] = error
+    return Shelf(folder, library, opened, problems)
+
+
+def graph_conditions(taught: Taught) -> dict[tuple[str, str], list[str]]:
+    """By state and next state, in words, when: for a picture."""
+    automaton, names = taught.automaton, taught.automaton.state_names
+    return {
+        (state, names[outcome]): list(texts)
+        for state, function in automaton.transitions.items()
+        if isinstance(function, Tree)
+        for outcome, texts in tree_conditions(
+            function, automaton.features, shown(taught.lesson, state)
+        ).items()
+        if outcome != STAY and names[outcome] != state
+    }
+
+
+def summary(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
+    """One automaton in a line."""
+    automaton, lesson = opened.taught.automaton, opened.taught.lesson
+    path = folder / f"{stem(automaton.name)}.json"
+    return {
+        "name": automaton.name,
+        "parameters": list(automaton.parameters),
+        "states": len(automaton.states),
+        "features": len(automaton.features),
+        "examples": 0 if lesson is None else sum(example.pressed for example in lesson.examples),
+        "watched": 0 if lesson is None else sum(not example.pressed for example in lesson.examples),
+        "uses": uses(automaton, library),
+        "used_by": list(library.users(automaton.name)),
+        "versions": len(versions(folder, automaton.name)),
+        "saved": datetime.fromtimestamp(path.stat().st_mtime, UTC),
+        "rebuilt": opened.rebuilt,
+    }
+
+
+def uses(automaton: Automaton, library: Library) -> list[str]:
+    """The automata that its states run."""
+    runs = dict.fromkeys(state.behavior or "" for state in automaton.states)
+    return [name for name in runs if name in library.taught]
+
+
+def whole(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
+    """Everything about one automaton."""
+    automaton, lesson = opened.taught.automaton, opened.taught.lesson
+    return {
+        **summary(folder, library, opened),
+        "states": [
+            {
+                "name": state.name,
+                "behavior": state.behavior,
+                "binding": dict(state.binding),
+                "flag": state.flag,
+            }
+            for state in automaton.states
+        ],
+        "features": [
+            {"name": str(bound), "kind": str(bound.kind), "unit": bound.feature.unit, "own": bound.own}
+            for bound in automaton.features
+        ],
+        "stateless": automaton.stateless,
+        "conditions": conditions(automaton, lesson),
+        "options": None if lesson is None else options(lesson),
+        "examples": [] if lesson is None else [example_row(each, automaton) for each in lesson.examples],
+        "versions": [
+            {"number": version.number, "saved": version.saved, "file": str(version.path)}
+            for version in versions(folder, automaton.name)
+        ],
+    }
+
+
+def example_row(example: Example, automaton: Automaton) -> dict[str, Any]:
+    """One example; categorical values as labels, absent ones null."""
+    values = zip(automaton.features, example.values, strict=True)
+    return {
+        "number": example.number,
+        "state": example.state,
+        "next": example.next,
+        "kind": example.kind.value,
+        "correction": example.correction,
+        "edited": example.edited,
+        "quarantined": example.quarantined,
+        "values": {str(bound): plain(value, bound) for bound, value in values},
+    }

@@ -1,0 +1,83 @@
+"""The commands put together: a file each, all of which import what they use only when called."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from understudy.ui.cli.commands import (
+    advise,
+    diff,
+    eval,
+    learn,
+    list,
+    robots,
+    run,
+    show,
+    simplify,
+    studio,
+    teach,
+    test,
+    validate,
+    why,
+    worlds,
+)
+from understudy.ui.cli.errors import Group
+from understudy.ui.cli.plugins import LIBRARY, RUNNING, TEACHING, Command, load_plugins, order_commands
+
+app = typer.Typer(
+    cls=Group,
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Begin with [bold]understudy demo[/]. Every command has --help, and --json for programs to read.",
+)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            typer.echo(f"understudy {version('understudy')}")
+        except PackageNotFoundError:
+            typer.echo("understudy, from a folder where it is not installed")
+        raise typer.Exit
+
+
+@app.callback()
+def understudy(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and end.")
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="On an error, show where in the program it arose.")
+    ] = False,
+) -> None:
+    """Train robots, and teams of robots, by being shown."""
+
+
+COMMANDS = (
+    Command("studio", studio.studio, TEACHING),
+    Command("teach", teach.teach, TEACHING),
+    Command("learn", learn.learn, TEACHING),
+    Command("advise", advise.advise, TEACHING),
+    Command("run", run.run, RUNNING),
+    Command("why", why.why, RUNNING),
+    Command("eval", eval.evaluate, RUNNING),
+    Command("worlds", worlds.worlds, RUNNING),
+    Command("robots", robots.app, RUNNING),
+    Command("list", list.list_, LIBRARY),
+    Command("show", show.show, LIBRARY),
+    Command("diff", diff.diff, LIBRARY),
+    Command("validate", validate.validate, LIBRARY),
+    Command("test", test.check, LIBRARY),
+    Command("simplify", simplify.simplify, LIBRARY),
+    Command("rebuild", list.rebuild, LIBRARY),
+)
+
+for command in order_commands(COMMANDS, load_plugins()):
+    command.add_to(app)

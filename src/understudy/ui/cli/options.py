@@ -1,0 +1,238 @@
+"""What several commands are told: which library, which kit, which world; and how those are found."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+from understudy.errors import SettingError, UnderstudyError, listed
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from understudy.model.automaton import Transition
+    from understudy.model.kit import Kit
+    from understudy.model.lesson import Lesson
+    from understudy.model.library import Library as Taught
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.storage.document import Learn
+    from understudy.storage.library_folder import OpenedLibrary
+
+Library: TypeAlias = Annotated[Path, typer.Option("--library", "-l", help="The folder the automata are in.")]
+ScenarioName: TypeAlias = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="[SCENARIO]",
+        help="A built-in scenario (understudy worlds lists them), or a file of one; forage if left out.",
+        show_default=False,
+    ),
+]
+World: TypeAlias = Annotated[
+    str,
+    typer.Option("--world", "-w", metavar="SCENARIO", help="The scenario, and the kit that goes with it."),
+]
+SomeWorld: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--world",
+        "-w",
+        metavar="SCENARIO",
+        help="Look features up in this scenario's kit, not in the documents.",
+    ),
+]
+SameWorld: TypeAlias = Annotated[
+    str | None, typer.Option("--world", "-w", metavar="SCENARIO", help="The scenario, as an option.")
+]
+KitName: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--kit", metavar="MODULE:NAME", help="Features, behaviors and targets of your own, from Python."
+    ),
+]
+BehaviorName: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--behavior",
+        metavar="NAME",
+        help="A behavior; if left out, the automaton of the library that no other uses.",
+        show_default=False,
+    ),
+]
+Names: TypeAlias = Annotated[
+    list[str] | None, typer.Argument(metavar="[NAME]...", help="Which automata; all if none is named.")
+]
+Json: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")]
+Bind: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--bind", "-b", metavar="PARAMETER=TARGET", help="What a parameter of the behavior stands for."
+    ),
+]
+
+LIBRARY = Path("library")
+WORLD = "forage"
+MAIN = "forage"
+
+
+def find_world(name: str) -> Scenario:
+    """The built-in scenario of this name, or that of a file."""
+    from understudy.sim.catalog import find_world as find
+
+    return find(name)
+
+
+def chosen_world(argument: str | None, option: str | None) -> str:
+    """The scenario that was named, as an argument or as an option."""
+    if argument is not None and option is not None and argument != option:
+        raise SettingError(
+            where="--world",
+            setting=repr(option),
+            problem=f"is another scenario than {argument!r}",
+            remedy="name one of them",
+        )
+    return argument or option or WORLD
+
+
+def find_kit(named: str | None, world: str) -> Kit:
+    """The kit named as MODULE:NAME, otherwise the scenario's."""
+    from understudy.model.kit import Kit
+
+    if named is None:
+        from understudy.sim.kit import kit_of
+
+        return kit_of(find_world(world))
+    module, _, name = named.partition(":")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except UnderstudyError:
+        raise
+    except Exception as error:  # whatever a module of the user's own does when it is imported
+        raise _no_kit(named, f"cannot be had: {type(error).__name__}: {error}") from error
+    if not isinstance(found, Kit):
+        raise _no_kit(named, f"is a {type(found).__name__}")
+    return found
+
+
+def some_kit(named: str | None, world: str | None) -> Kit | None:
+    """The kit where one is named or a world is, otherwise None: features are as the documents say."""
+    return None if named is None and world is None else find_kit(named, world or WORLD)
+
+
+def _no_kit(named: str, problem: str) -> SettingError:
+    remedy = "name a Kit as MODULE:NAME, such as mylab.robots:kit, that Python finds from this folder"
+    return SettingError(where="--kit", setting=repr(named), problem=problem, remedy=remedy)
+
+
+def opened(library: Path, kit: Kit) -> OpenedLibrary:
+    """A library; transition functions that were built anew are reported on stderr."""
+    from understudy.storage.library_folder import open_library
+
+    found = open_library(library, kit, learner())
+    for name, reason in found.rebuilt.items():
+        if "classifier" not in reason:
+            typer.echo(f"Note: {name} was learned again from its examples: {reason}.", err=True)
+    return found
+
+
+def library_for(behavior: str | None, folder: Path, kit: Kit) -> Taught:
+    """The library a behavior is in; a basic one, which the kit has, needs no folder."""
+    from understudy.errors import UnknownName
+    from understudy.model.library import Library
+
+    if folder.exists():
+        return opened(folder, kit).library
+    if behavior is not None and behavior not in kit.behaviors:
+        where = f"there is no folder {folder} with automata, and the kit"
+        raise UnknownName(what="behavior", name=behavior, where=where, known=list(kit.behaviors))
+    return Library(kit)
+
+
+def team_for(scenario: Scenario, behavior: str | None, folder: Path, kit: Kit) -> Mapping[str, Taught]:
+    """What everybody knows: squads, and types of robots that differ, have folders of their names in that of all."""
+    from understudy.model.library import Library
+    from understudy.sim.team.libraries import libraries_of, robots_of
+
+    def look(where: Path, kit: Kit) -> Taught:
+        return opened(where, kit).library if where.is_dir() else Library(kit)
+
+    if not folder.exists():
+        library_for(behavior, folder, kit)
+    robots = robots_of(scenario, folder, kit, look)
+    return libraries_of(scenario, robots, lambda name, kit: look(folder / name, kit))
+
+
+def behavior_of(library: Taught, named: str | None, folder: Path) -> str:
+    """The behavior that was named; if none was, the automaton at the top of the library, which no other uses.
+
+    Of several at the top it is `forage`, if that is among them; otherwise SettingError, saying which there are.
+    """
+    if named is not None:
+        return named
+    tops = [name for name in library.taught if not library.users(name)]
+    if len(tops) == 1:
+        return tops[0]
+    if MAIN in tops:
+        return MAIN
+    automata = f"the automata of {folder} are {listed(library.taught)}"
+    if not folder.exists():
+        automata = f"there is no folder {folder} with automata"
+    raise SettingError(
+        where="command line",
+        setting="--behavior",
+        problem="is missing",
+        remedy=f"give --behavior NAME: {automata}, and the basic behaviors are {listed(library.kit.behaviors)}",
+    )
+
+
+def learner() -> Learn:
+    """What builds transition functions from a lesson; imported only when it is needed."""
+
+    def learn(lesson: Lesson) -> Mapping[str, Transition]:
+        from understudy.learning.fit import learn
+
+        return learn(lesson)
+
+    return learn
+
+
+def bindings(bound: list[str] | None) -> dict[str, str]:
+    """What --bind options say."""
+    pairs = {}
+    for text in bound or []:
+        parameter, equals, target = text.partition("=")
+        if not (parameter and equals and target):
+            raise SettingError(
+                where="--bind",
+                setting=repr(text),
+                problem="is no binding",
+                remedy="write PARAMETER=TARGET: A=station",
+            )
+        pairs[parameter] = target
+    return pairs
+
+
+def names_in(text: str | None) -> list[str] | None:
+    """What commas separate, but for those in parentheses; None where nothing was said."""
+    if text is None:
+        return None
+    return [part.strip() for part in re.split(r",(?![^(]*\))", text) if part.strip()]
+
+
+def targets_in(text: str | None) -> dict[str, str]:
+    """What --targets says."""
+    found = {}
+    for pair in names_in(text) or []:
+        parameter, equals, target = (part.strip() for part in pair.partition("="))
+        if not (parameter and equals and target):
+            remedy = "write PARAMETER=TARGET: A=station"
+            raise SettingError(where="--targets", setting=repr(pair), problem="is no binding", remedy=remedy)
+        found[parameter] = target
+    return found

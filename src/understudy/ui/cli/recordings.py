@@ -1,0 +1,80 @@
+"""Recordings in commands: making one of a simulated run, as of real robots, and finding what one was made with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from understudy.model.kit import Kit
+    from understudy.robots.recording.reader import Recording
+    from understudy.runtime.team.team import Team
+    from understudy.sim.scenario.schema import Scenario
+
+SUFFIX = ".mcap"
+
+
+@contextmanager
+def recording(
+    path: Path | None, team: Team, *, how: Callable[[], Mapping[str, Any]], seed: int
+) -> Iterator[Callable[[], None]]:
+    """What makes a team's ticks, recorded if the path is one of a recording; `how` says what runs, as in traces."""
+    if path is None or not is_recording(path):
+        yield team.tick
+        return
+    from understudy.robots.recording.header import SCENARIO, Ran
+    from understudy.robots.recording.recorder import Recorder
+    from understudy.runtime.body import every_key
+    from understudy.sim.scenario.files import dump_scenario
+    from understudy.sim.world import World
+
+    body = team.ground
+    if not isinstance(body, World):
+        raise TypeError("a team of robots that are no simulation")
+    ran = {name: value for name, value in how().items() if name != "world"}  # its file is kept instead
+    keys = every_key(body)
+    with Recorder(path, clock=lambda: body.time_s) as recorder:
+        recorder.begin(body, ran=Ran(**ran, seed=seed), files={SCENARIO: dump_scenario(body.scenario)})
+
+        def tick() -> None:
+            time_s, percept = body.time_s, body.sense(keys)
+            team.tick()
+            recorder.decided(time_s, percept, team.paths, at_s=time_s)
+
+        yield tick
+
+
+def is_recording(path: Path) -> bool:
+    """Whether a file is named as recordings are."""
+    return path.suffix.lower() == SUFFIX
+
+
+def scenario_of(recording: Recording) -> Scenario | None:
+    """The scenario that it ran in, as it was then."""
+    from understudy.robots.recording.header import SCENARIO
+    from understudy.sim.scenario.files import parse_scenario
+    from understudy.ui.cli.options import find_world
+
+    kept, ran = recording.head.files.get(SCENARIO), recording.head.ran
+    if kept is not None:
+        return parse_scenario(kept, f"{recording.path} ({SCENARIO})")
+    return None if ran.scenario is None else find_world(ran.scenario)
+
+
+def kit_for(recording: Recording, named: str | None, where: Scenario | None) -> Kit:
+    """The kit that was named, else the one that it ran with."""
+    from understudy.errors import FileError
+    from understudy.sim.kit import kit_of
+    from understudy.ui.cli.options import WORLD, find_kit
+
+    named = named or recording.head.ran.kit
+    if named is not None:
+        return find_kit(named, WORLD)
+    if where is None:
+        problem, remedy = "it says neither its world nor its kit", "give --kit MODULE:NAME"
+        raise FileError(path=recording.path, place="", problem=problem, remedy=remedy)
+    return kit_of(where)

@@ -1,0 +1,224 @@
+"""The coach at the desk: what to show next, set up on a key, and the robot that asks where it is unsure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import Executor, Future
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from understudy.coaching.advice import Advice, AdviceKind
+from understudy.coaching.coach import advice
+from understudy.coaching.queries import Asking, Question, When
+from understudy.coaching.situation_setup import Staged, stage
+from understudy.errors import SessionError
+from understudy.model.automaton import Transition
+from understudy.model.kit import Kit
+from understudy.model.lesson import Lesson
+from understudy.runtime.body import rewinds
+from understudy.training.feature_values import steady_readings
+from understudy.training.reaction_time import Lateness, lateness
+from understudy.training.session import Session
+from understudy.training.trainee import Mode
+from understudy.ui.controller.explainer import Why
+from understudy.ui.controller.status import Said
+
+if TYPE_CHECKING:
+    from understudy.ui.controller.trainer import Desk
+
+TURN = (When.NEVER, When.PAUSE, When.MARK)
+WHEN_SAID = {
+    When.NEVER: "It does not ask",
+    When.PAUSE: "It asks where it is unsure, and waits",
+    When.MARK: "Where it is unsure it goes on, and marks the moment",
+}
+AS_GOOD_S = 0.1
+"""A reaction time so near to what the lesson has is no news."""
+
+
+class Advised(NamedTuple):
+    """What the coach says of a lesson: advice, most useful first, and how late presses seem to come."""
+
+    lesson: Lesson
+    advice: tuple[Advice, ...]
+    late: Lateness | None
+
+    @property
+    def news(self) -> Lateness | None:
+        """How late presses seem to come, where the lesson does not take that for granted already."""
+        late, now = self.late, self.lesson.options.reaction_s
+        fits = late is None or late.least_s <= now <= late.most_s or abs(late.reaction_s - now) < AS_GOOD_S
+        return None if fits else late
+
+
+def _advised(
+    lesson: Lesson,
+    transitions: Mapping[str, Transition],
+    kit: Kit,
+    steady: frozenset[str],
+    meant: Mapping[int, float],
+) -> Advised:
+    said = advice(lesson, transitions, kit=kit, meant=meant)
+    return Advised(lesson, said, lateness(lesson, steady=steady))
+
+
+class Coach:
+    """Advice on one session's lesson, made again only when the lesson changed; `asking` is off at first."""
+
+    def __init__(self, session: Session, why: Why) -> None:
+        self.asking = Asking(session, When.NEVER)
+        self._session, self._why = session, why
+        self.said: Advised | None = None  # last
+        self._making: tuple[Lesson, Future[Advised]] | None = None
+        self._meant: dict[int, float] = {}
+        self._next = 0
+        self._question: Question | None = None
+
+    # What the lesson lacks
+
+    def advised(self, beside: Executor | None = None, *, patience_s: float | None = None) -> Advised | None:
+        """What there is to say of the lesson as it stands.
+
+        A large lesson takes a while. Given where to make it `beside` the world, it is waited for `patience_s` at most,
+        and None until it is made.
+        """
+        lesson, transitions = self._why.learned()
+        if self.said is not None and self.said.lesson is lesson:
+            return self.said
+        session = self._session
+        given = lesson, transitions, session.library.kit, steady_readings(session.body), dict(self._meant)
+        if beside is None:
+            self.said = _advised(*given)
+        else:
+            making = self._making
+            if making is None or making[0] is not lesson:
+                making = self._making = lesson, beside.submit(_advised, *given)
+            else:
+                patience_s = 0.0  # that was waited for already
+            try:
+                self.said = making[1].result(patience_s)
+            except TimeoutError:
+                return None
+        self._next = 0
+        return self.said
+
+    def advice(self) -> tuple[Advice, ...]:
+        """What the lesson lacks as it stands, most useful first."""
+        said = self.advised()
+        return () if said is None else said.advice
+
+    def next_place(self) -> Advice:
+        """The next advice that is about a place, in turn; SessionError where there is none."""
+        places = [each for each in self.advice() if each.region is not None]
+        if not places:
+            said = [each.sentence for each in self.advice()] or ["what was shown hangs together"]
+            raise SessionError(f"there is no place to go to: {said[0]}")
+        self._next += 1
+        return places[(self._next - 1) % len(places)]
+
+    def stand_by(self, number: int) -> None:
+        """A press that looks like a slip was meant: it is asked about again only once more speaks against it."""
+        said = () if self.said is None else self.said.advice
+        doubts = {each.examples[0]: each.doubt for each in said if each.kind is AdviceKind.SLIP}
+        if number not in doubts:
+            raise SessionError(f"nobody asked whether example {number} was meant")
+        self._meant[number] = doubts[number]
+        self.said = self._making = None
+
+    # Asking
+
+    def ask_otherwise(self) -> str:
+        """Go on to the next way of asking; what it is now."""
+        asking = self.asking
+        asking.when = TURN[(TURN.index(asking.when) + 1) % len(TURN)]
+        return WHEN_SAID[asking.when]
+
+    @property
+    def question(self) -> Question | None:
+        """The question that waits for an answer: until somebody pressed, or time goes on."""
+        question, session = self._question, self._session
+        if question is None or not session.paused or session.mode is not Mode.TESTING:
+            return None
+        screen = session.screen()
+        if not rewinds(session.body):  # it stands, and what it reads goes on
+            return question if screen.state == question.state else None
+        now = (screen.time_s, screen.state, tuple(screen.features.values()))
+        return question if repr(now) == repr((question.time_s, question.state, question.values)) else None
+
+    @question.setter
+    def question(self, question: Question) -> None:
+        self._question = question
+
+
+OTHER_WORLDS = 4
+"""So many further worlds are looked through for a situation that this one does not have."""
+
+
+def set_up(desk: Desk, wanted: Advice | None = None) -> Staged:
+    """Set up the situation that advice is about (None: the next that is about one); nothing is recorded."""
+    chosen = desk.coach.next_place() if wanted is None else wanted
+    if desk.driving:
+        desk.drive()
+    staged = stage(desk.session, chosen, seeds=range(desk.seed_after, desk.seed_after + OTHER_WORLDS))
+    desk.seed = desk.seed if staged.seed is None else staged.seed
+    said = chosen.sentence if staged.there else f"{chosen.sentence} {staged.sentence}"
+    desk.moved(said.removesuffix("."))
+    return staged
+
+
+def wait(desk: Desk, question: Question) -> None:
+    """Let time stand still at a question; going on is an answer, too."""
+    if not desk.paused:
+        desk.pause()
+    desk.coach.question = question
+    desk.said = Said(f"{question.sentence} Space lets it go on", "correction")
+
+
+def answer(desk: Desk, state: str | None) -> None:
+    """Answer the question that waits: the press (None: keep doing this) is recorded, and it decides by itself again.
+
+    It goes on where it is, not afresh: what was learned of the answer counts from the next tick on.
+    """
+    session = desk.session
+    if state is None:
+        desk.confirm()
+    else:
+        desk.press(state)
+    desk.step()
+    said = desk.said
+    if rewinds(session.body):
+        there = session.instant()
+        session.test()
+        session.rewind(there._replace(mode=Mode.TESTING))
+    else:
+        session.test(afresh=False)
+        desk.note(desk.robot, step="resume")
+    desk.changed()
+    desk.pause()
+    desk.said = said
+
+
+def use_reaction(desk: Desk, reaction_s: float) -> None:
+    """Choose how late presses come, s; examples are computed again from the record."""
+    desk.session.choose(options=replace(desk.session.lesson.options, reaction_s=reaction_s))
+    desk.changed()
+    desk.said = Said(f"Presses count {reaction_s:g} s earlier from now on; undo takes that back")
+
+
+def mend(desk: Desk, number: int, next: str) -> None:
+    """Say what a press was meant for."""
+    desk.session.mend(number, next)
+    desk.changed()
+    desk.said = Said(f"Example {number} says {next} now; undo takes that back")
+
+
+def stand_by(desk: Desk, number: int) -> None:
+    """Say that a press that looks like a slip was meant."""
+    desk.coach.stand_by(number)
+    desk.said = Said(f"Example {number} was meant")
+
+
+def ask_when(desk: Desk, when: When) -> None:
+    """Choose what it does in testing where it is unsure."""
+    desk.coach.asking.when = when
+    desk.said = Said(WHEN_SAID[when])

@@ -1,0 +1,193 @@
+"""Why the robot does what it does, in words: the decision now, and the last switch it made by itself."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from understudy.analysis.explain_run import Level, Reason, reason
+from understudy.analysis.tracing import Query
+from understudy.learning.explain import Explanation, explain
+from understudy.learning.fit import learn
+from understudy.model.automaton import Transition
+from understudy.model.describe import shown
+from understudy.model.lesson import Lesson
+from understudy.model.library import Taught
+from understudy.model.tree import STAY, Tree
+from understudy.model.tree_text import sentences
+from understudy.runtime.interpreter import Interpreter, Machine
+from understudy.training.session import Session
+from understudy.training.session_view import Screen
+from understudy.training.trainee import Mode
+from understudy.ui.controller.formatting import signed
+
+MOST_EXAMPLES = 6
+MOST_SWITCHES = 1_000
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """A switch that what was learned made by itself, on whatever level: `call` is how its automaton ran."""
+
+    automaton: str
+    call: str
+    before: str
+    after: str
+    query: Query
+
+    @property
+    def time_s(self) -> float:
+        """When, s of the world's time."""
+        return self.query.time_s
+
+
+class Why:
+    """Explains one session; what the lesson says is learned again only when the lesson changed."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._for: tuple[object, ...] = ()
+        self._lesson: Lesson = session.lesson
+        self._transitions: dict[str, Transition] = {}
+        self._switches: deque[Switch] = deque(maxlen=MOST_SWITCHES)
+        self._followed: Interpreter | None = None
+
+    def follow(self) -> None:
+        """Remember the switches of the tick to come, on all levels."""
+        trainee = self._session.trainee
+        if self._followed is not trainee:  # the lesson changed, or what it stands for
+            self._followed = trainee
+            trainee.watch(self._see)
+
+    def _see(self, machine: Machine, state: int, answer: int, values: Sequence[float], now: float) -> None:
+        if answer != STAY:
+            names = machine.automaton.state_names
+            query = Query(now, state, answer, tuple(values))
+            call = str(machine.instance)
+            self._switches.append(Switch(machine.automaton.name, call, names[state], names[answer], query))
+
+    @property
+    def switch(self) -> Switch | None:
+        """The last switch of the automaton under training."""
+        name = self._session.automaton.name
+        return next((each for each in reversed(self._switches) if each.automaton == name), None)
+
+    def forget(self) -> None:
+        """What happened before says nothing about now."""
+        self._switches.clear()
+
+    def before(self, time_s: float) -> list[Switch]:
+        """The switches of this run before a time of the world, to be remembered once the run went back there."""
+        return [each for each in self._switches if each.time_s < time_s]
+
+    def remember(self, switches: Sequence[Switch]) -> None:
+        """These are the switches of this run so far."""
+        self._switches = deque(switches, MOST_SWITCHES)
+
+    def learned(self) -> tuple[Lesson, Mapping[str, Transition]]:
+        """The lesson as it stands, and what was learned from it; both the same objects until it changes."""
+        session = self._session
+        key = (session.examples, session.automaton)
+        if not self._for or any(new is not old for new, old in zip(key, self._for, strict=True)):
+            self._for, self._lesson = key, session.lesson
+            self._transitions = dict(learn(self._lesson))
+        return self._lesson, self._transitions
+
+    def decision(self, state: str, values: Sequence[float]) -> Explanation:
+        """What the lesson as it stands decides in a state for a feature vector."""
+        self.learned()
+        return explain(self._lesson, state, values, self._transitions.get(state))
+
+    def rules(self) -> list[tuple[str, str]]:
+        """What was learned so far: (state, when it is left), a pair per condition."""
+        self.learned()
+        automaton = self._lesson.automaton
+        said = []
+        for state, function in self._transitions.items():
+            if not isinstance(function, Tree):
+                said.append((state, "decided by a classifier of scikit-learn"))
+                continue
+            vectors = shown(self._lesson, state)
+            found = sentences(function, automaton.features, automaton.state_names, state, vectors)
+            said.extend((state, signed(sentence)) for sentence in found)
+        return said
+
+    def levels(self) -> tuple[Level, ...]:
+        """What every level, from the automaton under training down, would decide now by what was learned, and why."""
+        session = self._session
+        asked = session.trainee.queries(session.percept, session.body, session.agent)
+        return tuple(self._level(machine, tuple(values)) for machine, values in asked)
+
+    def _level(self, machine: Machine, values: tuple[float, ...]) -> Level:
+        name, call = machine.automaton.name, str(machine.instance)
+        decision, rests = None, ""
+        if machine.flag is None:
+            query = Query(self._session.body.time_s, machine.state, machine.state, values)
+            decision = reason(call, query, self._taught(name))
+        else:
+            rests = f"{machine.flag} is raised, and never left by itself"
+        return Level(call, machine.state_name, machine.entered, decision, None, rests)
+
+    def last(self) -> tuple[Switch, Reason] | None:
+        """The last switch of any level, of several in a tick that of the highest; and why, by what is known now."""
+        if not self._switches:
+            return None
+        latest = self._switches[-1].time_s
+        switch = next(each for each in self._switches if each.time_s == latest)
+        if switch.before not in self._taught(switch.automaton).automaton.state_names:
+            return None  # states were chosen anew
+        return switch, reason(switch.call, switch.query, self._taught(switch.automaton))
+
+    def _taught(self, name: str) -> Taught:
+        lesson, transitions = self.learned()
+        if name == lesson.automaton.name:
+            return Taught(replace(lesson.automaton, transitions=transitions), lesson)
+        return self._session.library.taught[name]
+
+    def lines(self, screen: Screen) -> list[str]:
+        """The explanation in sentences."""
+        values = tuple(screen.features.values())
+        now = self.decision(screen.state, values) if screen.flag is None else None
+        if screen.mode is Mode.TRAINING:
+            said = ["You decide: it is in training."]
+            said.append(f"In testing it {told(now)}." if now else "A raised flag is never left.")
+        else:
+            said = [f"It {told(now)}." if now else f"It raised {screen.flag}, which is never left by itself."]
+        if self.switch is not None:
+            was = self.decision(self.switch.before, self.switch.query.values)
+            when = f"{screen.time_s - self.switch.time_s:.1f} s ago"
+            if was.next == self.switch.after:
+                said.append(f"{when} it went from {was.state} to {was.next}{because(was)}{_shown(was)}.")
+            else:  # the lesson changed since
+                said.append(f"{when} it went from {was.state} to {self.switch.after}; by now it {told(was)}.")
+        return said
+
+
+def told(explanation: Explanation) -> str:
+    """What is decided, because of what, and who showed it."""
+    return decided(explanation) + _shown(explanation)
+
+
+def decided(explanation: Explanation) -> str:
+    """What is decided, and because of what: "goes from forward to done because distance_to(A) is below 0.35 m"."""
+    stays = explanation.next == explanation.state
+    what = (
+        f"stays in {explanation.state}" if stays else f"goes from {explanation.state} to {explanation.next}"
+    )
+    return what + because(explanation)
+
+
+def because(explanation: Explanation) -> str:
+    """The conditions that held, or that nothing was ever shown where they do."""
+    held = signed(" and ".join(explanation.conditions))
+    if explanation.shown:
+        return f" because {held}" if held else ", always"
+    return f": nothing was ever shown where {held}" if held else ": nothing was ever shown there"
+
+
+def _shown(explanation: Explanation) -> str:
+    numbers = [str(example.number) for example in explanation.examples if example.pressed]
+    more = "…" if len(numbers) > MOST_EXAMPLES else ""
+    shown = explanation.shown and numbers
+    return f" (shown by {', '.join(numbers[:MOST_EXAMPLES])}{more})" if shown else ""

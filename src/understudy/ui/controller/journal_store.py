@@ -1,0 +1,165 @@
+"""The journals of a library's sessions: where they lie, which was cut off, what becomes of them.
+
+library/.journals/goto-2026-11-21-10.15.00.journal      a session that runs, or was killed
+library/.journals/goto-2026-11-21-09.50.12.ended        one that ended: the last few are kept
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import datetime
+from io import BufferedReader
+from itertools import chain, count
+from math import isnan
+from pathlib import Path
+from typing import Self
+from urllib.parse import unquote
+
+from understudy.errors import UnderstudyError
+from understudy.model.lesson import Lesson
+from understudy.model.library import Library
+from understudy.storage.atomic import failing
+from understudy.storage.filenames import stem
+from understudy.training.journal_replay import Past
+
+try:
+    import fcntl
+except ImportError:  # pragma: no cover - Windows: a session that runs is not told from one that was killed
+    fcntl = None  # type: ignore[assignment]
+
+FOLDER = ".journals"
+RUNNING, ENDED = ".journal", ".ended"
+_NAMED = re.compile(r"(.+)-\d{4}-\d\d-\d\d-\d\d\.\d\d\.\d\d(?:-\d+)?" + re.escape(RUNNING))
+KEPT = 5
+"""How many ended journals of an automaton are kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unfinished:
+    """A session that was cut off before what it showed was saved."""
+
+    path: Path
+    began: datetime
+    examples: int
+    steps: str
+    """What its last step was."""
+
+
+def new_path(library: Path, name: str, *, now: datetime) -> Path:
+    """Where the journal of a session that begins now goes."""
+    folder = library / FOLDER
+    with failing(folder, "making the folder of journals"):
+        folder.mkdir(parents=True, exist_ok=True)
+    began = f"{stem(name)}-{now:%Y-%m-%d-%H.%M.%S}"
+    names = chain([began], (f"{began}-{number}" for number in count(2)))
+    return next(path for each in names if not (path := folder / f"{each}{RUNNING}").exists())
+
+
+def unfinished(library: Path, name: str, world: str, opened: Library) -> Unfinished | None:
+    """The newest session of an automaton in this world that was killed with something shown and not saved."""
+    for path in reversed(_of(library, name, RUNNING)):
+        lock = Lock.tried(path)
+        if lock is None:
+            continue  # it is open elsewhere
+        lock.release()
+        try:
+            past = Past.replayed(path, opened)
+        except UnderstudyError:
+            continue  # of another version, or cut off before anything was shown
+        taught = opened.taught.get(name)
+        saved = taught.lesson if taught is not None else None
+        undoable, lesson = past.history.undoable, past.history.lesson
+        if past.about.get("world") == world and undoable and not (saved is not None and alike(saved, lesson)):
+            examples = sum(example.pressed for example in lesson.examples)
+            return Unfinished(path, _date(path), examples, undoable)
+    return None
+
+
+def cut_off(library: Path, world: str, opened: Library) -> dict[str, Unfinished]:
+    """By name, the newest session of each automaton in this world that was killed with something not saved."""
+    folder = library / FOLDER
+    if not folder.is_dir():
+        return {}
+    found = (_NAMED.fullmatch(path.name) for path in folder.iterdir())
+    names = sorted({unquote(match[1]) for match in found if match})
+    left = {name: unfinished(library, name, world, opened) for name in names}
+    return {name: each for name, each in left.items() if each is not None}
+
+
+def end(path: Path, library: Path, name: str) -> Path:
+    """A session ended as it should, or is not wanted any more: mark its journal, and drop the oldest such."""
+    ended = path.with_suffix(ENDED)
+    with failing(path, "marking the journal as ended"):
+        path.rename(ended)
+        for old in _of(library, name, ENDED)[:-KEPT]:
+            old.unlink(missing_ok=True)
+    return ended
+
+
+def reopen(ended: Path) -> None:
+    """A session that was marked as ended is cut off again."""
+    with failing(ended, "marking the journal as cut off"):
+        ended.rename(ended.with_suffix(RUNNING))
+
+
+def alike(first: Lesson, second: Lesson) -> bool:
+    """Whether two lessons hold the same examples, choices and options, wherever their records lie."""
+    chosen = [(each.automaton, each.options, each.outcomes) for each in (first, second)]
+    return chosen[0] == chosen[1] and (
+        [_kept(first, index) for index in range(len(first.examples))]
+        == [_kept(second, index) for index in range(len(second.examples))]
+    )
+
+
+def _kept(lesson: Lesson, index: int) -> tuple[object, ...]:
+    example = lesson.examples[index]
+    numbers = tuple(None if isnan(number) else number for number in example.values)
+    return (
+        example.number,
+        example.state,
+        example.next,
+        example.kind,
+        example.correction,
+        numbers,
+        example.quarantined,
+    )
+
+
+def _of(library: Path, name: str, ending: str) -> list[Path]:
+    pattern = re.compile(
+        re.escape(stem(name)) + r"-\d{4}-\d\d-\d\d-\d\d\.\d\d\.\d\d(-\d+)?" + re.escape(ending)
+    )
+    folder = library / FOLDER
+    if not folder.is_dir():
+        return []
+    return sorted(path for path in folder.iterdir() if pattern.fullmatch(path.name))
+
+
+def _date(path: Path) -> datetime:
+    found = re.search(r"\d{4}-\d\d-\d\d-\d\d\.\d\d\.\d\d", path.name)
+    return datetime.strptime(found[0], "%Y-%m-%d-%H.%M.%S") if found else datetime.fromtimestamp(0)
+
+
+class Lock:
+    """Says to other terminals that a session still runs; the system lets go of it when the process ends."""
+
+    def __init__(self, file: BufferedReader) -> None:
+        self._file = file
+
+    @classmethod
+    def tried(cls, path: Path) -> Self | None:
+        """The lock of a journal, or None where another process has it."""
+        with failing(path, "opening the journal"):
+            file = path.open("rb")
+        if fcntl is not None:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                file.close()
+                return None
+        return cls(file)
+
+    def release(self) -> None:
+        """Let go of it."""
+        self._file.close()

@@ -1,0 +1,83 @@
+"""Which key directs to which state: arrows for the obvious ones, digits, then letters no command uses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from understudy.errors import UnknownName
+from understudy.model.automaton import State
+from understudy.model.behaviors import Behavior
+from understudy.model.library import Library
+
+DIGITS = "123456789"
+LETTERS = "abefgijkmovxz"
+"""What the commands of the teaching screen leave free; a test compares the two."""
+
+ARROWS = {"up": "↑", "down": "↓", "left": "←", "right": "→"}
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """Keys by what they lead to; `arrows` are a second key for some. `leads` is the way back."""
+
+    plain: Mapping[str, str]
+    arrows: Mapping[str, str]
+
+    @property
+    def leads(self) -> dict[str, str]:
+        """From a key to what it leads to."""
+        return {key: name for keys in (self.plain, self.arrows) for name, key in keys.items()}
+
+    def label(self, name: str) -> str:
+        """The keys of a name, two characters: "↑1", " 4"."""
+        return ARROWS.get(self.arrows.get(name, ""), " ") + self.plain.get(name, " ")
+
+
+def state_keys(library: Library, states: Sequence[State]) -> Keys:
+    """Keys for the states of an automaton; 0 is its start state."""
+    start, *others = states
+    plain = {start.name: "0", **_counted([state.name for state in others])}
+    behaviors = {state.name: _basic(library, state.behavior) for state in others}
+    return Keys(plain, _arrows(behaviors))
+
+
+def drive_keys(behaviors: Sequence[Behavior]) -> Keys:
+    """Keys for basic behaviors that the robot is driven with."""
+    return Keys(
+        _counted([behavior.name for behavior in behaviors]),
+        _arrows({behavior.name: behavior for behavior in behaviors}),
+    )
+
+
+def _counted(names: Sequence[str]) -> dict[str, str]:
+    return dict(zip(names, DIGITS + LETTERS, strict=False))
+
+
+def _basic(library: Library, name: str | None) -> Behavior | None:
+    try:
+        behavior = library.behavior(name) if name is not None else None
+    except UnknownName:
+        return None
+    return behavior if isinstance(behavior, Behavior) else None
+
+
+def _arrows(behaviors: Mapping[str, Behavior | None]) -> dict[str, str]:
+    """An arrow for the first name that drives or turns that way, and does nothing else."""
+    found: dict[str, str] = {}
+    for name, behavior in behaviors.items():
+        arrow = _arrow(behavior)
+        if arrow and arrow not in found.values():
+            found[name] = arrow
+    return found
+
+
+def _arrow(behavior: Behavior | None) -> str | None:
+    if behavior is None or len(behavior.command) != 1:
+        return None
+    ((channel, amount),) = behavior.command.items()
+    if channel == "drive" and amount:
+        return "up" if amount > 0 else "down"
+    if channel == "turn" and amount:
+        return "left" if amount > 0 else "right"
+    return None

@@ -1,0 +1,119 @@
+"""Opening a session for the trainer: a new one, or one that was cut off, each with its journal."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+from understudy.errors import SessionError
+from understudy.model.lesson import Lesson
+from understudy.robots.recording.header import Ran
+from understudy.robots.twin import Ground, Twin
+from understudy.runtime.team.coordinator_body import Troop
+from understudy.sim.world import World
+from understudy.training.session import Session
+from understudy.ui.controller.clock import Pace, Wall
+from understudy.ui.controller.journal_store import Lock, new_path
+from understudy.ui.controller.plan import Plan, Start
+from understudy.ui.controller.status import Said
+from understudy.ui.controller.trainer import Desk
+
+
+class Opened:
+    """A desk, the journal behind it, and the lock that tells others it is in use."""
+
+    def __init__(self, desk: Desk, journal: Path, lock: Lock) -> None:
+        self.desk, self.journal, self._lock = desk, journal, lock
+        self._closed = False
+
+    def close(self) -> None:
+        """Put everything on disk and let go of the journal; once is enough."""
+        if not self._closed:
+            self._closed = True
+            self.desk.session.close()
+            self._lock.release()
+
+
+def begun(
+    plan: Plan,
+    start: Start,
+    wall: Wall,
+    *,
+    body: Ground | Troop | None = None,
+    agent: int = 0,
+    now: datetime | None = None,
+) -> Opened:
+    """A new session, with a journal that begins now; in a world of its own, or in one that is there as it is."""
+    body = World(plan.world, [plan.seed]) if body is None else body
+    ground = _ground(body)
+    pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, Twin))
+    journal = new_path(plan.folder, plan.name, now=now or datetime.now())
+    session = Session(
+        body,
+        plan.library,
+        start.lesson,
+        targets=start.targets,
+        agent=agent,
+        clock=lambda: pace.time_s,
+        journal=journal,
+        about={"world": plan.world.name, "seed": plan.seed},
+    )
+    desk = Desk(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
+    desk.said = Said(_welcome(desk))
+    _follow(session, ground)
+    return Opened(desk, journal, _locked(journal))
+
+
+def resumed(plan: Plan, journal: Path, wall: Wall, *, body: Ground | Troop | None = None) -> Opened:
+    """A session that was cut off goes on, paused; a world that is there becomes as it was then."""
+    lock = _locked(journal)
+    body = World(plan.world, [plan.seed]) if body is None else body
+    ground = _ground(body)
+    pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, Twin))
+    session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
+    desk = Desk(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
+    _follow(session, ground)
+    desk.pause()
+    desk.said = Said("Everything shown is back. Space goes on, n begins in a new world")
+    return Opened(desk, journal, lock)
+
+
+def _ground(body: Ground | Troop) -> Ground:
+    """What is looked at: for squads that of their robots."""
+    ground = body.ground if isinstance(body, Troop) else body
+    if not isinstance(ground, World | Twin):
+        raise SessionError("a desk needs a world, or robots of one")
+    return ground
+
+
+def _follow(session: Session, ground: Ground) -> None:
+    """Let real robots tell and record what is decided."""
+    if not isinstance(ground, Twin):
+        return
+    body, ran = session.body, Ran(library="", binding=dict(session.screen().targets))
+
+    def paths() -> list[tuple[str, ...]]:
+        if isinstance(body, Troop):
+            return body.team.paths
+        return [session.trainee.path if each == session.agent else () for each in range(body.agents)]
+
+    ground.follow(paths)
+    ground.record(ran)
+
+
+def _saved(plan: Plan) -> Lesson | None:
+    taught = plan.library.taught.get(plan.name)
+    return None if taught is None else taught.lesson
+
+
+def _locked(journal: Path) -> Lock:
+    lock = Lock.tried(journal)
+    if lock is None:
+        raise SessionError(f"the session of {journal} is open elsewhere; end it there first")
+    return lock
+
+
+def _welcome(desk: Desk) -> str:
+    if desk.session.examples:
+        return f"{desk.name} is open again: T lets it try, the keys of the states direct it, h is help"
+    return f"Direct the robot with the keys of the states: that is how {desk.name} is taught. h is help"

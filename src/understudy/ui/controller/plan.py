@@ -1,0 +1,165 @@
+"""What is to be taught, where and in which world: everything that is settled before the first tick."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from understudy.errors import DefinitionError, SessionError, SettingError, UnboundParameter, UnknownName
+from understudy.model.automaton import Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature
+from understudy.model.lesson import Lesson, Options
+from understudy.model.library import Library, Taught
+from understudy.sim.scenario.schema import Scenario
+from understudy.storage.filenames import alike, stem
+from understudy.training.edits import Choice, rechosen
+from understudy.training.lesson_design import chosen_feature, new_lesson
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What a person chose for a lesson; None where nothing was said."""
+
+    states: Sequence[str | State] | None = None
+    features: Sequence[str | BoundFeature] | None = None
+    flags: Sequence[str] | None = None
+    parameters: Sequence[str] | None = None
+    targets: Mapping[str, str] = field(default_factory=dict)
+    renamed: Mapping[str, str] = field(default_factory=dict)
+    watched: bool | None = None
+    reaction_s: float | None = None
+    unlearning: bool | None = None
+
+    def options(self, former: Options) -> Options:
+        """A lesson's options with what was chosen."""
+        return replace(
+            former,
+            watched=former.watched if self.watched is None else self.watched,
+            reaction_s=former.reaction_s if self.reaction_s is None else self.reaction_s,
+            unlearning=former.unlearning if self.unlearning is None else self.unlearning,
+        )
+
+    def anew(self, former: Options) -> Choice:
+        """What is chosen anew for a lesson with these options."""
+        choice = Choice(
+            states=self.states or (),
+            features=self.features or (),
+            flags=self.flags or (),
+            options=self.options(former),
+        )
+        if self.renamed:
+            choice["names"] = self.renamed
+        return choice
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One lesson in one world: the automaton's name, its library, what was chosen."""
+
+    name: str
+    folder: Path
+    world: Scenario
+    library: Library
+    choices: Choices = Choices()
+    seed: int = 0
+
+    @property
+    def known(self) -> bool:
+        """Whether the library has the automaton already."""
+        return self.name in self.library.taught
+
+
+@dataclass(frozen=True)
+class Start:
+    """What a session starts with."""
+
+    lesson: Lesson
+    targets: Mapping[str, str]
+
+
+def checked(plan: Plan) -> Start | None:
+    """What the session starts with, or None where something is still to choose; what is wrong is raised."""
+    stem(plan.name)
+    for other in plan.library.taught:
+        if other != plan.name and alike(other) == alike(plan.name):
+            raise DefinitionError(
+                what=f"automaton {plan.name!r}",
+                problem=f"the library has it as {other!r}, but for case or the form of letters",
+                remedy=f"teach {other!r}, or give another name",
+            )
+    if plan.known:
+        return _again(plan)
+    plan.library.with_taught(Taught(Automaton(plan.name)))  # refuses the name of a basic behavior
+    lesson = new(plan, plan.choices)
+    settled = plan.choices.states and plan.choices.features
+    return Start(lesson, targets(plan, lesson, plan.choices)) if settled else None
+
+
+def new(plan: Plan, choices: Choices) -> Lesson:
+    """An empty lesson of what was chosen."""
+    lesson = new_lesson(
+        plan.library,
+        plan.name,
+        states=choices.states or (),
+        features=choices.features or (),
+        flags=choices.flags or (),
+        parameters=choices.parameters or (),
+        options=choices.options(Options()),
+    )
+    plan.library.with_taught(Taught(lesson.automaton))  # refuses one that contains itself
+    return lesson
+
+
+def _again(plan: Plan) -> Start:
+    lesson = plan.library.taught[plan.name].lesson
+    if lesson is None:
+        raise SessionError(
+            f"automaton {plan.name!r} in {plan.folder} was written without a lesson, so there is nothing to "
+            "go on with; teach one of another name"
+        )
+    chosen, parameters = plan.choices, lesson.automaton.parameters
+    if chosen.parameters is not None and tuple(chosen.parameters) != parameters:
+        raise SettingError(
+            where=f"automaton {plan.name!r}",
+            setting="--parameters",
+            problem=f"cannot be changed once it was taught: they are {', '.join(parameters) or 'none'}",
+            remedy="leave the option out, or teach one of another name",
+        )
+    if chosen.features is not None:
+        features = tuple(chosen_feature(plan.library, feature) for feature in chosen.features)
+        if features != lesson.automaton.features:
+            raise SettingError(
+                where=f"automaton {plan.name!r}",
+                setting="--features",
+                problem=f"are not those it is taught with, {', '.join(map(str, lesson.automaton.features))}",
+                remedy="leave the option out, and press c in the trainer to choose others",
+            )
+    choice = Choice(options=chosen.options(lesson.options))
+    if chosen.states is not None:
+        choice["states"] = chosen.states
+    if chosen.flags is not None:
+        choice["flags"] = chosen.flags
+    stand_for = targets(plan, lesson, chosen)
+    return Start(rechosen(lesson, plan.library, choice, stand_for), stand_for)
+
+
+def targets(plan: Plan, lesson: Lesson, choices: Choices) -> dict[str, str]:
+    """What the parameters stand for: as chosen, else as last taught, else the first target."""
+    known = list(plan.library.kit.targets)
+    parameters = lesson.automaton.parameters
+    for parameter, target in choices.targets.items():
+        where = f"automaton {lesson.name!r}"
+        if parameter not in parameters:
+            raise UnknownName(what="parameter", name=parameter, where=where, known=parameters)
+        if target not in known:
+            raise UnknownName(what="target", name=target, where=f"the {plan.world.name} world", known=known)
+    last = lesson.examples[-1].binding if lesson.examples else Binding()
+    found = {}
+    for parameter in parameters:
+        target = choices.targets.get(parameter, last.get(parameter, known[0] if known else ""))
+        if target not in known:
+            raise UnboundParameter(behavior=lesson.name, parameter=parameter, targets=known)
+        found[parameter] = target
+    return found

@@ -1,0 +1,42 @@
+"""Saving at the desk: a word of what worked and no longer does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from understudy.analysis.lesson_tests import NOBODY, lost
+from understudy.errors import UnderstudyError
+from understudy.learning.fit import learn
+from understudy.model.library import Library, Taught
+from understudy.sim.team.libraries import Libraries
+from understudy.storage.filenames import stem
+from understudy.storage.library_folder import read_document
+
+MOST_SAID = 2
+
+
+def lost_since(
+    folder: Path, library: Library, taught: Taught, libraries: Libraries = NOBODY
+) -> tuple[str, ...]:
+    """What worked with the version in the folder and no longer does with this one, a sentence each: see `lost`."""
+    return lost(library, taught, _former(folder / f"{stem(taught.automaton.name)}.json", library), libraries)
+
+
+def _former(path: Path, library: Library) -> Taught | None:
+    """The version before; None where there is none, or none that could be compared with."""
+    if not path.exists():
+        return None
+    try:
+        return read_document(path, library.kit, learn).taught
+    except UnderstudyError:
+        return None  # saving keeps it as a former version, whatever is wrong with it
+
+
+def told(path: Path, worse: tuple[str, ...]) -> str:
+    """That it is saved, and what no longer works."""
+    if not worse:
+        return f"Saved in {path}"
+    more = (
+        f"; and {len(worse) - MOST_SAID} more, which understudy test tells" if len(worse) > MOST_SAID else ""
+    )
+    return f"Saved in {path}, but something that worked no longer does: {'; '.join(worse[:MOST_SAID])}{more}"

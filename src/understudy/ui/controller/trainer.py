@@ -1,0 +1,397 @@
+"""The trainer's desk: a session, with all that a person does at it and is told about it, without a terminal.
+
+Every action says in one sentence what came of it (`said`); UnderstudyError where it cannot be taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Unpack
+
+from understudy.errors import SessionError
+from understudy.model.features import BoundFeature
+from understudy.model.lesson import Lesson
+from understudy.model.library import Taught
+from understudy.robots.twin import Ground, Twin, drawn, unnoted
+from understudy.sim.finding import place_of
+from understudy.sim.view import WorldView
+from understudy.storage.library_folder import save
+from understudy.training.edits import Edit
+from understudy.training.session import Session
+from understudy.training.trainee import Mode
+from understudy.ui.controller import formatting
+from understudy.ui.controller.clock import Pace, known_speed
+from understudy.ui.controller.coach import Coach, wait
+from understudy.ui.controller.explainer import Why
+from understudy.ui.controller.journal_store import alike
+from understudy.ui.controller.key_bindings import Keys, drive_keys, state_keys
+from understudy.ui.controller.plan import Choices
+from understudy.ui.controller.recent import Memory
+from understudy.ui.controller.saving import lost_since, told
+from understudy.ui.controller.status import Said
+
+
+class Desk:
+    """A session in a world, in real time. `saved` is the lesson as the library has it."""
+
+    def __init__(
+        self,
+        session: Session,
+        body: Ground,
+        pace: Pace,
+        *,
+        folder: Path,
+        seed: int | None,
+        saved: Lesson | None,
+    ) -> None:
+        self.session, self.body, self.pace = session, body, pace
+        self.note = body.noted if isinstance(body, Twin) else unnoted
+        self.folder, self.seed = folder, seed
+        self.memory, self.why = Memory(), Why(session)
+        self.coach = Coach(session, self.why)
+        self.said = Said("")
+        self.corrected = False
+        self.driving = False
+        self.steering: str | None = None
+        self.held = False
+        self.drivers = [each for each in session.library.kit.behaviors.values() if not each.parameters]
+        self.drive_keys = drive_keys(self.drivers)
+        self._saved = saved
+        self._compared: tuple[tuple[object, ...], bool] | None = None
+        self.screen = session.screen()
+        self._options = session.lesson.options
+        self._redraw_keys()
+
+    def _redraw_keys(self) -> None:
+        self.keys: Keys = state_keys(self.session.library, self.session.automaton.states)
+
+    # What there is to see
+
+    @property
+    def name(self) -> str:
+        """The automaton under training."""
+        return self.session.automaton.name
+
+    @property
+    def features(self) -> Sequence[BoundFeature]:
+        """The features chosen for the lesson."""
+        return self.session.automaton.features
+
+    @property
+    def paused(self) -> bool:
+        """Whether the person let time stand still."""
+        return self.session.paused
+
+    @property
+    def view(self) -> WorldView:
+        """The world, for drawing."""
+        return self.body.view(self.session.agent // self.body.robots)
+
+    @property
+    def robot(self) -> int:
+        """Which robot of its world is taught."""
+        return self.session.agent % self.body.robots
+
+    @property
+    def aims(self) -> list[tuple[float, float]]:
+        """Where the targets are that parameters stand for now."""
+        if self.session.body is not self.body:
+            return []  # a squad is in no one place
+        agent, targets = self.session.agent, self.screen.targets.values()
+        places = (place_of(drawn(self.body), target, agent) for target in targets)
+        return [place for place in places if place is not None]
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether the lesson is not as the library has it."""
+        session, saved = self.session, self._saved
+        key = (session.examples, session.automaton, saved)
+        if self._compared is None or any(
+            new is not old for new, old in zip(key, self._compared[0], strict=True)
+        ):
+            unsaved = bool(session.examples) if saved is None else not alike(saved, session.lesson)
+            self._compared = key, unsaved
+        return self._compared[1]
+
+    @property
+    def watches(self) -> bool:
+        """Whether the lesson takes silence for consent."""
+        return self._options.watched
+
+    # Time
+
+    def beat(self) -> bool:
+        """Take the ticks that are due; whether there were any."""
+        return sum(1 for _ in self.ticks()) > 0
+
+    def ticks(self) -> Iterator[None]:
+        """Take the ticks that are due, one after the other."""
+        for _ in self.pace.ticks():
+            self.tick()
+            yield
+            if self.paused:  # it asks
+                return
+
+    def tick(self) -> None:
+        """One tick, and what it showed."""
+        if (question := self.coach.asking.look()) is not None:
+            wait(self, question)
+            return
+        before, session = self.screen, self.session
+        known = len(session.examples)
+        self.why.follow()
+        session.tick()
+        self.screen = after = session.screen()
+        robot = self.body.state.robots[session.agent]
+        self.memory.see(float(robot["x"]), float(robot["y"]), after)
+        shown = [example for example in session.examples[known:] if example.pressed]
+        if shown:
+            tone = "correction" if shown[0].correction else "recorded"
+            self.said = Said(formatting.recorded(shown, self.features), tone)
+        elif before.waiting is not None and before.state != after.state:
+            self.said = Said(
+                f"{before.state} → {after.state}, and nothing recorded: a directed flag has no examples"
+            )
+        elif after.state != before.state and not self.driving and after.flag is not None:
+            self.said = Said(
+                f"{self.name} raised {after.flag}. Right? Try another world. Wrong? Press what was right"
+            )
+
+    def pause(self) -> None:
+        """Let time stand still, or go on."""
+        self.session.paused = not self.session.paused
+        self._set_pace()
+        self.said = Said("Paused: . takes one step, space goes on" if self.paused else "Going on")
+
+    def step(self) -> None:
+        """One tick, then pause."""
+        if not self.session.paused:
+            self.pause()
+        if self.driving and self.steering is None:
+            raise SessionError("no behavior was chosen to drive with: press its key, or d to end driving")
+        self.pace.step()
+        self.tick()
+
+    def hold(self, held: bool) -> None:
+        """Time stands still while the person reads something else."""
+        self.held = held
+        self._set_pace()
+
+    def set_speed(self, speed: float) -> None:
+        """The world goes at one of the speeds there are."""
+        self.pace.speed = known_speed(speed, "the trainer", live=self.pace.live)
+        self.said = Said(formatting.speed(speed))
+
+    def _set_pace(self) -> None:
+        stands = self.paused or self.held or (self.driving and self.steering is None)
+        (self.pace.stop if stands else self.pace.go)()
+
+    def faster(self) -> None:
+        """The world goes faster."""
+        self.pace.faster()
+        self.said = Said(formatting.speed(self.pace.speed))
+
+    def slower(self) -> None:
+        """The world goes slower."""
+        self.pace.slower()
+        self.said = Said(formatting.speed(self.pace.speed))
+
+    # Pressing
+
+    def press(self, name: str) -> None:
+        """Direct the robot to a state; while driving, drive with a basic behavior."""
+        if self.driving:
+            self._steer(name)
+            return
+        correction = self.screen.mode is Mode.TESTING
+        self.session.direct(name)
+        self._pressed(correction, f"{self.screen.state} → {name}", name)
+
+    def confirm(self) -> None:
+        """Keep doing this."""
+        if self.driving:
+            raise SessionError("nothing is recorded while driving: press d to end it first")
+        correction = self.screen.mode is Mode.TESTING
+        self.session.confirm()
+        self._pressed(correction, f"keep {self.screen.state}", None)
+
+    def _pressed(self, correction: bool, what: str, state: str | None) -> None:
+        self.note(self.robot, state)
+        self.corrected = correction or (self.corrected and self.screen.waiting is not None)
+        self.screen = self.session.screen()
+        then = " when time goes on" if self.paused else ""
+        self.said = Said(
+            f"{'correction: ' if correction else ''}{what}{then}", "correction" if correction else ""
+        )
+
+    # Modes
+
+    def turn(self) -> None:
+        """From training to testing, or back."""
+        self._end_driving()
+        self.corrected = False
+        if self.session.mode is Mode.TRAINING:
+            if not any(example.pressed for example in self.session.examples):
+                raise SessionError(
+                    "there is nothing to test yet: direct the robot with the keys of the states first"
+                )
+            self.session.test()
+            self.note(self.robot, step="test")
+            self.said = Said("Testing: it decides by itself. Press a state's key where it does wrong")
+        else:
+            self.session.train()
+            self.note(self.robot, step="train")
+            self.said = Said("Training: you decide")
+        self._look()
+
+    def restart(self) -> None:
+        """Start the automaton afresh where the robot is."""
+        self.session.restart()
+        self.note(self.robot, step="restart")
+        self.said = Said(f"{self.name} started afresh; nothing recorded")
+        self._look()
+
+    def again(self) -> None:
+        """The same world from its beginning."""
+        if self.seed is None:
+            raise SessionError("the seed of a resumed world is not known any more: n begins a new one")
+        self._world(self.seed, f"World {self.seed} from its beginning")
+
+    def new_world(self) -> None:
+        """The world of the next seed."""
+        self._world(0 if self.seed is None else self.seed + 1, f"World {self.seed_after}")
+
+    @property
+    def seed_after(self) -> int:
+        """The seed of the next world."""
+        return 0 if self.seed is None else self.seed + 1
+
+    def world(self, seed: int) -> None:
+        """The world of a seed from its beginning."""
+        self._world(seed, f"World {seed} from its beginning")
+
+    def _world(self, seed: int, what: str) -> None:
+        self._end_driving()
+        self.session.reset(seed)
+        self.seed = seed
+        self.memory.forget()
+        self.why.forget()
+        self.said = Said(f"{what}; nothing recorded")
+        self._look()
+
+    def watch(self) -> None:
+        """I am not watching, or I am again."""
+        if not self.watches:
+            raise SessionError("this lesson records presses only: choose watched examples with c first")
+        self.session.watching = not self.session.watching
+        self.said = Said("You watch: silence is consent" if self.session.watching else "You are not watching")
+
+    def stand_for(self) -> None:
+        """Let the parameters stand for the next targets."""
+        parameters, known = self.session.automaton.parameters, tuple(self.body.targets)
+        if not parameters:
+            raise SessionError(f"{self.name} has no parameters that could stand for something else")
+        ways = list(product(known, repeat=len(parameters)))
+        now = tuple(self.screen.targets[parameter] for parameter in parameters)
+        way = ways[(ways.index(now) + 1) % len(ways)]
+        self.bind(dict(zip(parameters, way, strict=True)))
+
+    def bind(self, targets: Mapping[str, str]) -> None:
+        """Let parameters stand for these targets."""
+        self.session.stand_for(**targets)
+        self.memory.forget()
+        self._look()
+        self.said = Said(f"Now {formatting.standing(self.screen)[1:-1]}")
+
+    def moved(self, what: str) -> None:
+        """Something in the world was put elsewhere by hand, which is said."""
+        self.session.moved()
+        self.memory.forget()
+        self.why.forget()
+        self.said = Said(f"{what}; nothing recorded")
+        self._look()
+
+    # Driving into position
+
+    def drive(self) -> None:
+        """Begin to drive the robot into position, or end it; nothing is recorded."""
+        if self.driving:
+            self._end_driving()
+            self.said = Said(f"Driving ended; {self.name} goes on in {self.screen.state}")
+            return
+        self.driving, self.steering = True, None
+        self._set_pace()
+        self.said = Said("Drive it into position with the same keys; d ends it. Nothing is recorded")
+
+    def _steer(self, name: str) -> None:
+        self.steering = None if name == self.steering else name
+        if self.steering is not None:
+            self.session.drive(name)
+            self.why.forget()
+        self._set_pace()
+        self.said = Said(
+            f"Driving: {name} (the same key stops it)" if self.steering else "Driving: it stands still"
+        )
+
+    def _end_driving(self) -> None:
+        if self.driving:
+            self.driving, self.steering = False, None
+            self.session.drive(None)
+            self._set_pace()
+            self._look()
+
+    # The lesson
+
+    def undo(self) -> None:
+        """Take back the last step that changed the lesson."""
+        self.said = Said(f"Undone: {self.session.undo()}")
+        self.changed()
+
+    def redo(self) -> None:
+        """Do the last undone step again."""
+        self.said = Said(f"Done again: {self.session.redo()}")
+        self.changed()
+
+    def delete(self, number: int) -> None:
+        """Delete an example."""
+        self.session.delete(number)
+        self.said = Said(f"Example {number} deleted; undo takes that back")
+        self.changed()
+
+    def edit(self, number: int, **what: Unpack[Edit]) -> None:
+        """Let an example say another state, next state or values."""
+        self.session.edit(number, **what)
+        self.said = Said(f"Example {number} edited; undo takes that back")
+        self.changed()
+
+    def choose(self, choices: Choices) -> None:
+        """Choose what the lesson is about anew; examples stay where they can."""
+        self.session.choose(**choices.anew(self._options))
+        self.memory.forget()
+        self.said = Said("Chosen anew; the examples stay, and undo takes it back")
+        self.changed()
+
+    def save(self) -> None:
+        """Save the automaton into the library, keeping the former version; says what worked and no longer does."""
+        taught = self.session.taught()
+        worse = lost_since(self.folder, self.session.library, taught)
+        path = self.keep(taught)
+        self.said = Said(told(path, worse), "error" if worse else "recorded")
+
+    def keep(self, taught: Taught) -> Path:
+        """Save the automaton into the library, keeping the former version, without another look at what it does."""
+        path = save(self.folder, taught)
+        self._saved = taught.lesson
+        return path
+
+    def changed(self) -> None:
+        """See the lesson as it is now, after something changed it."""
+        self._look()
+        self._redraw_keys()
+        self._options = self.session.lesson.options
+        self.corrected = False
+
+    def _look(self) -> None:
+        self.screen = self.session.screen()

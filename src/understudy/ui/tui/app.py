@@ -1,0 +1,145 @@
+"""The trainer as a terminal application: it opens what is to be taught, and ends the session as it should."""
+
+from __future__ import annotations
+
+import signal
+from asyncio import get_running_loop
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from time import monotonic
+from typing import ClassVar
+
+from textual import events
+from textual.app import App
+
+from understudy.errors import UnderstudyError
+from understudy.robots.twin import Twin
+from understudy.ui.controller import journal_store
+from understudy.ui.controller.clock import Wall
+from understudy.ui.controller.journal_store import Unfinished
+from understudy.ui.controller.open_session import Opened, begun, resumed
+from understudy.ui.controller.plan import Choices, Plan, Start, checked
+from understudy.ui.tui.dialogs import Ask
+from understudy.ui.tui.lesson_form import Choose
+from understudy.ui.tui.main_screen import Teaching
+
+SIGNALED = 128
+"""What exit codes of programs begin at that a signal ended."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a session ended: pressed examples in the lesson, and whether the library has it so."""
+
+    examples: int
+    saved: bool
+    journal: Path
+
+
+class Trainer(App[Ended | UnderstudyError]):
+    """Teaches the automaton of a plan; it returns how that ended, None where nothing was begun."""
+
+    ENABLE_COMMAND_PALETTE = False
+    ESCAPE_TO_MINIMIZE: ClassVar[bool] = False
+    CSS = """
+    Screen { background: ansi_default; color: ansi_default; }
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        *,
+        unfinished: Unfinished | None = None,
+        wall: Wall = monotonic,
+        twin: Twin | None = None,
+    ) -> None:
+        super().__init__(ansi_color=True)
+        self.twin = twin
+        self.plan, self.unfinished, self.wall = plan, unfinished, wall
+        self.opened: Opened | None = None
+        self.theme = "ansi-dark"  # the terminal's own colors, so that it looks right on light and dark ones
+
+    def on_mount(self) -> None:
+        """Offer what was cut off, or begin."""
+        for name in ("SIGTERM", "SIGHUP"):
+            with suppress(AttributeError, NotImplementedError, RuntimeError, ValueError):
+                get_running_loop().add_signal_handler(getattr(signal, name), self._cut_off, name)
+        if self.unfinished is None:
+            self._begin()
+            return
+        found = self.unfinished
+        question = (
+            f"A session of {self.plan.name} was cut off. It began on {found.began:%d %B at %H:%M} and has "
+            f"{found.examples} example{'s' * (found.examples != 1)}; the last step was “{found.steps}”."
+        )
+        ways = {"enter": "go on with it", "n": "leave it, and begin from the library", "escape": "quit"}
+        self.push_screen(Ask(question, ways), self._answered)
+
+    def _cut_off(self, name: str) -> None:
+        """The system ends the program: the journal is complete, and the session is offered next time."""
+        if self.opened is not None:
+            self.opened.close()
+        self.exit(None, return_code=SIGNALED + getattr(signal, name))
+
+    def _answered(self, way: str | None) -> None:
+        if self.unfinished is None or way == "escape":
+            self.exit(None)
+        elif way == "enter":
+            self._teach(partial(resumed, self.plan, self.unfinished.path, self.wall, body=self.twin))
+        else:
+            journal_store.end(self.unfinished.path, self.plan.folder, self.plan.name)
+            self._begin()
+
+    def _begin(self) -> None:
+        start = checked(self.plan)
+        if start is None:
+            self.push_screen(Choose.new(self.plan), self._chosen)
+        else:
+            self._start(start)
+
+    def _chosen(self, choices: Choices | None) -> None:
+        if choices is None:
+            self.exit(None)
+            return
+        self.plan = replace(self.plan, choices=choices)
+        start = checked(self.plan)
+        if start is not None:
+            self._start(start)
+
+    def _start(self, start: Start) -> None:
+        self._teach(partial(begun, self.plan, start, self.wall, body=self.twin))
+
+    def _teach(self, opening: Callable[[], Opened]) -> None:
+        try:
+            self.opened = opening()
+        except UnderstudyError as error:
+            self.exit(error)
+            return
+        self.push_screen(Teaching(self.opened.desk), self._ended)
+
+    def _ended(self, _: str | None) -> None:
+        """The person left: the journal is complete, and not needed to go on."""
+        if self.opened is None:
+            return
+        self.opened.close()
+        desk = self.opened.desk
+        kept = journal_store.end(self.opened.journal, self.plan.folder, self.plan.name)
+        self.exit(Ended(desk.screen.examples, not desk.unsaved and bool(desk.session.examples), kept))
+
+    async def on_event(self, event: events.Event) -> None:
+        """Escape stops real robots whatever lies on top of their screen, and does what else it does there."""
+        if isinstance(event, events.Key) and event.key == "escape" and not event.is_forwarded:
+            for screen in self.screen_stack:
+                if isinstance(screen, Teaching):
+                    screen.action_stop()
+        await super().on_event(event)
+
+    async def action_quit(self) -> None:
+        """Ctrl-Q: the same as q, so that nothing is lost unasked."""
+        if isinstance(self.screen, Teaching):
+            self.screen.action_leave()
+        elif self.opened is None:
+            self.exit(None)

@@ -1,0 +1,268 @@
+"""Choosing what a lesson is about: states, features, parameters and what they stand for, flags, options."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import ClassVar, Self
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.screen import Screen
+from textual.widgets import Input, Label, Static
+
+from understudy.errors import SettingError, UnderstudyError
+from understudy.model.automaton import START, State
+from understudy.model.binding import called
+from understudy.model.lesson import Lesson
+from understudy.model.library import Library
+from understudy.training.edits import Choice, rechosen
+from understudy.ui.controller.plan import Choices, Plan, new, targets
+from understudy.ui.tui.picks import Picks
+
+Check = Callable[[Choices], object]
+NEW = (
+    "Choose what it can do (states) and what it decides on (features): space chooses, tab goes on, "
+    "ctrl+g begins, esc gives up. With a parameter such as A it is taught once and works for any target."
+)
+AGAIN = "Choose anew: space chooses, tab goes on, ctrl+g takes it, esc leaves all as it is."
+REACTION_S = "0"
+CONSENT = "silence is consent: what I watch and let pass counts"
+
+
+class Choose(Screen[Choices | None]):
+    """The page of choices; it ends with them, or with None where the person gave up."""
+
+    CSS = """
+    Choose { layout: vertical; padding: 0 1; }
+    Choose #lists { height: 1fr; min-height: 6; }
+    Choose .list { width: 1fr; }
+    Choose .list Picks { height: 1fr; }
+    Choose .row Picks { height: 1; width: 1fr; scrollbar-size: 0 0; }
+    Choose .row { height: 1; }
+    Choose .row Label { width: 15; }
+    Choose .row Input { width: 1fr; }
+    Choose #hint, Choose #told { height: auto; }
+    Choose #hint { margin-bottom: 1; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+g", "take", show=False, priority=True),
+        Binding("escape", "give_up", show=False, priority=True),
+    ]
+
+    def __init__(self, library: Library, name: str, now: Choices, check: Check, *, again: bool) -> None:
+        super().__init__()
+        self._library, self._name, self._now, self._check = library, name, now, check
+        self._again = again
+        self._kept = {state.name: state for state in now.states or () if isinstance(state, State)}
+
+    @classmethod
+    def new(cls, plan: Plan) -> Self:
+        """For an automaton that the library does not have yet."""
+
+        def check(choices: Choices) -> None:
+            targets(plan, new(plan, choices), choices)
+
+        return cls(plan.library, plan.name, _suggested(plan), check, again=False)
+
+    @classmethod
+    def again(cls, library: Library, lesson: Lesson) -> Self:
+        """For a lesson that goes on."""
+        automaton = lesson.automaton
+        now = Choices(
+            states=[state for state in automaton.states[1:] if state.flag is None],
+            features=[str(bound) for bound in automaton.features],
+            flags=[state.flag for state in automaton.states if state.flag is not None],
+            parameters=automaton.parameters,
+            watched=lesson.options.watched,
+            reaction_s=lesson.options.reaction_s,
+        )
+
+        def check(choices: Choices) -> None:
+            choice = Choice(
+                states=choices.states or (),
+                features=choices.features or (),
+                flags=choices.flags or (),
+                options=choices.options(lesson.options),
+            )
+            rechosen(lesson, library, choice, {})  # no parameter is new
+
+        return cls(library, automaton.name, now, check, again=True)
+
+    def compose(self) -> ComposeResult:
+        """Two lists, and a line for each of the rest."""
+        now = self._now
+        yield Static(
+            Text.assemble((f"{self._name}  ", "bold"), (AGAIN if self._again else NEW, "dim")), id="hint"
+        )
+        with Horizontal(id="lists"):
+            for title, name in (("States", "states"), ("Features", "features")):
+                with Vertical(classes="list"):
+                    yield Label(Text(title, "bold underline"))
+                    yield Picks(id=name)
+        if not self._again:
+            yield from _row("Parameters", "parameters", ", ".join(now.parameters or ()), "A")
+            stand = ", ".join(f"{parameter}={target}" for parameter, target in now.targets.items())
+            yield from _row("…stand for", "targets", stand, f"A={next(iter(self._library.kit.targets), '')}")
+        yield from _row("Flags", "flags", ", ".join(now.flags or ()), "done")
+        yield from _row("More states", "more", "", "turn_back=rotate_left: another name for a state above")
+        yield from _row(
+            "Reaction, s", "reaction", f"{now.reaction_s or 0:g}", "how late you press: 0.2, or 0"
+        )
+        with Horizontal(classes="row"):
+            yield Label("Watched")
+            yield Picks(id="watched")
+        yield Static(id="told")
+
+    def on_mount(self) -> None:
+        """Fill the lists."""
+        states = [_call(state) for state in self._now.states or ()]
+        self._fill(states, [str(feature) for feature in self._now.features or ()])
+        self.query_one("#watched", Picks).offer([CONSENT], chosen=[CONSENT] if self._now.watched else [])
+        self.query_one("#states", Picks).focus()
+
+    def _parameters(self) -> list[str]:
+        if self._again:
+            return list(self._now.parameters or ())
+        return _listed(self.query_one("#parameters", Input).value)
+
+    def _fill(self, states: Sequence[str], features: Sequence[str]) -> None:
+        """Offer everything there is, with these chosen."""
+        library, names = self._library, [*self._parameters(), *self._library.kit.targets]
+        behaviors = [*library.kit.behaviors, *(name for name in library.taught if name != self._name)]
+        calls = (call for name in behaviors for call in _calls(name, library.parameters(name), names))
+        found = (
+            call
+            for name, feature in library.features.items()
+            for call in _calls(name, feature.parameters, names)
+        )
+        self._offer("#states", calls, states)
+        self._offer("#features", found, features)
+
+    def _offer(self, which: str, offered: Iterable[str], chosen: Sequence[str]) -> None:
+        every = dict.fromkeys([*chosen, *offered])
+        self.query_one(which, Picks).offer(every, chosen=chosen)
+
+    def on_input_changed(self, event: Input.Changed) -> None:
+        """Other parameters: other ways to bind what is offered."""
+        if event.input.id == "parameters":
+            states, features = (self.query_one(f"#{name}", Picks).chosen for name in ("states", "features"))
+            self._fill(states, features)
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Enter goes on to the next line."""
+        self.focus_next()
+
+    def _choices(self) -> Choices:
+        text = {each.id: each.value for each in self.query(Input)}
+        states = [*self.query_one("#states", Picks).chosen, *_listed(text["more"])]
+        features = self.query_one("#features", Picks).chosen
+        parameters = self._parameters()
+        if not self._again:  # one that was suggested and never used would only have to be bound
+            used = {argument for call in (*states, *features) for argument in _arguments(call)}
+            parameters = [parameter for parameter in parameters if parameter in used]
+        stand = [pair.partition("=") for pair in _listed(text.get("targets", ""))]
+        return Choices(
+            states=_named(states, self._kept),
+            features=features,
+            flags=_listed(text["flags"]),
+            parameters=parameters,
+            targets={
+                of.strip(): target.strip()
+                for of, _, target in stand
+                if self._again or of.strip() in parameters
+            },
+            watched=bool(self.query_one("#watched", Picks).chosen),
+            reaction_s=_seconds(text["reaction"]),
+        )
+
+    def action_take(self) -> None:
+        """Begin with what was chosen, if it makes sense."""
+        try:
+            choices = self._choices()
+            if not choices.states or not choices.features:
+                what = "states" if not choices.states else "features"
+                self._tell(f"No {what} yet: choose at least one with space")
+                return
+            self._check(choices)
+        except UnderstudyError as error:
+            self._tell(str(error))
+            return
+        self.dismiss(choices)
+
+    def _tell(self, text: str) -> None:
+        self.query_one("#told", Static).update(Text(f"! {text}", "bold red"))
+
+    def action_give_up(self) -> None:
+        """Leave all as it is."""
+        self.dismiss(None)
+
+
+def _row(label: str, name: str, value: str, placeholder: str) -> ComposeResult:
+    with Horizontal(classes="row"):
+        yield Label(label)
+        yield Input(value, placeholder=placeholder, id=name, compact=True)
+
+
+def _calls(name: str, parameters: Sequence[str], known: Sequence[str]) -> list[str]:
+    """A name with its parameters bound in every way: distance_to(A), distance_to(station)."""
+    ways = product(known, repeat=len(parameters))
+    return [called(name, dict(zip(parameters, way, strict=True))) for way in ways]
+
+
+def _call(state: str | State) -> str:
+    """How a state is written in the list: goto(station), or home=goto(station)."""
+    if isinstance(state, str):
+        return state
+    call = called(state.behavior or START.name, state.binding)
+    return call if state.name == state.behavior else f"{state.name}={call}"
+
+
+def _named(calls: Sequence[str], kept: dict[str, State]) -> list[str | State]:
+    """States by what they run; of one that runs in several, each has what it is bound to in its name."""
+    written = {_call(state): state for state in kept.values()}
+    plain = [call.partition("(")[0] for call in calls if "=" not in call]
+    named: list[str | State] = []
+    for call in calls:
+        behavior, _, inside = call.partition("(")
+        if call in written:
+            named.append(written[call])
+        elif "=" not in call and plain.count(behavior) > 1:
+            named.append(f"{behavior}_{inside.rstrip(')').replace(', ', '_')}={call}")
+        else:
+            named.append(call)
+    return named
+
+
+def _suggested(plan: Plan) -> Choices:
+    """What was said, and where nothing was: a parameter, what it stands for, and a flag, as most lessons have."""
+    said, kit_targets = plan.choices, plan.library.kit.targets
+    parameters = ["A"] if said.parameters is None else said.parameters
+    stand = {parameter: next(iter(kit_targets)) for parameter in parameters if kit_targets}
+    return replace(
+        said,
+        parameters=parameters,
+        targets={**stand, **said.targets},
+        flags=["done"] if said.flags is None else said.flags,
+    )
+
+
+def _arguments(call: str) -> list[str]:
+    """What a call binds its parameters to: station of goto(station)."""
+    return _listed(call.partition("(")[2].rstrip(") "))
+
+
+def _listed(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",") if part.strip()]
+
+
+def _seconds(text: str) -> float:
+    try:
+        return float(text or REACTION_S)
+    except ValueError:
+        raise SettingError(
+            where="reaction", setting=repr(text), problem="is no number of seconds", remedy="write 0.2, or 0"
+        ) from None

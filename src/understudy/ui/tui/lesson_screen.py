@@ -1,0 +1,115 @@
+"""The lesson as a page: what was learned so far, and every example, to look at and to delete."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.screen import Screen
+from textual.widgets import DataTable, Static
+
+from understudy.errors import UnderstudyError
+from understudy.learning.report import contradictions
+from understudy.ui.controller import formatting
+from understudy.ui.controller.trainer import Desk
+from understudy.ui.tui.panels import DIM, TITLE, TONES
+
+
+class LessonScreen(Screen[None]):
+    """All examples of a lesson, the newest first, under what was learned from them."""
+
+    CSS = """
+    LessonScreen #rules { height: auto; max-height: 40%; margin: 0 1; }
+    LessonScreen #rules Static { width: 1fr; height: auto; }
+    LessonScreen DataTable { height: 1fr; margin: 0 1; }
+    LessonScreen #told { height: auto; margin: 0 1; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("x,delete", "delete", show=False),
+        Binding("u,ctrl+z", "undo", show=False),
+        Binding("U,ctrl+y", "redo", show=False),
+        Binding("escape,l,q", "close", show=False),
+    ]
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__()
+        self.desk = desk
+
+    def compose(self) -> ComposeResult:
+        """The rules, the table, and the keys."""
+        with VerticalScroll(id="rules"):
+            yield Static()
+        yield DataTable(cursor_type="row", zebra_stripes=False)
+        yield Static(id="told")
+
+    def on_mount(self) -> None:
+        """Fill the table."""
+        self.query_one("#rules", VerticalScroll).can_focus = False
+        self.query_one(DataTable).focus()
+        self._fill("")
+
+    def _fill(self, told: str) -> None:
+        self.query_one("#rules Static", Static).update(self._rules())
+        self._fill_table()
+        keys = Text()
+        for key, what in (("x", "delete"), ("u", "undo"), ("U", "redo"), ("esc", "back to the robot")):
+            keys.append(f"{key} ", "bold").append(f"{what}  ", DIM)
+        keys.append("◆ correction  ! contradicts another", DIM)
+        self.query_one("#told", Static).update(Text.assemble((told, "bold"), "\n" if told else "", keys))
+
+    def _rules(self) -> Text:
+        rules = Text.assemble((f"What {self.desk.name} learned", TITLE))
+        for state, rule in self.desk.why.rules():
+            rules.append("\n").append(f"{state}: ", "bold").append(rule)
+        if not self.desk.session.examples:
+            rules.append("\nnothing yet: go back and direct the robot with the keys of the states", DIM)
+        return rules
+
+    def _fill_table(self) -> None:
+        features, table = self.desk.features, self.query_one(DataTable)
+        at = table.cursor_row
+        table.clear(columns=True)
+        table.add_columns("#", "state", "next", *map(str, features), "kind")
+        torn = self._contradicting()
+        for example in reversed(self.desk.session.examples):
+            mark = "! " if example.number in torn else "◆ " if example.correction else ""
+            number = str(example.number)
+            shown = [formatting.value(*pair) for pair in zip(features, example.values, strict=True)]
+            what = Text(f"{mark}{example.kind}", TONES["correction"] if mark else "")
+            table.add_row(number, example.state, example.next, *shown, what, key=number)
+        table.move_cursor(row=max(0, min(at, table.row_count - 1)))
+
+    def _contradicting(self) -> set[int]:
+        lesson = self.desk.session.lesson
+        groups = (group for name in lesson.automaton.state_names for group in contradictions(lesson, name))
+        return {example.number for group in groups for example in group}
+
+    def action_delete(self) -> None:
+        """Delete the example under the cursor."""
+        table = self.query_one(DataTable)
+        if table.row_count:
+            number = table.coordinate_to_cell_key(table.cursor_coordinate).row_key.value
+            self._do(lambda: self.desk.delete(int(number or 0)))
+
+    def action_undo(self) -> None:
+        """Take back the last step."""
+        self._do(self.desk.undo)
+
+    def action_redo(self) -> None:
+        """Do it again."""
+        self._do(self.desk.redo)
+
+    def _do(self, action: object) -> None:
+        try:
+            if callable(action):
+                action()
+            self._fill(self.desk.said.text)
+        except UnderstudyError as error:
+            self._fill(str(error))
+
+    def action_close(self) -> None:
+        """Back to the robot."""
+        self.dismiss(None)

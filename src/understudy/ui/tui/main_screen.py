@@ -1,0 +1,269 @@
+"""The teaching screen: the world, the states with their keys, readings, examples, and what was just said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import monotonic
+from typing import ClassVar
+
+from rich.text import Text
+from textual import events
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.screen import Screen
+from textual.widgets import Static
+
+from understudy.errors import UnderstudyError
+from understudy.ui.controller.arming import Robots
+from understudy.ui.controller.coach import set_up
+from understudy.ui.controller.plan import Choices
+from understudy.ui.controller.status import Said
+from understudy.ui.controller.trainer import Desk
+from understudy.ui.tui import panels
+from understudy.ui.tui.dialogs import Ask, Help
+from understudy.ui.tui.lesson_form import Choose
+from understudy.ui.tui.lesson_screen import LessonScreen
+from understudy.ui.tui.world_view import facts, picture, size
+
+BEAT_S = 1 / 30
+LEAST_SIDE = 38
+"""Columns beside the world."""
+
+WIDE = 110
+"""Columns from which one line is enough to say what was recorded."""
+
+ACTIONS = {
+    "t": "turn", "enter": "confirm", "u": "undo", "ctrl+z": "undo", "U": "redo", "ctrl+y": "redo",
+    "space": "pause", "full_stop": "step", "plus": "faster", "equals_sign": "faster", "minus": "slower",
+    "r": "restart", "R": "again", "n": "new_world", "d": "drive", "w": "watch", "p": "stand_for", "s": "save",
+}  # fmt: skip
+"""From a key to what the desk does."""
+
+
+class Teaching(Screen[str]):
+    """The screen a robot is taught on. It ends with "quit"."""
+
+    CSS = """
+    Teaching { layout: vertical; }
+    #header { height: 1; }
+    #middle { height: 1fr; }
+    #world { width: 40; height: 100%; border: round ansi_default; border-title-align: left; }
+    #side { width: 1fr; padding: 0 1; }
+    #states, #readings { height: auto; }
+    #readings { margin-top: 1; }
+    #lower { height: 1fr; margin-top: 1; }
+    .tight #readings, .tight #lower { margin-top: 0; }
+    #said { height: auto; min-height: 2; max-height: 4; }
+    Teaching.wide #said { min-height: 1; }
+    #keys { height: auto; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *(Binding(key, f"desk('{action}')", show=False) for key, action in ACTIONS.items()),
+        Binding("question_mark", "why", show=False),
+        Binding("l", "lesson", show=False),
+        Binding("A", "ask", show=False),
+        Binding("y", "arm", show=False),
+        Binding("backspace", "stop", show=False),
+        Binding("C", "coach", show=False),
+        Binding("c", "choose", show=False),
+        Binding("h,f1", "help", show=False),
+        Binding("q,ctrl+c", "leave", show=False),
+    ]
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__()
+        self.desk = desk
+        self.robots = Robots(desk.body, monotonic, place="the terminal")
+        self.explaining = False
+        self._drawn: dict[str, Text] = {}
+
+    def compose(self) -> ComposeResult:
+        """The parts, top to bottom."""
+        yield Static(id="header")
+        with Horizontal(id="middle"):
+            yield Static(id="world")
+            with Vertical(id="side"):
+                for name in ("states", "readings", "lower"):
+                    yield Static(id=name)
+        yield Static(id="said")
+        yield Static(id="keys")
+
+    def on_mount(self) -> None:
+        """The world begins to move."""
+        self.desk.hold(False)
+        self.set_interval(BEAT_S, self.beat)
+        self.call_after_refresh(self.draw)
+
+    def on_screen_suspend(self) -> None:
+        """Another screen lies on top: time stands still."""
+        self.desk.hold(True)
+
+    def on_screen_resume(self) -> None:
+        """Time goes on."""
+        self.desk.hold(False)
+        self.draw()
+
+    def on_resize(self) -> None:
+        """Draw in the new size."""
+        self.call_after_refresh(self.draw)
+
+    def beat(self) -> None:
+        """Take the ticks that are due, and show what came of them."""
+        moved = False
+
+        def go() -> None:
+            nonlocal moved
+            self.robots.hear(holding=False)
+            moved = self.desk.beat()
+            if self.robots.idle():
+                self.desk.session.look()
+                moved = True
+
+        if not self._guarded(go):
+            self.robots.leave(self.desk.said.text)
+            self.desk.session.paused = True
+            self.desk.hold(self.desk.held)
+        if moved:
+            self.draw()
+
+    def _guarded(self, action: Callable[[], object]) -> bool:
+        """Do something; an error becomes the sentence on the screen."""
+        try:
+            action()
+        except UnderstudyError as error:
+            self.desk.said = Said(str(error), "error")
+            self.draw()
+            return False
+        return True
+
+    # Keys
+
+    def on_key(self, event: events.Key) -> None:
+        """The keys of states, or of basic behaviors while driving."""
+        keys = self.desk.drive_keys if self.desk.driving else self.desk.keys
+        name = keys.leads.get(event.character or "") or keys.leads.get(event.key)
+        if name is not None:
+            event.stop()
+            event.prevent_default()
+            self._guarded(lambda: self.desk.press(name))
+            self.draw()
+
+    def action_desk(self, what: str) -> None:
+        """Something the desk does."""
+        self._guarded(getattr(self.desk, what))
+        self.draw()
+
+    def action_why(self) -> None:
+        """Explain, in place of the examples."""
+        self.explaining = not self.explaining
+        self.draw()
+
+    def action_ask(self) -> None:
+        """Ask where it is unsure, and wait, or go on and mark; or do not ask."""
+        self.desk.said = Said(self.desk.coach.ask_otherwise())
+        self.draw()
+
+    def action_arm(self) -> None:
+        """Let real robots move from now on."""
+
+        def arm() -> None:
+            self.robots.arm()
+            self.desk.session.look()  # what it read before is old by now
+            self.desk.said = Said("Armed: it moves while time goes on. Esc stops it")
+
+        self._guarded(arm)
+        self.draw()
+
+    def action_stop(self) -> None:
+        """Stop real robots at once."""
+        if self.robots.real:
+            self.robots.stop("stopped in the terminal")
+            self.desk.said = Said("Stopped. y arms it again", "error")
+            self.draw()
+
+    def action_coach(self) -> None:
+        """Set up the next situation that the coach wants to be shown."""
+        self._guarded(lambda: set_up(self.desk))
+        self.draw()
+
+    def action_help(self) -> None:
+        """All keys, and how teaching goes."""
+        self.app.push_screen(Help())
+
+    def action_lesson(self) -> None:
+        """All examples, and what was learned from them."""
+        self.app.push_screen(LessonScreen(self.desk))
+
+    def action_choose(self) -> None:
+        """Choose states, features and options anew."""
+        session = self.desk.session
+        self.app.push_screen(Choose.again(session.library, session.lesson), self._chosen)
+
+    def _chosen(self, choices: Choices | None) -> None:
+        if choices is not None:
+            self._guarded(lambda: self.desk.choose(choices))
+            self.draw()
+
+    def action_leave(self) -> None:
+        """End the session; ask first where something is not saved."""
+        if not self.desk.unsaved:
+            self.dismiss("quit")
+            return
+        question = f"{self.desk.name} is not saved as it is now."
+        ways = {"s": "save and quit", "x": "quit without saving", "escape": "go on teaching"}
+        self.app.push_screen(Ask(question, ways), self._left)
+
+    def _left(self, way: str | None) -> None:
+        if way == "x" or (way == "s" and self._guarded(self.desk.save)):
+            self.dismiss("quit")
+
+    # Drawing
+
+    def draw(self) -> None:
+        """Show everything as it is now; what did not change is left alone."""
+        if not self.is_mounted or not self.query_one("#middle").size.height:
+            return
+        desk, width = self.desk, self.size.width
+        self.set_class(width >= WIDE, "wide")
+        self._show("header", panels.header(desk, width))
+        self._show("said", panels.said(desk))
+        self._show("keys", panels.commands(desk, width))
+        middle = self.query_one("#middle")
+        lines = max(5, middle.size.height)
+        world = self.query_one("#world", Static)
+        view = desk.view
+        columns, tall = size(view, max(10, width - LEAST_SIDE - 4), lines - 2)
+        world.styles.width, world.styles.height = columns + 2, tall + 2
+        name = desk.body.scenario.name
+        world.border_title = name if desk.seed is None else f"{name} {desk.seed}"
+        if self.robots.real:
+            world.border_title = self._standing()
+        world.border_subtitle = facts(view, columns, desk.robot)
+        drawn = picture(view, desk.memory.trail, desk.aims, columns=columns, lines=tall, robot=desk.robot)
+        self._show("world", drawn)
+        self._draw_side(width - columns - 4, lines)
+
+    def _standing(self) -> str:
+        """What real robots are up to, and the key that changes it."""
+        robot = self.robots.plain()[self.desk.robot]
+        if not robot["armed"]:
+            return f"{robot['name']}: not armed (y)"
+        return f"{robot['name']}: {'stands' if robot['stopped'] else 'armed'} (Esc)"
+
+    def _draw_side(self, width: int, lines: int) -> None:
+        desk = self.desk
+        states, readings = panels.states(desk, width), panels.readings(desk, width)
+        used = states.plain.count("\n") + readings.plain.count("\n") + 2
+        tight = lines - used < 12
+        self.query_one("#side").set_class(tight, "tight")
+        left = lines - used - (0 if tight else 2)
+        self._show("states", states)
+        self._show("readings", readings)
+        lower = panels.why(desk, width) if self.explaining else panels.examples(desk, width, left)
+        self._show("lower", lower)
+
+    def _show(self, name: str, text: Text) -> None:
+        if self._drawn.get(name) != text:
+            self._drawn[name] = text
+            self.query_one(f"#{name}", Static).update(text)

@@ -1,0 +1,202 @@
+"""The parts of the teaching screen as text: they say everything in words and marks, colors only repeat it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.text import Text
+
+from understudy.model.example import Example, ExampleKind
+from understudy.training.trainee import Mode
+from understudy.ui.controller import formatting
+from understudy.ui.controller.clock import FASTEST
+from understudy.ui.controller.trainer import Desk
+
+TITLE, DIM = "bold underline", "dim"
+LIT = "bold reverse"
+MODES = {Mode.TRAINING: "bold reverse", Mode.TESTING: "bold reverse green"}
+CORRECTED, DRIVING = "bold reverse magenta", "bold reverse yellow"
+TONES = {"": "", "recorded": "green", "correction": "bold magenta", "error": "bold red"}
+MARKS = {"": "·", "recorded": "●", "correction": "◆", "error": "!"}
+
+COMMANDS = (
+    ("t", "test"), ("enter", "keep doing this"), ("u", "undo"), ("U", "redo"), ("space", "pause"),
+    (".", "step"), ("+−", "speed"), ("n", "world"), ("r", "restart"), ("d", "drive"), ("p", "target"),
+    ("w", "not watching"), ("l", "lesson"), ("c", "choose"), ("?", "why"), ("s", "save"), ("q", "quit"),
+    ("h", "help"),
+)  # fmt: skip
+SPARE = "cwU"
+"""Keys left to the page of help, first to last, where two lines do not hold all of them."""
+
+
+def header(desk: Desk, width: int) -> Text:
+    """What is taught, who decides, and how the session stands."""
+    screen = desk.screen
+    left = Text.assemble((f" {desk.name}", "bold"), formatting.standing(screen), " ")
+    if desk.driving:
+        left.append(" DRIVING ", DRIVING)
+    elif desk.corrected:
+        left.append(" CORRECTED ", CORRECTED)
+        left.append(" t: try again", CORRECTED.replace("reverse ", ""))
+    else:
+        left.append(f" {screen.mode.name} ", MODES[screen.mode])
+    if desk.paused:
+        left.append(" ")
+        left.append(" PAUSED ", LIT)
+    shown = screen.examples
+    right = Text.assemble(
+        f"{shown} example{'s' * (shown != 1)}  {formatting.clock(screen.time_s)}  "
+        f"{'fastest' if desk.pace.speed == FASTEST else f'{desk.pace.speed:g}×'}  ",
+        ("unsaved ", "bold") if desk.unsaved else ("saved " if shown else ""),
+    )
+    left.truncate(max(0, width - right.cell_len - 1))
+    left.pad_right(max(1, width - left.cell_len - right.cell_len))
+    return left + right
+
+
+def states(desk: Desk, width: int) -> Text:
+    """The states with their keys, the active one lit; while driving, the basic behaviors."""
+    if desk.driving:
+        return _drivers(desk, width)
+    screen = desk.screen
+    what = "press to correct" if screen.mode is Mode.TESTING else "press to direct"
+    lines = [_title("States", what, width)]
+    for state in desk.session.automaton.states:
+        active = state.name == screen.state
+        runs = "" if state.flag is not None or state.behavior is None else str(state).removeprefix(state.name)
+        about = "raises a flag" if state.flag is not None else "idles" if state.behavior is None else runs
+        if active and len(screen.path) > 1:
+            about = " > ".join(("", *screen.path[1:])).strip()
+        mark = "▶" if active else "…" if state.name == screen.waiting else " "
+        flag = " ⚑" if state.flag is not None else ""
+        line = Text.assemble(
+            (f"{desk.keys.label(state.name)} ", "bold"),
+            f"{mark} ",
+            (f" {state.name}{flag} ", LIT if active else ""),
+        )
+        line.append(f" {about}" if about else "", "" if active else DIM)
+        line.truncate(width, overflow="ellipsis")
+        lines.append(line)
+    return Text("\n").join(lines)
+
+
+def _drivers(desk: Desk, width: int) -> Text:
+    lines = [_title("Drive", "into position; d ends it", width)]
+    for behavior in desk.drivers:
+        active = behavior.name == desk.steering
+        line = Text.assemble(
+            (f"{desk.drive_keys.label(behavior.name)} ", "bold"),
+            "▶ " if active else "  ",
+            (f" {behavior.name} ", LIT if active else ""),
+        )
+        lines.append(line)
+    return Text("\n").join(lines)
+
+
+def readings(desk: Desk, width: int) -> Text:
+    """The features now, with their units and how they went."""
+    lines = [_title("Readings", "", width)]
+    labels = [str(bound) for bound in desk.features]
+    wide = max((len(label) for label in labels), default=0)
+    for label, bound in zip(labels, desk.features, strict=True):
+        now = formatting.value(bound, desk.screen.features[label])
+        room = width - wide - 13
+        bars = formatting.spark(bound, desk.memory.readings(label), room) if room >= 4 else ""
+        lines.append(Text.assemble(f"{label:<{wide}} ", (f"{now:>10}", "bold"), (f"  {bars}", "cyan")))
+        lines[-1].truncate(width)
+    if not labels:
+        lines.append(Text("none chosen: c", DIM))
+    return Text("\n").join(lines)
+
+
+def examples(desk: Desk, width: int, height: int) -> Text:
+    """The last examples, newest first, a line for each press."""
+    shown = [example for example in desk.session.examples if example.pressed]
+    watched = len(desk.session.examples) - len(shown)
+    note = f"{len(shown)} shown" + (f", {watched} watched" if watched else "")
+    lines = [_title("Examples", note if desk.session.examples else "", width)]
+    if not shown:
+        return lines[0] + Text(
+            "\nNothing shown yet. Press the key of a state: what the robot senses then, and that state, "
+            "become an example. Then press t and see what it learned.",
+            DIM,
+        )
+    presses = list(reversed(_presses(shown)))[: max(0, height - 1)]
+    if not presses:
+        return lines[0]  # no room for any
+    told = [
+        [formatting.value(*pair, unit=False) for pair in zip(desk.features, press[0].values, strict=True)]
+        for press in presses
+    ]
+    wides = [max(map(len, column)) for column in zip(*told, strict=True)]
+    wide = max(len(formatting.step(press[0])) for press in presses)
+    digits = len(str(presses[0][0].number))
+    for press, numbers in zip(presses, told, strict=True):
+        aligned = "  ".join(f"{text:>{column}}" for text, column in zip(numbers, wides, strict=True))
+        mark, style = _mark(press)
+        number = f"{press[0].number:>{digits}}"
+        step = f"{formatting.step(press[0]):<{wide}}  "
+        lines.append(Text.assemble((number, DIM), (f"{mark} ", style), step, (aligned, DIM)))
+        lines[-1].truncate(width, overflow="ellipsis")
+    return Text("\n").join(lines)
+
+
+def _mark(press: Sequence[Example]) -> tuple[str, str]:
+    """A correction, a switch with its default, or a confirmation; and how the mark looks."""
+    first = press[0]
+    if first.correction:
+        return "◆", TONES["correction"]
+    return "+" if len(press) > 1 else "=" if first.state == first.next else " ", ""
+
+
+def _presses(shown: Sequence[Example]) -> list[list[Example]]:
+    """Examples by press: a default goes with the directive before it."""
+    presses: list[list[Example]] = []
+    for example in shown:
+        if example.kind is ExampleKind.DEFAULT and presses and presses[-1][-1].number == example.number - 1:
+            presses[-1].append(example)
+        else:
+            presses.append([example])
+    return presses
+
+
+def why(desk: Desk, width: int) -> Text:
+    """Why it does what it does, in place of the examples."""
+    lines = [_title("Why?", "? shows the examples again", width)]
+    lines += [Text(line) for line in desk.why.lines(desk.screen)]
+    return Text("\n").join(lines)
+
+
+def said(desk: Desk) -> Text:
+    """What was just recorded, or went wrong."""
+    tone = desk.said.tone
+    return Text(f" {MARKS[tone]} {desk.said.text}", TONES[tone])
+
+
+def commands(desk: Desk, width: int) -> Text:
+    """The keys of the commands, in two lines where that is possible."""
+    useless = {"p" if not desk.session.automaton.parameters else "", "" if desk.watches else "w"}
+    named = {"t": "train"} if desk.screen.mode is Mode.TESTING else {}
+    shown = [(key, named.get(key, what)) for key, what in COMMANDS if key not in useless]
+    for spare in SPARE:
+        if len(lines := _lines(shown, width)) <= 2:
+            break
+        shown = [command for command in shown if command[0] != spare]
+    else:
+        lines = _lines(shown, width)
+    return Text("\n").join(lines)
+
+
+def _lines(shown: Sequence[tuple[str, str]], width: int) -> list[Text]:
+    lines = [Text("")]
+    for key, what in shown:
+        if lines[-1].cell_len + len(key) + len(what) + 2 > width:
+            lines.append(Text(""))
+        lines[-1].append(f" {key}", "bold").append(f" {what} ", DIM)
+    return lines
+
+
+def _title(title: str, note: str, width: int) -> Text:
+    text = Text.assemble((title, TITLE), ("  " + note if note else "", DIM))
+    text.truncate(width, overflow="ellipsis")
+    return text

@@ -1,0 +1,148 @@
+"""A world as a picture in characters: robots, objects, what is in reach, obstacles, and a robot's trail."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import cos, hypot, pi, sin
+from typing import TypeAlias
+
+from rich.text import Text
+
+from understudy.sim.view import WorldView
+from understudy.ui.tui.canvas import Canvas
+from understudy.viz.appearance import FEW, Thing, grouped, obstacle_colors, reach, things, total
+from understudy.viz.palette import FOOD, HOME, INK, PAINTS, SOLID, THING, paint
+
+Point: TypeAlias = tuple[float, float]
+
+ARROWS = "→↗↑↖←↙↓↘"
+ROBOT, OTHER, TRAIL, AIM, WALL, GONE = "bold reverse", "bold cyan", "", "dim", "bold", "dim"
+CROWD = ("cyan", "bold cyan", "bold yellow")
+"""A crowd where it is thin, denser, and densest."""
+STYLES = {FOOD: "bold green", HOME: "bold magenta", THING: "bold", SOLID: "bright_black", INK: "bold"} | {
+    PAINTS[name]: f"bold {name}" for name in ("red", "green", "yellow", "blue", "magenta", "cyan", "white")
+}
+"""Colors that terminals have their own shades of, which fit light and dark ones."""
+AIM_DOTS_M, NOSE_M = 0.55, 0.9
+MOST_ARROWS = 40
+"""So many robots are arrows; more are dots."""
+
+
+def size(view: WorldView, columns: int, lines: int) -> tuple[int, int]:
+    """The most columns and lines that show the arena undistorted: a character is twice as high as wide."""
+    lines = max(1, min(lines, int(columns * view.height / view.width / 2)))
+    return max(1, min(columns, round(lines * 2 * view.width / view.height))), lines
+
+
+def picture(
+    view: WorldView,
+    trail: Iterable[Point] = (),
+    aims: Iterable[Point] = (),
+    *,
+    columns: int,
+    lines: int,
+    robot: int | None = None,
+) -> Text:
+    """The world. `robot` is the one that is followed: its trail, and dotted lines to the places it aims at."""
+    canvas = Canvas(columns, lines, width=view.width, height=view.height)
+    _obstacles(canvas, view)
+    few = 0 < len(view.robots) <= MOST_ARROWS
+    if few and robot is not None:
+        for aim in aims:
+            canvas.line(_place(view, robot), aim, AIM, every=AIM_DOTS_M)
+    canvas.dots(trail, TRAIL)
+    near, shown = reach(view), things(view)
+    for thing in shown:
+        if thing.served and thing.full and near is not None:
+            canvas.circle(thing.x, thing.y, near, _style(thing.color))
+    if few:
+        _noses(canvas, view, robot)
+    else:
+        canvas.crowd(view.robots.x, view.robots.y, CROWD)
+    for thing in shown:
+        canvas.text(*_beside_robots(view, thing, near or 0.0), *_sign(view, thing))
+    if few:
+        _arrows(canvas, view, robot)
+    return canvas.rendered()
+
+
+def facts(view: WorldView, columns: int, robot: int = 0) -> str:
+    """What there is to know beside the picture: of one robot what it carries, with a bar where there is room."""
+    robots = view.robots
+    feeds = bool(robots.capacity.any())
+    if len(robots) != 1:
+        home = f"  home {int(robots.delivered.sum())} of {total(view)}" if feeds and total(view) else ""
+        boxes = f"  boxes home {view.gathered}" if view.gathered or view.objects.pull.any() else ""
+        return f"{grouped(len(robots))} robots{home}{boxes}"
+    if not feeds:
+        return ""
+    stored, capacity, delivered = (
+        int(column[robot]) for column in (robots.stored, robots.capacity, robots.delivered)
+    )
+    bar = "■" * stored + "·" * (capacity - stored)
+    long = f"carries {bar} {stored}  home {delivered}"
+    return long if len(long) <= columns - 6 else f"carries {stored} of {capacity}  home {delivered}"
+
+
+def _obstacles(canvas: Canvas, view: WorldView) -> None:
+    discs = view.discs
+    rows = zip(discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True)
+    for x, y, radius, color in rows:
+        canvas.disc(x, y, radius, _style(color))
+    for corners in view.polygons:
+        canvas.polygon(corners, _style(SOLID))
+    for x0, y0, x1, y1 in view.walls.tolist():
+        canvas.line((x0, y0), (x1, y1), WALL, every=view.width / canvas.columns / 4)
+
+
+def _noses(canvas: Canvas, view: WorldView, robot: int | None) -> None:
+    """A line ahead of each robot, if they are few; of more, only ahead of the one that is followed."""
+    chosen = range(len(view.robots)) if len(view.robots) <= FEW else [] if robot is None else [robot]
+    for at in chosen:
+        (x, y), heading = _place(view, at), float(view.robots.heading[at])
+        nose = x + NOSE_M * cos(heading), y + NOSE_M * sin(heading)
+        style = "bold" if at == robot else _robot_style(view, at)
+        canvas.line((x, y), nose, style, every=view.width / canvas.columns / 2)
+
+
+def _arrows(canvas: Canvas, view: WorldView, robot: int | None) -> None:
+    """Every robot, the one that is followed on top."""
+    for at in sorted(range(len(view.robots)), key=lambda at: at == robot):
+        style = ROBOT if at == robot else _robot_style(view, at)
+        x, y = _place(view, at)
+        canvas.text(x, y, ARROWS[round(float(view.robots.heading[at]) / (pi / 4)) % 8], style)
+
+
+def _robot_style(view: WorldView, robot: int) -> str:
+    color = view.color(int(view.robots.color[robot]))
+    return OTHER if color is None else _style(paint(color))
+
+
+def _sign(view: WorldView, thing: Thing) -> tuple[str, str]:
+    """The characters that stand for an object, and their style."""
+    if thing.units is not None:
+        return (str(thing.units), _style(thing.color)) if thing.units else ("×", GONE)
+    if thing.square:
+        return "⌂", _style(thing.color)
+    return "■" if thing.rimmed else "◆", _style(thing.color)
+
+
+def _style(color: str) -> str:
+    return STYLES.get(color, f"bold {color}")
+
+
+def _place(view: WorldView, robot: int) -> Point:
+    return float(view.robots.x[robot]), float(view.robots.y[robot])
+
+
+def _beside_robots(view: WorldView, thing: Thing, near: float) -> Point:
+    """Where to write what is at a place, so that a robot there does not cover it."""
+    if len(view.robots) > MOST_ARROWS or not near:
+        return thing.x, thing.y
+    if (
+        min(hypot(*place) for place in zip(view.robots.x - thing.x, view.robots.y - thing.y, strict=True))
+        > 2 * near
+    ):
+        return thing.x, thing.y
+    above = thing.y + 2 * near
+    return thing.x, above if above < view.height else thing.y - 2 * near

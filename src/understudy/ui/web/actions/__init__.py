@@ -1,0 +1,1 @@
+"""What the studio does with each message of the page."""

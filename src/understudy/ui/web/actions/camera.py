@@ -1,0 +1,70 @@
+"""Sight: what real robots' cameras see, as a picture for pages, and colors that a person clicks in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route
+
+from understudy.errors import SessionError, SettingError
+from understudy.robots.body import Robot
+from understudy.robots.camera.config import write_color
+from understudy.robots.camera.live import Eye
+from understudy.robots.twin import Twin
+from understudy.ui.controller.status import Said
+from understudy.ui.web.messages.session import PickColor
+from understudy.ui.web.session_host import Stage
+from understudy.ui.web.views.scene import Plain
+
+PATH = "/camera/{robot:int}.jpg"
+NUMBER = "X-Image"
+"""The header that says which image it is, so that clicks can say into which they were."""
+
+
+def sight(stage: Stage, refusal: Callable[[HTTPConnection], str | None]) -> Route:
+    """The route of what a robot's camera saw last; `refusal` says why somebody may not come."""
+
+    async def serve(request: Request) -> Response:
+        problem = refusal(request)
+        if problem is not None:
+            return PlainTextResponse(problem, status_code=403)
+        try:
+            _, eye = _eye(stage, request.path_params["robot"])
+        except (SessionError, SettingError) as error:
+            return PlainTextResponse(str(error), status_code=404)
+        found = await run_in_threadpool(eye.picture)
+        if found is None:
+            return Response(status_code=204)
+        number, jpeg = found
+        return Response(
+            jpeg, media_type="image/jpeg", headers={NUMBER: str(number), "Cache-Control": "no-store"}
+        )
+
+    return Route(PATH, serve)
+
+
+def pick(stage: Stage, message: PickColor) -> Plain:
+    """Learn a color from clicks, look for it from now on, and write it into the robot's file."""
+    robot, eye = _eye(stage, message.robot)
+    color = eye.learn(message.name, message.image, [(x, y) for x, y in message.points])
+    if robot.path.is_file():
+        write_color(robot.path, message.name, color)
+    stage.said = Said(f"{message.name} is looked for by this color, in {robot.path.name} too", "recorded")
+    return {"color": {each: getattr(color, each) for each in color.__struct_fields__}}
+
+
+def _eye(stage: Stage, number: int) -> tuple[Robot, Eye]:
+    """A robot with its camera's eye."""
+    if not isinstance(stage.world, Twin):
+        raise SessionError("these robots are simulated: their cameras know colors already")
+    robots = stage.world.fleet.robots
+    if not 0 <= number < len(robots):
+        remedy = f"give one from 1 to {len(robots)}"
+        raise SettingError(where="the studio", setting="robot", problem=f"is {number + 1}", remedy=remedy)
+    eye = robots[number].senses.eye
+    if eye is None:
+        raise SessionError(f"{robots[number].file.name} has no camera: add [camera] to its file")
+    return robots[number], eye

@@ -1,0 +1,122 @@
+"""The coach on the stage: advice as plain data, situations set up, questions answered, marks gone back to."""
+
+from __future__ import annotations
+
+from understudy.coaching.advice import Advice, AdviceKind
+from understudy.coaching.pose_sampling import Placeable
+from understudy.coaching.queries import When
+from understudy.errors import SessionError
+from understudy.ui.controller import coach
+from understudy.ui.controller.coach import Advised
+from understudy.ui.controller.status import Said
+from understudy.ui.controller.trainer import Desk
+from understudy.ui.web.messages import coach as m
+from understudy.ui.web.rewind import Frame
+from understudy.ui.web.session_host import Stage
+from understudy.ui.web.views.scene import Plain
+
+PATIENCE_S = 0.05
+"""So long a page's question is waited at; a large lesson takes longer, and is looked over beside the world."""
+
+
+def told(stage: Stage) -> Plain:
+    """What the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
+    desk = stage.trained
+    said = desk.coach.advised(stage.beside, patience_s=PATIENCE_S)
+    if said is None:
+        return {"later": True}
+    return {"advice": [_advice(desk, each) for each in said.advice], "late": _late(said)}
+
+
+def _advice(desk: Desk, advice: Advice) -> Plain:
+    return {
+        "kind": advice.kind.value,
+        "sentence": advice.sentence,
+        "weight": round(advice.weight, 3),
+        "examples": list(advice.examples),
+        "says": _says(desk, advice) if advice.kind is AdviceKind.SLIP else None,
+        "place": advice.region is not None and isinstance(desk.session.body, Placeable),
+    }
+
+
+def _says(desk: Desk, advice: Advice) -> Plain:
+    """The state and the next state of the press that looks like a slip."""
+    example = next(each for each in desk.session.examples if each.number == advice.examples[0])
+    return {"state": example.state, "next": example.next}
+
+
+def _late(said: Advised) -> Plain | None:
+    late, now = said.news, said.lesson.options.reaction_s
+    if late is None:
+        return None
+    but = f", not {now:g} s" if now else ""
+    seems = (
+        f"You seem to press {late.reaction_s:g} s late{but}."
+        if late.reaction_s
+        else "You seem to press in time."
+    )
+    return {"reaction_s": late.reaction_s, "sentence": f"{seems} {late.evidence}"}
+
+
+def set_up(stage: Stage, message: m.SetUp) -> Plain:
+    """Put the robot where the advice of a sentence is about, and let time stand still there."""
+    desk = stage.trained
+    said = desk.coach.said
+    given = () if said is None or said.lesson.automaton is not desk.session.automaton else said.advice
+    wanted = next((each for each in given if each.sentence == message.sentence), None)
+    if wanted is None:
+        raise SessionError("this advice is out of date: the lesson has changed since")
+    staged = coach.set_up(desk, wanted)
+    stage.pause(True)
+    desk.said = Said("The robot is set up; nothing recorded")
+    stage.anew()
+    return {"sentence": staged.sentence, "run": stage.run["number"]}
+
+
+def ask_when(stage: Stage, message: m.AskWhen) -> None:
+    """Choose what it does in testing where it is unsure."""
+    coach.ask_when(stage.trained, When(message.when))
+
+
+def press(stage: Stage, state: str | None) -> None:
+    """Direct to a state (None: keep doing this); where a question waits, that is the answer."""
+    desk = stage.trained
+    stage.moved += 1
+    if desk.coach.question is not None:
+        coach.answer(desk, state)
+        stage.saw()
+    elif state is None:
+        desk.confirm()
+    else:
+        desk.press(state)
+
+
+def go_to_mark(stage: Stage, message: m.GoToMark) -> None:
+    """Go back to a marked moment, where the question waits for an answer."""
+    desk = stage.trained
+    mark = stage.unsure.of(message.number)
+    question = mark.question
+    if question.instant is None:  # pragma: no cover - worlds can be rewound
+        raise SessionError("this moment is not kept")
+    if mark.run == stage.run["number"]:
+        stage.rewind(Frame(question.time_s, question.instant, 0))
+    else:
+        stage.go_back(question.instant)
+    coach.wait(desk, question)
+
+
+def use_reaction(stage: Stage, message: m.UseReaction) -> None:
+    """Choose how late presses come."""
+    coach.use_reaction(stage.trained, message.reaction_s)
+    stage.moved += 1
+
+
+def mend(stage: Stage, message: m.Mend) -> None:
+    """Say what a press was meant for."""
+    coach.mend(stage.trained, message.number, message.next)
+    stage.moved += 1
+
+
+def stand_by(stage: Stage, message: m.StandBy) -> None:
+    """Say that a press was meant."""
+    coach.stand_by(stage.trained, message.number)

@@ -1,0 +1,157 @@
+"""Openings: how a lesson comes onto the stage - a new one, one of the library, one that was cut off."""
+
+from __future__ import annotations
+
+from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
+from understudy.sim.world import World
+from understudy.ui.controller import journal_store
+from understudy.ui.controller.open_session import begun, resumed
+from understudy.ui.controller.plan import Choices, Plan, Start, checked
+from understudy.ui.controller.status import Said
+from understudy.ui.web.session_host import Stage
+
+
+def begin(stage: Stage, name: str, choices: Choices, *, discard: bool) -> None:
+    """Begin a new automaton."""
+    _refuse_unsaved(stage, discard=discard)
+    stage.look()
+    stage.look_for_cut_off()
+    stage.shelf.refuse_new(name, remedy="open it to go on, or give another name")
+    left = stage.cut_off.get(name)
+    if left is not None and not discard:
+        raise SessionError(
+            f"a session of {name} was cut off with {left.examples} examples: open {name} to go on with it, or "
+            "discard it to begin anew"
+        )
+    plan = _plan(stage, name, choices)
+    start = checked(plan)
+    if start is None:
+        raise SessionError(f"{name} needs at least one state and one feature: choose what it can do")
+    opened = begun(plan, start, stage.wall, body=stage.body, agent=stage.agent)
+    if left is not None:
+        journal_store.end(left.path, plan.folder, name)
+    stage.take(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
+
+
+def go_on(stage: Stage, name: str, *, discard: bool) -> None:
+    """Train an automaton of the library on, or go on with a session that was cut off."""
+    _refuse_unsaved(stage, discard=discard)
+    stage.look()
+    stage.look_for_cut_off()
+    left = stage.cut_off.get(name)
+    if left is not None:
+        _go_on_with_cut_off(stage, name, left)
+        return
+    if name in stage.shelf.problems:
+        raise SessionError(stage.shelf.problems[name])
+    if name not in stage.shelf.library.taught:
+        known = [*stage.shelf.library.taught, *stage.cut_off]
+        raise UnknownName(what="automaton", name=name, where="the library", known=known)
+    start = checked(plan := _plan(stage, name))
+    if start is None:  # pragma: no cover - what the library has is settled
+        raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
+    opened = begun(plan, start, stage.wall, body=stage.body, agent=stage.agent)
+    stage.take(opened, f"{name} is open again: let it try, and press what is right where it does wrong")
+
+
+def _go_on_with_cut_off(stage: Stage, name: str, left: journal_store.Unfinished) -> None:
+    before = stage.world.snapshot() if isinstance(stage.world, World) else None
+    try:
+        opened = resumed(_plan(stage, name), left.path, stage.wall, body=stage.body)
+    except UnderstudyError:
+        if before is not None and isinstance(stage.world, World):
+            stage.world.restore(before)
+        raise
+    plural = "s" * (left.examples != 1)
+    stage.take(
+        opened,
+        f"The session of {name} that was cut off goes on where it was, paused: {left.examples} example{plural}, "
+        f"the last step was “{left.steps}”",
+    )
+
+
+def choose_sort(stage: Stage, sort: str | None, agent: int, *, discard: bool) -> None:
+    """Train coordinators of a sort of squads, or robots (None); what is not saved has to be, or to be discarded."""
+    _refuse_beyond(stage, sort, agent)
+    _refuse_unsaved(stage, discard=discard)
+    stage.turn_to(sort, agent)
+
+
+def knows_other(stage: Stage, agent: int) -> bool:
+    """Whether this robot has another library than the one that is trained: it is of a type that differs."""
+    there = stage.sort is None and agent < stage.ranks.agents(None)
+    return there and not stage.ranks.together(stage.agent, agent)
+
+
+def _refuse_beyond(stage: Stage, sort: str | None, agent: int) -> None:
+    most = stage.ranks.agents(sort)
+    if agent >= most:
+        problem, remedy = f"is {agent + 1}", f"give one from 1 to {most}"
+        raise SettingError(where="the studio", setting=sort or "robot", problem=problem, remedy=remedy)
+
+
+def choose_agent(stage: Stage, agent: int) -> None:
+    """Which robot is trained; not once something was shown in this session."""
+    _refuse_beyond(stage, stage.sort, agent)
+    desk = stage.desk
+    if desk is None or desk.robot == agent:
+        stage.agent = agent
+        if desk is None:
+            who = (
+                f"Robot {agent + 1}" if stage.sort is None else f"The coordinator of {stage.sort} {agent + 1}"
+            )
+            stage.said = Said(f"{who} is the one that will be trained")
+            stage.moved += 1
+        return
+    session = desk.session
+    if session.screen().undoable is not None or len(session.examples) != stage.began_with:
+        raise SessionError(
+            f"{desk.name} has been shown something by robot {desk.robot + 1}: save it and open it again to train "
+            "it with another robot"
+        )
+    start = Start(session.lesson, dict(desk.screen.targets))
+    opened = begun(_plan(stage, desk.name), start, stage.wall, body=stage.body, agent=agent)
+    stage.take(opened, f"{desk.name} is trained with robot {agent + 1} now")
+
+
+def settled(stage: Stage, name: str) -> bool:
+    """Whether an automaton of the library is the one in training; SessionError where it has unsaved changes."""
+    desk = stage.desk
+    if desk is None or desk.name != name:
+        return False
+    if desk.unsaved:
+        raise SessionError(f"{name} is being trained, and not saved as it is now: save it first")
+    return True
+
+
+def changed(stage: Stage, name: str, said: str, *, here: bool) -> None:
+    """An automaton was changed in the library; the one in training (`here`) goes on as it is there now."""
+    stage.look()
+    if here:
+        _reopen(stage, name, said)
+    else:
+        stage.said = Said(said, "recorded")
+
+
+def _reopen(stage: Stage, name: str, said: str) -> None:
+    """Go on with what is trained as the library has it, perhaps under another name."""
+    desk, paused = stage.trained, stage.paused
+    lesson = stage.shelf.of(name).lesson
+    targets = dict(desk.screen.targets)
+    choices = Choices(targets=targets if lesson and set(lesson.automaton.parameters) == set(targets) else {})
+    start = checked(plan := _plan(stage, name, choices))
+    if start is None:  # pragma: no cover - what the library has is settled
+        raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
+    stage.take(begun(plan, start, stage.wall, body=stage.body, agent=desk.robot), said)
+    stage.pause(paused, said)
+
+
+def _plan(stage: Stage, name: str, choices: Choices | None = None) -> Plan:
+    shelf = stage.shelf
+    return Plan(name, shelf.folder, stage.world.scenario, shelf.library, choices or Choices(), stage.seed)
+
+
+def _refuse_unsaved(stage: Stage, *, discard: bool) -> None:
+    desk = stage.desk
+    if desk is not None and desk.unsaved and not discard:
+        raise SessionError(f"{desk.name} is not saved as it is now: save it first, or discard it")

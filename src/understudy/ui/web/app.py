@@ -1,0 +1,130 @@
+"""The studio as a web application: the page, and the socket behind it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Collection
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+from secrets import compare_digest
+from urllib.parse import urlsplit
+
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+
+from understudy.ui.web.actions.camera import sight
+from understudy.ui.web.clients import Viewer
+from understudy.ui.web.post import post
+from understudy.ui.web.server import Studio
+
+STATIC = Path(__file__).parent / "static"
+NOT_BUILT = "The studio's page is not built: run make page, then load this again.\n"
+REFUSED = 4403
+"""The code a socket is closed with that may not connect."""
+MOST_PAGES = 100
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+HEADERS = {
+    "Cache-Control": "no-cache",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+
+
+def app(
+    studio: Studio,
+    *,
+    token: str | None = None,
+    hosts: Collection[str] | None = LOOPBACK,
+    static: Path = STATIC,
+) -> Starlette:
+    """The application of a studio. `hosts` are the names it may be called by (None: any), `token` what it asks for."""
+
+    async def page(_: Request) -> Response:
+        index = static / "index.html"
+        if not index.is_file():
+            return PlainTextResponse(NOT_BUILT, status_code=503)
+        return FileResponse(index, headers=HEADERS)
+
+    async def socket(websocket: WebSocket) -> None:
+        await websocket.accept()
+        problem = _refusal(websocket, token, hosts)
+        if problem is None and len(studio.viewers) >= MOST_PAGES:
+            problem = f"{MOST_PAGES} pages look on already: close one of them"
+        if problem is not None:
+            await websocket.close(REFUSED, problem)
+            return
+        await _serve(studio, websocket)
+
+    @asynccontextmanager
+    async def life(_: Starlette) -> AsyncIterator[None]:
+        clockwork = asyncio.create_task(studio.run())
+        try:
+            yield
+        finally:
+            clockwork.cancel()
+            with suppress(asyncio.CancelledError):
+                await clockwork
+
+    files = StaticFiles(directory=static, check_dir=False)
+    library = post(studio, lambda request: _refusal(request, token, hosts))
+    camera = sight(studio.stage, lambda request: _refusal(request, token, hosts))
+    routes = [Route("/", page), WebSocketRoute("/ws", socket), library, camera, Mount("/", files)]
+    return Starlette(routes=routes, lifespan=life)
+
+
+def _refusal(caller: HTTPConnection, token: str | None, hosts: Collection[str] | None) -> str | None:
+    """Why somebody may not connect: another site's page, a name that only pretends to be this machine, no token."""
+    host = caller.headers.get("host", "")
+    if hosts is not None and (urlsplit(f"//{host}").hostname or "") not in hosts:
+        return "the studio is not called by this name"
+    origin = caller.headers.get("origin")
+    if origin is not None and urlsplit(origin).netloc != host:
+        return "a page of another site may not connect"
+    given = caller.query_params.get("token", "")
+    if token is not None and not compare_digest(given.encode(), token.encode()):
+        return "the token is missing or wrong: open the link that the studio printed"
+    return None
+
+
+async def _serve(studio: Studio, websocket: WebSocket) -> None:
+    viewer = studio.arrive(websocket.query_params.get("key"))
+    sending = asyncio.create_task(_send(viewer, websocket))
+    hearing = asyncio.create_task(_hear(studio, viewer, websocket))
+    try:
+        await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        studio.leave(viewer)
+        for task in (sending, hearing):
+            task.cancel()
+            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
+                await task
+        if websocket.application_state is WebSocketState.CONNECTED:
+            with suppress(RuntimeError, WebSocketDisconnect, OSError):
+                await websocket.close()
+
+
+async def _hear(studio: Studio, viewer: Viewer, websocket: WebSocket) -> None:
+    while not viewer.closing:
+        received = await websocket.receive()
+        if received["type"] == "websocket.disconnect":
+            return
+        text = received.get("text")
+        studio.hear(viewer, text if text is not None else received.get("bytes") or b"")
+        await asyncio.sleep(0)  # a page that sends without pause keeps nobody else waiting
+
+
+async def _send(viewer: Viewer, websocket: WebSocket) -> None:
+    while not viewer.closing:
+        await viewer.waits.wait()
+        viewer.waits.clear()
+        while (waiting := viewer.next()) is not None:
+            sent, binary = waiting
+            if binary:
+                await websocket.send_bytes(sent)
+            else:
+                await websocket.send_text(sent.decode())

@@ -1,0 +1,154 @@
+"""Viewers: the pages that look on, and the one among them that directs."""
+
+from __future__ import annotations
+
+from asyncio import Event
+from collections import deque
+from collections.abc import Iterator
+from secrets import token_urlsafe
+
+from understudy.errors import SessionError
+from understudy.ui.controller.clock import Wall
+
+SILENT_S = 30.0
+"""How long a director may be silent before another may take its place."""
+PER_SECOND = 200
+"""Messages a page may send."""
+MOST_REFUSED = 2_000
+"""A page that sends so many more than it may is shown the door."""
+MOST_WAITING = 500
+"""Answers that may wait for a page that does not read."""
+MOST_KEYS = 1_000
+
+
+class Viewer:
+    """One page, and what waits to be sent to it: answers in order, and the newest of everything else.
+
+    A page that reads slowly misses frames in between; nobody waits for it.
+    """
+
+    def __init__(self, key: str, wall: Wall) -> None:
+        self.key = key
+        self.closing = False
+        self.spoke_s = wall()
+        self.waits = Event()
+        self._wall = wall
+        self._allowance, self._refused = float(PER_SECOND), 0
+        self._texts: deque[bytes] = deque()
+        self._scene: bytes | None = None
+        self._desk: bytes | None = None
+        self._frame: bytes | None = None
+
+    def may_speak(self) -> bool:
+        """Count a message; whether the page keeps to the rate."""
+        now = self._wall()
+        passed, self.spoke_s = now - self.spoke_s, now
+        self._allowance = min(float(PER_SECOND), self._allowance + passed * PER_SECOND) - 1
+        if self._allowance >= 0:
+            return True
+        self._allowance = 0.0
+        self._refused += 1
+        if self._refused > MOST_REFUSED:
+            self.close()
+        return False
+
+    def tell(self, text: bytes) -> None:
+        """An answer, which must arrive."""
+        self._texts.append(text)
+        if len(self._texts) > MOST_WAITING:
+            self._texts.clear()
+            self.close()
+        self.waits.set()
+
+    def show(
+        self, *, scene: bytes | None = None, desk: bytes | None = None, frame: bytes | None = None
+    ) -> None:
+        """Something new to see, in place of what it has not taken yet."""
+        self._scene, self._desk = scene or self._scene, desk or self._desk
+        self._frame = frame or self._frame
+        self.waits.set()
+
+    def close(self) -> None:
+        """Let it go."""
+        self.closing = True
+        self.waits.set()
+
+    def next(self) -> tuple[bytes, bool] | None:
+        """What is to be sent next, and whether as binary; None where nothing waits."""
+        if self._texts:
+            return self._texts.popleft(), False
+        if self._scene is not None:
+            sent, self._scene = self._scene, None
+            return sent, False
+        if self._desk is not None:
+            sent, self._desk = self._desk, None
+            return sent, False
+        if self._frame is not None:
+            sent, self._frame = self._frame, None
+            return sent, True
+        return None
+
+
+class Viewers:
+    """All pages; at most one of them directs."""
+
+    def __init__(self, wall: Wall) -> None:
+        self._wall = wall
+        self._here: dict[Viewer, None] = {}
+        self._keys: dict[str, None] = {}
+        self.director: Viewer | None = None
+
+    def __len__(self) -> int:
+        return len(self._here)
+
+    def __iter__(self) -> Iterator[Viewer]:
+        return iter(tuple(self._here))
+
+    def arrive(self, key: str | None) -> Viewer:
+        """A page connects. It directs where nobody does, or where the one that directs is itself, cut off."""
+        former = self.director
+        returned = former is not None and key == former.key
+        if returned or key not in self._keys or key is None:
+            key = token_urlsafe(18)  # a new one, too, where two pages have the same: the former has lost it
+        viewer = Viewer(key, self._wall)
+        self._here[viewer] = self._keys[key] = None
+        while len(self._keys) > MOST_KEYS:
+            del self._keys[next(iter(self._keys))]
+        if former is None or returned:
+            self.director = viewer
+        if former is not None and returned:
+            former.close()
+        return viewer
+
+    def leave(self, viewer: Viewer) -> bool:
+        """A page is gone; whether it was the one that directed."""
+        self._here.pop(viewer, None)
+        directed = viewer is self.director
+        if directed:
+            self.director = None
+        return directed
+
+    def take(self, viewer: Viewer) -> None:
+        """Become director."""
+        if self.director is not None and self.director is not viewer:
+            silent_s = self._wall() - self.director.spoke_s
+            if silent_s < SILENT_S:
+                raise SessionError(
+                    f"another page directs: it can hand over, or be replaced once it has been silent for "
+                    f"{SILENT_S:g} s ({silent_s:.0f} s so far)"
+                )
+        self.director = viewer
+
+    def hand_over(self, viewer: Viewer) -> None:
+        """No longer direct."""
+        self.refuse_others(viewer)
+        self.director = None
+
+    def refuse_others(self, viewer: Viewer) -> None:
+        """SessionError unless it directs."""
+        if viewer is not self.director:
+            raise SessionError(
+                "this page only watches: take over first"
+                if self.director is None
+                else "this page only watches: another page directs"
+            )

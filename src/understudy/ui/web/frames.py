@@ -1,0 +1,83 @@
+"""Frames: the world at one moment as bytes a page reads without parsing; all little-endian.
+
+header, N robots, K objects, F feature values (f32, absent is NaN), the count of sonar readings (u8), those (f32),
+and how much food all robots brought home (u32)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.sim.view import WorldView
+
+KIND = 1
+PAUSED, TESTING, OPEN = 1, 2, 4
+NONE = 65535
+"""No state."""
+
+HEADER = np.dtype(
+    [
+        ("kind", "u1"),
+        ("bits", "u1"),
+        ("robots", "<u2"),
+        ("objects", "<u2"),
+        ("features", "<u2"),
+        ("time_s", "<f8"),
+        ("state", "<u2"),
+        ("agent", "<u2"),
+        ("tick", "<u4"),
+    ]
+)
+ROBOT = np.dtype([("x", "<f4"), ("y", "<f4"), ("heading", "<f4"), ("stored", "<u2"), ("doing", "<u2")])
+OBJECT = np.dtype(
+    [("slot", "<u2"), ("kind", "<u2"), ("x", "<f4"), ("y", "<f4"), ("amount", "<u2"), ("at_first", "<u2")]
+)
+
+
+def frame(
+    view: WorldView,
+    *,
+    tick: int,
+    agent: int,
+    bits: int = 0,
+    state: int = NONE,
+    features: Sequence[float] = (),
+    sonar: Sequence[float] = (),
+    doing: Sequence[int] = (),
+) -> bytes:
+    """One moment; `state` is the index of what robot `agent` does. `doing` is what all do, where that is told."""
+    header = np.zeros((), HEADER)
+    counts = len(view.robots), len(view.objects), len(features)
+    header[()] = (KIND, bits, *counts, view.time_s, state, agent, tick & 0xFFFFFFFF)
+    robots = np.zeros(len(view.robots), ROBOT)
+    for name in ("x", "y", "heading"):
+        robots[name] = getattr(view.robots, name)
+    robots["stored"] = _small(view.robots.stored)
+    robots["doing"] = NONE
+    if agent < len(robots):
+        robots["doing"][agent] = state
+    if doing:
+        robots["doing"] = doing
+    objects = np.zeros(len(view.objects), OBJECT)
+    for name in ("x", "y"):
+        objects[name] = getattr(view.objects, name)
+    for name in ("slot", "kind", "amount", "at_first"):
+        objects[name] = _small(getattr(view.objects, name))
+    parts = (header, robots, objects, _floats(features))
+    home = int(view.robots.delivered.sum()).to_bytes(4, "little")
+    return b"".join(
+        [*(part.tobytes() for part in parts), bytes([len(sonar)]), _floats(sonar).tobytes(), home]
+    )
+
+
+def _small(numbers: NDArray[np.integer[Any]]) -> NDArray[np.uint16]:
+    small: NDArray[np.uint16] = np.clip(numbers, 0, NONE).astype(np.uint16)
+    return small
+
+
+def _floats(numbers: Sequence[float]) -> NDArray[np.float32]:
+    return np.asarray(numbers, "<f4")

@@ -1,0 +1,55 @@
+"""What a page may say to the coach."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+from msgspec import Meta
+
+from understudy.ui.web.messages.base import Call, Index, Message
+
+Sentence: TypeAlias = Annotated[str, Meta(min_length=1, max_length=10_000)]
+
+
+class Advise(Message, frozen=True, kw_only=True, tag="advise"):
+    """Say what the lesson lacks, and how late presses seem to come."""
+
+
+class SetUp(Message, frozen=True, kw_only=True, tag="set_up"):
+    """Put the robot into the situation that the advice of this sentence is about."""
+
+    sentence: Sentence
+
+
+class AskWhen(Message, frozen=True, kw_only=True, tag="ask_when"):
+    """What the robot does in testing where it is unsure."""
+
+    when: Literal["never", "pause", "mark"]
+
+
+class GoToMark(Message, frozen=True, kw_only=True, tag="go_to_mark"):
+    """Go back to a moment at which the robot was unsure and went on."""
+
+    number: Index
+
+
+class UseReaction(Message, frozen=True, kw_only=True, tag="use_reaction"):
+    """Choose how late presses come, s."""
+
+    reaction_s: float
+
+
+class Mend(Message, frozen=True, kw_only=True, tag="mend"):
+    """Say what the press of an example was meant for: it slipped."""
+
+    number: Index
+    next: Call
+
+
+class StandBy(Message, frozen=True, kw_only=True, tag="stand_by"):
+    """Say that the press of an example was meant, odd as it looks."""
+
+    number: Index
+
+
+CoachMessage: TypeAlias = Advise | SetUp | AskWhen | GoToMark | UseReaction | Mend | StandBy

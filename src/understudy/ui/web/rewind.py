@@ -1,0 +1,86 @@
+"""The reel: moments of a run, kept for some minutes, to go back to."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from understudy.errors import SessionError
+from understudy.model.example import Example
+from understudy.training.other_agents import Instant
+from understudy.training.session import Session
+
+EVERY_S = 0.5
+KEPT_S = 300.0
+"""How long a moment is kept, s of the world's time."""
+MOST_BYTES = 64 * 1024 * 1024
+"""What all moments together may take; of a large world fewer are kept."""
+
+
+class Frame(NamedTuple):
+    """A moment, when it was (s of the world's time), and how much room it takes."""
+
+    time_s: float
+    instant: Instant
+    size: int
+
+
+class Reel:
+    """The moments of one run of one session, oldest first."""
+
+    def __init__(self) -> None:
+        self._frames: deque[Frame] = deque()
+        self._size = 0
+        self._examples: Sequence[Example] | None = None
+        self._shown: dict[tuple[int, int | None], float | None] = {}  # when; None: not in this run
+
+    def see(self, session: Session) -> None:
+        """A tick passed. Where time went back before, what came after is forgotten."""
+        now = session.body.time_s
+        while self._frames and self._frames[-1].time_s >= now:
+            self._size -= self._frames.pop().size
+        self._note(session.examples, now)
+        if self._frames and now < self._frames[-1].time_s + EVERY_S - session.body.tick_s / 2:
+            return
+        instant = session.instant()
+        frame = Frame(now, instant, len(instant.body))
+        self._frames.append(frame)
+        self._size += frame.size
+        while len(self._frames) > 1 and (self._frames[0].time_s < now - KEPT_S or self._size > MOST_BYTES):
+            self._size -= self._frames.popleft().size
+
+    def _note(self, examples: Sequence[Example], now: float | None) -> None:
+        if examples is self._examples:
+            return
+        self._examples = examples
+        shown = self._shown
+        self._shown = {each: shown.get(each, now) for each in map(_which, examples)}
+
+    def at(self, time_s: float) -> Frame:
+        """The last moment kept before a time, or the first there is; SessionError where there is none."""
+        if not self._frames:
+            raise SessionError("nothing of this run is kept yet: let it go on for a moment")
+        times = [frame.time_s for frame in self._frames]
+        return self._frames[max(0, bisect_right(times, time_s + 1e-9) - 1)]
+
+    def of(self, number: int) -> Frame | None:
+        """The moment before an example was shown; None where it is not kept, or was in another run."""
+        shown = next((time for (each, _), time in self._shown.items() if each == number), None)
+        if shown is None:
+            return None
+        frame = self.at(shown - EVERY_S)
+        return frame if frame.time_s <= shown else None
+
+    def forget(self, examples: Sequence[Example]) -> None:
+        """Another run begins; these examples were shown before it."""
+        self._frames.clear()
+        self._size = 0
+        self._shown, self._examples = {}, None
+        self._note(examples, None)
+
+
+def _which(example: Example) -> tuple[int, int | None]:
+    """Tells an example from one that was undone and had its number."""
+    return example.number, example.moment

@@ -1,0 +1,392 @@
+"""The stage: one world and one library, and at most one desk in it, where a session is in training."""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+from time import monotonic
+
+from understudy.coaching.queries import When
+from understudy.errors import SessionError, SettingError, UnderstudyError
+from understudy.model.kit import Kit
+from understudy.robots.twin import Ground, Twin
+from understudy.runtime.team.coordinator_body import Troop
+from understudy.sim.scenario.schema import Scenario, Sonar
+from understudy.sim.world import World
+from understudy.training.other_agents import Instant
+from understudy.training.trainee import Mode
+from understudy.ui.controller import formatting, journal_store
+from understudy.ui.controller.arming import Robots
+from understudy.ui.controller.clock import Wall, known_speed
+from understudy.ui.controller.idling import Idling
+from understudy.ui.controller.open_session import Opened
+from understudy.ui.controller.status import Said
+from understudy.ui.controller.trainer import Desk
+from understudy.ui.web import frames
+from understudy.ui.web.rewind import Frame, Reel
+from understudy.ui.web.unsure import Unsure
+from understudy.ui.web.views.scene import Plain, scene
+from understudy.ui.web.views.session import Picture
+from understudy.ui.web.views.team import Doing, Ranks
+
+NOTHING = "Nothing is being trained: begin a new automaton, or open one of the library"
+CARRY = "drive the robot there, or carry it"
+_ROBOT = re.compile(r"\brobot (\d+)")
+_LONG = re.compile(r"-?\d+\.\d{3,}")
+_log = logging.getLogger(__name__)
+
+
+def explained(error: Exception) -> str:
+    """What went wrong in a sentence; a fault of the program is logged, too."""
+    if isinstance(error, UnderstudyError):
+        return str(error)
+    _log.error("a fault of the program", exc_info=error)
+    return f"something broke inside Understudy: {type(error).__name__}: {error}"
+
+
+def _as_on_the_page(text: str) -> str:
+    """What a world says, with robots counted from 1, and in centimeters what a pointer meant."""
+    text = _ROBOT.sub(lambda found: f"robot {int(found[1]) + 1}", text)
+    return _LONG.sub(lambda found: f"{float(found[0]):.2f}", text)
+
+
+class Stage:
+    """The world, the library and the desk of one studio.
+
+    `moved` grows whenever a frame would look different, `rebuilt` whenever the scene or the library does.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        folder: Path,
+        kit: Kit,
+        *,
+        seed: int = 0,
+        wall: Wall = monotonic,
+        twin: Twin | None = None,
+    ) -> None:
+        self.world: Ground = twin or World(scenario, [seed])
+        self.wall, self.robots = wall, Robots(self.world, wall, place="the studio")
+        self.ranks = Ranks(self.world.scenario, folder, kit)
+        self.shelf = self.ranks.shelf_of(None)
+        self.kit = self.shelf.library.kit
+        self.sort: str | None = None  # the sort of squads that is trained; None: the robots
+        self.doing = Doing()
+        self.opened: Opened | None = None
+        self.moved = self.rebuilt = 0
+        self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
+        self._speed, self._idling = 1.0, Idling(self.world, wall)
+        self._said = Said(NOTHING)
+        self._picture: Picture | None = None
+        self.reel, self.unsure = Reel(), Unsure()
+        self.beside = ThreadPoolExecutor(1)  # for what takes longer than a tick may
+        self.run: Plain = {"number": 0, "from_s": 0.0}
+        self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
+        self.look_for_cut_off()
+        if self.cut_off:
+            self._said = Said(f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on")
+
+    # What there is to see
+
+    @property
+    def desk(self) -> Desk | None:
+        """The desk, where something is trained."""
+        return None if self.opened is None else self.opened.desk
+
+    @property
+    def trained(self) -> Desk:
+        """The desk; SessionError where nothing is trained."""
+        if self.opened is None:
+            raise SessionError(NOTHING[0].lower() + NOTHING[1:])
+        return self.opened.desk
+
+    @property
+    def said(self) -> Said:
+        """What was said last."""
+        return self._said if self.desk is None else self.desk.said
+
+    @said.setter
+    def said(self, said: Said) -> None:
+        if self.desk is None:
+            self._said = said
+        else:
+            self.desk.said = said
+
+    @property
+    def others(self) -> Plain | None:
+        """What the robots run that are not trained; None: they idle."""
+        doing = None if self.desk is None else self.desk.session.company.occupied
+        if doing is None or doing.behavior is None:
+            return None
+        return {"behavior": doing.behavior, "targets": dict(doing.targets)}
+
+    @property
+    def paused(self) -> bool:
+        """Whether somebody let time stand still."""
+        return self._idling.paused if self.desk is None else self.desk.paused
+
+    @property
+    def speed(self) -> float:
+        """How many times as fast as in life the world goes."""
+        return self._speed
+
+    @property
+    def seed(self) -> int:
+        """The seed of the world as it is."""
+        return self.world.seeds[0]
+
+    def scene(self) -> Plain:
+        """What does not change from tick to tick."""
+        return {**scene(self.world, self.kit), "squads": self.ranks.plain()}
+
+    def library(self) -> Plain:
+        """The library's folder, as it was looked at last."""
+        left = [
+            {"name": name, "examples": each.examples, "began": each.began.isoformat()}
+            for name, each in self.cut_off.items()
+        ]
+        return {**self.shelf.plain(), "cut_off": left}
+
+    def picture(self) -> Plain | None:
+        """The desk as plain data."""
+        if self._picture is None:
+            return None
+        return {
+            **self._picture.take(),
+            "others": self.others,
+            "doing": list(self.doing.names),
+            "asking": self.unsure.plain(self.trained.coach),
+        }
+
+    def frame(self) -> bytes:
+        """The moment, for drawing."""
+        desk = self.desk
+        tick = int(self.world.state.tick[0])
+        bits = frames.PAUSED * self.paused
+        if desk is None:
+            return frames.frame(
+                self.world.view(), tick=tick, agent=self.agent, bits=bits, sonar=self._sonar()
+            )
+        screen = desk.screen
+        bits |= frames.OPEN | frames.TESTING * (screen.mode is Mode.TESTING)
+        return frames.frame(
+            self.world.view(),
+            tick=tick,
+            agent=frames.NONE if self.sort else desk.robot,
+            bits=bits,
+            state=screen.states.index(screen.state),
+            doing=self._doing(desk),
+            features=tuple(screen.features.values()),
+            sonar=self._sonar(),
+        )
+
+    def _doing(self, desk: Desk) -> list[int]:
+        """What each robot does that a trained coordinator orders about."""
+        body = desk.session.body
+        return self.doing.numbers(body.team.paths) if isinstance(body, Troop) else []
+
+    def _sonar(self) -> tuple[float, ...]:
+        if self.sort is not None:
+            return ()
+        kind = self.world.names.types[int(self.world.state.robots["type"][self.agent])]
+        sensors = self.world.scenario.types[kind].sensors
+        keys = [(name, None) for each in sensors if isinstance(each, Sonar) for name in each.sectors]
+        if not keys:
+            return ()
+        percept = self.world.sense(keys) if self.desk is None else self.desk.session.percept
+        return tuple(float(percept[key][self.agent]) for key in keys)
+
+    # Time
+
+    def beat(self) -> None:
+        """Take the ticks that are due; what goes wrong is said, and time stands still."""
+        desk = self.desk
+        try:
+            for _ in self._idling.ticks() if desk is None else desk.ticks():
+                self.moved += 1
+                self.saw()
+            if self.robots.idle():
+                self.moved += 1
+                if desk is not None:
+                    desk.session.look()
+        except Exception as error:
+            self.halt(explained(error))
+
+    def step(self) -> None:
+        """One tick, then time stands still."""
+        self.moved += 1
+        if self.desk is None:
+            self._idling.step()
+            self._said = Said("Paused")
+        else:
+            self.desk.step()
+            self.saw()
+
+    def saw(self) -> None:
+        """A tick passed."""
+        if self.desk is not None:
+            self._keep_moment()
+            self.unsure.see(self.desk.coach.asking.marked, self.run["number"], self.world.time_s)
+
+    def halt(self, problem: str) -> None:
+        """Something went wrong, which is said; time stands still, and real robots have to be armed again."""
+        self.robots.leave(problem)
+        self.pause(True)
+        self.said = Said(problem, "error")
+
+    def pause(self, paused: bool, why: str | None = None) -> None:
+        """Let time stand still, or go on."""
+        self.moved += 1
+        if self.paused != paused:
+            if self.desk is None:
+                self._idling.pause(paused)
+            else:
+                self.desk.pause()
+            self.said = Said("Paused" if paused else "Going on")
+            if why is not None:
+                self.said = Said(why)
+
+    def set_speed(self, speed: float) -> None:
+        """How many times as fast as in life the world goes."""
+        self._speed = self._idling.pace.speed = known_speed(speed, "the studio", live=self._idling.pace.live)
+        if self.desk is not None:
+            self.desk.set_speed(speed)
+
+    def reset(self, seed: int | None) -> None:
+        """The world of a seed from its beginning."""
+        seed = self.seed if seed is None else seed
+        if self.desk is None:
+            if isinstance(self.world, Twin):
+                raise SessionError(f"the world of real robots cannot be reset: {CARRY}")
+            self.world.reset([seed])
+            self._said = Said(f"World {seed} from its beginning")
+        else:
+            self.desk.world(seed)
+        self.anew()
+
+    def _begin_reel(self) -> None:
+        self.reel.forget(() if self.desk is None else self.desk.session.examples)
+        self.run = {"number": self.run["number"] + 1, "from_s": self.world.time_s}
+        self._keep_moment()
+
+    def _keep_moment(self) -> None:
+        if self.desk is not None and isinstance(self.world, World):  # others cannot be gone back to
+            self.reel.see(self.desk.session)
+
+    def rewind(self, frame: Frame) -> None:
+        """Go back to a moment of the run, and stand still there; the lesson stays."""
+        switches = self.trained.why.before(frame.time_s)
+        self._back(frame.instant)
+        self.trained.why.remember(switches)
+
+    def go_back(self, instant: Instant) -> None:
+        """Go back to a moment of this session that may be of another run."""
+        self._back(instant)
+        self._begin_reel()
+
+    def anew(self) -> None:
+        """The robot and its world were put elsewhere: one can go back to here, and not beyond."""
+        self._begin_reel()
+        self.changed()
+
+    def _back(self, instant: Instant) -> None:
+        desk = self.trained
+        self.pause(True)
+        desk.session.rewind(instant)
+        desk.moved("back")
+        now = formatting.clock(self.world.time_s)
+        desk.said = Said(f"Back at {now}; the lesson stays, and going on begins here")
+        self.changed()
+
+    def changed(self) -> None:
+        """The world was changed otherwise than by a tick."""
+        self.moved += 1
+        self.rebuilt += 1
+
+    def put(self, change: Callable[[World], object], what: str) -> None:
+        """Change the world by hand."""
+        if isinstance(self.world, Twin):
+            raise SessionError(f"real robots and things are not moved by hand here: {CARRY}")
+        try:
+            change(self.world)
+        except SettingError as error:
+            raise SessionError(_as_on_the_page(str(error))) from error
+        if self.desk is None:
+            self._said = Said(what)
+        else:
+            self.desk.moved(what)
+        self.moved += 1
+
+    # Opening and closing
+
+    def take(self, opened: Opened, said: str) -> None:
+        """Another desk takes the place of the present one, whose journal is not needed any more."""
+        asked = When.NEVER if self.desk is None else self.desk.coach.asking.when
+        self._leave()
+        self._idling.pause(True)
+        self.opened, desk = opened, opened.desk
+        self._picture, self.agent = Picture(desk), desk.robot
+        self.unsure, desk.coach.asking.when = Unsure(), asked
+        self.began_with = len(desk.session.examples)
+        desk.set_speed(self._speed)
+        desk.hold(False)
+        desk.said = Said(said)
+        self._begin_reel()
+        self.look_for_cut_off()
+        self.changed()
+
+    def turn_to(self, sort: str | None, agent: int) -> None:
+        """Let another sort of agents be trained: what they know, and one of them; the present desk is left."""
+        self._leave()
+        self.sort, self.agent = sort, agent
+        self.doing = Doing()
+        self.look()
+        self.look_for_cut_off()
+        self.changed()
+
+    @property
+    def body(self) -> Ground | Troop:
+        """What is trained."""
+        return self.ranks.body(self.world, self.sort)
+
+    def _leave(self) -> None:
+        if self.opened is not None:
+            left, self.opened, self._picture = self.opened, None, None
+            left.close()
+            journal_store.end(left.journal, self.shelf.folder, left.desk.name)
+
+    def close(self) -> None:
+        """Put everything on disk; what is not saved is offered next time."""
+        self.beside.shutdown(wait=False, cancel_futures=True)
+        if self.opened is None:
+            return
+        if self.opened.desk.unsaved:
+            self.opened.close()
+            self.opened, self._picture = None, None
+        else:
+            self._leave()
+
+    def look(self) -> None:
+        """See what the library's folder holds now; what is new there can be used in the lesson at once."""
+        self.shelf = self.ranks.shelf_of(self.sort, self.agent)
+        self.kit = self.shelf.library.kit
+        if self.desk is not None:
+            session = self.desk.session
+            for name, taught in self.shelf.library.taught.items():
+                if name not in session.library.taught and name != self.desk.name:
+                    with suppress(UnderstudyError):  # it would contain itself, by what is older in the lesson
+                        session.library = session.library.with_taught(taught)
+        self.rebuilt += 1
+
+    def look_for_cut_off(self) -> None:
+        """See which sessions were cut off; their journals are read, which may take a moment."""
+        world = self.world.scenario.name
+        found = journal_store.cut_off(self.shelf.folder, world, self.shelf.library)
+        here = None if self.opened is None else self.opened.journal  # where journals cannot be locked
+        self.cut_off = {name: each for name, each in found.items() if each.path != here}
+        self.rebuilt += 1

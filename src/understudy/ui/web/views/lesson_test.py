@@ -1,0 +1,88 @@
+"""Testing: whether the lessons of the library still hold, as all is now, and what saving would break."""
+
+from __future__ import annotations
+
+from understudy.analysis import wording
+from understudy.analysis.expectations import Tried
+from understudy.analysis.lesson_tests import Examined, below, examined
+from understudy.errors import SessionError, UnderstudyError
+from understudy.learning.fit import learn
+from understudy.model.library import Library, Taught
+from understudy.sim.scenario.files import dump_scenario
+from understudy.storage.library_folder import load_version, versions
+from understudy.training.other_agents import Instant
+from understudy.ui.controller import outcomes
+from understudy.ui.controller.saving import lost_since
+from understudy.ui.controller.status import Said
+from understudy.ui.web.session_host import Stage
+from understudy.ui.web.views.scene import Plain
+
+SAVED = "it was saved"
+
+
+def told(stage: Stage, name: str) -> Plain:
+    """One automaton tested on its lesson, beside what it was: what is trained counts as it stands."""
+    library = _present(stage)
+    library.automaton(name)
+    formers = {each: _former(stage, each) for each in below(library, name)}
+    known = stage.ranks.known(stage.sort, stage.agent, library)
+    seen = examined(library, name, {each: taught for each, (_, taught) in formers.items() if taught}, known)
+    return {"tested": _plain(seen, formers[name][0])}
+
+
+def _present(stage: Stage) -> Library:
+    """The library, with what is trained as it stands."""
+    desk, library = stage.desk, stage.shelf.library
+    return library if desk is None else library.with_taught(desk.session.taught())
+
+
+def _former(stage: Stage, name: str) -> tuple[str, Taught | None]:
+    """What an automaton was before, and what that is called: the last former version, or what is saved."""
+    desk, saved = stage.desk, stage.shelf.library.taught.get(name)
+    if desk is not None and name == desk.name and desk.unsaved:
+        return SAVED, saved
+    kept = versions(stage.shelf.folder, name)
+    if not kept:
+        return "", None
+    try:
+        last = load_version(stage.shelf.folder, name, kept[-1].number, stage.kit, learn).taught
+    except UnderstudyError:
+        return "", None  # it cannot be compared with
+    return f"version {kept[-1].number}", last
+
+
+def _plain(seen: Examined, former: str) -> Plain:
+    return {
+        "name": seen.name,
+        "works": seen.works,
+        "examples": seen.replayed.examples,
+        "outcomes": [_outcome(each) for each in seen.outcomes],
+        "worse": list(wording.worse(seen)),
+        "else": list(wording.otherwise(seen, former)),
+    }
+
+
+def _outcome(tried: Tried) -> Plain:
+    return {"said": str(tried.outcome), "took_s": tried.took_s, "problem": tried.problem}
+
+
+def worse(stage: Stage) -> tuple[str, ...]:
+    """What worked with what is saved and no longer does with what is trained, also in what is above it."""
+    library, taught = stage.shelf.library, stage.trained.session.taught()
+    known = stage.ranks.known(stage.sort, stage.agent, library)
+    return lost_since(stage.shelf.folder, library, taught, known)
+
+
+def visit(stage: Stage, number: int) -> None:
+    """Go to where an outcome was promised, the automaton afresh; nothing is recorded."""
+    desk = stage.trained
+    outcome = outcomes.promised(desk, number)
+    if outcome.scenario != dump_scenario(stage.world.scenario) or outcome.sort != (stage.sort or ""):
+        raise SessionError(f"that was promised in another world, as {outcome.world} was then")
+    if outcome.agent != desk.session.agent:
+        raise SessionError(f"that was promised with robot {outcome.agent + 1}: train that one to see it")
+    others = desk.session.company.snapshot()
+    stage.go_back(Instant(outcome.snapshot, (), desk.session.mode, others))
+    if dict(outcome.targets) != dict(desk.screen.targets):
+        desk.bind(outcome.targets)
+    stage.said = Said(f"Here it was promised: {outcome}")

@@ -1,0 +1,195 @@
+"""The shelf: a library's folder as a person sees it - what opens, what is wrong with the rest, and its trash.
+
+library/.trash/goto.json        what was removed; library/.trash/goto~2.json, removed after that
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from understudy.errors import FileError, SessionError, UnderstudyError, UnknownName
+from understudy.learning.fit import learn
+from understudy.model.binding import called
+from understudy.model.kit import Kit
+from understudy.model.library import Library, Taught
+from understudy.runtime.program import link
+from understudy.storage.atomic import failing, locked, sync_folder
+from understudy.storage.filenames import alike, stem
+from understudy.storage.library_folder import documents, joined, open_document, save, versions
+
+TRASH = ".trash"
+NOT_IN_NAMES = "(),="
+_TRASHED = re.compile(r"([^~]+)(?:~(\d+))?\.json")
+
+
+@dataclass(frozen=True)
+class Shelf:
+    """A library's folder looked at file by file, so that one bad file does not hide the others."""
+
+    folder: Path
+    library: Library
+    problems: dict[str, str]
+    """Why a document does not open, by the name its file has."""
+    trash: tuple[str, ...]
+
+    def refuse_new(self, name: str, *, remedy: str) -> None:
+        """SessionError where an automaton may not be called so from now on."""
+        if any(each in NOT_IN_NAMES for each in name):
+            problem = "goto(A) is a call, and a=b gives a name to one"
+            raise SessionError(f"{name!r} could not be chosen as a state: {problem}; leave ( ) , and = out")
+        self.refuse_taken(name, remedy=remedy)
+
+    def refuse_taken(self, name: str, *, remedy: str) -> None:
+        """SessionError where the folder has a document of this name, or of one that is like it."""
+        for other in [*self.library.taught, *self.problems]:
+            if alike(other) == alike(name):
+                raise SessionError(f"the library has {other} already: {remedy}")
+
+    def of(self, name: str) -> Taught:
+        """The automaton of this name as it is in the library."""
+        if name in self.problems:
+            raise SessionError(self.problems[name])
+        if name not in self.library.taught:
+            raise UnknownName(
+                what="automaton", name=name, where="the library", known=list(self.library.taught)
+            )
+        return self.library.taught[name]
+
+    def plain(self) -> dict[str, Any]:
+        """What a page shows of it."""
+        kit = self.library.kit
+        return {
+            "folder": str(self.folder),
+            "basic": list(kit.behaviors),
+            "trained": [
+                *(self._row(name) for name in self.library.taught),
+                *(_broken(name, problem) for name, problem in self.problems.items()),
+            ],
+            "trash": list(self.trash),
+        }
+
+    def _row(self, name: str) -> dict[str, Any]:
+        taught = self.library.taught[name]
+        states = taught.automaton.states
+        runs = dict.fromkeys(called(each.behavior, each.binding) for each in states if each.behavior)
+        why_not = self._why_not(name)
+        lesson = taught.lesson
+        return {
+            "name": name,
+            "parameters": list(taught.automaton.parameters),
+            "runs": list(runs),
+            "flags": list(taught.automaton.flags),
+            "examples": 0 if lesson is None else sum(example.pressed for example in lesson.examples),
+            "versions": len(versions(self.folder, name)),
+            "complete": why_not is None,
+            "why_not": why_not,
+        }
+
+    def _why_not(self, name: str) -> str | None:
+        """Why an automaton could not be run; None where it could."""
+        targets = self.library.kit.targets
+        bound = {parameter: next(iter(targets), "") for parameter in self.library.parameters(name)}
+        try:
+            link(self.library, name, bound)
+        except UnderstudyError as error:
+            return str(error)
+        return None
+
+
+def _broken(name: str, problem: str) -> dict[str, Any]:
+    return {
+        "name": name,
+        "parameters": [],
+        "runs": [],
+        "flags": [],
+        "examples": 0,
+        "versions": 0,
+        "complete": False,
+        "why_not": problem,
+    }
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse what is no folder and cannot become one."""
+    with failing(folder, "opening the library"):
+        there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    if not there.is_dir():
+        remedy = "name a folder, which is made where there is none"
+        raise FileError(path=there, place="", problem="it is a file, not a folder", remedy=remedy)
+    if there != folder and not os.access(there, os.W_OK):
+        remedy = "name another, or see that you may write there"
+        raise FileError(path=folder, place="", problem=f"it cannot be made in {there}", remedy=remedy)
+
+
+def look(folder: Path, kit: Kit) -> Shelf:
+    """A library's folder as it is now; an empty shelf where it is still to be made."""
+    library = Library(kit)
+    problems: dict[str, str] = {}
+    for path in documents(folder) if folder.exists() else ():
+        try:
+            library = joined(library, open_document(path, kit, learn).taught, path)
+        except UnderstudyError as error:
+            problems[unquote(path.stem)] = str(error)
+    return Shelf(folder, library, problems, tuple(sorted({name for name, _, _ in _trashed(folder)})))
+
+
+def save_copy(shelf: Shelf, taught: Taught, name: str) -> None:
+    """Save an automaton under another name."""
+    save(shelf.folder, named(shelf, taught, name))
+
+
+def named(shelf: Shelf, taught: Taught, name: str) -> Taught:
+    """An automaton under another name; refused where that is a basic behavior's, or it would contain itself."""
+    automaton, lesson = replace(taught.automaton, name=name), taught.lesson
+    if lesson is not None:
+        lesson = replace(lesson, automaton=replace(lesson.automaton, name=name))
+    copy = Taught(automaton, lesson)
+    shelf.library.with_taught(copy)
+    return copy
+
+
+def remove(shelf: Shelf, name: str) -> None:
+    """Move an automaton to the trash."""
+    path = shelf.folder / f"{stem(name)}.json"
+    if not path.is_file():
+        known = [*shelf.library.taught, *shelf.problems]
+        raise UnknownName(what="automaton", name=name, where="the library", known=known)
+    users = [user for user in shelf.library.users(name) if user != name]
+    if users:
+        raise SessionError(f"{name} is run by {', '.join(users)}: remove that first")
+    trash = shelf.folder / TRASH
+    numbers = [number for known, number, _ in _trashed(shelf.folder) if known == name]
+    number = max(numbers, default=0) + 1
+    ending = "" if number == 1 else f"~{number}"
+    with failing(path, "removing"):
+        trash.mkdir(exist_ok=True)
+        with locked(shelf.folder):
+            path.rename(trash / f"{stem(name)}{ending}.json")
+            sync_folder(trash)
+            sync_folder(shelf.folder)
+
+
+def restore(shelf: Shelf, name: str) -> None:
+    """Bring back what was removed last under a name."""
+    kept = [(number, path) for known, number, path in _trashed(shelf.folder) if known == name]
+    if not kept:
+        raise UnknownName(what="automaton", name=name, where="the trash", known=list(shelf.trash))
+    shelf.refuse_taken(name, remedy="remove that first")
+    path = shelf.folder / f"{stem(name)}.json"
+    with failing(path, "restoring"), locked(shelf.folder):
+        max(kept)[1].rename(path)
+        sync_folder(shelf.folder)
+
+
+def _trashed(folder: Path) -> list[tuple[str, int, Path]]:
+    """What the trash holds: name, how manyth of that name, file."""
+    trash = folder / TRASH
+    if not trash.is_dir():
+        return []
+    found = [(_TRASHED.fullmatch(path.name), path) for path in sorted(trash.iterdir())]
+    return [(unquote(match[1]), int(match[2] or 1), path) for match, path in found if match]

@@ -1,0 +1,121 @@
+"""Ranks: who can be trained on a stage - the robots, or the coordinators of a sort of squads - and what they know."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from understudy.errors import UnknownName
+from understudy.model.kit import Kit
+from understudy.model.library import Library
+from understudy.robots.twin import Ground
+from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.team import Team, Tree
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.assignment import deal
+from understudy.sim.team.libraries import Libraries, folders_of, libraries_of, robots_of
+from understudy.ui.web.views import library as shelf
+from understudy.ui.web.views.scene import Plain
+
+
+class Ranks:
+    """The team of a scenario: the robots' automata are in `folder`, those of squads in one of their name inside; so are
+    those of each type of robots where types differ.
+    """
+
+    def __init__(self, scenario: Scenario, folder: Path, kit: Kit) -> None:
+        self._scenario, self._folder, self._kit = scenario, folder, kit
+        self.tree: Tree = deal(scenario)
+
+    @property
+    def squads(self) -> list[str]:
+        """The sorts of squads, the topmost first."""
+        return [squad.name for squad, _ in reversed(self.tree.squads)]
+
+    def agents(self, sort: str | None) -> int:
+        """How many robots there are (None), or squads of a sort; UnknownName where there is no such sort."""
+        if sort is None:
+            return len(self.tree.type_of)
+        self._check(sort)
+        return next(len(squads) for squad, squads in self.tree.squads if squad.name == sort)
+
+    def _check(self, sort: str) -> None:
+        if sort not in self.squads:
+            raise UnknownName(what="sort of squads", name=sort, where="this scenario", known=self.squads)
+
+    def type_of(self, agent: int) -> str:
+        """The type of a robot."""
+        return self.tree.types[self.tree.type_of[agent]]
+
+    def together(self, one: int, other: int) -> bool:
+        """Whether two robots know the same."""
+        places = folders_of(self._scenario, self._folder, self._kit)
+        return places[self.type_of(one)][0] == places[self.type_of(other)][0]
+
+    def shelf_of(self, sort: str | None, agent: int = 0) -> shelf.Shelf:
+        """The library of a robot (None), or of a sort of squads; UnknownName where there is no such sort."""
+        if sort is None:
+            where, kit = folders_of(self._scenario, self._folder, self._kit)[self.type_of(agent)]
+            return shelf.look(where, kit)
+        self._check(sort)
+        return shelf.look(self._folder / sort, self._known()[sort].kit)
+
+    def body(self, world: Ground, sort: str | None) -> Ground | Troop:
+        """What is trained: the robots of a world, or the squads of a sort with all below them."""
+        if sort is None:
+            return world
+        radio = self._scenario.radio
+        team = Team(
+            world, self.tree, self._known(), {}, trained=sort, delay_s=radio.delay_s, loss=radio.loss,
+            seeds=world.seeds,
+        )  # fmt: skip
+        return Troop(team, sort)
+
+    def known(self, sort: str | None, agent: int, library: Library) -> Libraries:
+        """What everybody knows, by sort of agents, with `library` as that of a robot (None) or of a sort of squads."""
+        if sort is not None:
+            return {**self._known(), sort: library}
+        places = folders_of(self._scenario, self._folder, self._kit)
+        here = places[self.type_of(agent)][0]
+        same = {name: library for name, (where, _) in places.items() if where == here}
+        return {**(self._known() if self.squads else {}), **same}
+
+    def _known(self) -> Libraries:
+        def look(where: Path, kit: Kit) -> Library:
+            return shelf.look(where, kit).library
+
+        robots = robots_of(self._scenario, self._folder, self._kit, look)
+        return libraries_of(self._scenario, robots, lambda name, kit: look(self._folder / name, kit))
+
+    def plain(self) -> list[Plain]:
+        """The squads, the topmost first, with the robots that are in each, those of squads below among them."""
+        robots: dict[str, list[list[int]]] = {}
+        found: list[Plain] = []
+        for squad, lists in self.tree.squads:
+            robots[squad.name] = []
+            for members in lists:
+                mine: list[int] = []
+                for member in members:
+                    name = self.tree.names[member.band]
+                    mine += robots[name][member.row] if name in robots else [member.row]
+                robots[squad.name].append(sorted(mine))
+            found.append({"name": squad.name, "doc": squad.doc, "squads": robots[squad.name]})
+        return found[::-1]
+
+
+class Doing:
+    """What robots do, as numbers that a page is told the names of."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+        self._numbers: dict[str, int] = {}
+
+    def numbers(self, paths: list[tuple[str, ...]]) -> list[int]:
+        """A number for what each robot does."""
+        return [self._number(path) for path in paths]
+
+    def _number(self, path: tuple[str, ...]) -> int:
+        shown = path[:2][-1] if path else "idles"  # where it is in what it was ordered to do
+        if shown not in self._numbers:
+            self._numbers[shown] = len(self.names)
+            self.names.append(shown)
+        return self._numbers[shown]

@@ -1,0 +1,162 @@
+"""How what is in a world looks, in any picture: its shape, size, color and label, from plain data."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.sim.scenario.schema import MOUSE
+from understudy.sim.view import Frame, WorldView
+from understudy.viz.palette import FOOD, HOME, INK, SOLID, THING, paint
+
+Points: TypeAlias = NDArray[np.float64]
+Grid: TypeAlias = NDArray[np.int64]
+
+FEW = 8
+"""So many robots are told apart one by one; more are a crowd."""
+MOST_LABELS = 8
+MOVED = 0.05
+ROOMY = 64
+"""So many objects have room to be drawn larger than they are; of more, each is given less of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """An object as it is drawn: `size` is half its extent (m), `full` the share of it that is filled."""
+
+    slot: int
+    name: str
+    x: float
+    y: float
+    size: float
+    square: bool
+    color: str
+    full: float
+    rimmed: bool
+    """Whether it is a body, solid or a box to pull, and has a rim."""
+    units: int | None
+    """The food left in a source; None for what is no source."""
+    label: str
+    """What stands beside it; empty where its class is in the legend instead."""
+    served: bool
+    """Whether robots load or unload here, within their reach."""
+
+
+def unit(view: WorldView) -> float:
+    """What marks that have no size of their own are measured in: 1 m in an arena of 12 m."""
+    return max(view.width, view.height) / 12.0
+
+
+def things(view: WorldView) -> list[Thing]:
+    """The objects of a world, in order of their slots."""
+    objects = view.objects
+    kinds = objects.kind.tolist()
+    one = unit(view) * min(1.0, (ROOMY / max(1, len(kinds))) ** 0.5)
+    count = Counter(kinds)
+    labeled = int((objects.at_first[objects.food] > 0).sum()) <= MOST_LABELS
+    made = []
+    for at, kind in enumerate(kinds):
+        name = view.names.classes[kind].replace("_", " ")
+        food, home = bool(objects.food[at]), bool(objects.home[at])
+        size, full, units, label = max(float(objects.radius[at]), 0.08 * one), 1.0, None, name
+        if food:
+            amount, at_first = int(objects.amount[at]), int(objects.at_first[at])
+            if not at_first:
+                continue
+            size, full, units = min(0.1 * at_first**0.5, 0.6) * one, (amount / at_first) ** 0.5, amount
+            part = 0 < amount < at_first
+            label = (
+                "" if not labeled else f"{amount} of {at_first} units left" if part else f"{at_first} units"
+            )
+        elif home:
+            size = max(size, 0.24 * one)
+        if not food and count[kind] > (MOST_LABELS if home else 1):
+            label = ""
+        color = view.color(int(objects.color[at]))
+        plain = FOOD if food else HOME if home else INK if name == MOUSE else THING
+        made.append(
+            Thing(
+                slot=int(objects.slot[at]),
+                name=name,
+                x=float(objects.x[at]),
+                y=float(objects.y[at]),
+                size=size,
+                square=home or bool(objects.pull[at]),
+                color=plain if color is None else paint(color),
+                full=full,
+                rimmed=bool(objects.solid[at] or objects.pull[at]),
+                units=units,
+                label=label,
+                served=(food or home) and bool(view.robots.capacity.any()),
+            )
+        )
+    return made
+
+
+def gone(first: Sequence[Thing], last: Sequence[Thing], view: WorldView) -> list[Thing]:
+    """The objects that were there at first, and at last are not, or elsewhere."""
+    now = {thing.slot: thing for thing in last}
+    far = MOVED * unit(view)
+
+    def stayed(thing: Thing) -> bool:
+        other = now.get(thing.slot)
+        return other is not None and abs(other.x - thing.x) + abs(other.y - thing.y) <= far
+
+    return [thing for thing in first if not stayed(thing)]
+
+
+def obstacle_colors(view: WorldView) -> list[str]:
+    """A color for each round obstacle."""
+    names = (view.color(index) for index in view.discs.color.tolist())
+    return [SOLID if name is None else paint(name) for name in names]
+
+
+def reach(view: WorldView) -> float | None:
+    """How near robots must come to load and unload, m; None where none carries anything."""
+    carriers = view.robots.reach[view.robots.capacity > 0]
+    return float(carriers.max()) if len(carriers) else None
+
+
+def own_colors(view: WorldView) -> list[str | None]:
+    """The color that the scenario gives each robot, as it is drawn; None where it gives none."""
+    painted = {index: paint(name) for index, name in enumerate(view.names.colors)}
+    return [painted.get(index) for index in view.robots.color.tolist()]
+
+
+def grouped(number: int) -> str:
+    """A number as people read it: 10 000."""
+    return f"{number:,}".replace(",", " ")
+
+
+def total(view: WorldView) -> int:
+    """All units of food there are, wherever they are now."""
+    robots = view.robots
+    return int(robots.delivered.sum() + robots.stored.sum() + view.objects.amount[view.objects.food].sum())
+
+
+def brought(view: WorldView) -> list[str]:
+    """What was brought home, in words: food where robots carry any, and boxes where there are some to pull."""
+    words = []
+    if view.robots.capacity.any() and total(view):
+        words.append(f"{int(view.robots.delivered.sum())} of {total(view)} units home")
+    if view.gathered or view.objects.pull.any():
+        words.append(f"{view.gathered} {'box' if view.gathered == 1 else 'boxes'} home")
+    return words
+
+
+def places(frames: Sequence[Frame]) -> tuple[Points, Points]:
+    """Where the robots were [F, N, 2], and which way they faced [F, N]."""
+    robots = [frame.view.robots for frame in frames]
+    at = np.stack([np.stack([each.x, each.y], axis=1) for each in robots])
+    return at, np.stack([each.heading for each in robots])
+
+
+def doings(frames: Sequence[Frame], names: Iterable[str]) -> Grid:
+    """What each robot was doing [F, N], as the index among these names."""
+    index = {name: at for at, name in enumerate(names)}
+    return np.array([[index[name] for name in frame.doing] for frame in frames])

@@ -1,0 +1,99 @@
+"""A pen for pictures in pixels: draws in meters, finer than what is shown, for smooth edges."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import cos, sin
+from typing import TYPE_CHECKING
+
+from understudy.sim.view import WorldView
+from understudy.viz.appearance import Points, Thing, obstacle_colors, reach, things
+from understudy.viz.palette import EDGE, GROUND, INK, PAPER, SOLID, blend
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+FINE = 2
+"""Drawn so many times larger, and then reduced."""
+
+
+class Pen:
+    """Draws a world into an image: x to the right, y up, `scale` fine pixels to the m from a corner (fine pixels)."""
+
+    def __init__(self, image: Image, *, tall: float, scale: float, corner: tuple[float, float]) -> None:
+        from PIL import ImageDraw
+
+        self.draw, self.scale, self._size = ImageDraw.Draw(image), scale, image.size
+        self._left, self._bottom = corner[0], corner[1] + tall * scale
+
+    def at(self, x: float, y: float) -> tuple[float, float]:
+        """The fine pixel of a place."""
+        return self._left + x * self.scale, self._bottom - y * self.scale
+
+    def all_at(self, places: Points) -> Points:
+        """The fine pixels [..., 2] of places [..., 2]."""
+        flipped: Points = places * (self.scale, -self.scale) + (self._left, self._bottom)
+        return flipped
+
+    def circle(
+        self, x: float, y: float, radius: float, fill: str | None, line: str | None = None, wide: int = FINE
+    ) -> None:
+        """A circle, filled or in outline."""
+        (px, py), size = self.at(x, y), radius * self.scale
+        self.draw.ellipse((px - size, py - size, px + size, py + size), fill=fill, outline=line, width=wide)
+
+    def square(self, x: float, y: float, half: float, fill: str | None, line: str | None = None) -> None:
+        """A square around a place."""
+        self.draw.rectangle(
+            (*self.at(x - half, y + half), *self.at(x + half, y - half)), fill=fill, outline=line, width=FINE
+        )
+
+    def robot(self, x: float, y: float, heading: float, radius: float, colors: Sequence[str]) -> None:
+        """A disc with a nose; colors of disc, rim and nose."""
+        fill, rim, nose = colors
+        self.circle(x, y, radius, fill, rim, 2 * FINE if rim != INK else FINE)
+        ahead = x + radius * cos(heading), y + radius * sin(heading)
+        self.draw.line([self.at(x, y), self.at(*ahead)], fill=nose, width=2 * FINE)
+
+    def fixed(self, view: WorldView) -> None:
+        """The arena with its obstacles and walls."""
+        bounds = (*self.at(0, view.height), *self.at(view.width, 0))
+        self.draw.rectangle(bounds, fill=GROUND, outline=INK, width=2 * FINE)
+        for corners in view.polygons:
+            points = [tuple(point) for point in self.all_at(corners).tolist()]
+            self.draw.polygon(points, fill=SOLID, outline=EDGE, width=FINE)
+        discs = view.discs
+        rows = zip(
+            discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True
+        )
+        for x, y, radius, color in rows:
+            self.circle(x, y, radius, color, blend(color, INK, 0.7))
+        for x0, y0, x1, y1 in view.walls.tolist():
+            self.draw.line([self.at(x0, y0), self.at(x1, y1)], fill=INK, width=2 * FINE)
+        self._trim(bounds)
+
+    def objects(self, view: WorldView) -> None:
+        """The objects, sources as full as they are, with how near robots must come to serve them."""
+        near = reach(view)
+        for thing in things(view):
+            if thing.served and near is not None:
+                self.circle(thing.x, thing.y, near, None, blend(thing.color, GROUND, 0.4))
+            if thing.full < 1.0:
+                self._shape(thing, thing.size, blend(thing.color, GROUND, 0.28), thing.color)
+                self._shape(thing, thing.size * thing.full, thing.color, None)
+            else:
+                self._shape(
+                    thing, thing.size, thing.color, blend(thing.color, INK, 0.7) if thing.rimmed else None
+                )
+
+    def _trim(self, bounds: tuple[float, float, float, float]) -> None:
+        """Take away what sticks out of the arena."""
+        left, top, right, bottom = bounds
+        wide, tall = self._size
+        outside = ((0, 0, wide, top), (0, bottom, wide, tall), (0, 0, left, tall), (right, 0, wide, tall))
+        for box in outside:
+            self.draw.rectangle(box, fill=PAPER)
+        self.draw.rectangle(bounds, outline=INK, width=2 * FINE)
+
+    def _shape(self, thing: Thing, half: float, fill: str, line: str | None) -> None:
+        (self.square if thing.square else self.circle)(thing.x, thing.y, half, fill, line)

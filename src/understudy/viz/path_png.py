@@ -1,0 +1,165 @@
+"""The paths of a run as a PNG: where each robot went, doing what, among what there is in its world."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from io import BytesIO
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from understudy.errors import SettingError
+from understudy.sim.view import Frame, WorldView
+from understudy.storage.atomic import write
+from understudy.viz import ways
+from understudy.viz.appearance import (
+    FEW,
+    Points,
+    Thing,
+    brought,
+    gone,
+    grouped,
+    obstacle_colors,
+    reach,
+    things,
+    unit,
+)
+from understudy.viz.labels import Labels
+from understudy.viz.palette import COLORS, EDGE, FAINT, GROUND, INK, PAPER, SOLID, blend, colors_for
+from understudy.viz.sheet import Sheet
+from understudy.viz.team_colors import sides_of
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+MOST_DOINGS = 8
+REACH_STYLE = (0, (3, 3))
+
+
+def path_png(frames: Sequence[Frame], path: Path | str, *, title: str = "A run") -> None:
+    """Draw the run: one robot's way by what it did, a color each for a few robots, faint trails for a crowd."""
+    if not frames:
+        raise SettingError(where="path picture", setting="frames", problem="are none", remedy="record a run")
+    first, last = frames[0].view, frames[-1].view
+    now = things(last)
+    before = gone(things(first), now, last)
+    robots = len(last.robots)
+    often = Counter(chain.from_iterable(frame.doing for frame in frames))
+    doing = colors_for(chain.from_iterable(frame.doing for frame in frames))
+    sides = sides_of(last)
+    if robots == 1 or robots > FEW:
+        entries = [_line(doing[name], name) for name in doing if often[name] and name][:MOST_DOINGS]
+    else:
+        entries = [_line(COLORS[at], f"robot {at + 1}") for at in range(robots if sides is None else 0)]
+    if sides is not None:
+        entries += [_marker(color, INK, name) for name, color in zip(sides.names, sides.colors, strict=True)]
+    entries += _markers(last, [*before, *now], crowd=robots > FEW)
+    sheet = Sheet(last, title, _summary(last), entries)
+    axes = sheet.axes
+    _fixed(axes, last)
+    for thing in before:
+        _thing(axes, thing, before=True)
+    for thing in now:
+        _thing(axes, thing)
+    drawn = ways.draw(axes, frames, doing, inch=sheet.inch)
+    _label(axes, last, now, drawn, inch=sheet.inch)
+    buffer = BytesIO()
+    sheet.figure.savefig(buffer, format="png")
+    write(Path(path), buffer.getvalue())
+
+
+def _summary(view: WorldView) -> str:
+    robots = len(view.robots)
+    facts = [] if robots == 1 else [grouped(robots) + " robots"]
+    home = brought(view)
+    if home:
+        words = " and ".join(home).replace(" home", " brought home")
+        return ", ".join([*facts, f"{words} in {view.time_s:.0f} s"])
+    return ", ".join([*facts, f"{view.time_s:.0f} s"])
+
+
+def _line(color: str, label: str) -> Artist:
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], color=color, lw=2.6, label=label)
+
+
+def _marker(fill: str, edge: str, label: str, *, size: float = 8.0, sign: str = "o") -> Artist:
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], marker=sign, ls="", mfc=fill, mec=edge, mew=1.4, ms=size, label=label)
+
+
+def _markers(view: WorldView, shown: Sequence[Thing], *, crowd: bool) -> list[Artist]:
+    """What the legend says beside the lines: start and end, and the classes that have no label in the picture."""
+    from matplotlib.lines import Line2D
+
+    size = 5.0 if crowd else 8.0
+    end = _marker(INK, INK, "end", size=size)
+    made = [end] if crowd else [_marker(PAPER, INK, "start", size=size), end]
+    named: dict[tuple[str, str], Thing] = {}
+    for thing in shown:
+        if not thing.label:
+            named.setdefault((thing.name, thing.color), thing)
+    for (name, color), thing in named.items():
+        made.append(_marker(color, color, name, size=size, sign="s" if thing.square else "o"))
+    if any(thing.served for thing in shown):
+        made.append(Line2D([], [], color=FAINT, lw=0.9, ls=REACH_STYLE, label="within reach"))
+    return made
+
+
+def _fixed(axes: Axes, view: WorldView) -> None:
+    """Obstacles and walls."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patches import Circle, Polygon
+
+    for corners in view.polygons:
+        axes.add_patch(Polygon(corners, fc=SOLID, ec=EDGE, lw=1.2, zorder=1.5, joinstyle="round"))
+    discs = view.discs
+    rows = zip(discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True)
+    for x, y, radius, color in rows:
+        axes.add_patch(Circle((x, y), radius, fc=color, ec=blend(color, INK, 0.7), lw=1.2, zorder=1.5))
+    walls = view.walls.reshape(-1, 2, 2)
+    axes.add_collection(LineCollection(list(walls), colors=INK, linewidths=2.0, capstyle="round", zorder=2))
+
+
+def _thing(axes: Axes, thing: Thing, *, before: bool = False) -> None:
+    """An object: sources as full as they are; what is gone, or was elsewhere at first, in outline."""
+    from matplotlib.patches import Circle, Rectangle
+
+    def shape(half: float, **look: object) -> None:
+        corner = (thing.x - half, thing.y - half)
+        patch = Rectangle(corner, 2 * half, 2 * half) if thing.square else Circle((thing.x, thing.y), half)
+        patch.set(zorder=2.2, **look)
+        axes.add_patch(patch)
+
+    if before:
+        shape(thing.size, fc="none", ec=blend(thing.color, GROUND, 0.55), lw=1.2, ls=(0, (1.5, 1.5)))
+    elif thing.full < 1.0:
+        shape(thing.size, fc=blend(thing.color, GROUND, 0.28), ec=thing.color, lw=1.2)
+        shape(thing.size * thing.full, fc=thing.color, ec="none")
+    else:
+        shape(thing.size, fc=thing.color, ec=blend(thing.color, INK, 0.7) if thing.rimmed else "none", lw=1.2)
+
+
+def _label(
+    axes: Axes, view: WorldView, shown: Sequence[Thing], drawn: Points, *, inch: float
+) -> None:  # fmt: skip
+    from matplotlib.patches import Circle
+
+    near = reach(view)
+    labels = Labels(axes, (view.width, view.height), drawn, inch=inch)
+    labels.keep_free(shown)
+    for thing in shown:
+        served = near if thing.served else None
+        if served is not None:
+            axes.add_patch(
+                Circle(
+                    (thing.x, thing.y), served, fc="none", ec=thing.color, lw=0.9, ls=REACH_STYLE, zorder=1
+                )
+            )
+        if thing.label:
+            around = max(thing.size, served or 0.0, thing.size + 0.02 * unit(view))
+            labels.put(thing, around)

@@ -1,0 +1,147 @@
+"""Other features for the same lessons: angles as plain numbers or as sine and cosine, all features, no flags.
+
+The person sees the same robot whatever its features are, so what they wish for stays; `seen_as` tells them in the
+words of the usual lessons.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from math import atan2, pi, tau
+from typing import TypeAlias
+
+import numpy as np
+
+from understudy.model.features import Readings, feature
+from understudy.model.kinds import NO, YES, Column, Continuous
+from understudy.model.kit import Kit
+from understudy.model.lesson import Lesson
+from understudy.model.library import Library
+from understudy.sim.forage import kit as usual_kit
+from understudy.training.lesson_design import chosen_feature
+from understudy.training.session_view import Screen
+from understudy_lab.tasks.forage_teacher import CAPACITY, TOPICS
+from understudy_lab.teachers.person import Seen, Wish
+from understudy_lab.teachers.teacher import Topic
+
+Translate: TypeAlias = Callable[[Screen], Mapping[str, float]]
+"""What of the usual features a person knows of a screen that does not show them."""
+
+
+@feature(Continuous(), unit="rad")
+def signed_angle_to(robot: Readings, A: Readings) -> Column:
+    """Where it is, from -pi to pi: 0 ahead, left positive."""
+    return np.mod(A.bearing + pi, tau) - pi
+
+
+@feature(Continuous(), unit="rad")
+def round_angle_to(robot: Readings, A: Readings) -> Column:
+    """Where it is, from 0 to 2 pi as a plain number."""
+    return A.bearing
+
+
+@feature(Continuous())
+def sine_to(robot: Readings, A: Readings) -> Column:
+    """The sine of where it is: positive to the left."""
+    return np.sin(A.bearing)
+
+
+@feature(Continuous())
+def cosine_to(robot: Readings, A: Readings) -> Column:
+    """The cosine of where it is: positive ahead."""
+    return np.cos(A.bearing)
+
+
+kit = usual_kit + Kit.of(signed_angle_to, round_angle_to, sine_to, cosine_to)
+
+
+def with_angle_as(*features: str) -> tuple[Topic, ...]:
+    """The usual topics, with these features in place of the angle."""
+
+    def angle(screen: Screen) -> Mapping[str, float]:
+        values = [screen.features[name] for name in features]
+        return {"angle_to(A)": (values[0] if len(values) == 1 else atan2(*values)) % tau}
+
+    goto, *others = TOPICS
+    return (_choosing(_seen_as(goto, angle), ("distance_to(A)", *features)), *others)
+
+
+def with_all_features() -> tuple[Topic, ...]:
+    """The usual topics, each with every feature of the kit, of every target, in the order of the kit."""
+    chosen = []
+    for topic in TOPICS:
+        targets = [*(["A"] if topic.name == "goto" else []), *usual_kit.targets]
+        features = [
+            f"{name}({target})" if each.parameters else name
+            for name, each in usual_kit.features.items()
+            for target in (targets if each.parameters else targets[:1])
+        ]
+        chosen.append(_choosing(topic, features))
+    return tuple(chosen)
+
+
+def with_features_of_all() -> tuple[Topic, ...]:
+    """The usual topics, each with every feature that any of the four lessons needs."""
+    own = ("done", "food_left", "food_stored", "food_below_me", "at_station")
+    goto, *others = TOPICS
+    return (
+        _choosing(goto, ("distance_to(A)", "angle_to(A)", *own)),
+        *(_choosing(topic, own) for topic in others),
+    )
+
+
+def without_flags() -> tuple[Topic, ...]:
+    """The usual topics, but no automaton sees the flag of the one below: it has to tell by other readings."""
+    goto, harvest, deposit, forage = TOPICS
+
+    def at_food(screen: Screen) -> Mapping[str, float]:
+        return {"done": YES if screen.features["food_below_me"] > 0 else NO}
+
+    def at_station(screen: Screen) -> Mapping[str, float]:
+        return {"done": screen.features["at_station"]}
+
+    def half_done(screen: Screen) -> Mapping[str, float]:
+        stored, left = screen.features["food_stored"], screen.features["food_left"]
+        harvested = stored >= CAPACITY or left == NO
+        return {"done": YES if (harvested if screen.state == "harvest" else stored == 0) else NO}
+
+    return (
+        goto,
+        _choosing(_seen_as(harvest, at_food), ("food_left", "food_stored", "food_below_me")),
+        _choosing(_seen_as(deposit, at_station), ("food_stored", "at_station")),
+        _choosing(_seen_as(forage, half_done), ("food_stored", "food_left")),
+    )
+
+
+def _choosing(topic: Topic, features: Sequence[str]) -> Topic:
+    """The topic with other features chosen for its lesson."""
+
+    def choose(library: Library) -> Lesson:
+        lesson = topic.choose(library)
+        bound = tuple(chosen_feature(library, name) for name in features)
+        return replace(lesson, automaton=replace(lesson.automaton, features=bound))
+
+    return replace(topic, choose=choose)
+
+
+def _seen_as(topic: Topic, translate: Translate) -> Topic:
+    """The topic for a person who translates what they see."""
+
+    def known(screen: Screen) -> Screen:
+        return replace(screen, features={**screen.features, **translate(screen)})
+
+    def wish(of: Wish) -> Wish:
+        return lambda screen: of(known(screen))
+
+    def seen(of: Seen) -> Seen:
+        return lambda screen: of(known(screen))
+
+    cases = tuple(replace(case, suits=seen(case.suits), enough=seen(case.enough)) for case in topic.cases)
+    return replace(
+        topic,
+        show=wish(topic.show),
+        complain=wish(topic.complain),
+        finished=seen(topic.finished),
+        cases=cases,
+    )

@@ -1,0 +1,121 @@
+"""Demonstrations: whole ones by pressing basic behaviors, labels for a robot that a policy drives, and lessons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from understudy.model.library import Library
+from understudy.training.session import Session
+from understudy.training.session_view import Screen
+from understudy_lab.baselines.recording_body import Aboard, Recording, Ticks
+from understudy_lab.baselines.tasks import Exercise
+from understudy_lab.teachers.person import Person, Seen
+from understudy_lab.teachers.teacher import FIRST_SEED, LOOK_S, Account, Teacher
+
+SAYING_S = 0.5
+"""How long a robot is shown resting where it is to rest."""
+LEFT_S = 25.0
+"""Whoever only labels leaves a robot after so long without another label."""
+
+
+class Demonstrator:
+    """A person who shows an exercise flat, world after world, through one session. Same seed, same ticks."""
+
+    def __init__(self, exercise: Exercise, seed: int) -> None:
+        self._exercise, self._topic = exercise, exercise.flat
+        self._draws = np.random.default_rng([seed, 2])
+        self._person = Person(self._draws)
+        self._worlds = 0
+        self._recording = Recording(
+            exercise.world,
+            [self._seed()],
+            exercise.commands,
+            count=lambda: self._person.presses,
+            spent=lambda: self._person.seconds,
+        )
+        library = exercise.library()
+        self._session = Session(
+            self._recording, library, self._topic.choose(library), targets=exercise.targets
+        )
+
+    @property
+    def presses(self) -> int:
+        """How many presses were made so far."""
+        return self._person.presses
+
+    @property
+    def ticks(self) -> Ticks:
+        """What was recorded so far."""
+        return self._recording.ticks()
+
+    def show(self, *, aboard: Aboard | None = None, most: int = 10**9) -> None:
+        """One world, until the task is done or `most` presses were made.
+
+        With a policy aboard, what is pressed is only a label; a robot that needs no other label for a while is left.
+        """
+        topic, push = self._topic, self._exercise.pushes[self._worlds % len(self._exercise.pushes)]
+        self._worlds += 1
+        self._recording.aboard = aboard
+        self._session.reset(self._seed())
+        self._person.seconds += LOOK_S
+        if push is not None and aboard is None:
+            self._watch(lambda screen: screen.state == push.during or topic.finished(screen))
+            self._recording.on = False
+            self._person.drive(self._session, push.behavior, push.seconds)
+            self._recording.on = True
+        pressed = self._person.presses, self._person.seconds
+
+        def enough(screen: Screen) -> bool:
+            nonlocal pressed
+            presses, seconds = self._person.presses, self._person.seconds
+            if presses > pressed[0]:
+                pressed = presses, seconds
+            return (
+                presses >= most
+                or topic.finished(screen)
+                or (aboard is not None and seconds - pressed[1] > LEFT_S)
+            )
+
+        self._watch(enough)
+        if self._exercise.rests and self._session.screen().flag is not None:
+            self._session.run_for(SAYING_S)
+            self._person.seconds += SAYING_S
+
+    def _watch(self, until: Seen) -> None:
+        self._person.show(self._session, self._topic.show, until=until, limit_s=self._topic.limit_s)
+
+    def _seed(self) -> int:
+        return FIRST_SEED + int(self._draws.integers(2**40))
+
+
+def demonstrated(exercise: Exercise, seed: int, decisions: int) -> Ticks:
+    """Whole demonstrations with at least so many presses."""
+    demonstrator = Demonstrator(exercise, seed)
+    while demonstrator.presses <= decisions:
+        demonstrator.show()
+    return demonstrator.ticks
+
+
+@dataclass(frozen=True)
+class Taught:
+    """A library at some time of its teaching."""
+
+    decisions: int
+    seconds: float
+    library: Library
+
+
+def lessons(exercise: Exercise, seed: int) -> list[Taught]:
+    """The library as it stood after each thing that its teacher did."""
+    stood: list[Taught] = []
+
+    def see(name: str, what: str, account: Account) -> None:
+        accounts = teacher.accounts.values()
+        presses, seconds = sum(each.presses for each in accounts), sum(each.seconds for each in accounts)
+        stood.append(Taught(presses, seconds, teacher.library))
+
+    teacher = Teacher(exercise.library(), exercise.make, seed, options=exercise.options, progress=see)
+    teacher.teach(*exercise.topics)
+    return stood

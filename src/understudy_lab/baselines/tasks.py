@@ -1,0 +1,227 @@
+"""What is learned: worlds to practice and to be judged in, how Understudy is taught it, how a person shows it flat."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TypeAlias, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.analysis.evaluation import Decide
+from understudy.model.features import ReadingKey
+from understudy.model.kinds import Column, Kind
+from understudy.model.kit import Kit
+from understudy.model.lesson import Options
+from understudy.model.library import Library, Taught
+from understudy.runtime.body import Body, every_key
+from understudy.runtime.feature_columns import feature_key
+from understudy.runtime.program import link
+from understudy.sim.forage import Forage, kit
+from understudy.sim.forage_settings import ForageSettings, practices
+from understudy_lab.baselines import walls
+from understudy_lab.baselines.recording_body import Robots
+from understudy_lab.baselines.shown_flat import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING
+from understudy_lab.forage.teach import make_practice
+from understudy_lab.tasks import servo_teacher, soccer
+from understudy_lab.tasks.forage_baseline import judge_expert
+from understudy_lab.tasks.forage_teacher import GOTO, TOPICS, WATCHED
+from understudy_lab.tasks.servo_teacher import BASIC_STATES, PUSH_S
+from understudy_lab.tasks.soccer import PUSHED_LEFT, PUSHED_RIGHT, Soccer, approach, approach_by_hand
+from understudy_lab.teachers.teacher import Push, Topic
+
+Judge: TypeAlias = Callable[[Robots, Decide, Sequence[ReadingKey]], NDArray[np.bool_]]
+"""Whether each world [B] goes well under what decides."""
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """One task, to be learned by everybody: `topics` teach it to Understudy as a hierarchy, `flat` shows it whole."""
+
+    name: str
+    kit: Kit
+    world: Callable[[Sequence[int]], Robots]
+    judge: Judge
+    basics: tuple[str, ...]
+    flat: Topic
+    topics: tuple[Topic, ...]
+    make: Callable[[str, int], Body]
+    options: Mapping[str, Options]
+    targets: Mapping[str, str] = field(default_factory=dict)
+    rests: bool = False
+    """Whether resting is something to be learned: the robot has to say when it is there."""
+    pushes: tuple[Push | None, ...] = (None,)
+    """Who drives the robot off its way, world after world, as in Understudy's lessons."""
+
+    @property
+    def commands(self) -> list[Mapping[str, float]]:
+        """What each of its basic behaviors commands."""
+        return [self.kit.behaviors[name].command for name in self.basics]
+
+    @property
+    def kinds(self) -> list[Kind]:
+        """The kind of each reading that its robots have."""
+        robots = self.world([0])
+        return [
+            reading.kind
+            for reading in robots.readings
+            for _ in (robots.targets if reading.of_targets else (None,))
+        ]
+
+    @property
+    def chosen(self) -> list[int]:
+        """Which readings its lessons are about, of the targets they bind: what Understudy's teacher chose."""
+        library = self.library()
+        for topic in self.topics:
+            library = library.with_taught(Taught(topic.choose(library).automaton))
+        features = link(library, self.topics[-1].name, self.targets).features
+        keys = every_key(self.world([0]))
+        return sorted(keys.index(feature_key(feature)) for feature in features)
+
+    def library(self) -> Library:
+        """What there is before anything is taught."""
+        return Library(self.kit)
+
+
+ARENA = practices()["an arena"]
+GOTO_S = 60.0
+LOST_S = 90.0
+SERVOING = 1.5
+"""So many times the time of a robot written by hand: twice is enough for policies that turn the wrong way."""
+
+
+def near_the_station(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+    """Whether each robot, when it first rests, is within reach of the station, and rests in time."""
+    there = np.zeros(world.agents, np.bool_)
+    moving = np.ones(world.agents, np.bool_)
+    for _ in range(round(GOTO_S / world.tick_s)):
+        percept = world.sense((*keys, ("station_here", None)))
+        commands = decide(percept)
+        resting = moving & ~np.any([column != 0 for column in commands.values()], axis=0)
+        there |= resting & (percept["station_here", None] == 1.0)
+        moving &= ~resting
+        if not moving.any():
+            break
+        world.act({name: np.where(moving, column, 0.0) for name, column in commands.items()})
+    return there
+
+
+def brings_all_home(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+    """Whether each robot brings all food home within three times the time of a forager written by hand.
+
+    One that neither loads nor unloads anything for so long that it could have crossed the arena twice is lost.
+    """
+    last = np.floor(_limits(tuple(world.seeds)) / world.tick_s)
+    stored = np.full(world.agents, np.nan)
+    since = np.zeros(world.agents)
+    well = np.zeros(world.agents, np.bool_)
+    running = np.ones(world.agents, np.bool_)
+    tick = 0
+    while running.any():
+        percept = world.sense((*keys, ("food_stored", None)))
+        world.act(decide(percept))
+        tick += 1
+        changed = percept["food_stored", None] != stored
+        stored, since = percept["food_stored", None], np.where(changed, tick, since)
+        well |= running & ~np.isnan(world.finished_s)
+        running &= ~well & (tick < last) & (tick - since < LOST_S / world.tick_s)
+    return well
+
+
+@lru_cache(4)
+def _limits(seeds: tuple[int, ...]) -> Column:
+    """Three times what a forager written by hand takes in each world, s."""
+    known = list(dict.fromkeys(seeds))
+    by_hand = judge_expert(ForageSettings(), known)
+    seconds = 3.0 * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
+    return np.array([dict(zip(known, seconds.tolist(), strict=True))[seed] for seed in seeds])
+
+
+def reaches_the_ball(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+    """Whether each robot is within 15 cm of the ball within SERVOING times the time of one written by hand.
+
+    Every other one, the one written by hand too, is pushed aside on its way.
+    """
+    body = cast(Soccer, world)
+    by_hand = _servoed(tuple(body.seeds))
+    limit_s = SERVOING * float(np.nanmax(by_hand))
+    seconds = approach(
+        body, lambda: body.act(decide(body.sense(keys))), pushes=_pushes(body), limit_s=limit_s
+    )
+    return seconds <= SERVOING * by_hand
+
+
+def _pushes(body: Soccer) -> dict[int, soccer.Push]:
+    """Who is pushed: two worlds in four, by their seeds, one to each side."""
+    sides = {1: PUSHED_LEFT, 3: PUSHED_RIGHT}
+    return {row: sides[seed % 4] for row, seed in enumerate(body.seeds) if seed % 4 in sides}
+
+
+@lru_cache(4)
+def _servoed(seeds: tuple[int, ...]) -> Column:
+    """What a robot written by hand takes in each world, s."""
+    known = list(dict.fromkeys(seeds))
+    body = Soccer(known)
+    seconds = dict(zip(known, approach_by_hand(body, pushes=_pushes(body)).tolist(), strict=True))
+    return np.array([seconds[seed] for seed in seeds])
+
+
+EXERCISES: Mapping[str, Exercise] = {
+    exercise.name: exercise
+    for exercise in (
+        Exercise(
+            "goto",
+            kit,
+            lambda seeds: Forage(seeds, ARENA),
+            near_the_station,
+            ("forward", "rotate_left", "rotate_right"),
+            GOTO,
+            (GOTO,),
+            make_practice,
+            WATCHED,
+            targets={"A": "station"},
+            rests=True,
+        ),
+        Exercise(
+            "forage",
+            kit,
+            Forage,
+            brings_all_home,
+            ("forward", "rotate_left", "rotate_right", "load_food", "unload_food"),
+            FLAT_FORAGE,
+            TOPICS,
+            make_practice,
+            WATCHED,
+        ),
+        Exercise(
+            "servoing",
+            soccer.kit,
+            Soccer,
+            reaches_the_ball,
+            BASIC_STATES,
+            FLAT_SERVOING,
+            (servo_teacher.topics("left")["four states"],),
+            lambda practice, seed: Soccer([seed]),
+            {},
+            pushes=(
+                None,
+                Push("walk_forward", "turn_left", PUSH_S),
+                None,
+                Push("walk_forward", "turn_right", PUSH_S),
+            ),
+        ),
+        Exercise(
+            "walls",
+            walls.FEAT.kit,
+            walls.Rooms,
+            walls.closes_the_loop,
+            FOLLOWING,
+            FLAT_WALLS,
+            tuple(walls.FEAT.topics),
+            walls.FEAT.practice,
+            walls.FEAT.options,
+        ),
+    )
+}

@@ -1,0 +1,152 @@
+"""Tracking and acquiring a target that walks: get there, and stay with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isnan
+
+import numpy as np
+
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import Column
+from understudy.model.lesson import Options
+from understudy.runtime.body import Commands
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario, TargetOf, Walk
+from understudy.sim.world import World
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.behavior_suite.rovers import SPEED, Turning, bearing, rover
+from understudy_lab.behavior_suite.task import Feat, Judged, Trial
+from understudy_lab.behavior_suite.tracks import Table, Tracks, signed
+from understudy_lab.teachers.person import after
+from understudy_lab.teachers.teacher import Case, Push, Topic
+
+ACQUIRED_M, WITH_IT_M = 0.6, 1.5
+STAYS_S, LIMIT_S = 30.0, 60.0
+HARE_SPEED = 0.25
+
+SCENARIO = Scenario(
+    name="chase",
+    about="A rover, and a hare at half its speed.",
+    size=(10.0, 10.0),
+    limit_s=LIMIT_S,
+    objects=(Objects(name="hare", walk=Walk(speed=HARE_SPEED, turn_s=4.0), within="field"),),
+    regions={"field": Region(box=(1.0, 1.0, 9.0, 9.0))},
+    types={"rover": rover("forward", "rotate_left", "rotate_right", "wait")},
+    robots=(Robots(type="rover", apart=1.5),),
+    targets={"hare": TargetOf(object="hare", doc="What walks.")},
+)
+
+NEAR_M, FAR_M = 0.5, 0.75
+FACING, ASTRAY = 0.12, 0.5
+
+
+def show(screen: Screen) -> str | None:
+    """Turn to it, drive to it, wait beside it, and go after it where it leaves."""
+    return _wanted(screen, astray=ASTRAY, near=NEAR_M, far=FAR_M)
+
+
+def complain(screen: Screen) -> str | None:
+    """Where it drives past the hare, turns on past it, runs it over, or lets it go."""
+    return _wanted(screen, astray=1.6 * ASTRAY, near=0.3, far=1.0)
+
+
+def _wanted(screen: Screen, *, astray: float, near: float, far: float) -> str | None:
+    distance, off = screen.features["distance_to(A)"], bearing(screen)
+    state, toward = screen.state, "rotate_left" if off > 0 else "rotate_right"
+    if isnan(distance) or (state == "wait" and distance < far):
+        return None
+    if distance < near:
+        return "wait"
+    if state in ("start", "wait"):
+        return toward if abs(off) > ASTRAY else "forward"
+    if state == "forward":
+        return toward if abs(off) > astray else None
+    ahead = off if state == "rotate_left" else -off
+    slack = 0.0 if astray == ASTRAY else astray
+    return "forward" if -1.5 < ahead < FACING - slack else None
+
+
+TOPIC = Topic(
+    "chase",
+    lambda library: new_lesson(
+        library,
+        "chase",
+        parameters=["A"],
+        states=["forward", "rotate_left", "rotate_right", "wait"],
+        features=["distance_to(A)", "angle_to(A)"],
+    ),
+    show,
+    complain,
+    after(25.0),
+    cases=(
+        Case("chase", {"A": "hare"}, lambda screen: 0.8 < bearing(screen) < 2.6),
+        Case("chase", {"A": "hare"}, lambda screen: -2.6 < bearing(screen) < -0.8),
+        Case(
+            "chase",
+            {"A": "hare"},
+            lambda screen: screen.features["distance_to(A)"] > 4.0,
+            lambda screen: screen.state == "forward",
+            push=Push("forward", "rotate_left", 0.8),
+        ),
+    ),
+    tries=6,
+    limit_s=60.0,
+)
+
+
+class Hand:
+    """Turns to the hare, drives, waits beside it."""
+
+    keys: Sequence[ReadingKey] = (("range", "hare"), ("bearing", "hare"))
+
+    def __init__(self, world: World) -> None:
+        self._turning = Turning(world.agents)
+        self._resting = np.zeros(world.agents, np.bool_)
+
+    def decide(self, percept: Percept) -> Commands:
+        """What each robot does now."""
+        distance = percept["range", "hare"]
+        self._resting = distance < np.where(self._resting, FAR_M, NEAR_M)
+        turn = self._turning.toward(signed(percept["bearing", "hare"]), ~self._resting)
+        return {"drive": (~self._resting & (turn == 0)).astype(np.float64), "turn": turn}
+
+
+def judge(tracks: Tracks) -> Judged:
+    """When the hare was acquired, and the share of the time after that spent with it; done where at least 95 %."""
+    far = distance(tracks)
+    seconds = tracks.first(far <= ACQUIRED_M)
+    begin = np.nan_to_num(seconds / tracks.tick_s, nan=0.0).round().astype(np.int64)
+    ticks = tracks.ticks(STAYS_S)
+    with_it = np.array([(far[b : b + ticks, w] <= WITH_IT_M).mean() for w, b in enumerate(begin)])
+    done = (seconds <= LIMIT_S) & (with_it >= 0.95)
+    return Judged(np.where(done, seconds, np.nan), {"share of time with it": with_it})
+
+
+def bound(tracks: Tracks) -> Column:
+    """When a rover that knew all the hare's ways, and need not turn, would have it [W], s."""
+    x, y = tracks.objects_x[:, :, 0], tracks.objects_y[:, :, 0]
+    far = np.hypot(x - tracks.x[0], y - tracks.y[0]) - ACQUIRED_M
+    driven = SPEED * tracks.tick_s * np.arange(len(x))[:, None]
+    return np.maximum(tracks.first(far <= driven), tracks.tick_s)
+
+
+def distance(tracks: Tracks) -> Table:
+    """From the rover to the hare [T+1, W], m."""
+    far: Table = np.hypot(tracks.objects_x[:, :, 0] - tracks.x, tracks.objects_y[:, :, 0] - tracks.y)
+    return far
+
+
+FEAT = Feat(
+    name="chase",
+    does="tracks and acquires a target that walks at half its speed",
+    measured="within 0.6 m of it in 60 s, then within 1.5 m for 95 % of 30 s",
+    bounded="one that knew where it will go",
+    kit=kit_of(SCENARIO),
+    topics=(TOPIC,),
+    options={"chase": Options(watched=True, reaction_s=0.2)},
+    practice=lambda practice, seed: World(SCENARIO, [seed]),
+    trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S + STAYS_S, judge, bound, ({"A": "hare"},)),
+    hand=Hand,
+)

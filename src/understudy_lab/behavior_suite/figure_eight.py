@@ -1,0 +1,249 @@
+"""A figure eight around two targets: circle A on one hand, B on the other, in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import Column
+from understudy.model.lesson import Options
+from understudy.runtime.body import Commands
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario, TargetOf
+from understudy.sim.world import World
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.behavior_suite.rovers import SPEED, bearing, by_turns, rover
+from understudy_lab.behavior_suite.task import Feat, Judged, Trial
+from understudy_lab.behavior_suite.tracks import Table, Tracks, Yes, in_turn, signed
+from understudy_lab.teachers.person import Seen, after, raised
+from understudy_lab.teachers.teacher import Case, Push, Topic
+
+EIGHTS, BEHIND_M, LIMIT_S = 2, 2.0, 150.0
+LEFT, RIGHT = 1, -1
+SIDES = {LEFT: "left", RIGHT: "right"}
+
+SCENARIO = Scenario(
+    name="eight",
+    about="A rover, and two poles to trace a figure eight around.",
+    size=(12.0, 12.0),
+    limit_s=LIMIT_S,
+    objects=(
+        Objects(name="red_pole", color="red", within="middle", apart=1.8),
+        Objects(name="blue_pole", color="blue", within="middle", apart=1.8),
+    ),
+    regions={"middle": Region(box=(3.0, 3.0, 9.0, 9.0))},
+    types={"rover": rover("forward", "veer_left", "veer_right")},
+    robots=(Robots(type="rover", apart=0.5),),
+    targets={
+        "red_pole": TargetOf(object="red_pole", doc="One pole."),
+        "blue_pole": TargetOf(object="blue_pole", doc="The other."),
+    },
+)
+
+LEAST, STRAIGHT, BACK, MOST = 0.12, 0.35, 0.85, 1.65
+"""Where the pole is to be, how far aside, rad: a robot that has it less than least aside, or more than most, veers
+until it is between straight and back; so it comes nearer leg by leg, and in the end goes around it.
+"""
+LEAVING = (0.2, 0.7)
+"""Where the other pole is, on the side that it will be on, when it is time to leave for it, rad."""
+
+
+def circling(state: str, aside: float, side: int, slack: float = 0.0) -> str | None:
+    """What a person wants of a robot that circles a pole on one side, where it is so far aside on that side."""
+    toward, off = f"veer_{SIDES[side]}", f"veer_{SIDES[-side]}"
+    if aside > MOST + slack:
+        return toward
+    if aside < LEAST - slack:
+        return off
+    straight = (state == toward and aside < BACK - slack) or (state == off and aside > STRAIGHT + slack)
+    return "forward" if state == "start" or straight else None
+
+
+def circle(side: int) -> Topic:
+    """Circling A, which stays on one side."""
+    name, across = f"circle_{SIDES[side]}", Push("forward", f"veer_{SIDES[side]}", 2.2)
+
+    def show(screen: Screen) -> str | None:
+        return circling(screen.state, side * bearing(screen), side)
+
+    def complain(screen: Screen) -> str | None:
+        return circling(screen.state, side * bearing(screen), side, slack=0.4)
+
+    return Topic(
+        name,
+        lambda library: new_lesson(
+            library,
+            name,
+            parameters=["A"],
+            states=["forward", "veer_left", "veer_right"],
+            features=["angle_to(A)"],
+        ),
+        show,
+        complain,
+        after(25.0),
+        cases=(
+            Case("poles", {"A": "red_pole"}, _at(side, 0.3, 1.2), after(15.0)),
+            Case("poles", {"A": "blue_pole"}, _at(side, 2.0, 2.9), _straight, push=across),
+        ),
+        tries=4,
+        limit_s=50.0,
+    )
+
+
+def _straight(screen: Screen) -> bool:
+    return screen.state == "forward"
+
+
+def _at(side: int, least: float, most: float) -> Seen:
+    """The pole so far aside on that side, rad."""
+    return lambda screen: least < side * bearing(screen) < most
+
+
+def lap(side: int) -> Topic:
+    """Around A until B comes ahead, to be passed on the other side."""
+    name, circling = f"lap_{SIDES[side]}", f"circle_{SIDES[side]}"
+
+    def wanted(screen: Screen, least: float) -> str | None:
+        if screen.state == "start":
+            return circling
+        return "done" if least < -side * bearing(screen, "B") < LEAVING[1] else None
+
+    def complain(screen: Screen) -> str | None:
+        if screen.state == "done":
+            return None if 0.0 < -side * bearing(screen, "B") < 1.1 else circling
+        return wanted(screen, LEAVING[0] + 0.15)
+
+    return Topic(
+        name,
+        lambda library: new_lesson(
+            library,
+            name,
+            parameters=["A", "B"],
+            states=[f"{circling}(A)"],
+            flags=["done"],
+            features=["angle_to(B)"],
+        ),
+        lambda screen: wanted(screen, LEAVING[0]),
+        complain,
+        raised,
+        cases=(
+            Case("poles", {"A": "red_pole", "B": "blue_pole"}, _turned_from),
+            Case("poles", {"A": "blue_pole", "B": "red_pole"}, _turned_from),
+        ),
+        tries=8,
+        limit_s=60.0,
+    )
+
+
+def _turned_from(screen: Screen) -> bool:
+    """B is behind."""
+    return abs(bearing(screen, "B")) > 1.5
+
+
+LAPS = by_turns("lap_left", "lap_right")
+"""A lap around A, then one around B, over and over."""
+
+EIGHT = Topic(
+    "eight",
+    lambda library: new_lesson(
+        library,
+        "eight",
+        parameters=["A", "B"],
+        states=["lap_left(A, B)", "lap_right(B, A)"],
+        features=["done"],
+    ),
+    LAPS,
+    LAPS,
+    lambda screen: screen.time_s >= 40.0 and screen.examples >= 6,
+    cases=(Case("poles", {"A": "red_pole", "B": "blue_pole"}),),
+    tries=1,
+    limit_s=120.0,
+)
+
+
+class Hand:
+    """The same by hand, reacting at once."""
+
+    keys: Sequence[ReadingKey] = (("bearing", "red_pole"), ("bearing", "blue_pole"))
+
+    def __init__(self, world: World) -> None:
+        self._first = np.ones(world.agents, np.bool_)
+        self._steer = np.zeros(world.agents)
+
+    def decide(self, percept: Percept) -> Commands:
+        """What each robot does now."""
+        red, blue = signed(percept["bearing", "red_pole"]), -signed(percept["bearing", "blue_pole"])
+        other = np.where(self._first, blue, red)
+        self._first ^= (LEAVING[0] < other) & (other < LEAVING[1])
+        aside = np.where(self._first, red, blue)
+        begun = np.where(aside > MOST, 1.0, np.where(aside < LEAST, -1.0, 0.0))
+        goes_on = ((self._steer > 0) & (aside > BACK)) | ((self._steer < 0) & (aside < STRAIGHT))
+        self._steer = np.where((begun == 0) & goes_on, self._steer, begun)
+        side = np.where(self._first, LEFT, RIGHT)
+        return {"drive": np.where(self._steer == 0, 1.0, 0.8), "turn": 0.6 * self._steer * side}
+
+
+def judge(tracks: Tracks) -> Judged:
+    """When two eights were whole: behind A, behind B, and so on, five times in all; and how many there were."""
+    count = in_turn(passings(tracks))
+    return Judged(tracks.first(count > 2 * EIGHTS), {"eights": np.maximum(count[-1] - 1, 0) / 2})
+
+
+def passings(tracks: Tracks) -> Yes:
+    """Whether the line behind A was crossed counter-clockwise, that behind B clockwise [T+1, W, 2], within 2 m."""
+    a, b = (
+        np.stack([tracks.objects_x[:, :, k], tracks.objects_y[:, :, k]])
+        for k in (slot_of("red"), slot_of("blue"))
+    )
+    place = np.stack([tracks.x, tracks.y])
+    return np.stack([_crossed(place, a, b, LEFT), _crossed(place, b, a, RIGHT)], axis=2)
+
+
+def slot_of(color: str) -> int:
+    """Where a pole is among the objects of a world, each class with its spare ones after it."""
+    world = World(SCENARIO, [0])
+    return int(world.rules.classes["first"][world.names.classes.index(f"{color}_pole")])
+
+
+def _crossed(place: Table, pole: Table, other: Table, side: int) -> Yes:
+    """Crossings of the line from a pole away from the other one, seen from above counter-clockwise (1) or clockwise."""
+    away = (pole - other) / np.hypot(*(pole - other))
+    off = place - pole
+    along = off[0] * away[0] + off[1] * away[1]
+    aside = side * (away[0] * off[1] - away[1] * off[0])
+    crossed = np.zeros(along.shape, np.bool_)
+    crossed[1:] = (aside[:-1] < 0) & (aside[1:] >= 0) & (along[1:] > 0) & (along[1:] < BEHIND_M)
+    return crossed
+
+
+def bound(tracks: Tracks) -> Column:
+    """The straight lines from pole to pole, four times, at full speed [W], s."""
+    red, blue = slot_of("red"), slot_of("blue")
+    x, y = tracks.objects_x[0], tracks.objects_y[0]
+    apart: Column = np.hypot(x[:, red] - x[:, blue], y[:, red] - y[:, blue])
+    return 2 * EIGHTS * apart / SPEED
+
+
+def _trial(seeds: Sequence[int]) -> Trial:
+    return Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound, ({"A": "red_pole", "B": "blue_pole"},))
+
+
+FEAT = Feat(
+    name="eight",
+    does="traces a figure eight around two targets",
+    measured="two whole eights in 150 s",
+    bounded="straight lines from target to target",
+    kit=kit_of(SCENARIO),
+    topics=(circle(LEFT), circle(RIGHT), lap(LEFT), lap(RIGHT), EIGHT),
+    options={
+        **{f"circle_{side}": Options(watched=True, reaction_s=0.2) for side in SIDES.values()},
+        **{f"lap_{side}": Options(watched=True, reaction_s=0.2) for side in SIDES.values()},
+        "eight": Options(watched=True),
+    },
+    practice=lambda practice, seed: World(SCENARIO, [seed]),
+    trial=_trial,
+    hand=Hand,
+)

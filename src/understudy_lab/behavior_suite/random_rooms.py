@@ -1,0 +1,162 @@
+"""Plots: random rooms, or single obstacles, side by side in one large world, with a robot each: worlds that differ
+in their walls, and run as one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, degrees, pi, sqrt, tau
+
+import numpy as np
+
+from understudy.model.kinds import Column
+from understudy.sim.scenario.schema import Obstacle, Robots, Scenario, Wall
+from understudy.sim.world import World
+from understudy_lab.behavior_suite.rovers import SONAR, rover
+from understudy_lab.behavior_suite.tracks import Table, distance_to_line, length_of
+
+WIDE_M = 11.0
+"""A plot is this wide: nothing in one is heard in another."""
+BEFORE_M = 4.2
+"""How far from the middle of an obstacle a robot begins."""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A closed line of corners [P, 2], counter-clockwise around the middle of the plot, m; and where a robot starts.
+
+    The middle lies in the obstacle, or in the room.
+    """
+
+    corners: Table
+    x: float
+    y: float
+    heading: float
+
+
+def rotated(corners: Table, angle: float) -> Table:
+    """Corners [P, 2] turned around the origin."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    found: Table = corners @ np.array([[cosine, sine], [-sine, cosine]])
+    return found
+
+
+def is_inside(corners: Table, x: float, y: float) -> bool:
+    """Whether a closed line goes around a point."""
+    angles = np.arctan2(corners[:, 1] - y, corners[:, 0] - x)
+    steps = (np.roll(angles, -1) - angles + pi) % tau - pi
+    return bool(abs(steps.sum()) > pi)
+
+
+def room(seed: int) -> Plot:
+    """A room whose corners may be cut, square or slanted; the robot stands anywhere in it."""
+    draws = np.random.default_rng([seed, 2])
+    wide, high = draws.uniform(4.5, 7.0, 2)
+    corners: list[tuple[float, float]] = []
+    for k, (x, y) in enumerate(((-1, -1), (1, -1), (1, 1), (-1, 1))):
+        a, b = draws.uniform(0.9, 1.5, 2)
+        x0, y0 = x * wide / 2, y * high / 2
+        first, last = (x0, y0 - y * b), (x0 - x * a, y0)  # on the vertical, on the horizontal side
+        between = (x0 - x * a, y0 - y * b)
+        cut = draws.choice(["square", "slanted", "none"], p=[0.45, 0.25, 0.3])
+        points = {"square": [first, between, last], "slanted": [first, last], "none": [(x0, y0)]}[cut]
+        corners += points if k % 2 == 0 else points[::-1]
+    line = rotated(np.array(corners), draws.uniform(0, tau))
+    while True:
+        x, y = draws.uniform(-5, 5, 2)
+        far, _ = distance_to_line(np.array([x]), np.array([y]), line)
+        if is_inside(line, x, y) and far[0] > 0.6:
+            return Plot(line, float(x), float(y), float(draws.uniform(0, tau)))
+
+
+def convex(seed: int) -> Plot:
+    """A convex obstacle with three to seven corners; the robot stands before it, and looks at it."""
+    draws = np.random.default_rng([seed, 3])
+    count = int(draws.integers(3, 8))
+    angles = (np.arange(count) + draws.uniform(-0.25, 0.25, count)) * tau / count
+    radius = draws.uniform(0.7, 1.4)  # on one circle: always convex
+    return _before(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), draws)
+
+
+def concave(seed: int) -> Plot:
+    """An obstacle in the form of an L or a U, with room for the robot in it; the robot stands before it."""
+    draws = np.random.default_rng([seed, 4])
+    a, b = draws.uniform(2.2, 3.0, 2)
+    thick = draws.uniform(0.3, 0.5)
+    if draws.random() < 0.5:
+        line = [(0, 0), (a, 0), (a, thick), (thick, thick), (thick, b), (0, b)]
+        middle = [thick / 2, thick / 2]
+    else:
+        b = min(b, 2.4)
+        line = [
+            (0, 0),
+            (a, 0),
+            (a, b),
+            (a - thick, b),
+            (a - thick, thick),
+            (thick, thick),
+            (thick, b),
+            (0, b),
+        ]
+        middle = [a / 2, thick / 2]
+    return _before(rotated(np.array(line) - middle, draws.uniform(0, tau)), draws)
+
+
+def _before(corners: Table, draws: np.random.Generator) -> Plot:
+    around, aside = draws.uniform(0, tau), draws.uniform(-0.15, 0.15)
+    x, y = BEFORE_M * np.cos(around), BEFORE_M * np.sin(around)
+    return Plot(corners, float(x), float(y), float((around + pi + aside) % tau))
+
+
+def built(plots: Sequence[Plot], *, solid: bool) -> World:
+    """A world with a plot for each robot: rooms with walls, or solid obstacles."""
+    return World(laid_out(plots, solid=solid), [0])
+
+
+def laid_out(plots: Sequence[Plot], *, solid: bool) -> Scenario:
+    """The scenario of such a world."""
+    columns = ceil(sqrt(len(plots)))
+    size = (columns * WIDE_M, ceil(len(plots) / columns) * WIDE_M)
+    walls, obstacles, starts = [], [], []
+    for (x, y), plot in zip(middles(len(plots)).tolist(), plots, strict=True):
+        if solid:
+            points = tuple((a, b) for a, b in plot.corners.tolist())
+            obstacles.append(Obstacle(points=points, at=((x, y),)))
+        else:
+            line = tuple((a + x, b + y) for a, b in plot.corners.tolist())
+            walls.append(Wall(points=line, closed=True))
+        starts.append((x + plot.x, y + plot.y, degrees(plot.heading)))
+    return Scenario(
+        name="obstacles" if solid else "random-rooms",
+        size=size,
+        walls=tuple(walls),
+        obstacles=tuple(obstacles),
+        types={"rover": ROVER},
+        robots=(Robots(type="rover", at=tuple(starts)),),
+    )
+
+
+ROVER = rover("forward", "rotate_left", "rotate_right", "veer_left", "veer_right", sensor=SONAR)
+
+
+def middles(count: int) -> Table:
+    """Where the middles of so many plots are [count, 2], m."""
+    columns = ceil(sqrt(count))
+    numbers = np.arange(float(count))
+    found: Table = (np.stack([numbers % columns, numbers // columns], axis=1) + 0.5) * WIDE_M
+    return found
+
+
+def apart(x: Table, y: Table, plots: Sequence[Plot]) -> tuple[Table, Table]:
+    """How far the robots' tracks [T, W] are from the lines of their plots, and how far along these, m."""
+    found = [
+        distance_to_line(x[:, w] - mx, y[:, w] - my, plot.corners)
+        for w, ((mx, my), plot) in enumerate(zip(middles(len(plots)), plots, strict=True))
+    ]
+    return np.stack([far for far, _ in found], axis=1), np.stack([along for _, along in found], axis=1)
+
+
+def lengths(plots: Sequence[Plot]) -> Column:
+    """How long the lines of plots are, m."""
+    return np.array([length_of(plot.corners) for plot in plots])

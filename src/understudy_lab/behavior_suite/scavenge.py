@@ -1,0 +1,218 @@
+"""Scavenging: look around for things, drive up to what is seen until it is picked up, look around again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isnan
+
+import numpy as np
+from msgspec.structs import replace
+
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import Column
+from understudy.model.lesson import Options
+from understudy.runtime.body import Commands
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.schema import Capture, Objects, Robots, Scenario, TargetOf
+from understudy.sim.world import World
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.behavior_suite.rovers import CAMERA, SPEED, TICK_S, rover
+from understudy_lab.behavior_suite.task import Feat, Judged, Trial
+from understudy_lab.behavior_suite.tracks import Tracks
+from understudy_lab.teachers.person import Seen, after
+from understudy_lab.teachers.teacher import Case, Topic
+
+CANS, ENOUGH = 10, 9
+TOUCH_M, LIMIT_S = 0.35, 300.0
+MIDDLE = CAMERA.width_px / 2
+ASIDE, WAY_ASIDE, CENTERED = 35.0, 60.0, 14.0  # pixels
+LOOKED_S, WANDERED_S = 5.6, 4.0
+
+SCENARIO = Scenario(
+    name="scavenge",
+    about="A rover with a camera, and cans to pick up by touching.",
+    size=(9.0, 9.0),
+    limit_s=LIMIT_S,
+    objects=(Objects(name="can", count=CANS, color="red", apart=0.4, capture=Capture(range=TOUCH_M)),),
+    types={"rover": rover("forward", "rotate_left", "rotate_right", sensor=CAMERA)},
+    robots=(Robots(type="rover", apart=0.4),),
+    targets={"can": TargetOf(nearest="can", doc="Things to pick up.")},
+)
+
+
+def _toward(off: float) -> str:
+    return "rotate_left" if off < 0 else "rotate_right"
+
+
+def show_approach(screen: Screen) -> str | None:
+    """Turn until it is in the middle of the picture, drive on."""
+    return _approached(screen, ASIDE, CENTERED)
+
+
+def complain_approach(screen: Screen) -> str | None:
+    """Where it drives past it, or turns on past it."""
+    return _approached(screen, WAY_ASIDE, -20.0)
+
+
+def _approached(screen: Screen, aside: float, centered: float) -> str | None:
+    off = screen.features["blob_x(A)"] - MIDDLE
+    if isnan(off):
+        return None
+    if screen.state == "start":
+        return _toward(off) if abs(off) > CENTERED else "forward"
+    if screen.state == "forward":
+        return _toward(off) if abs(off) > aside else None
+    left = -off if screen.state == "rotate_left" else off
+    return "forward" if left < centered else None
+
+
+def _gone(screen: Screen) -> bool:
+    return screen.time_s > 1.0 and isnan(screen.features["blob_x(A)"])
+
+
+def _beside(side: int) -> Seen:
+    return lambda screen: side * (screen.features["blob_x(A)"] - MIDDLE) > ASIDE
+
+
+def _at(side: int) -> Case:
+    """A can well aside in the picture."""
+    return Case("cans", {"A": "can"}, _beside(side), after(4.0))
+
+
+APPROACH = Topic(
+    "approach",
+    lambda library: new_lesson(
+        library,
+        "approach",
+        parameters=["A"],
+        states=["forward", "rotate_left", "rotate_right"],
+        features=["blob_x(A)"],
+    ),
+    show_approach,
+    complain_approach,
+    _gone,
+    cases=(_at(-1), _at(1)),
+    tries=6,
+    limit_s=30.0,
+)
+
+
+def show_scavenge(screen: Screen) -> str | None:
+    """Look around; approach what is seen; wander where a whole turn showed nothing."""
+    return _scavenged(screen, patience=1.0)
+
+
+def complain_scavenge(screen: Screen) -> str | None:
+    """Where it does not take what it sees, or looks or wanders for far too long or too short."""
+    return _scavenged(screen, patience=1.4)
+
+
+def _scavenged(screen: Screen, patience: float) -> str | None:
+    seen, passed = not isnan(screen.features["blob_x(can)"]), screen.features["time_in_state"]
+    if screen.state == "approach":
+        return None if seen else "search"
+    if seen:
+        return "approach"
+    if screen.state == "start" or (screen.state == "wander" and passed > patience * WANDERED_S):
+        return "search"
+    return "wander" if screen.state == "search" and passed > patience * LOOKED_S else None
+
+
+SCAVENGE = Topic(
+    "scavenge",
+    lambda library: new_lesson(
+        library,
+        "scavenge",
+        states=["search=rotate_left", "wander=forward", "approach(can)"],
+        features=["blob_x(can)", "time_in_state"],
+    ),
+    show_scavenge,
+    complain_scavenge,
+    lambda screen: screen.time_s >= 50.0,
+    cases=(Case("few cans"),),
+    tries=3,
+    limit_s=80.0,
+)
+
+
+def practice(name: str, seed: int) -> World:
+    """Many cans, or few that have to be looked for."""
+    if name == "cans":
+        return World(SCENARIO, [seed])
+    few = Objects(name="can", count=3, color="red", apart=0.4, capture=Capture(range=TOUCH_M))
+    return World(replace(SCENARIO, objects=(few,)), [seed])
+
+
+class Hand:
+    """Looks around, turns to what it sees, drives there; wanders after a whole turn without anything."""
+
+    keys: Sequence[ReadingKey] = (("blob_x", "can"),)
+
+    def __init__(self, world: World) -> None:
+        self._turn = np.zeros(world.agents)
+        self._looked = np.zeros(world.agents)
+        self._wandering = np.zeros(world.agents, np.bool_)
+
+    def decide(self, percept: Percept) -> Commands:
+        """What each robot does now."""
+        off = percept["blob_x", "can"] - MIDDLE
+        seen = ~np.isnan(off)
+        off = np.nan_to_num(off)
+        keep_on = (np.sign(off) == self._turn) & (np.abs(off) > CENTERED)
+        begin = (self._turn == 0) & (np.abs(off) > ASIDE)
+        self._turn = np.where(begin, np.sign(off), np.where(keep_on, self._turn, 0.0))
+        self._looked = np.where(seen, 0.0, self._looked + TICK_S)
+        over = self._looked > np.where(self._wandering, WANDERED_S, LOOKED_S)
+        self._wandering = np.where(over, ~self._wandering, self._wandering) & ~seen
+        self._looked = np.where(over, 0.0, self._looked)
+        turn = np.where(seen, -self._turn, np.where(self._wandering, 0.0, 1.0))
+        return {"drive": (turn == 0).astype(np.float64), "turn": turn}
+
+
+def judge(tracks: Tracks) -> Judged:
+    """When nine of ten cans were picked up; and the share of all that were."""
+    taken = np.isnan(tracks.objects_x[:, :, :CANS]).sum(axis=2)
+    return Judged(tracks.first(taken >= ENOUGH), {"share picked up": taken[-1] / CANS})
+
+
+def bound(tracks: Tracks) -> Column:
+    """The shortest lines that join nine cans to the start, less the touch at either end, at full speed [W], s.
+
+    No way to nine cans is shorter than the nine shortest edges of the minimum spanning tree of all (Kruskal 1956).
+    """
+    return np.array(
+        [
+            _shortest(
+                np.append(tracks.objects_x[0, w, :CANS], tracks.x[0, w]),
+                np.append(tracks.objects_y[0, w, :CANS], tracks.y[0, w]),
+            )
+            for w in range(tracks.x.shape[1])
+        ]
+    )
+
+
+def _shortest(x: Column, y: Column) -> float:
+    far = np.hypot(x[:, None] - x, y[:, None] - y)
+    joined, nearest, edges = np.zeros(len(x), np.bool_), far[0].copy(), []
+    joined[0] = True
+    while not joined.all():
+        following = int(np.argmin(np.where(joined, np.inf, nearest)))
+        edges.append(float(nearest[following]))
+        joined[following] = True
+        nearest = np.minimum(nearest, far[following])
+    return sum(max(0.0, edge - 2 * TOUCH_M) for edge in sorted(edges)[:ENOUGH]) / SPEED
+
+
+FEAT = Feat(
+    name="scavenge",
+    does="looks for things with a camera and picks them up",
+    measured="nine of ten cans picked up in 300 s",
+    bounded="the shortest lines that join nine cans",
+    kit=kit_of(SCENARIO),
+    topics=(APPROACH, SCAVENGE),
+    options={"approach": Options(watched=True, reaction_s=0.2), "scavenge": Options(watched=True)},
+    practice=practice,
+    trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound),
+    hand=Hand,
+)

@@ -1,0 +1,263 @@
+"""The experiment: every behavior of the repertoire taught many times, each teaching judged on its own unseen worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from understudy_lab.behavior_suite import around, chase, figure_eight, rooms, scavenge, triangle, waypoints
+from understudy_lab.behavior_suite.task import Feat
+from understudy_lab.behavior_suite.teach import WORLDS, row_of
+from understudy_lab.figures import dots, panels
+from understudy_lab.statistics import Numbers, interval_of_median, spread, told
+from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEACHINGS = range(51_000, 51_020)
+"""The teaching seeds of the published result: nobody had looked at any of them before."""
+
+FEATS: Mapping[str, Feat] = {
+    feat.name: feat
+    for feat in (
+        chase.FEAT,
+        *rooms.FEATS,
+        *around.FEATS,
+        figure_eight.FEAT,
+        waypoints.FEAT,
+        scavenge.FEAT,
+        triangle.FEAT,
+    )
+}
+
+SUCCESS, RATIO, EXAMPLES = 0.95, 0.85, 60
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each behavior with each seed."""
+    return [{"behavior": name, "seed": seed} for name in FEATS for seed in plan.seeds]
+
+
+def work(task: Task) -> Row:
+    """One behavior taught once, and judged."""
+    return row_of(FEATS[task["behavior"]], task["seed"])
+
+
+def conclude(rows: Sequence[Row]) -> Findings:
+    """What each behavior comes to over its teachings."""
+    groups = grouped(rows)
+    behaviors = {name: overall(of) for name, of in groups.items()}
+    goals = tuple(goal for name, of in behaviors.items() for goal in goals_of(name, of))
+    held = [name for name in behaviors if all(goal.held for goal in goals_of(name, behaviors[name]))]
+    well, both = (
+        sum(of[f"teachings_reaching_{what}"] for of in behaviors.values()) for what in ("95", "both")
+    )
+    count = sum(of["of"] for of in behaviors.values())
+    middle = np.median([row["examples"] for row in rows])
+    return Findings(
+        headline=f"Taught by pressing names, {len(held)} of {len(behaviors)} behaviors of the paper reach their goals "
+        f"in the median; {well} of {count} teachings succeed in 95 % of {WORLDS} unseen worlds each, {both} also at "
+        f"{RATIO} of the speed of a controller written by hand, from {middle:.0f} examples (median) for all "
+        "automata of a behavior.",
+        tables=(
+            Table(
+                "Teachings by behavior: median, its 95 % interval in brackets, smallest and largest",
+                (
+                    "behavior",
+                    "#at 95 % success",
+                    f"#and at {RATIO} of the speed",
+                    "#success",
+                    "#speed / hand-coded",
+                    "#examples",
+                    "#presses",
+                    "#teaching, s",
+                ),
+                [taught(name, of, behaviors[name]) for name, of in groups.items()],
+            ),
+            Table(
+                "What was asked, and the yardstick: a controller written by hand, beside what none can beat",
+                ("behavior", "done where", "bound", "#hand-coded success", "#its time / bound"),
+                [by_hand(name, of) for name, of in groups.items()],
+            ),
+            Table(
+                "How small the lessons are (medians)",
+                ("lesson", "of", "#features", "#states", "#examples", "#nodes of all trees"),
+                [lesson for name, of in groups.items() for lesson in lessons(name, of)],
+            ),
+        ),
+        goals=goals,
+        notes=(NOTE, *short_of(groups), *unsure(behaviors), thrown_away(rows)),
+        numbers={"behaviors": behaviors},
+    )
+
+
+NOTE = (
+    "The bounds take no account of turning, or of looking for things that cannot be seen yet: they say how far from "
+    "perfect the hand-written controllers may be at most, which do one basic behavior at a time as the taught ones do."
+)
+
+
+def grouped(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Rows by behavior."""
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        found.setdefault(row["task"]["behavior"], []).append(row)
+    return found
+
+
+def ratios(rows: Sequence[Row]) -> list[float]:
+    """How fast each teaching is beside the hand-written controller."""
+    return [row["ratio"] or 0.0 for row in rows]
+
+
+def overall(rows: Sequence[Row]) -> dict[str, Any]:
+    """Medians and spread over teachings: the taught automaton is the unit, never the world."""
+    success = np.array([row["success"] for row in rows])
+    reaching = success >= SUCCESS
+    return {
+        "teachings_reaching_95": int(reaching.sum()),
+        "teachings_reaching_both": int((reaching & (np.array(ratios(rows)) >= RATIO)).sum()),
+        "of": len(rows),
+        "success": measured(success),
+        "ratio": measured(ratios(rows)),
+        "examples": measured([row["examples"] for row in rows]),
+        "presses": spread([row["presses"] for row in rows]),
+        "seconds": spread([row["seconds"] for row in rows]),
+        "hand_success": spread([row["hand"]["success"] for row in rows]),
+        "hand_of_bound": spread([row["hand"]["of_bound"] for row in rows]),
+    }
+
+
+def measured(values: Numbers) -> dict[str, float]:
+    """Smallest, median and largest, and a 95 % interval of the median."""
+    low, high = interval_of_median(values)
+    return {**spread(values), "low": round(low, 4), "high": round(high, 4)}
+
+
+def said(name: str) -> str:
+    """A behavior's name in words."""
+    return name.replace("_", ", ")
+
+
+def taught(name: str, rows: Sequence[Row], of: Mapping[str, Any]) -> list[str]:
+    """A behavior's row of the first table."""
+    return [
+        said(name),
+        f"{of['teachings_reaching_95']} of {of['of']}",
+        f"{of['teachings_reaching_both']} of {of['of']}",
+        bracketed({what: 100 * value for what, value in of["success"].items()}, unit=" %"),
+        bracketed(of["ratio"], digits=2),
+        bracketed(of["examples"]),
+        told([row["presses"] for row in rows]),
+        told([row["seconds"] for row in rows]),
+    ]
+
+
+def bracketed(of: Mapping[str, float], *, digits: int = 0, unit: str = "") -> str:
+    """What was `measured`: "98 % [97–99] (93–100)"."""
+    middle, *rest = (f"{of[what]:.{digits}f}" for what in ("median", "low", "high", "min", "max"))
+    low, high, smallest, largest = rest
+    return f"{middle}{unit} [{low}–{high}] ({smallest}–{largest})"
+
+
+def by_hand(name: str, rows: Sequence[Row]) -> list[str]:
+    """A behavior's row of the second table."""
+    feat = FEATS[name]
+    return [
+        said(name),
+        feat.measured,
+        feat.bounded,
+        told([row["hand"]["success"] for row in rows], percent=True),
+        told([row["hand"]["of_bound"] for row in rows], 2),
+    ]
+
+
+def lessons(name: str, rows: Sequence[Row]) -> list[list[str]]:
+    """A behavior's rows of the third table."""
+    found = []
+    for k, lesson in enumerate(rows[0]["lessons"]):
+        same = [row["lessons"][k] for row in rows]
+        middle = np.median([[each["examples"], sum(each["nodes"])] for each in same], axis=0)
+        numbers = (lesson["features"], lesson["states"], *middle)
+        found.append([lesson["name"], said(name), *(f"{number:.0f}" for number in numbers)])
+    return found
+
+
+def goals_of(name: str, of: Mapping[str, Any]) -> tuple[Goal, ...]:
+    """What a behavior was to reach, beside what it came to: medians over teachings."""
+    success, ratio, examples = (of[what]["median"] for what in ("success", "ratio", "examples"))
+    return (
+        Goal(f"{said(name)}: success on unseen worlds", "95 %", f"{success:.0%}", success >= SUCCESS),
+        Goal(f"{said(name)}: speed / hand-coded", f"{RATIO}", f"{ratio:.2f}", ratio >= RATIO),
+        Goal(
+            f"{said(name)}: examples in all", f"at most {EXAMPLES}", f"{examples:.0f}", examples <= EXAMPLES
+        ),
+    )
+
+
+def short_of(groups: Mapping[str, Sequence[Row]]) -> list[str]:
+    """The teachings that did not come right, told."""
+    found = {
+        said(name): [row["success"] for row in of if row["success"] < SUCCESS] for name, of in groups.items()
+    }
+    told_ = [f"{name} {len(short)} (worst {min(short):.0%})" for name, short in found.items() if short]
+    return [f"Teachings short of 95 %: {'; '.join(told_)}."] if told_ else []
+
+
+def unsure(behaviors: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Which goals lie within the intervals of what was measured."""
+    asked = {"success": SUCCESS, "ratio": RATIO, "examples": EXAMPLES}
+    found = [
+        f"{said(name)}, {what}"
+        for name, of in behaviors.items()
+        for what, goal in asked.items()
+        if of[what]["low"] < goal < of[what]["high"]
+    ]
+    return [f"The interval reaches across the goal: {'; '.join(found)}."] if found else []
+
+
+def thrown_away(rows: Sequence[Row]) -> str:
+    """What counts of lessons that did not come right and were begun anew."""
+    anew = [row for row in rows if any(lesson["attempts"] > 1 for lesson in row["lessons"])]
+    each = ", ".join(
+        f"{said(row['task']['behavior'])}, {row['examples']} examples kept, {row['presses']} presses in all"
+        for row in anew
+    )
+    return (
+        "Of a lesson that was thrown away and taught again, presses and seconds are counted, examples are not (a press "
+        f"makes two at most): so it went in {len(anew)} of {len(rows)} teachings{f' ({each})' if each else ''}."
+    )
+
+
+SHOWN: Mapping[str, tuple[str, float, Callable[[Row], float]]] = {
+    "success": ("unseen worlds, %", 100 * SUCCESS, lambda row: 100 * row["success"]),
+    "speed": ("% of hand-coded", 100 * RATIO, lambda row: 100 * (row["ratio"] or 0.0)),
+    "examples of the whole hierarchy": ("made by presses", EXAMPLES, lambda row: row["examples"]),
+}
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """Success, speed and examples of every teaching, by behavior."""
+    groups = grouped(rows)
+    figure, found = panels(3, rows=3, wide=7.2, tall=2.1)
+    names = {name: said(name).replace(", ", "\n") for name in groups}
+    for axes, (title, (unit, goal, values)) in zip(found, SHOWN.items(), strict=True):
+        axes.axhline(goal, color="#9ca3af", linewidth=0.8, linestyle="--")
+        dots(axes, {names[name]: [values(row) for row in of] for name, of in groups.items()}, unit)
+        axes.set_ylim(0, 1.06 * axes.get_ylim()[1])
+        axes.set_title(f"{title} (goal: dashed)")
+    return figure
+
+
+EXPERIMENT = Experiment(
+    name="repertoire",
+    seeds=TEACHINGS,
+    quick=1,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+)

@@ -1,0 +1,126 @@
+"""Tracks: where everything in worlds side by side truly was at every tick, and what can be said of that.
+
+Measures take and give columns; a time that never came is absent (NaN).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi, tau
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.kinds import Column
+from understudy.sim.world import World
+
+Table = NDArray[np.float64]
+Yes = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """True places, m, before the first tick and after each: of N robots [T+1, N] and K objects per world [T+1, B, K].
+
+    An object that is not there is absent.
+    """
+
+    tick_s: float
+    x: Table
+    y: Table
+    objects_x: Table
+    objects_y: Table
+
+    def first(self, holds: Yes) -> Column:
+        """When each column of [T+1, W] first holds, s; absent where it never does."""
+        return np.where(holds.any(axis=0), holds.argmax(axis=0) * self.tick_s, np.nan)
+
+    def ticks(self, seconds: float) -> int:
+        """How many ticks that is."""
+        return round(seconds / self.tick_s)
+
+
+def record(world: World, tick: Callable[[], None], seconds: float) -> Tracks:
+    """Let worlds go on for so long, tick by tick."""
+    ticks = round(seconds / world.tick_s)
+    robots = np.empty((2, ticks + 1, world.agents))
+    objects = np.empty((2, ticks + 1, *world.state.objects.shape))
+    for now in range(ticks + 1):
+        if now:
+            tick()
+        state = world.state
+        absent = state.objects["present"] == 0
+        for axis, name in enumerate("xy"):
+            robots[axis, now] = state.robots[name]
+            objects[axis, now] = np.where(absent, np.nan, state.objects[name])
+    return Tracks(world.tick_s, *robots, *objects)
+
+
+def held(holds: Yes, ticks: int) -> Yes:
+    """Whether it holds now and held for the last so many ticks [T, W]; never before there were as many."""
+    counts = np.cumsum(np.vstack([np.zeros_like(holds[:1], np.int64), holds]), axis=0)
+    found = np.zeros_like(holds)
+    found[ticks:] = counts[ticks + 1 :] - counts[: len(counts) - ticks - 1] == ticks + 1
+    return found
+
+
+def turns(x: Table, y: Table, around_x: Column, around_y: Column) -> Table:
+    """How often each track [T, W] has gone around a point [W] by then, counter-clockwise positive."""
+    angle = np.unwrap(np.arctan2(y - around_y, x - around_x), axis=0)
+    turned: Table = (angle - angle[0]) / tau
+    return turned
+
+
+def gained(gone: Table, near: Yes) -> Table:
+    """How much of a measure [T, W] was gained since it was last not near [T, W]; nothing while it is not."""
+    rows = np.arange(len(gone))[:, None]
+    begun = np.maximum.accumulate(np.where(near, -1, rows), axis=0) + 1
+    since: Table = gone - np.take_along_axis(gone, np.minimum(begun, rows), axis=0)
+    return since
+
+
+def in_turn(reached: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Of places [T, W, K] to be reached in turn, over and over: how many were, by each tick [T, W]."""
+    ticks, worlds, places = reached.shape
+    count = np.zeros((ticks, worlds), np.int64)
+    rows, now = np.arange(worlds), np.zeros(worlds, np.int64)
+    for tick in range(ticks):
+        now = now + reached[tick, rows, now % places]
+        count[tick] = now
+    return count
+
+
+def medians(values: Table) -> Column:
+    """The median of what is present in each column of [T, W]; absent where nothing is."""
+    present = ~np.isnan(values).all(axis=0)
+    found = np.full(values.shape[1], np.nan)
+    found[present] = np.nanmedian(values[:, present], axis=0)
+    return found
+
+
+def signed(angle: Column) -> Column:
+    """Angles from -pi to pi, left positive."""
+    return (angle + pi) % tau - pi
+
+
+def distance_to_line(x: Table, y: Table, corners: Table) -> tuple[Table, Table]:
+    """How far points are from a closed line of corners [P, 2], and how far along it the nearest point of it is, m."""
+    following = np.roll(corners, -1, axis=0)
+    edges = following - corners
+    lengths = np.hypot(edges[:, 0], edges[:, 1])
+    begins = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+    best, along = np.full(x.shape, np.inf), np.zeros(x.shape)
+    for corner, edge, length, begin in zip(corners, edges, lengths, begins, strict=True):
+        from_x, from_y = x - corner[0], y - corner[1]
+        at = np.clip((from_x * edge[0] + from_y * edge[1]) / length, 0.0, length)
+        far = np.hypot(from_x - at * edge[0] / length, from_y - at * edge[1] / length)
+        nearer = far < best
+        best, along = np.where(nearer, far, best), np.where(nearer, begin + at, along)
+    return best, along
+
+
+def length_of(corners: Table) -> float:
+    """The length of a closed line of corners [P, 2], m."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    return float(np.hypot(edges[:, 0], edges[:, 1]).sum())

@@ -1,0 +1,233 @@
+"""Three robots that line up in an equilateral triangle: one automaton for all, each with its own A and B."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+
+import numpy as np
+from msgspec.structs import replace
+
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import YES, Column
+from understudy.model.lesson import Options
+from understudy.runtime.body import Commands
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.schema import Region, Robots, Scenario, TargetOf
+from understudy.sim.world import World
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.behavior_suite.rovers import SPEED, Turning, bearing, by_turns, rover
+from understudy_lab.behavior_suite.task import Feat, Judged, Trial
+from understudy_lab.behavior_suite.tracks import Table, Tracks, held, signed
+from understudy_lab.teachers.person import raised
+from understudy_lab.teachers.teacher import Case, Topic
+
+SIDE_M, WITHIN_M, WITHIN_DEG = 2.0, 0.4, 12.0
+HELD_S, LIMIT_S = 5.0, 90.0
+ROBOTS = ("ant", "bee", "cat")
+BINDINGS = tuple({"A": ROBOTS[k - 2], "B": ROBOTS[k - 1]} for k in range(3))
+"""Each robot's A and B are the two after it."""
+
+SCENARIO = Scenario(
+    name="triangle",
+    about="Three rovers that know where the others are.",
+    size=(14.0, 14.0),
+    limit_s=LIMIT_S,
+    regions={"middle": Region(box=(4.0, 4.0, 10.0, 10.0))},
+    types={
+        name: rover("forward", "backward", "rotate_left", "rotate_right", "wait", team=name)
+        for name in ROBOTS
+    },
+    robots=tuple(Robots(type=name, within="middle", apart=0.6) for name in ROBOTS),
+    targets={name: TargetOf(team=name, doc="A robot.") for name in ROBOTS},
+)
+
+GOES_M, THERE_M = 0.15, 0.12
+FACING = 0.15
+SEEN_TWICE = 10
+BEE_AND_CAT = {"A": "bee", "B": "cat"}
+
+
+def _turned(screen: Screen, facing: float) -> str | None:
+    off = bearing(screen)
+    if screen.state == "done" or abs(off) < facing:
+        return "done"
+    if screen.state == "start":
+        return "rotate_left" if off > 0 else "rotate_right"
+    return "done" if (off < 0) == (screen.state == "rotate_left") and abs(off) < 1.5 else None
+
+
+def complain_face(screen: Screen) -> str | None:
+    """Where it turns on past it, idles, or says too early that it is there."""
+    off = bearing(screen)
+    if screen.state == "start":
+        return _turned(screen, FACING)
+    if screen.state == "done":
+        return None if abs(off) < 3 * FACING else "rotate_left" if off > 0 else "rotate_right"
+    past = off < -2 * FACING if screen.state == "rotate_left" else off > 2 * FACING
+    return "done" if past and abs(off) < 1.5 else None
+
+
+FACE = Topic(
+    "face",
+    lambda library: new_lesson(
+        library,
+        "face",
+        parameters=["A"],
+        states=["rotate_left", "rotate_right"],
+        flags=["done"],
+        features=["angle_to(A)"],
+    ),
+    lambda screen: _turned(screen, FACING),
+    complain_face,
+    raised,
+    cases=(
+        Case("two wait", {"A": "bee"}, lambda screen: 0.5 < bearing(screen) < 2.8),
+        Case("two wait", {"A": "cat"}, lambda screen: -2.8 < bearing(screen) < -0.5),
+        Case("two wait", {"A": "bee"}, lambda screen: abs(bearing(screen)) < 0.5 * FACING),
+    ),
+    tries=6,
+    limit_s=20.0,
+)
+
+
+def settling(screen: Screen, slack: float) -> str | None:
+    """What a person wants who lets this much (m) pass: face A, drive on or back, and say when the distance is right."""
+    off = screen.features["distance_to(A)"] - SIDE_M
+    if screen.state in ("start", "done"):
+        return "done" if abs(off) < GOES_M + (slack if screen.state == "done" else 0.0) else "face"
+    if screen.state == "face":
+        return None if screen.features["done"] != YES else "forward" if off > 0 else "backward"
+    return "done" if (off if screen.state == "forward" else -off) < THERE_M - slack else None
+
+
+def _at(least: float, most: float) -> Case:
+    return Case("two wait", {"A": "bee"}, lambda screen: least < screen.features["distance_to(A)"] < most)
+
+
+SETTLE = Topic(
+    "settle",
+    lambda library: new_lesson(
+        library,
+        "settle",
+        parameters=["A"],
+        states=["face(A)", "forward", "backward"],
+        flags=["done"],
+        features=["done", "distance_to(A)"],
+    ),
+    lambda screen: settling(screen, 0.0),
+    lambda screen: settling(screen, 0.08),
+    raised,
+    cases=(_at(2.4, 3.0), _at(1.0, 1.6), _at(2.18, 2.3), _at(1.7, 1.82), _at(2.04, 2.13), _at(1.87, 1.96)),
+    tries=6,
+    limit_s=40.0,
+)
+
+
+complain_line_up = by_turns("settle_A", "settle_B")
+"""Where it does not go on to the other, who may have moved."""
+
+
+def show_line_up(screen: Screen) -> str | None:
+    """Settle with A, then with B, over and over, until it has been seen twice."""
+    return None if screen.examples >= SEEN_TWICE else complain_line_up(screen)
+
+
+LINE_UP = Topic(
+    "line_up",
+    lambda library: new_lesson(
+        library,
+        "line_up",
+        parameters=["A", "B"],
+        states=["settle_A=settle(A)", "settle_B=settle(B)"],
+        features=["done"],
+    ),
+    show_line_up,
+    complain_line_up,
+    lambda screen: screen.time_s >= 2.0 and screen.examples >= SEEN_TWICE,
+    cases=(Case("two wait", BEE_AND_CAT),) * 2,
+    tries=2,
+    limit_s=60.0,
+)
+
+
+def practice(name: str, seed: int) -> World:
+    """Two robots wait two meters apart; the third is anywhere."""
+    waiting = (Robots(type="bee", at=((6.0, 7.0, 0.0),)), Robots(type="cat", at=((8.0, 7.0, 0.0),)))
+    return World(replace(SCENARIO, robots=(SCENARIO.robots[0], *waiting)), [seed])
+
+
+class Hand:
+    """The same by hand, reacting at once."""
+
+    keys: Sequence[ReadingKey] = tuple((what, name) for name in ROBOTS for what in ("range", "bearing"))
+
+    def __init__(self, world: World) -> None:
+        self._turning = Turning(world.agents)
+        self._going = np.zeros(world.agents)
+        self._to_b = np.zeros(world.agents, np.bool_)
+        self._a, self._b = ([ROBOTS.index(BINDINGS[k % 3][of]) for k in range(world.agents)] for of in "AB")
+
+    def decide(self, percept: Percept) -> Commands:
+        """What each robot does now."""
+        rows = np.arange(len(self._going))
+        far = np.stack([percept["range", name] for name in ROBOTS])
+        off = signed(np.stack([percept["bearing", name] for name in ROBOTS]))
+        error_a, error_b = far[self._a, rows] - SIDE_M, far[self._b, rows] - SIDE_M
+        error = np.where(self._to_b, error_b, error_a)
+        self._going = np.where(self._going * error < 0.5 * THERE_M, 0.0, self._going)
+        rests = self._going == 0
+        self._to_b = np.where(rests, np.abs(error_a) <= GOES_M, self._to_b)
+        error = np.where(self._to_b, error_b, error_a)
+        self._going = np.where(rests & (np.abs(error) > GOES_M), np.sign(error), self._going)
+        faced = np.where(self._to_b, off[self._b, rows], off[self._a, rows])
+        turn = self._turning.toward(faced, self._going != 0)
+        return {"drive": np.where(turn == 0, self._going, 0.0), "turn": turn}
+
+
+def sides(tracks: Tracks) -> Table:
+    """The sides of each triangle [3, T+1, B], m: the first is across from the first robot."""
+    x, y = (each.reshape(len(each), -1, 3) for each in (tracks.x, tracks.y))
+    return np.stack(
+        [np.hypot(x[..., k - 2] - x[..., k - 1], y[..., k - 2] - y[..., k - 1]) for k in range(3)]
+    )
+
+
+def angles(lengths: Table) -> Table:
+    """The angles of triangles from their sides [3, ...], rad, by the law of cosines."""
+    a, b, c = (np.roll(lengths, -k, axis=0) for k in range(3))
+    return np.arccos(np.clip((b**2 + c**2 - a**2) / np.maximum(2 * b * c, 1e-9), -1.0, 1.0))
+
+
+def judge(tracks: Tracks) -> Judged:
+    """When sides and angles had been right for five seconds; and how far off the worst angle was at the end."""
+    lengths = sides(tracks)
+    off = np.degrees(np.abs(angles(lengths) - pi / 3)).max(axis=0)
+    right = (np.abs(lengths - SIDE_M).max(axis=0) <= WITHIN_M) & (off <= WITHIN_DEG)
+    return Judged(tracks.first(held(right, tracks.ticks(HELD_S))), {"worst angle off, degrees": off[-1]})
+
+
+def bound(tracks: Tracks) -> Column:
+    """When the side that is farthest off could be right, its ends going straight, and the time it is to hold [W], s."""
+    off = np.abs(sides(tracks)[:, 0] - SIDE_M).max(axis=0) - WITHIN_M
+    seconds: Column = np.maximum(0.0, off) / (2 * SPEED) + HELD_S
+    return seconds
+
+
+FEAT = Feat(
+    name="triangle",
+    does="three robots line up in an equilateral triangle",
+    measured="sides within 0.4 m of 2 m and angles within 12 degrees of 60, for 5 s, in 90 s",
+    bounded="the side farthest off, its ends going straight, and 5 s",
+    kit=kit_of(SCENARIO),
+    topics=(FACE, SETTLE, LINE_UP),
+    options={
+        "face": Options(watched=True, reaction_s=0.2),
+        "settle": Options(watched=True),
+        "line_up": Options(watched=True),
+    },
+    practice=practice,
+    trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound, BINDINGS),
+    hand=Hand,
+)

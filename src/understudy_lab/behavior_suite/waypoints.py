@@ -1,0 +1,160 @@
+"""Patrolling waypoints: go to one, then to each in turn with its done flag, round after round."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import YES, Column
+from understudy.model.lesson import Options
+from understudy.runtime.body import Commands
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.schema import Objects, Robots, Scenario, TargetOf
+from understudy.sim.world import World
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.behavior_suite.rovers import SPEED, Turning, bearing, rover
+from understudy_lab.behavior_suite.task import Feat, Judged, Trial
+from understudy_lab.behavior_suite.tracks import Table, Tracks, in_turn, signed
+from understudy_lab.tasks import forage_teacher
+from understudy_lab.teachers.person import Seen
+from understudy_lab.teachers.teacher import Case, Push, Topic
+
+POSTS, LAPS = 4, 2
+THERE_M, LIMIT_S = 0.5, 180.0
+NAMES = tuple(f"post_{k + 1}" for k in range(POSTS))
+
+SCENARIO = Scenario(
+    name="waypoints",
+    about="A rover, and four posts to patrol in turn.",
+    size=(10.0, 10.0),
+    limit_s=LIMIT_S,
+    objects=(Objects(name="post", count=POSTS, apart=1.0),),
+    types={"rover": rover("forward", "rotate_left", "rotate_right")},
+    robots=(Robots(type="rover", apart=1.0),),
+    targets={name: TargetOf(object="post", index=k, doc="A post.") for k, name in enumerate(NAMES)},
+)
+
+
+def _beside(side: int, nearest: float, farthest: float) -> Seen:
+    """The post to the left (1) or right (-1), this near or far, m."""
+
+    def suits(screen: Screen) -> bool:
+        return 0.8 < side * bearing(screen) < 2.6 and nearest < screen.features["distance_to(A)"] < farthest
+
+    return suits
+
+
+def _underway(screen: Screen) -> bool:
+    return screen.state == "forward" and abs(bearing(screen)) < forage_teacher.ASTRAY
+
+
+GOTO = replace(
+    forage_teacher.GOTO,
+    cases=(
+        Case("posts", {"A": NAMES[0]}, _beside(1, 1.0, 2.5)),
+        Case("posts", {"A": NAMES[1]}, _beside(-1, 1.0, 2.5)),
+        Case(
+            "posts",
+            {"A": NAMES[2]},
+            _beside(-1, 3.0, 6.0),
+            _underway,
+            push=Push("forward", "rotate_right", 0.8),
+        ),
+        Case(
+            "posts",
+            {"A": NAMES[3]},
+            _beside(1, 3.0, 6.0),
+            _underway,
+            push=Push("forward", "rotate_left", 0.8),
+        ),
+    ),
+)
+"""As for foraging, with posts."""
+
+ROUNDS = [f"goto({name})" for name in NAMES]
+STATES = [f"to_{name}" for name in NAMES]
+
+
+def show(screen: Screen) -> str | None:
+    """To the next post where the robot says that it is there."""
+    if screen.state == "start":
+        return STATES[0]
+    if screen.features["done"] != YES:
+        return None
+    return STATES[(STATES.index(screen.state) + 1) % POSTS]
+
+
+def _rounds_shown(screen: Screen) -> bool:
+    return screen.time_s > 30.0 and screen.state == STATES[1]
+
+
+PATROL = Topic(
+    "patrol",
+    lambda library: new_lesson(
+        library,
+        "patrol",
+        states=[f"{state}={call}" for state, call in zip(STATES, ROUNDS, strict=True)],
+        features=["done"],
+    ),
+    show,
+    show,
+    _rounds_shown,
+    cases=(Case("posts"),),
+    tries=2,
+    limit_s=150.0,
+)
+
+
+class Hand:
+    """Turns to the post at hand and drives there, then to the next."""
+
+    keys: Sequence[ReadingKey] = tuple((reading, name) for reading in ("range", "bearing") for name in NAMES)
+
+    def __init__(self, world: World) -> None:
+        self._turning = Turning(world.agents)
+        self._next = np.zeros(world.agents, np.int64)
+
+    def decide(self, percept: Percept) -> Commands:
+        """What each robot does now."""
+        rows = np.arange(len(self._next))
+        distances = np.stack([percept["range", name] for name in NAMES])
+        self._next = (self._next + (distances[self._next, rows] < THERE_M - 0.05)) % POSTS
+        off = signed(np.stack([percept["bearing", name] for name in NAMES])[self._next, rows])
+        turn = self._turning.toward(off, np.ones(len(rows), np.bool_))
+        return {"drive": (turn == 0).astype(np.float64), "turn": turn}
+
+
+def judge(tracks: Tracks) -> Judged:
+    """When two laps were complete, each post passed within half a meter and in turn; and how many laps there were."""
+    x, y = tracks.objects_x[:, :, :POSTS], tracks.objects_y[:, :, :POSTS]
+    reached = np.hypot(x - tracks.x[:, :, None], y - tracks.y[:, :, None]) <= THERE_M
+    count = in_turn(reached)
+    return Judged(tracks.first(count >= LAPS * POSTS), {"laps": count[-1] / POSTS})
+
+
+def bound(tracks: Tracks) -> Column:
+    """The straight lines from post to post, less the half meter at either end, at full speed [W], s."""
+    posts: Table = np.stack([tracks.objects_x[0, :, :POSTS], tracks.objects_y[0, :, :POSTS]])
+    begin = np.stack([tracks.x[0], tracks.y[0]])
+    first = np.maximum(0.0, np.hypot(*(posts[:, :, 0] - begin)) - THERE_M)
+    lap = np.maximum(0.0, np.hypot(*(np.roll(posts, -1, axis=2) - posts)) - 2 * THERE_M)
+    meters: Column = first + LAPS * lap.sum(axis=1) - lap[:, -1]
+    return meters / SPEED
+
+
+FEAT = Feat(
+    name="patrol",
+    does="patrols four waypoints in turn",
+    measured="two laps in 180 s, every post passed within 0.5 m",
+    bounded="straight lines from post to post",
+    kit=kit_of(SCENARIO),
+    topics=(GOTO, PATROL),
+    options={"goto": Options(watched=True, reaction_s=0.2), "patrol": Options(watched=True)},
+    practice=lambda practice, seed: World(SCENARIO, [seed]),
+    trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound),
+    hand=Hand,
+)

@@ -1,0 +1,88 @@
+"""What `understudy bench robots` measures: a robot that decides as soon as a range comes, in a process of its own.
+
+All is there that a real run has: the guard, the watchdog, limits, an automaton that is interpreted.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from threading import Event
+
+from understudy.model.behaviors import Behavior, Command
+from understudy.model.features import BoundFeature, Feature
+from understudy.model.kinds import Continuous
+from understudy.model.kit import Kit
+from understudy.model.library import Library
+from understudy.model.tree_builder import automaton, below
+from understudy.robots.body import Robot
+from understudy.robots.file import load_robot
+from understudy.robots.ros.transport import Peer, Publish, Received, Transport
+from understudy.robots.ros.transports import open_transport
+from understudy.robots.safety.stop_log import log_path
+from understudy.robots.safety.watchdog_client import Leash
+from understudy.runtime.program import Program, link
+from understudy.runtime.run_loop import Run
+
+NAME, NEAR_M = "avoid", 1.0
+
+
+class Waking:
+    """A transport that tells when something came."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport, self.came = transport, Event()
+
+    def subscribe(self, topic: str, type: str, received: Received) -> None:
+        """As the transport within; then wake who waits."""
+
+        def woken(data: bytes, at_s: float) -> None:
+            received(data, at_s)
+            self.came.set()
+
+        self._transport.subscribe(topic, type, woken)
+
+    def publisher(self, topic: str, type: str) -> Publish:
+        """As the transport within."""
+        return self._transport.publisher(topic, type)
+
+    def peers(self) -> Sequence[Peer]:
+        """As the transport within."""
+        return self._transport.peers()
+
+    def close(self) -> None:
+        """As the transport within."""
+        self._transport.close()
+
+
+def program() -> Program:
+    """Ahead, but turn where something is near."""
+    sonar = BoundFeature(Feature("sonar", Continuous(), "sonar_ahead"))
+    decide = below("sonar", NEAR_M, "left", "forward")
+    basics = {"forward": Command(drive=1.0), "left": Command(turn=1.0)}
+    made = automaton(
+        NAME, dict.fromkeys(("start", *basics), decide), readings={"sonar": sonar}, basics=basics
+    )
+    kit = Kit.of(sonar.feature, *(Behavior(name, command) for name, command in basics.items()))
+    return link(Library.of(kit, made), NAME)
+
+
+def main(path: str) -> None:
+    """Decide on each range that comes, until none came for a second."""
+    file = load_robot(path)
+    waking = Waking(open_transport(file))
+    with Robot(file, waking, path=path, leash=Leash(file, log=log_path(file, Path(path)))) as robot:
+        while robot.senses.missing(robot.now_s) is not None:
+            waking.came.wait()
+        robot.arm("a measurement")
+        run = Run.of(robot, program())
+        sys.stdout.write("ready\n")
+        sys.stdout.flush()
+        while waking.came.wait(1.0):  # nothing for so long: it is over
+            waking.came.clear()
+            run.tick()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

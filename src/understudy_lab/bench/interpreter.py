@@ -1,0 +1,179 @@
+"""How long a pulse of a three-level automaton takes, beside a py_trees behavior tree in the same run.
+
+Ours is a forager as taught, on its way to food: forage > harvest > goto, with flags read at the upper
+levels and decision trees of usual size. Theirs is the tree of 11 nodes that decides the same about the way:
+memoryless composites, conditions of one comparison, actions of one assignment, plain Python attributes
+instead of the blackboard (which is slower), ticked through `BehaviourTree.tick` without visitors, as
+py_trees' users do. Sensing is excluded on both sides: the readings are there as floats before the clock
+starts. Both get the same ones, and a test holds their decisions equal. Our pulse also keeps the upper
+levels, flags and time in state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from itertools import cycle, islice
+from math import tau
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+from understudy.errors import UnderstudyError
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.behaviors import Behavior, Command
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature, Feature, Flag
+from understudy.model.kinds import Continuous, Toroidal
+from understudy.model.kit import Kit
+from understudy.model.library import Library
+from understudy.model.target import Target
+from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.program import link
+
+TICKS, ROUNDS = 2000, 25
+NEAR, AHEAD = 0.4, 0.3
+GOAL_US, GOAL_RATIO = 2.0, 10.0
+
+
+def run() -> dict[str, Any]:
+    """Medians over rounds in which the two take turns, µs per pulse and per tick."""
+    theirs = _peer()
+    rows = readings(TICKS)
+    ours = interpreter()
+    ours_us: list[float] = []
+    theirs_us: list[float] = []
+    for _ in range(ROUNDS + 1):
+        ours.start(0.0)
+        began = perf_counter()
+        pulse = ours.pulse
+        for tick, row in enumerate(rows):
+            pulse(row, tick * 0.1)
+        ours_us.append((perf_counter() - began) / TICKS * 1e6)
+        began = perf_counter()
+        for row in rows:
+            theirs.tick(row)
+        theirs_us.append((perf_counter() - began) / TICKS * 1e6)
+    pulse_us, tick_us = median(ours_us[1:]), median(theirs_us[1:])
+    return {
+        "levels": len(ours.path),
+        "path": list(ours.path),
+        "pulse_us": pulse_us,
+        "goal_us": GOAL_US,
+        "py_trees_nodes": theirs.nodes,
+        "py_trees_us": tick_us,
+        "ratio": tick_us / pulse_us,
+        "goal_ratio": GOAL_RATIO,
+        "passed": pulse_us <= GOAL_US and tick_us / pulse_us >= GOAL_RATIO,
+    }
+
+
+def interpreter() -> Interpreter:
+    """A forager of three levels, for readings (range, bearing, food stored)."""
+    distance = Feature("distance_to", Continuous(), "range", of="A")
+    angle = Feature("angle_to", Toroidal(), "bearing", of="A")
+    stored = Feature("food_stored", Continuous(), "food_stored")
+    a = Binding(A="A")
+    goto = Automaton(
+        "goto",
+        (START, *(State(name, name) for name in ("forward", "left", "right")), State("done", flag="done")),
+        (BoundFeature(distance, a), BoundFeature(angle, a)),
+        ("A",),
+        transitions=dict.fromkeys(("start", "forward", "left", "right"), _steer()),
+    )
+    done = BoundFeature(Flag("done"))
+    arrived = Tree((Node(Test.LABEL, 0, branches=(1, 2)), leaf(1), leaf(2)))
+    enough = Tree((Node(Test.BELOW, 1, high=5.0, yes=1, no=2), leaf(2), leaf(3)))
+    harvest = Automaton(
+        "harvest",
+        (START, State("goto", "goto", Binding(A="food")), State("load", "load"), State("done", flag="done")),
+        (done, BoundFeature(stored)),
+        transitions={"start": Tree((leaf(1),)), "goto": arrived, "load": enough},
+    )
+    forage = Automaton(
+        "forage",
+        (START, State("harvest", "harvest"), State("rest", "load")),
+        (done, BoundFeature(stored)),
+        transitions={"start": Tree((leaf(1),)), "harvest": arrived, "rest": arrived},
+    )
+    basics = [Behavior(name, Command()) for name in ("forward", "left", "right", "load")]
+    kit = Kit.of(distance, angle, stored, *basics, Target("food"))
+    return Interpreter(link(Library.of(kit, goto, harvest, forage), "forage"))
+
+
+def _steer() -> Tree:
+    """Done when near; else forward when it is ahead, left or right when it is not."""
+    return Tree(
+        (
+            Node(Test.BELOW, 0, high=NEAR, yes=1, no=2),
+            leaf(4),
+            Node(Test.ARC, 1, low=tau - AHEAD, high=AHEAD, yes=3, no=4),
+            leaf(1),
+            Node(Test.BELOW, 1, high=tau / 2, yes=5, no=6),
+            leaf(2),
+            leaf(3),
+        )
+    )
+
+
+class _Peer:
+    """The same decisions as a behavior tree of py_trees."""
+
+    def __init__(self, trees: Any) -> None:
+        self.row: tuple[float, ...] = (0.0, 0.0, 0.0)
+        self.action = ""
+        peer, status = self, trees.common.Status
+
+        class Condition(trees.behaviour.Behaviour):  # type: ignore[misc]
+            def __init__(self, name: str, holds: Callable[[float, float], bool]) -> None:
+                super().__init__(name)
+                self.holds = holds
+
+            def update(self) -> Any:
+                return status.SUCCESS if self.holds(peer.row[0], peer.row[1]) else status.FAILURE
+
+        class Action(trees.behaviour.Behaviour):  # type: ignore[misc]
+            def update(self) -> Any:
+                peer.action = self.name
+                return status.RUNNING
+
+        def when(name: str, holds: Callable[[float, float], bool], action: str) -> Any:
+            children = [Condition(name, holds), Action(action)]
+            return trees.composites.Sequence(f"if {name}", memory=False, children=children)
+
+        root = trees.composites.Selector("forage", memory=False)
+        root.add_children(
+            [
+                when("near", lambda distance, _: distance < NEAR, "load"),
+                when("ahead", lambda _, angle: angle < AHEAD or angle >= tau - AHEAD, "forward"),
+                when("to the left", lambda _, angle: angle < tau / 2, "left"),
+                Action("right"),
+            ]
+        )
+        self.nodes = sum(1 for _ in root.iterate())
+        self._tree = trees.trees.BehaviourTree(root)
+
+    def tick(self, row: tuple[float, ...]) -> None:
+        """One tick on one set of readings."""
+        self.row = row
+        self._tree.tick()
+
+
+def _peer() -> _Peer:
+    try:
+        return _Peer(import_module("py_trees"))
+    except ImportError:
+        raise UnderstudyError(
+            "the comparison needs py_trees, which is not installed; "
+            "install it with: pip install 'understudy[bench]'"
+        ) from None
+
+
+def readings(count: int) -> list[tuple[float, ...]]:
+    """Readings (range, bearing, food stored) of a robot that turns to food, drives there, and begins anew."""
+    turn = [(5.0, 3.0 - 0.1 * tick, 3.0) for tick in range(28)]
+    drive = [(5.0 - 0.1 * tick, 0.2, 3.0) for tick in range(45)]
+    left = [*turn, *drive]
+    right = [(distance, (tau - angle) % tau, stored) for distance, angle, stored in left]
+    return list(islice(cycle([*left, *right]), count))

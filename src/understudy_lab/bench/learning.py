@@ -1,0 +1,145 @@
+"""How long learning takes, beside scikit-learn's DecisionTreeClassifier on the same data in the same run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from importlib import import_module
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import UnderstudyError
+from understudy.learning.fit import learn
+from understudy.learning.tree_growth import grow, prepare
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.example import Example, ExampleKind
+from understudy.model.features import BoundFeature, Feature
+from understudy.model.kinds import TAU, Continuous, Kind, Toroidal
+from understudy.model.lesson import Lesson
+
+Data = tuple[NDArray[np.float64], NDArray[np.int64]]
+
+SIZES = {20: 300, 100: 300, 1000: 60, 10_000: 9}
+"""How many examples, and how often each is measured."""
+
+STATES = 4
+NUMBER = Continuous()
+
+
+def run() -> dict[str, Any]:
+    """Medians, ms: ours from a lesson, ours from arrays to a finished Tree, scikit-learn's `fit` from arrays.
+
+    All are warm, grow until every leaf is pure, and take turns. `from_lesson` includes checking every value
+    and making arrays of the Example objects; scikit-learn's fit includes its own checking of the arrays, and
+    is given the faster of its criteria. `as_fast` compares arrays with arrays, `as_fast_from_lesson` a lesson
+    with arrays.
+    """
+    try:
+        peer = import_module("sklearn.tree").DecisionTreeClassifier
+    except ImportError:
+        raise UnderstudyError(
+            "the comparison needs scikit-learn, which is not installed; "
+            "install it with: pip install 'understudy[bench]'"
+        ) from None
+    began = perf_counter()
+    prepare()
+    first_call_ms = (perf_counter() - began) * 1e3
+    sizes = []
+    for count, repeats in SIZES.items():
+        data = continuous(count, noise=0.03)
+        lesson = lesson_of(data)
+        measured = medians(
+            repeats,
+            ours=partial(_ours, data, [NUMBER] * 3),
+            from_lesson=partial(learn, lesson),
+            sklearn_gini=partial(_theirs, peer, "gini", data),
+            sklearn_entropy=partial(_theirs, peer, "entropy", data),
+        )
+        sklearn_ms = min(measured["sklearn_gini_ms"], measured["sklearn_entropy_ms"])
+        tree = _ours(data, [NUMBER] * 3)
+        sizes.append(
+            {
+                "examples": count,
+                **measured,
+                "sklearn_ms": sklearn_ms,
+                "as_fast": measured["ours_ms"] <= sklearn_ms,
+                "as_fast_from_lesson": measured["from_lesson_ms"] <= sklearn_ms,
+                "nodes": len(tree.nodes),
+                "depth": tree.depth,
+                "sklearn_nodes": int(_theirs(peer, "entropy", data).tree_.node_count),
+            }
+        )
+    toroidal, noisy = circular(400, noise=0.05), continuous(5000, noise=0.05)
+    goals = [
+        _goal("1 toroidal feature, n = 400", 10.0, 40, toroidal, [Toroidal()]),
+        _goal("3 continuous features, n = 5000", 25.0, 11, noisy, [NUMBER] * 3),
+    ]
+    return {
+        "first_call_ms": first_call_ms,
+        "sizes": sizes,
+        "goals": goals,
+        "passed": all(size["as_fast"] for size in sizes) and all(goal["passed"] for goal in goals),
+    }
+
+
+def medians(repeats: int, **measured: Callable[[], object]) -> dict[str, float]:
+    """The median time of each, ms; they take turns, after one turn that does not count."""
+    times: dict[str, list[float]] = {name: [] for name in measured}
+    for _ in range(repeats + 1):
+        for name, call in measured.items():
+            began = perf_counter()
+            call()
+            times[name].append((perf_counter() - began) * 1e3)
+    return {f"{name}_ms": median(taken[1:]) for name, taken in times.items()}
+
+
+def continuous(count: int, *, noise: float, seed: int = 0) -> Data:
+    """Three continuous features [n, 3], two of which decide between four outcomes [n], some at random."""
+    random = np.random.default_rng(seed)
+    values = random.random((count, 3)) * 10
+    outcomes = (values[:, 0] > 5).astype(np.int64) + 2 * (values[:, 1] > 3)
+    return values, np.where(random.random(count) < noise, random.integers(0, STATES, count), outcomes)
+
+
+def circular(count: int, *, noise: float, seed: int = 0) -> Data:
+    """One toroidal feature [n, 1] with an arc across the seam, some outcomes [n] turned round."""
+    random = np.random.default_rng(seed)
+    values = random.random((count, 1)) * TAU
+    outcomes = ((values[:, 0] < 0.7) | (values[:, 0] > 5.5)).astype(np.int64)
+    return values, np.where(random.random(count) < noise, 1 - outcomes, outcomes)
+
+
+def lesson_of(data: Data, kind: Kind = NUMBER) -> Lesson:
+    """A lesson of one state with these examples, all directives."""
+    values, outcomes = data
+    names = [START.name, *(f"state_{index}" for index in range(1, STATES))]
+    features = tuple(
+        BoundFeature(Feature(f"x{index}", kind, reading="x")) for index in range(values.shape[1])
+    )
+    automaton = Automaton("bench", (START, *(State(name, name) for name in names[1:])), features)
+    return Lesson(
+        automaton,
+        tuple(
+            Example(number, START.name, tuple(row), names[outcome], ExampleKind.DIRECTIVE)
+            for number, (row, outcome) in enumerate(zip(values.tolist(), outcomes.tolist(), strict=True))
+        ),
+    )
+
+
+def _ours(data: Data, kinds: Sequence[Kind]) -> Any:
+    values, outcomes = data
+    return grow(values, outcomes, np.ones(len(outcomes), np.int64), kinds, states=STATES, current=0)
+
+
+def _theirs(peer: Any, criterion: str, data: Data) -> Any:
+    return peer(criterion=criterion, random_state=0).fit(*data)
+
+
+def _goal(what: str, goal_ms: float, repeats: int, data: Data, kinds: Sequence[Kind]) -> dict[str, Any]:
+    lesson = lesson_of(data, kinds[0])
+    measured = medians(repeats, ours=lambda: _ours(data, kinds), from_lesson=lambda: learn(lesson))
+    return {"what": what, "goal_ms": goal_ms, **measured, "passed": measured["from_lesson_ms"] <= goal_ms}

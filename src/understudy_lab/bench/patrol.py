@@ -1,0 +1,148 @@
+"""How fast the patrol world of the paper runs (section 6): four robots with cameras and sonar, and an intruder.
+
+Robots disperse, attack an intruder that they see, and go home once they have it: each by itself, or ordered about by a
+coordinator. The automata are written by hand, in the shape of figure 5: patrol > wander | servo.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+from understudy.model.automaton import Automaton
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature, TimeInState
+from understudy.model.library import Library
+from understudy.model.tree_builder import Ask, Question, automaton, below, raised, seen
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import Libraries, libraries_of, team_of
+from understudy_lab.bench.harness import Case, Goal, Row, measure, result, speed
+from understudy_lab.bench.understudy_case import Ours
+
+BASICS = ("forwards", "left", "right")
+SECTORS = ("front_left", "front_right", "rear")
+ROBOTS, WORLDS, TICKS, ROUNDS = 4, 1_000, 500, 7
+ONE, MANY, LED = "patrol, one world", "patrol, 1000 worlds", "patrol, one world with a coordinator"
+
+
+def scenario() -> Scenario:
+    """The patrol world as it ships: home base, obstacles, an intruder and a boss that come and go."""
+    return load_scenario("patrol")
+
+
+def library() -> Library:
+    """`patrol`, and what it runs: `wander` by sonar, `servo` toward a color by camera."""
+    kit = kit_of(scenario())
+    blob_x, blob_size = kit.features["blob_x"], kit.features["blob_size"]
+    sonars = {name: BoundFeature(kit.features[f"sonar_{name}"]) for name in SECTORS}
+    readings = {
+        "blob_x": BoundFeature(blob_x, Binding(A="A")),
+        "blob_size": BoundFeature(blob_size, Binding(A="A")),
+        "intruder_size": BoundFeature(blob_size, Binding(A="intruder")),
+        "time_in_state": BoundFeature(TimeInState()),
+        **sonars,
+    }
+    free = below("front_left", 0.5, "right", below("front_right", 0.5, "left", "forwards"))
+    wander: dict[str, Question] = {
+        "start": free,
+        "forwards": free,
+        "left": below("front_right", 1.0, "left", below("front_left", 0.8, "left", "forwards")),
+        "right": below("front_left", 1.0, "right", below("front_right", 0.8, "right", "forwards")),
+    }
+    servo = dict.fromkeys(("start", *BASICS), _servo())
+    return Library.of(
+        kit,
+        automaton("wander", wander, readings=readings, basics=BASICS),
+        automaton("servo", servo, readings=readings, flags=("done",), basics=BASICS, parameters=("A",)),
+        _patrol(readings),
+    )
+
+
+def _servo() -> Question:
+    """Toward the middle of the blob, until it is large; turn left where none is seen."""
+    toward = below("blob_x", 65.0, "left", below("blob_x", 95.0, "forwards", "right"))
+    return seen("blob_size", below("blob_size", 1500.0, toward, "done"), "left")
+
+
+def _patrol(readings: Mapping[str, BoundFeature]) -> Automaton:
+    attack = seen("intruder_size", "attack", "disperse")
+    return automaton(
+        "patrol",
+        {
+            "start": attack,
+            "disperse": seen("intruder_size", "attack", below("time_in_state", 30.0, "disperse", "home")),
+            "attack": raised("done", "home", below("time_in_state", 20.0, "attack", "disperse")),
+            "home": raised("done", "disperse", below("time_in_state", 30.0, "home", "disperse")),
+        },
+        readings=readings,
+        runs={"disperse": "wander", "attack": "servo", "home": "servo"},
+        bindings={"attack": Binding(A="intruder"), "home": Binding(A="home")},
+    )
+
+
+def lead() -> Automaton:
+    """Out; where somebody sees an intruder, all at it; where somebody is there, all home; where all are, out again."""
+    features = libraries_of(scenario(), library())["patrol"].kit.features
+    readings = {
+        "sees": BoundFeature(features["someone_sees"], Binding(A="intruder")),
+        "someone_there": BoundFeature(features["someone_done"]),
+        "all_there": BoundFeature(features["all_done"]),
+    }
+    return automaton(
+        "lead",
+        {
+            "start": "out",
+            "out": Ask("sees", "attack", "out"),
+            "attack": raised("someone_there", "home", "attack"),
+            "home": raised("all_there", "out", "home"),
+        },
+        readings=readings,
+        runs={"out": "wander", "attack": "servo", "home": "servo"},
+        bindings={"attack": Binding(A="intruder"), "home": Binding(A="home")},
+    )
+
+
+def known() -> Libraries:
+    """What robots and coordinator know."""
+    return libraries_of(scenario(), library(), lambda name, kit: Library.of(kit, lead()))
+
+
+class Led:
+    """One world whose robots a coordinator orders about."""
+
+    robots = ROBOTS
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start."""
+        self.team = team_of(scenario(), [0], known(), {"patrol": ("lead", {})})
+
+    def run(self, ticks: int) -> None:
+        """Run for so many ticks."""
+        self.team.run(ticks)
+
+
+def cases() -> list[Case]:
+    """One world on one thread, and many on two."""
+    made = scenario(), library(), "patrol"
+    return [
+        Case(ONE, partial(Ours, *made), 1, 10 * TICKS),
+        Case(LED, Led, 1, 10 * TICKS),
+        Case(MANY, partial(Ours, *made, worlds=WORLDS, threads=2), 2, TICKS),
+    ]
+
+
+GOALS = (
+    Goal("one world: ticks/s", lambda rows: speed(rows, ONE, ROBOTS) / ROBOTS, least=20_000),
+    Goal("with a coordinator: ticks/s", lambda rows: speed(rows, LED, ROBOTS) / ROBOTS, least=15_000),
+    Goal("side by side: robot-ticks/s", lambda rows: speed(rows, MANY, ROBOTS * WORLDS), least=2e6),
+)
+
+
+def run(*, rounds: int = ROUNDS) -> Row:
+    """Both, and whether they are fast enough."""
+    return result(measure(cases(), rounds=rounds), GOALS)

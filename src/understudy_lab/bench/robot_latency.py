@@ -1,0 +1,184 @@
+"""From a reading to the command that it causes, on one machine: published here, decided there, back here.
+
+Ranges go out at 50 Hz, far and near in turn, so that each is answered by a command unlike the one before. Ours is a
+robot in a process of its own with all that a run has (`decider.py`), over DDS and over Zenoh; beside it, at the same
+end, a program in C that answers on Cyclone DDS and does nothing else.
+"""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from socket import socket
+from threading import Event, Thread
+from typing import Any
+
+import numpy as np
+
+from understudy.robots.ros.dds import DDS
+from understudy.robots.ros.messages import encode, make
+from understudy.robots.ros.transport import ExtraMissing, Transport
+from understudy.robots.ros.zenoh import Zenoh
+from understudy_lab.bench import cyclone_echo
+from understudy_lab.bench.harness import Goal, Row, result
+
+RATE_HZ, MESSAGES, FIRST = 50, 1000, 50
+"""The first are not counted."""
+DOMAIN, SPACE = 77, "/bench"
+RANGE, TWIST = "sensor_msgs/msg/Range", "geometry_msgs/msg/Twist"
+FAR_M, NEAR_M = 2.0, 0.5
+ANSWER_S, READY_S = 1.0, 30.0
+DDS_ROW, ZENOH_ROW, ECHO_ROW = "ours, DDS", "ours, Zenoh", "answered in C, Cyclone DDS"
+
+FILE = """
+format = "understudy-robot/1"
+name = "bench"
+namespace = "{space}"
+domain = {domain}
+transport = "{transport}"
+{router}tick_s = 0.02
+limits = {{ speed_m_s = 0.5, turn_rad_s = 1.0 }}
+commands = {{ drive_m_s = 0.4, turn_rad_s = 1.0 }}
+
+[readings.sonar_ahead]
+topic = "sonar"
+type = "sensor_msgs/msg/Range"
+required = true
+"""
+
+
+def run(messages: int = MESSAGES) -> dict[str, Any]:
+    """A row for each that answers, ms: the median, what 99 of 100 are below, the longest; how many never came."""
+    try:
+        rows = list(_rows(messages))
+    except ExtraMissing as error:
+        return {**result([], goals()), "missing": [str(error)]}
+    found = {row["what"] for row in rows}
+    return {**result(rows, goals()), "missing": [] if ECHO_ROW in found else [cyclone_echo.PEER]}
+
+
+def goals() -> Sequence[Goal]:
+    """What is asked for: 2 ms in the middle, 10 ms for 99 of 100; all of them answered."""
+    return [
+        Goal(f"{what}: {key}", _value(what, key), most=most)
+        for what in (DDS_ROW, ZENOH_ROW)
+        for key, most in (("p50_ms", 2.0), ("p99_ms", 10.0), ("lost", 0.5))
+    ]
+
+
+def _value(what: str, key: str) -> Callable[[Sequence[Row]], float]:
+    return lambda rows: next((float(row[key]) for row in rows if row["what"] == what), float("nan"))
+
+
+def _rows(messages: int) -> Iterator[Row]:
+    with tempfile.TemporaryDirectory() as folder:
+        yield _dds(DDS_ROW, _decider(Path(folder), "dds"), messages)
+        with socket() as free:
+            free.bind(("127.0.0.1", 0))
+            endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+        joined = Zenoh(DOMAIN, listen=endpoint)
+        yield measured(ZENOH_ROW, joined, _decider(Path(folder), "zenoh", endpoint), messages)
+        program = cyclone_echo.built(Path(folder))
+        if program is not None:
+            yield _dds(ECHO_ROW, [str(program), str(DOMAIN), SPACE], messages)
+
+
+def _dds(what: str, command: Sequence[str], messages: int) -> Row:
+    return measured(what, DDS(DOMAIN), command, messages)
+
+
+def _decider(folder: Path, transport: str, endpoint: str = "") -> Sequence[str]:
+    path = folder / f"{transport}.toml"
+    router = f'router = "{endpoint}"\n' if endpoint else ""
+    text = FILE.format(space=SPACE, domain=DOMAIN, transport=transport, router=router)
+    path.write_text(text, encoding="utf-8")
+    return [sys.executable, "-m", "understudy_lab.bench.decider", str(path)]
+
+
+def measured(what: str, transport: Transport, command: Sequence[str], messages: int) -> Row:
+    """What a program that is started now takes to answer ranges that a transport carries to it."""
+    try:
+        with _Prober(transport) as prober, _running(command) as ready:
+            until = time.monotonic() + READY_S
+            while not ready.is_set():
+                if time.monotonic() > until:
+                    raise RuntimeError(f"{what} is not ready after {READY_S:g} s")
+                prober.ask(far=False)
+                time.sleep(1 / RATE_HZ)
+            taken = [prober.time(far=number % 2 == 0) for number in range(FIRST + messages)][FIRST:]
+    finally:
+        transport.close()
+    answered_ms = np.array([seconds * 1e3 for seconds in taken if seconds is not None] or [np.nan])
+    return {
+        "what": what,
+        "messages": messages,
+        "rate_hz": RATE_HZ,
+        "p50_ms": float(np.median(answered_ms)),
+        "p99_ms": float(np.quantile(answered_ms, 0.99)),
+        "max_ms": float(answered_ms.max()),
+        "lost": sum(seconds is None for seconds in taken),
+    }
+
+
+class _Prober:
+    """Sends ranges, and waits for the commands that answer them."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._ranges = {
+            far: encode(RANGE, make(RANGE, min_range=0.1, max_range=3.0, range=FAR_M if far else NEAR_M))
+            for far in (True, False)
+        }
+        self._wanted, self._came_s, self._answered = True, 0.0, Event()
+        self._due_s = 0.0
+        self._publish = transport.publisher(f"{SPACE}/sonar", RANGE)
+        transport.subscribe(f"{SPACE}/cmd_vel", TWIST, self._command)
+
+    def __enter__(self) -> _Prober:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._answered.set()
+
+    def ask(self, *, far: bool) -> None:
+        """Send one range."""
+        self._publish(self._ranges[far])
+
+    def time(self, *, far: bool) -> float | None:
+        """Send one when it is due, and tell how long the answer took, s; None where none came."""
+        now = time.monotonic()
+        self._due_s = max(self._due_s + 1 / RATE_HZ, now)
+        time.sleep(self._due_s - now)
+        self._answered.clear()
+        self._wanted = far
+        sent_s = time.monotonic()
+        self.ask(far=far)
+        return self._came_s - sent_s if self._answered.wait(ANSWER_S) else None
+
+    def _command(self, data: bytes, at_s: float) -> None:
+        ahead, *_, turning = struct.unpack_from("<6d", data, 4)
+        if (ahead > 0, turning > 0) == (self._wanted, not self._wanted) and not self._answered.is_set():
+            self._came_s = at_s
+            self._answered.set()
+
+
+@contextmanager
+def _running(command: Sequence[str]) -> Iterator[Event]:
+    """A program, and whether it has said that it is ready."""
+    ready = Event()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+
+        def listen() -> None:
+            if process.stdout is not None and process.stdout.readline() == "ready\n":
+                ready.set()
+
+        Thread(target=listen, daemon=True).start()
+        try:
+            yield ready
+        finally:
+            process.terminate()

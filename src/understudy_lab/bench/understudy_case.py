@@ -1,0 +1,30 @@
+"""Our side of the measurements: worlds of a scenario and robots that run a library, through the public names."""
+
+from __future__ import annotations
+
+from understudy.model.library import Library
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.program import link
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.world import World
+
+
+class Ours:
+    """Worlds side by side, with recording off."""
+
+    def __init__(
+        self, scenario: Scenario, library: Library, behavior: str, *, worlds: int = 1, threads: int = 1
+    ) -> None:
+        self.seeds, self.threads = range(worlds), threads
+        self.world = World(scenario, self.seeds)
+        self.robots = self.world.agents
+        self.engine = Engine.of(self.world, link(library, behavior))
+
+    def reset(self) -> None:
+        """Back to the start, robots and automata."""
+        self.world.reset(self.seeds)
+        self.engine.restart()
+
+    def run(self, ticks: int) -> None:
+        """Run for so many ticks."""
+        self.engine.run(ticks, threads=self.threads)

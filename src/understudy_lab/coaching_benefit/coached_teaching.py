@@ -1,0 +1,190 @@
+"""Teaching with the coach, and without: what a novice does next, and what the robot had learned after so many examples.
+
+A novice alone puts the robot into one situation after the other that occurs to them, and drives it. One who follows the
+coach does so once; then, in turn, they let the robot try where it is put next, and answer where it asks, and they read
+the first advice, let the coach set up the situation, and show what they think right there.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.coaching.advice import Advice, AdviceKind
+from understudy.coaching.coach import advice
+from understudy.coaching.pose_sampling import situations_in
+from understudy.coaching.queries import Asking, When
+from understudy.coaching.situation_setup import stage
+from understudy.learning.fit import learn
+from understudy.learning.mislabels import slips
+from understudy.model.library import Library, Taught
+from understudy.training.session import Session
+from understudy_lab.coaching_benefit.tasks import Exercise, drawn
+from understudy_lab.noisy_teachers.slipping import seen_at
+from understudy_lab.novices.novice import Novice
+from understudy_lab.teachers.teacher import FIRST_SEED
+
+ALONE, COACHED = "alone", "coached"
+ASKED, CORRECTED = "asked", "corrected"
+GOES_ON_S = 4.0
+"""After an answer they go on directing the robot for so long."""
+TWICE = 2
+"""They follow the same sentence so often at most."""
+ANSWER_S = 1.0
+"""An answer to a question takes so long, while the world stands still."""
+STEPS_IN_S = 1.0
+"""They let the robot do what they would not for so long before they make up their mind to correct it."""
+LOOK_S = 2.0
+"""So long they look at an example that may be a slip."""
+MOST_QUESTIONS = 8
+"""So many in one try."""
+STEPS = (6, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100, 120, 150)
+"""Numbers of examples after which it is looked at what the robot would do."""
+
+
+@dataclass
+class Course:
+    """What one novice's teaching came to: what was learned by each of STEPS, and in the end."""
+
+    session: Session
+    by_step: dict[int, Taught] = field(default_factory=dict)
+    followed: Counter[str] = field(default_factory=Counter)
+    """By kind, and by sentence."""
+    pressed: set[int] = field(default_factory=set)
+    meant: dict[int, float] = field(default_factory=dict)
+    """Presses that look like slips, which they stood by, with the doubt then."""
+
+    @property
+    def made(self) -> int:
+        """Press-made examples so far, deleted ones too."""
+        return len(self.pressed)
+
+    @property
+    def followed_kinds(self) -> dict[str, int]:
+        """How often advice of each kind was followed, and a question answered."""
+        kinds = {*(kind.value for kind in AdviceKind), ASKED, CORRECTED}
+        return {str(each): count for each, count in self.followed.items() if each in kinds}
+
+    def look(self) -> None:
+        """What there is now."""
+        self.pressed |= {example.number for example in self.session.examples if example.pressed}
+        for step in STEPS:
+            if self.made <= step:
+                self.by_step[step] = self.session.taught()
+
+
+def teach(novice: Novice, exercise: Exercise, way: str) -> Course:
+    """All that a novice does in the time they are given."""
+    session = Session(
+        exercise.body(drawn(novice)), Library(exercise.kit), exercise.lesson(), targets=exercise.targets
+    )
+    situations = _situations(exercise, session)
+    course, limit_s = Course(session), novice.habits.given_s
+    put, turn = int(novice.draws.integers(len(novice.traits.situations))), 0
+    while novice.seconds < limit_s:
+        novice.seconds = min(limit_s, novice.seconds + novice.traits.carry_s)
+        novice.look_afresh()
+        coached, tries = way == COACHED and course.made > 0, turn % 2 > 0
+        if coached:
+            _mend(novice, course)
+        first = _first(course, exercise, situations) if coached and not tries else None
+        if first is None or first.kind is AdviceKind.NEVER_ENTERED:
+            exercise.put_down(novice, session, novice.traits.situations[put % len(novice.traits.situations)])
+            put += 1
+            left_s = min(novice.traits.patience_s, limit_s - novice.seconds)
+            if coached and tries:
+                _try_out(novice, course, left_s)
+            else:
+                novice.show(session, novice.wish, until=novice.there, limit_s=left_s)
+        else:
+            course.followed[first.kind.value] += 1
+            stage(session, first, draw=int(novice.draws.integers(2**30)))
+            _answer(novice, course, first, limit_s - novice.seconds)
+        course.look()
+        turn += 1
+    return course
+
+
+def _try_out(novice: Novice, course: Course, left_s: float) -> None:
+    """Let the robot try; where it asks, the world stands still until they have said what is right there."""
+    session, until = course.session, novice.seconds + left_s
+    session.test()
+    asking, asked = Asking(session, When.PAUSE), 0
+    while novice.seconds < until:
+        question, screen = asking.look(), session.screen()
+        if question is not None and asked < MOST_QUESTIONS:
+            asked += 1
+            course.followed[ASKED] += 1
+            wished = novice.wish(screen) or screen.state
+            novice.say(session, None if wished == screen.state else wished)
+            novice.seconds += session.body.tick_s + ANSWER_S
+            course.look()
+            session.test()
+        elif novice.there(screen):
+            break
+        elif novice.notice(session, STEPS_IN_S):
+            course.followed[CORRECTED] += 1
+            novice.show(
+                session, novice.wish, until=novice.there, limit_s=min(GOES_ON_S, until - novice.seconds)
+            )
+            course.look()
+            session.test()
+        else:
+            session.tick()
+            novice.seconds += session.body.tick_s
+    session.train()
+
+
+def _situations(exercise: Exercise, session: Session) -> NDArray[np.float64]:
+    """What the robot may sense: the coach looks at a world like that in which it is taught."""
+    body = exercise.body(FIRST_SEED)
+    return situations_in(body, session.automaton.features, exercise.targets)
+
+
+def _mend(novice: Novice, course: Course) -> None:
+    """Say of presses that look like slips whether they were meant, or what was, the oddest first."""
+    session = course.session
+    while novice.seconds < novice.habits.given_s and (odd := slips(session.lesson, meant=course.meant)):
+        example = odd[0].example
+        wished = novice.wish(seen_at(example, session.automaton)) or example.state
+        course.meant[example.number] = odd[0].doubt
+        course.followed[AdviceKind.SLIP.value] += 1
+        novice.seconds += LOOK_S
+        if wished != example.next:
+            session.mend(example.number, wished)
+
+
+def _first(course: Course, exercise: Exercise, situations: NDArray[np.float64]) -> Advice | None:
+    """The first advice about something to show that they did not follow twice in vain."""
+    lesson = course.session.lesson
+    for each in advice(lesson, learn(lesson), kit=exercise.kit, situations=situations, meant=course.meant):
+        if each.kind is AdviceKind.SLIP:
+            continue
+        place = each.region is not None or each.kind in (AdviceKind.NEVER_LEFT, AdviceKind.NEVER_ENTERED)
+        if place and course.followed[each.sentence] < TWICE:
+            course.followed[each.sentence] += 1
+            return each
+    return None
+
+
+def _answer(novice: Novice, course: Course, advised: Advice, left_s: float) -> None:
+    """Show what they think right there: direct the robot, or confirm; of what contradicts it, delete the rest."""
+    session = course.session
+    screen = session.screen()
+    wished = novice.wish(screen) or screen.state
+    if advised.kind in (AdviceKind.CONTRADICTION, AdviceKind.DISAGREEMENT, AdviceKind.SINGLE):
+        wrong = [
+            example.number
+            for example in session.examples
+            if example.number in advised.examples and example.next != wished
+        ]
+        if wrong:
+            session.delete(*wrong)
+        if len(wrong) < len(advised.examples) and advised.kind is not AdviceKind.SINGLE:
+            return  # what remains says it
+    novice.say(session, None if wished == screen.state else wished)
+    novice.seconds += session.body.tick_s
+    novice.show(session, novice.wish, until=novice.there, limit_s=min(GOES_ON_S, left_s))

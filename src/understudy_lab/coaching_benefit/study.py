@@ -1,0 +1,201 @@
+"""The experiment: the same simulated novices, left to themselves and following the coach, at two tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, STEPS, teach
+from understudy_lab.coaching_benefit.tasks import EXERCISES
+from understudy_lab.figures import COLORS, panels
+from understudy_lab.novices.traits import SUCCESS, drawn
+from understudy_lab.statistics import interval_of_share, told
+from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SEEDS = range(62_100, 62_140)
+WAYS = (ALONE, COACHED)
+WANTED, FEWER, OVERALL = 0.9, 0.6, 0.95
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each novice at each task, in either way."""
+    return [
+        {"exercise": name, "way": way, "seed": seed}
+        for name in EXERCISES
+        for way in WAYS
+        for seed in plan.seeds
+    ]
+
+
+def work(task: Task) -> Row:
+    """One novice's five minutes, and what the robot does after so many examples, and in the end."""
+    exercise, seed = EXERCISES[task["exercise"]], task["seed"]
+    novice = exercise.person(drawn(seed), seed)
+    course = teach(novice, exercise, task["way"])
+    judged = {id(taught): exercise.judge(taught, seed) for taught in course.by_step.values()}
+    whole = exercise.judge(course.session.taught(), seed)
+    steps = [judged[id(course.by_step[step])][0] if step in course.by_step else 0.0 for step in STEPS]
+    return {
+        "share": round(whole[0], 4),
+        "everywhere": bool(whole[1]),
+        "by_step": [round(share, 4) for share in steps],
+        "examples": course.made,
+        "followed": dict(sorted(course.followed_kinds.items())),
+    }
+
+
+def of(rows: Sequence[Row], exercise: str, way: str) -> list[Row]:
+    """The rows of one task in one way."""
+    return [row for row in rows if (row["task"]["exercise"], row["task"]["way"]) == (exercise, way)]
+
+
+def means(rows: Sequence[Row]) -> list[float]:
+    """The share of trials that succeed, over all robots, by STEPS."""
+    return [float(np.mean(shares)) for shares in zip(*(row["by_step"] for row in rows), strict=True)]
+
+
+def enough(rows: Sequence[Row]) -> int | None:
+    """After how many examples 90 % of all trials succeed, and do so from then on; None where they never do."""
+    good = [mean >= WANTED for mean in means(rows)]
+    return next((step for at, step in enumerate(STEPS) if all(good[at:])), None)
+
+
+def succeeds(row: Row) -> bool:
+    """Whether the robot succeeds in half of its trials in the end."""
+    return bool(row["share"] >= SUCCESS)
+
+
+def conclude(rows: Sequence[Row]) -> Findings:
+    """Who succeeds, after how many examples, and what the coach's advice was."""
+    found = {(name, way): of(rows, name, way) for name in EXERCISES for way in WAYS}
+    numbers: dict[str, Any] = {
+        f"{name}, {way}": {
+            "novices": len(each),
+            "succeed": sum(map(succeeds, each)),
+            "everywhere": sum(row["everywhere"] for row in each),
+            "enough": enough(each),
+        }
+        for (name, way), each in found.items()
+    }
+    return Findings(
+        headline=" ".join(_headline(name, found[name, ALONE], found[name, COACHED]) for name in EXERCISES),
+        tables=(
+            Table(
+                "In the end, after five minutes: medians with least and most",
+                (
+                    "task",
+                    "novices",
+                    "#succeed",
+                    "#of each kind of trial",
+                    "#trials that succeed",
+                    "#examples",
+                ),
+                [(name, way, *_end(each)) for (name, way), each in found.items()],
+            ),
+            Table(
+                "Trials that succeed after so many examples, all novices",
+                ("task", "novices", *(f"#{step}" for step in STEPS)),
+                [
+                    (name, way, *(f"{mean:.0%}" for mean in means(each)))
+                    for (name, way), each in found.items()
+                ],
+            ),
+        ),
+        goals=tuple(
+            goal for name in EXERCISES for goal in _goals(name, found[name, ALONE], found[name, COACHED])
+        ),
+        notes=(
+            *(_sooner(name, found[name, ALONE], found[name, COACHED]) for name in EXERCISES),
+            _followed(rows),
+            "Examples are press-made, those deleted later too: two a press.",
+        ),
+        numbers=numbers,
+    )
+
+
+def _headline(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> str:
+    return (
+        f"At {name}, {sum(map(succeeds, coached))} of {len(coached)} novices who follow the coach succeed, and "
+        f"{sum(map(succeeds, alone))} of {len(alone)} left to themselves; 90 % of trials succeed {_after(coached)}, "
+        f"and {_after(alone)}."
+    )
+
+
+def _after(rows: Sequence[Row]) -> str:
+    step = enough(rows)
+    return f"never within {STEPS[-1]} examples" if step is None else f"after {step} examples"
+
+
+def _end(rows: Sequence[Row]) -> tuple[str, ...]:
+    good = sum(map(succeeds, rows))
+    low, high = interval_of_share(good, len(rows))
+    return (
+        f"{good} of {len(rows)} ({100 * low:.0f}–{100 * high:.0f} %)",
+        str(sum(row["everywhere"] for row in rows)),
+        told([row["share"] for row in rows], percent=True),
+        told([row["examples"] for row in rows]),
+    )
+
+
+def _goals(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> tuple[Goal, Goal]:
+    with_it, without = enough(coached), enough(alone)
+    fewer = with_it is not None and (without is None or with_it <= FEWER * without)
+    share = sum(map(succeeds, coached)) / len(coached)
+    return (
+        Goal(
+            f"{name}: examples until 90 % of trials succeed, of those who do not follow it",
+            f"at most {FEWER:.0%}",
+            f"{_after(coached)}; alone {_after(alone)}",
+            fewer,
+        ),
+        Goal(f"{name}: novices who succeed with it", f"{OVERALL:.0%}", f"{share:.0%}", share >= OVERALL),
+    )
+
+
+def _sooner(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> str:
+    """When those who follow the coach are as good as the others become at most."""
+    best = max(means(alone))
+    step = next((step for step, mean in zip(STEPS, means(coached), strict=True) if mean >= best), None)
+    after = "never" if step is None else f"after {step} examples"
+    return f"What novices alone come to at most at {name}, {best:.0%} of trials, those coached reach {after}."
+
+
+def _followed(rows: Sequence[Row]) -> str:
+    counts: dict[str, int] = {}
+    for row in rows:
+        for kind, count in row["followed"].items():
+            counts[kind] = counts.get(kind, 0) + count
+    said = ", ".join(f"{kind} {count}" for kind, count in sorted(counts.items(), key=lambda each: -each[1]))
+    return f"What was followed, over all coached novices: {said}."
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """Success by the number of examples."""
+    figure, axes = panels(len(EXERCISES), wide=4.0)
+    for panel, name in zip(axes, EXERCISES, strict=True):
+        for way, color in zip(WAYS, COLORS, strict=False):
+            panel.plot(STEPS, means(of(rows, name, way)), "o-", color=color, markersize=3, label=way)
+        panel.axhline(WANTED, color="#6b7280", linewidth=1, linestyle=":")
+        panel.set_ylim(0.0, 1.03)
+        panel.set_xlabel("examples")
+        panel.set_ylabel("trials that succeed")
+        panel.set_title(name)
+        panel.legend(fontsize=7.5)
+    return figure
+
+
+EXPERIMENT = Experiment(
+    name="coached",
+    seeds=SEEDS,
+    quick=1,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+    worlds=("soccer", "forage"),
+)

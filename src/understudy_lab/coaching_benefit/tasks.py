@@ -1,0 +1,128 @@
+"""What the novices teach: approaching a ball (paper section 4.2), and GoTo (paper section 4.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from math import atan2, cos, radians, sin, tau
+from types import MappingProxyType
+
+import numpy as np
+
+from understudy.errors import SettingError
+from understudy.model.kit import Kit
+from understudy.model.lesson import Lesson, Options
+from understudy.model.library import Library, Taught
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.program import link
+from understudy.sim.finding import place_of
+from understudy.sim.forage import Forage
+from understudy.sim.forage import kit as forage_kit
+from understudy.sim.forage_settings import practices
+from understudy.sim.world import World
+from understudy.training.session import Session
+from understudy_lab.coaching_benefit.going import Going
+from understudy_lab.novices.novice import BEARINGS_DEG, FIELD_M, Novice
+from understudy_lab.novices.study import judge as judge_servoing
+from understudy_lab.tasks import soccer
+from understudy_lab.tasks.forage_teacher import GOTO
+from understudy_lab.tasks.servo_teacher import four_states
+from understudy_lab.tasks.soccer import Soccer, Start
+from understudy_lab.teachers.teacher import FIRST_SEED
+
+PLACES = 30
+"""Worlds that a robot taught GoTo is judged in, as many as trials of one taught to approach a ball."""
+REACTION_S = 0.3
+"""What the lesson of GoTo is told of how late presses come: as late as those of the quickest novices."""
+LIMIT_S, REACHED_M = 60.0, 0.6
+"""It is to say done within so long, so near the station."""
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """A task: its body and empty lesson, who teaches it, how they put the robot down, and how it is judged.
+
+    `judge` answers the share of trials that succeed, and whether each kind of trial succeeds by half.
+    """
+
+    kit: Kit
+    person: type[Novice]
+    body: Callable[[int], World | Soccer]
+    lesson: Callable[[], Lesson]
+    put_down: Callable[[Novice, Session, str], None]
+    judge: Callable[[Taught, int], tuple[float, bool]]
+    targets: Mapping[str, str] = field(default_factory=dict)
+
+
+def drawn(novice: Novice) -> int:
+    """The seed of another world to practice in."""
+    return FIRST_SEED + int(novice.draws.integers(2**40))
+
+
+def _by_the_ball(novice: Novice, session: Session, situation: str) -> None:
+    body, farthest_m = session.body, novice.habits.distance_m
+    if isinstance(body, Soccer):
+        body.starts = [Start((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])]
+    session.reset(drawn(novice))
+
+
+def _servoed(taught: Taught, seed: int) -> tuple[float, bool]:
+    reached = [[each == each for each in times] for times in judge_servoing(taught, seed).values()]
+    return float(np.mean(reached)), all(2 * sum(of) >= len(of) for of in reached)
+
+
+ASIDE_DEG: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {"ball left": (20.0, 130.0), "ball right": (-130.0, -20.0), "ball lost": (120.0, 240.0)}
+)
+"""Where the robot has the station when they put it down, by situation: to the left, to the right, behind."""
+FARTHEST_M, TRIES = 4.0, 50
+
+
+def _by_the_station(novice: Novice, session: Session, situation: str) -> None:
+    session.reset(drawn(novice))
+    body = session.body
+    station = place_of(body, "station", session.agent) if isinstance(body, World) else None
+    if not isinstance(body, World) or station is None:
+        return
+    for _ in range(TRIES):
+        far, side = novice.draws.uniform(0.2 * FARTHEST_M, FARTHEST_M), novice.draws.uniform(0.0, tau)
+        bearing = radians(novice.draws.uniform(*ASIDE_DEG[situation]))
+        x, y = station[0] + far * cos(side), station[1] + far * sin(side)
+        try:
+            body.place(session.agent, x, y, atan2(station[1] - y, station[0] - x) - bearing)
+        except SettingError:  # no free place: they try another
+            continue
+        break
+    session.moved()
+
+
+def _went(taught: Taught, seed: int) -> tuple[float, bool]:
+    body = Forage(range(PLACES * seed, PLACES * (seed + 1)), practices()["an arena"])
+    engine = Engine.of(body, link(Library(forage_kit).with_taught(taught), "goto", {"A": "station"}))
+    engine.run(round(LIMIT_S / body.tick_s))
+    distance = body.sense([("range", "station")])["range", "station"]
+    there = [engine.path(agent)[0] == "done" and distance[agent] < REACHED_M for agent in range(PLACES)]
+    return float(np.mean(there)), 2 * sum(there) >= PLACES
+
+
+EXERCISES: Mapping[str, Exercise] = MappingProxyType(
+    {
+        "servoing": Exercise(
+            soccer.kit,
+            Novice,
+            lambda seed: Soccer([seed]),
+            lambda: four_states(Library(soccer.kit)),
+            _by_the_ball,
+            _servoed,
+        ),
+        "goto": Exercise(
+            forage_kit,
+            Going,
+            lambda seed: Forage([seed], practices()["an arena"]),
+            lambda: replace(GOTO.choose(Library(forage_kit)), options=Options(reaction_s=REACTION_S)),
+            _by_the_station,
+            _went,
+            {"A": "station"},
+        ),
+    }
+)

@@ -1,0 +1,212 @@
+"""`understudy bench`: our speed beside that of others, on the same machine in the same run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any
+
+import typer
+
+from understudy.ui.cli.options import Json
+
+app = typer.Typer(help="Measure speed beside peers, in one run on this machine.", invoke_without_command=True)
+
+NOISE = "Medians; on a machine that does other things too, trust ratios to about 20 %."
+
+
+@app.callback()
+def everything(ctx: typer.Context, as_json: Json = False) -> None:
+    """Measure speed beside peers, in one run on this machine; without a name, everything."""
+    if ctx.invoked_subcommand is None:
+        _measure(*MEASUREMENTS, as_json=as_json)
+
+
+@app.command()
+def learning(as_json: Json = False) -> None:
+    """Learning a tree, beside scikit-learn's DecisionTreeClassifier.fit."""
+    _measure("learning", as_json=as_json)
+
+
+@app.command()
+def looks(as_json: Json = False) -> None:
+    """Whatever looks at a lesson of 200 examples, beside a fit of scikit-learn."""
+    _measure("looks", as_json=as_json)
+
+
+@app.command()
+def interpreter(as_json: Json = False) -> None:
+    """A pulse of a three-level automaton, beside an 11-node py_trees tick."""
+    _measure("interpreter", as_json=as_json)
+
+
+@app.command()
+def swarm(as_json: Json = False) -> None:
+    """Swarms of 100 to 100 000 robots, beside Mesa 3, VMAS and a prototype written by hand (minutes)."""
+    _measure("swarm", as_json=as_json)
+
+
+@app.command()
+def patrol(as_json: Json = False) -> None:
+    """The paper's patrol world, one at a time and a thousand side by side."""
+    _measure("patrol", as_json=as_json)
+
+
+@app.command()
+def squads(as_json: Json = False) -> None:
+    """Two hundred and ten thousand robots in three levels of squads, beside real time."""
+    _measure("squads", as_json=as_json)
+
+
+@app.command()
+def crowding(as_json: Json = False) -> None:
+    """Robots that all head for one point, beside the same task spread out (minutes)."""
+    _measure("crowding", as_json=as_json)
+
+
+@app.command()
+def million(as_json: Json = False) -> None:
+    """A million robots: their speed, and the memory they take."""
+    _measure("million", as_json=as_json)
+
+
+@app.command()
+def robots(as_json: Json = False) -> None:
+    """From a reading to the command it causes, in another process, over DDS and Zenoh, beside a program in C."""
+    _measure("robots", as_json=as_json)
+
+
+def _measure(*names: str, as_json: bool) -> None:
+    """Each measurement in a module of its name, which is loaded when its turn comes."""
+    from understudy.ui.cli.output import console, print_json
+
+    results: dict[str, dict[str, Any]] = {}
+    for name in names:
+        results[name] = import_module(f"understudy_lab.bench.{name}").run()
+        if not as_json:
+            MEASUREMENTS[name](results[name])
+    passed = all(result["passed"] for result in results.values())
+    if as_json:
+        print_json(results[names[0]] if len(names) == 1 else {**results, "passed": passed})
+    else:
+        console().print(f"[dim]{NOISE}[/]")
+    raise typer.Exit(0 if passed else 1)
+
+
+def _learning(result: dict[str, Any]) -> None:
+    from understudy.ui.cli.output import console, table
+
+    made = table(
+        "#examples", "#ours ms", "#from a lesson ms", "#scikit-learn ms", "no slower", title="Learning"
+    )
+    for row in result["sizes"]:
+        times = [f"{row[key]:.3g}" for key in ("ours_ms", "from_lesson_ms", "sklearn_ms")]
+        made.add_row(str(row["examples"]), *times, _mark(row["as_fast"]))
+    console().print(made)
+    goals = table("5 % noise, ms", "#goal", "#ours", "#from a lesson", "reached")
+    for row in result["goals"]:
+        times = [f"{row[key]:.3g}" for key in ("goal_ms", "ours_ms", "from_lesson_ms")]
+        goals.add_row(row["what"], *times, _mark(row["passed"]))
+    console().print(goals)
+
+
+def _looks(result: dict[str, Any]) -> None:
+    from understudy.ui.cli.output import console, table
+
+    title = f"Looking at {result['examples']} examples"
+    made = table("", "#ms", f"within {result['goal_ms']:g} ms", title=title)
+    for row in result["looks"]:
+        made.add_row(row["what"], f"{row['ms']:.3g}", _mark(row["passed"]))
+    console().print(made)
+
+
+def _interpreter(result: dict[str, Any]) -> None:
+    from understudy.ui.cli.output import console, table
+
+    made = table("", "#µs", "goal", "reached", title="Deciding")
+    ours, ratio = result["pulse_us"], result["ratio"]
+    levels = " > ".join(result["path"])
+    made.add_row(
+        f"a pulse ({levels})",
+        f"{ours:.2f}",
+        f"at most {result['goal_us']:g}",
+        _mark(ours <= result["goal_us"]),
+    )
+    made.add_row(
+        f"a tick of py_trees, {result['py_trees_nodes']} nodes", f"{result['py_trees_us']:.2f}", "", ""
+    )
+    wanted = f"at least {result['goal_ratio']:g}"
+    made.add_row("times faster", f"{ratio:.1f}", wanted, _mark(ratio >= result["goal_ratio"]))
+    console().print(made)
+
+
+def _robots(result: dict[str, Any]) -> None:
+    from understudy.ui.cli.output import console, table
+
+    title = "From a reading to its command, ms"
+    made = table("~", "#messages", "#median", "#99 of 100", "#longest", "#lost", title=title)
+    for row in result["results"]:
+        times = [f"{row[key]:.2f}" for key in ("p50_ms", "p99_ms", "max_ms")]
+        made.add_row(row["what"], str(row["messages"]), *times, str(row["lost"]))
+    console().print(made)
+    goals = table("~goal", "#at most", "#measured", "reached")
+    for row in result["goals"]:
+        measured = "-" if row["passed"] is None else f"{row['value']:.2f}"
+        goals.add_row(row["what"], f"{row['most']:g}", measured, _mark(row["passed"]))
+    console().print(goals)
+    for peer in result["missing"]:
+        console().print(f"Not measured: {peer}.", markup=False)
+
+
+def _mark(reached: bool | None) -> str:
+    return "[dim]not measured[/]" if reached is None else "[green]yes[/]" if reached else "[red]no[/]"
+
+
+def _speeds(result: dict[str, Any]) -> None:
+    from understudy.ui.cli.output import console, table
+    from understudy.viz.appearance import grouped
+
+    title = "Running: robot-ticks per second"
+    made = table("~task", "#robots", "#threads", "#speed", "#spread", "#of by hand", title=title)
+    shares = {
+        (row["task"], row["robots"], row["threads"]): row["of_by_hand"] for row in result.get("fractions", ())
+    }
+    for row in result["results"]:
+        key = task, robots, threads = row["task"], row["robots"], row["threads"]
+        spread = f"{row['spread']:.0%}" if "spread" in row else ""
+        share = f"{shares[key]:.0%}" if key in shares else ""
+        made.add_row(task, grouped(robots), str(threads), short(row["robot_ticks_per_s"]), spread, share)
+    console().print(made)
+    goals = table("~goal", "#wanted", "#measured", "reached")
+    for row in result["goals"]:
+        wanted = f"at least {short(row['least'])}" if "least" in row else f"at most {short(row['most'])}"
+        measured = "-" if row["passed"] is None else short(row["value"])
+        goals.add_row(row["what"], wanted, measured, _mark(row["passed"]))
+    console().print(goals)
+    for peer in result.get("missing", ()):
+        extra = "bench-vmas" if "VMAS" in peer else "bench"
+        console().print(f"Not measured: {peer}. Install it with: pip install 'understudy\\[{extra}]'")
+
+
+def short(number: float) -> str:
+    """A number to three digits, as people read it: 0.98, 57, 1 000, 20 k, 6.5 M."""
+    from understudy.viz.appearance import grouped
+
+    rounded = float(f"{number:.3g}")
+    for size, letter in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if abs(rounded) >= max(size, 10_000):
+            return f"{rounded / size:g} {letter}"
+    return grouped(int(rounded)) if abs(rounded) >= 1000 else f"{rounded:g}"
+
+
+MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(
+    {
+        "learning": _learning,
+        "looks": _looks,
+        "interpreter": _interpreter,
+        "robots": _robots,
+        **dict.fromkeys(("swarm", "patrol", "squads", "crowding", "million"), _speeds),
+    }
+)
+"""What can be measured, in order, with what shows it to people."""

@@ -1,0 +1,176 @@
+"""`understudy experiment`: the published experiments, run again."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.ui.cli.options import Json
+from understudy_lab.catalog import QUESTIONS
+from understudy_lab.study import Plan
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from understudy_lab.results import Result
+    from understudy_lab.study import Experiment
+
+RESULTS = Path("results")
+SHOWN = 12
+"""So many differences from what was published are told."""
+
+
+def experiment(
+    name: Annotated[str, typer.Argument(metavar="list|all|NAME", help="Which one; list names them.")],
+    seeds: Annotated[
+        str | None,
+        typer.Option("--seeds", metavar="A:B", help="The teachings; the published ones unless given."),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A small part, compared with what was published.")
+    ] = False,
+    data: Annotated[
+        Path | None,
+        typer.Option("--data", metavar="DIR", help="Data from elsewhere, for one that takes any."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Where results are kept: results/NAME unless given."),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", "-j", min=1, help="So many processes; one per processor unless given."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Run published experiments again: teach robots, judge them, and compare with what was published.
+
+    What is in the folder of results already is not done again, so that a run that was cut off goes on. Exit code 1
+    if something comes out otherwise than published, or a goal that was reached is missed.
+
+    [dim]understudy experiment forage --quick[/]
+    """
+    from understudy.ui.cli.commands.eval import parse_seeds
+    from understudy.ui.cli.output import console, print_json
+    from understudy_lab.catalog import find_experiment
+
+    if name == "list":
+        _list(as_json=as_json)
+        return
+    chosen = None if seeds is None else parse_seeds(seeds)
+    told: dict[str, dict[str, Any]] = {}
+    for each in QUESTIONS if name == "all" else [name]:
+        found = find_experiment(each)
+        folder = (
+            (out or RESULTS) / (f"{each}-quick" if quick else each) if name == "all" or out is None else out
+        )
+        plan = Plan(chosen or (found.seeds[: found.quick] if quick else found.seeds), quick, data)
+        result = _run(found, plan, folder, jobs=jobs or os.cpu_count() or 1, quiet=as_json)
+        wrong, unknown = _compared(result, found)
+        told[each] = {"result": result, "wrong": wrong, "uncompared": unknown, "passed": not wrong}
+        if not as_json:
+            _tell(result, wrong, unknown, folder, console())
+    passed = all(each["passed"] for each in told.values())
+    if as_json:
+        print_json(told | {"passed": passed} if name == "all" else told[name])
+    raise typer.Exit(0 if passed else 1)
+
+
+def _list(*, as_json: bool) -> None:
+    from understudy.ui.cli.output import console, print_json, table
+
+    if as_json:
+        print_json([{"name": name, "question": question} for name, question in QUESTIONS.items()])
+        return
+    made = table("experiment", "~question")
+    for row in QUESTIONS.items():
+        made.add_row(*row)
+    console().print(made)
+
+
+def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool) -> Result:
+    """Run it, and put its result and its figure into the folder."""
+    from rich.markup import escape
+
+    from understudy.ui.cli.options import find_world
+    from understudy.ui.cli.output import console
+    from understudy.ui.cli.progress import compile_once, progress
+    from understudy_lab import figures, results
+    from understudy_lab.row_cache import Kept
+    from understudy_lab.runner import missing, run
+
+    notes = console(err=True)
+    for module, install in missing(found).items():
+        notes.print(f"[yellow]Skipped:[/] what needs {module}, which is not installed: {escape(install)}")
+    kept = Kept(found.name, folder)
+    if kept.put_aside:
+        notes.print(f"[dim]What {folder} held is of another version of the program, and was put aside.[/]")
+    elif len(kept):
+        notes.print(f"[dim]Going on: {len(kept)} pieces are in {folder} already.[/]")
+    compile_once(learner=True, quiet=quiet)
+    for world in found.worlds:
+        compile_once(world=find_world(world), quiet=quiet)
+    try:
+        with progress(found.name, quiet=quiet) as report:
+            rows = run(found, plan, kept, jobs=jobs, progress=report)
+    except KeyboardInterrupt:
+        notes.print(f"{len(kept)} pieces are kept in {folder}: the same command goes on from there.")
+        raise
+    seeds, findings = list(plan.seeds), found.conclude(rows)
+    result = results.Result(found.name, QUESTIONS[found.name], seeds, plan.quick, findings, rows)
+    results.save(result, folder / "result.json")
+    figures.save(found.draw(rows), folder / "figure.svg")
+    return result
+
+
+def _compared(result: Result, experiment: Experiment) -> tuple[list[str], list[str]]:
+    """What is not as it was published: rows of the same tasks, and goals that were reached, else all goals; and what
+    cannot be told.
+    """
+    from understudy_lab.results import differences, published, uncompared
+
+    known = published(result.experiment)
+    short = [] if known is None else [goal.what for goal in known.findings.misses]
+    missed = [
+        f"{goal.what}: {goal.measured}, not {goal.wanted}"
+        for goal in (() if result.quick else result.findings.misses)
+        if goal.what not in short
+    ]
+    if known is None:
+        return missed, []
+    wrong = [*missed, *differences(result.rows, known, experiment)]
+    return wrong, uncompared(result.rows, known, experiment)
+
+
+def _tell(result: Result, wrong: list[str], unknown: list[str], folder: Path, out: Console) -> None:
+    from rich.markup import escape
+
+    from understudy.ui.cli.output import table
+
+    findings = result.findings
+    out.print(f"[bold]{result.question}[/]")
+    if result.quick:
+        out.print("[dim]The quick version: too few teachings to judge by.[/]")
+    out.print(findings.headline + "\n")
+    for each in findings.tables:
+        made = table(*each.columns, title=each.title)
+        for row in each.rows:
+            made.add_row(*row)
+        out.print(made)
+    if not result.quick and findings.goals:
+        made = table("~goal", "#wanted", "#measured", "", title="What it was to reach")
+        for goal in findings.goals:
+            made.add_row(goal.what, goal.wanted, goal.measured, "" if goal.held else "[red]short[/]")
+        out.print(made)
+    for note in findings.notes:
+        out.print(note)
+    for problem in wrong[:SHOWN]:
+        out.print(f"[red]Not as published:[/] {escape(problem)}")
+    if len(wrong) > SHOWN:
+        out.print(f"[dim]… and {len(wrong) - SHOWN} more.[/]")
+    for each_unknown in unknown:
+        out.print(f"[dim]{escape(each_unknown)}[/]")
+    out.print(f"[dim]Kept in {folder}: result.json, figure.svg, rows.jsonl[/]\n")

@@ -1,0 +1,84 @@
+"""The forage demo: a robot learns to bring food home, and is judged beside a forager written by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from understudy.analysis.evaluation import Evaluation
+    from understudy.model.library import Library
+
+
+def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
+    """Teach, keep, judge and tell; the result as plain data."""
+    from understudy.ui.cli.options import find_world
+    from understudy.ui.cli.progress import compile_once
+    from understudy_lab.commands.talking import keep, live, taught_with, tell_lessons
+    from understudy_lab.forage.teach import teach
+
+    talk.print("\n[bold]A robot learns to forage by being shown.[/]")
+    compile_once(learner=True, world=find_world("forage"), quiet=talk.quiet)
+    with live(talk) as progress:
+        teaching = teach(seed, progress=progress)
+    library = teaching.library
+    tell_lessons([library.taught[name] for name in teaching.accounts], talk)
+    pictures = [*keep(library, out / "library", out / "pictures"), _path(library, out / "pictures", seed)]
+    evaluation, corners = _judge(library, seed, quiet=talk.quiet)
+    result = {
+        **taught_with(teaching.accounts),
+        "worlds": len(evaluation.seeds),
+        "success": evaluation.success,
+        "relative_to_expert": round(evaluation.relative_to_expert, 4),
+        "corner_cases": corners,
+        "seed": seed,
+        "library": str(out / "library"),
+        "pictures": [str(picture) for picture in pictures],
+    }
+    _tell(result, talk, out)
+    return result
+
+
+def _path(library: Library, folder: Path, seed: int) -> Path:
+    """Draw one run."""
+    from understudy.storage.atomic import failing
+    from understudy.viz import path_png
+    from understudy_lab.forage.teach import frames_of, worlds_of
+
+    world, picture = worlds_of(seed)[0], folder / "path.png"
+    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+        path_png(frames_of(library, world), picture, title=f"Taught to forage: world {world}")
+    return picture
+
+
+def _judge(library: Library, seed: int, *, quiet: bool) -> tuple[Evaluation, dict[str, float]]:
+    from understudy.ui.cli.progress import progress
+    from understudy_lab.forage.teach import judge, judge_corners
+
+    with progress("Foraging in unseen worlds", quiet=quiet) as report:
+        return judge(library, seed, progress=report), judge_corners(library, seed)
+
+
+def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
+    from understudy_lab.commands.talking import lasted, tell_next, tell_numbers
+
+    numbers = {
+        "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
+        "in": f"{lasted(result['teaching_seconds'])} of watching the robot",
+        "succeeds in": f"{result['success']:.0%} of {result['worlds']} unseen worlds",
+        "food per second": f"{result['relative_to_expert']:.2f} of a forager written by hand",
+    }
+    tell_numbers("How well it forages", numbers, talk)
+    talk.print("  [dim]and in the paper's corner cases[/]")
+    for name, success in result["corner_cases"].items():
+        talk.print(f"    {name:<42} [bold]{success:.0%}[/]")
+    library = out / "library"
+    commands = {
+        f"understudy run --library {library} --seed 3": "watch it forage, here in the terminal",
+        f"understudy show goto --library {library}": "its examples, and what was learned from them",
+        "understudy teach goto --library mine": "teach it yourself, with the arrow keys",
+        "understudy demo --seed 1": "another teacher, another robot",
+    }
+    tell_next(out, commands, talk)

@@ -1,0 +1,139 @@
+"""The patrol demo (paper, section 5.1): four robots and their coordinator learn to patrol and to defer to a boss."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from understudy.sim.view import Frame
+    from understudy_lab.patrol.teach import Taught
+    from understudy_lab.patrol.tracks import Tracks
+
+WORLDS = 40
+FILM_S, SPEED = 150.0, 8.0
+"""How long the film's run is, s, and how many times as fast it is shown."""
+
+
+def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
+    """Teach, keep, judge and tell; the result as plain data."""
+    from understudy.ui.cli.progress import compile_once
+    from understudy_lab.commands.talking import keep, live, taught_with, tell_lessons
+    from understudy_lab.patrol.practice import SQUAD, scenario
+    from understudy_lab.patrol.teach import teach
+
+    talk.print("\n[bold]Four robots and their coordinator learn to patrol by being shown.[/]")
+    compile_once(learner=True, world=scenario(), quiet=talk.quiet)
+    with live(talk) as progress:
+        taught = teach(seed, progress=progress)
+    robots, coordinator = taught.robots.library, taught.coordinators.library
+    tell_lessons(list(coordinator.taught.values()), talk)
+    talk.print("  [dim]and what the robots learned: see the pictures[/]")
+    pictures = [
+        *keep(robots, out / "library", out / "pictures"),
+        *keep(coordinator, out / "library" / SQUAD, out / "pictures"),
+    ]
+    judged, world = _judge(taught, seed, quiet=talk.quiet)
+    pictures.append(_film(taught, out / "pictures", world))
+    result = {
+        **taught_with({**taught.robots.accounts, **taught.coordinators.accounts}),
+        "worlds": WORLDS,
+        **judged,
+        "seed": seed,
+        "library": str(out / "library"),
+        "pictures": [str(picture) for picture in pictures],
+    }
+    _tell(result, talk, out)
+    return result
+
+
+def _film(taught: Taught, folder: Path, world: int) -> Path:
+    """A film of one patrol."""
+    from understudy.storage.atomic import failing
+    from understudy.viz import run_gif
+    from understudy_lab.patrol.evaluate import DEFER
+    from understudy_lab.patrol.practice import coordinated
+
+    team = coordinated(taught.robots.library, taught.coordinators.library, [world], DEFER)
+    film = folder / "patrol.gif"
+    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+        run_gif(_frames(team), film, speed=SPEED)
+    return film
+
+
+def _frames(team: Any) -> list[Frame]:
+    from understudy.sim.view import Frame
+
+    frames = []
+    while team.ground.time_s < FILM_S:
+        team.tick()
+        frames.append(Frame(team.ground.view(), [(*path, "")[0] for path in team.paths]))
+    return frames
+
+
+def _judge(taught: Taught, seed: int, *, quiet: bool) -> tuple[dict[str, Any], int]:
+    """What they come to, and a world to film."""
+    from understudy.ui.cli.progress import progress
+    from understudy_lab.patrol import evaluate
+    from understudy_lab.patrol.practice import alone, coordinated
+    from understudy_lab.patrol.tracks import watch
+
+    robots, coordinators = taught.robots.library, taught.coordinators.library
+    worlds, ticks = evaluate.worlds_of(seed)[:WORLDS], evaluate.TICKS
+    with progress("Patrolling in unseen worlds", quiet=quiet) as report:
+        report(0, 3)
+        by_themselves = evaluate.rounds(watch(alone(robots, worlds), ticks))
+        report(1, 3)
+        together = evaluate.rounds(watch(coordinated(robots, coordinators, worlds, evaluate.PATROL), ticks))
+        report(2, 3)
+        boss = watch(coordinated(robots, coordinators, worlds, evaluate.DEFER), ticks)
+    judged = {"alone": by_themselves, "coordinated": together, "deferring": evaluate.deferrals(boss)}
+    return judged, worlds[_eventful(boss)]
+
+
+def _eventful(tracks: Tracks) -> int:
+    """The first world with a whole cycle and the boss while the film lasts; the first of all if there is none."""
+    from understudy_lab.patrol.metrics import cycles
+    from understudy_lab.patrol.orders import RUN_AWAY
+
+    end = round(FILM_S / tracks.tick_s)
+    met = (tracks.doing[:end] == RUN_AWAY).any(axis=(0, 2))
+    whole = {
+        each.world
+        for each in cycles(tracks)
+        if each.complete and each.tick + each.seconds / tracks.tick_s < end
+    }
+    return next((world for world in sorted(whole) if met[world]), 0)
+
+
+def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
+    from understudy.ui.cli.output import table
+    from understudy_lab.commands.talking import lasted, tell_next, tell_numbers
+
+    numbers = {
+        "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
+        "in": f"{lasted(result['teaching_seconds'])} of watching the robots",
+        "judged in": f"{result['worlds']} unseen worlds, ten minutes each",
+    }
+    tell_numbers("How well they patrol", numbers, talk)
+    alone, together, deferring = result["alone"], result["coordinated"], result["deferring"]
+    made = table("", "#alone", "#coordinated")
+    for what, key, told in (
+        ("robots at the capture of an intruder", "attackers", "{:.1f} of 4"),
+        ("robot-seconds an hour on who is gone", "residual_s", "{:.0f}"),
+        ("captures an hour", "captures_per_hour", "{:.0f}"),
+    ):
+        share = result["worlds"] / 6 if key == "residual_s" else 1
+        made.add_row(what, *(f"[bold]{told.format(each[key] / share)}[/]" for each in (alone, together)))
+    made.add_row("home and dispersed again in 2 min", "", f"[bold]{together['complete']:.1%}[/]")
+    made.add_row("all face the boss in time", "", f"[bold]{deferring['deferred']:.1%}[/]")
+    talk.print(made)
+    library = out / "library"
+    commands = {
+        f"understudy run patrol --library {library} --seed 3": "watch them patrol, here in the terminal",
+        f"understudy studio patrol --library {library}": "teach them something else: the robots, or their coordinator",
+        "understudy experiment patrol": "ten teachings, a hundred worlds each",
+    }
+    tell_next(out, commands, talk)

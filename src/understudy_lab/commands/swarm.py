@@ -1,0 +1,160 @@
+"""The swarm demo: two hundred robots and three levels of coordinators learn to pull boxes together."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from understudy.runtime.team.team import Team
+    from understudy.sim.team.libraries import Libraries
+    from understudy.sim.view import Frame
+
+WORLDS, TICKS = 2, 6_000
+"""How many worlds they are put to, and for how many ticks of 0.1 s."""
+FILM_S, SPEED, EVERY = 60.0, 8.0, 4
+"""How long the film's run is, s, how many times as fast it is shown, and each how many ticks it has a picture."""
+PLATOONS, LARGE_S, LARGE_EVERY = 400, 40.0, 20
+"""Platoons of the ten thousand, how long they run, s, and each how many ticks their picture has a point."""
+
+
+def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
+    """Teach, keep, judge and tell; the result as plain data."""
+    from understudy.ui.cli.progress import compile_once
+    from understudy_lab.commands.talking import keep, live, taught_with, tell_lessons
+    from understudy_lab.swarm.teaching import teach
+    from understudy_lab.tasks.swarm import scenario
+
+    talk.print("\n[bold]Two hundred robots and three levels of coordinators learn by being shown.[/]")
+    compile_once(learner=True, world=scenario(), quiet=talk.quiet)
+    with live(talk) as report:
+        taught = teach(seed, progress=report)
+    coordinators = {name: each.library for name, each in taught.squads.items()}
+    tell_lessons([each for library in coordinators.values() for each in library.taught.values()], talk)
+    talk.print("  [dim]and what the robots learned: see the pictures[/]")
+    pictures = keep(taught.robots.library, out / "library", out / "pictures")
+    for name, library in coordinators.items():
+        pictures += keep(library, out / "library" / name, out / "pictures")
+    found, films = _judge(taught.libraries, seed, out / "pictures", quiet=talk.quiet)
+    result = {
+        **taught_with({name: each for of in taught.teachings for name, each in of.accounts.items()}),
+        "worlds": WORLDS,
+        **found,
+        "seed": seed,
+        "library": str(out / "library"),
+        "pictures": [str(picture) for picture in (*pictures, *films)],
+    }
+    _tell(result, talk, out)
+    return result
+
+
+def _judge(
+    libraries: Libraries, seed: int, folder: Path, *, quiet: bool
+) -> tuple[dict[str, Any], list[Path]]:
+    """What they gather, taught, by hand and without coordinators, and how fast ten thousand run; film and picture."""
+    from understudy.ui.cli.progress import progress
+    from understudy_lab.swarm.evaluate import ALONE, ANSWERING, THREE, WAYS, gathered, worlds_of
+    from understudy_lab.swarm.practice import led
+    from understudy_lab.tasks.swarm_expert import hand_coded
+
+    worlds = worlds_of(seed)[:WORLDS]
+    teams = {
+        "by hand": led(hand_coded(), worlds),
+        "taught": led(libraries, worlds),
+        ANSWERING: led(libraries, worlds, way=WAYS[ANSWERING]),
+        ALONE: led(libraries, worlds, way=WAYS[ALONE]),
+    }
+    made: dict[str, Any] = {}
+    with progress("Pulling boxes in unseen worlds", quiet=quiet) as said:
+        for done, (name, team) in enumerate(teams.items()):
+            said(done, len(teams) + 2)
+            made[name] = gathered(team, TICKS)
+        said(len(teams), len(teams) + 2)
+        film = _film(led(libraries, worlds[:1], way=WAYS[THREE]), folder)
+        said(len(teams) + 1, len(teams) + 2)
+        speed, picture = _large(libraries, worlds[0], folder)
+        said(len(teams) + 2, len(teams) + 2)
+    return {"gathered": made, "times_real_time": speed}, [film, picture]
+
+
+def _film(team: Team, folder: Path) -> Path:
+    """A film of the two hundred."""
+    from understudy.storage.atomic import failing
+    from understudy.viz import run_gif
+
+    film = folder / "swarm.gif"
+    frames = [_frame(team)]
+    while team.ground.time_s < FILM_S:
+        team.run(EVERY)
+        frames.append(_frame(team))
+    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+        run_gif(frames, film, speed=SPEED)
+    return film
+
+
+def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]:
+    """How many times as fast as real time ten thousand run, at ten ticks a second; a picture of their ways."""
+    from time import perf_counter
+
+    from understudy.storage.atomic import failing
+    from understudy.viz import path_png
+    from understudy_lab.swarm.practice import led
+    from understudy_lab.tasks.swarm import of_platoons
+
+    team = led(libraries, [world], of_platoons(PLATOONS))
+    team.run(LARGE_EVERY)
+    frames, taken, begun = [_frame(team)], 0.0, team.ground.time_s
+    while team.ground.time_s < LARGE_S:
+        began = perf_counter()
+        team.run(LARGE_EVERY)
+        taken += perf_counter() - began
+        frames.append(_frame(team))
+    picture = folder / "swarm-large.png"
+    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+        path_png(frames, picture, title=f"{PLATOONS} platoons")
+    return round((team.ground.time_s - begun) / taken, 1), picture
+
+
+def _frame(team: Team) -> Frame:
+    from understudy.sim.view import Frame
+    from understudy_lab.swarm.evaluate import world_of
+
+    return Frame(world_of(team).view(), [(*path, "")[0] for path in team.paths])
+
+
+def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
+    from understudy.ui.cli.output import table
+    from understudy.viz.appearance import grouped
+    from understudy_lab.commands.talking import lasted, tell_next, tell_numbers
+    from understudy_lab.swarm.evaluate import LOADS
+    from understudy_lab.tasks.swarm import EACH
+
+    numbers = {
+        "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
+        "in": f"{lasted(result['teaching_seconds'])} of watching the robots",
+        "judged in": f"{result['worlds']} unseen worlds, ten minutes each",
+        f"{grouped(EACH * PLATOONS)} robots": f"{result['times_real_time']:.1f} times real time, at 10 ticks a second",
+    }
+    tell_numbers("How well they pull together", numbers, talk)
+    made = table("an hour", "#crates", "#containers", "#loads", "#of by hand")
+    by_hand = result["gathered"]["by hand"]["loads"]
+    said = {"by hand": "coordinated, by hand", "taught": "coordinated, taught"}
+    for name, each in result["gathered"].items():
+        made.add_row(
+            said.get(name, name),
+            f"{each['crates']:.0f}",
+            f"{each['containers']:.0f}",
+            f"[bold]{each['loads']:.0f}[/]",
+            f"[bold]{each['loads'] / max(1.0, by_hand):.2f}[/]",
+        )
+    talk.print(made)
+    talk.print(f"  [dim]a crate is a load, a container {LOADS['container']}[/]")
+    library = out / "library"
+    commands = {
+        f"understudy run swarm --library {library} --seed 3": "watch them, here in the terminal",
+        f"understudy studio swarm --library {library}": "teach them something else, robots or coordinators",
+        "understudy experiment swarm": "ten teachings, ten worlds each",
+    }
+    tell_next(out, commands, talk)

@@ -1,0 +1,162 @@
+"""The experiment: many teachings, each judged on its own unseen worlds; with both methods side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from understudy.analysis.evaluation import measure
+from understudy.sim.forage import Forage
+from understudy_lab.figures import dots, panels
+from understudy_lab.forage.teach import METHODS, WORLDS, summary, teach_and_judge, worlds_of
+from understudy_lab.statistics import spread, told
+from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.tasks.forage_expert import HandForager, lower_bound
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEACHINGS = range(41_000, 41_020)
+"""The teaching seeds of the published result: nobody had looked at any of them before."""
+
+GOALS = {"taught well": 0.95, "worst": 0.85, "relative_to_expert": 0.92, "examples": 80, "seconds": 600.0}
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each teaching with each method."""
+    return [{"method": method, "seed": seed} for method in METHODS for seed in plan.seeds]
+
+
+def work(task: Task) -> Row:
+    """One teaching, judged on its own unseen worlds; and how near the yardstick comes to its bound there."""
+    return {
+        **summary(teach_and_judge(task["seed"], method=task["method"])),
+        "yardstick": yardstick(task["seed"]),
+    }
+
+
+def conclude(rows: Sequence[Row]) -> Findings:
+    """What the methods come to over all teachings."""
+    by_method = {name: [row for row in rows if row["task"]["method"] == name] for name in METHODS}
+    methods = {name: overall(of) for name, of in by_method.items()}
+    watched = methods["watched"]
+    first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
+    bound = spread([row["yardstick"] for row in by_method["watched"]])
+    return Findings(
+        headline=f"{watched['teachings_reaching_95']} of {watched['of']} robots taught by pressing names reach 95 % "
+        f"success on unseen worlds, and bring {watched['relative_to_expert']['median']:.0%} of the food per second "
+        f"that a forager written by hand brings, after {watched['examples']['median']:.0f} examples and "
+        f"{watched['teaching_seconds']['median'] / 60:.0f} minutes.",
+        tables=(
+            Table(
+                f"Teachings {first} to {last}, each judged on {WORLDS} unseen worlds of its own",
+                ("", *(f"#{name}" for name in METHODS)),
+                [
+                    (what, *(tell(methods[name], by_method[name]) for name in METHODS))
+                    for what, tell in TOLD.items()
+                ],
+            ),
+            Table(
+                "Success in the paper's corner cases, worst teaching",
+                ("corner case", *(f"#{name}" for name in METHODS)),
+                [
+                    (case, *(f"{methods[name]['corner_cases'][case]['min']:.0%}" for name in METHODS))
+                    for case in watched["corner_cases"]
+                ],
+            ),
+        ),
+        goals=goals(watched),
+        notes=(
+            f"The yardstick takes {bound['median']:.3f} ({bound['min']:.3f} to {bound['max']:.3f}) times the "
+            "seconds that no robot can beat, medians over the worlds of a teaching.",
+        ),
+        numbers={"methods": methods, "yardstick": bound},
+    )
+
+
+TOLD: Mapping[str, Callable[[dict[str, Any], Sequence[Row]], str]] = {
+    "teachings that reach 95 %": lambda all_, rows: f"{all_['teachings_reaching_95']} of {all_['of']}",
+    "success": lambda all_, rows: told([row["success"] for row in rows], percent=True),
+    "food per second / yardstick's": lambda all_, rows: told([row["relative_to_expert"] for row in rows], 3),
+    "press-made examples": lambda all_, rows: told([row["examples"]["total"] for row in rows]),
+    "presses": lambda all_, rows: told([row["presses"] for row in rows]),
+    "teaching time, s": lambda all_, rows: told([row["teaching_seconds"] for row in rows]),
+}
+
+
+def overall(rows: Sequence[Row]) -> dict[str, Any]:
+    """Medians and spread over teachings: the taught automaton is the unit, never the world."""
+    success = np.array([row["success"] for row in rows])
+    return {
+        "teachings_reaching_95": int((success >= 0.95).sum()),
+        "of": len(rows),
+        "success": spread(success),
+        "relative_to_expert": spread([row["relative_to_expert"] for row in rows]),
+        "examples": spread([row["examples"]["total"] for row in rows]),
+        "presses": spread([row["presses"] for row in rows]),
+        "teaching_seconds": spread([row["teaching_seconds"] for row in rows]),
+        "corner_cases": {
+            name: spread([row["corner_cases"][name] for row in rows]) for name in rows[0]["corner_cases"]
+        },
+    }
+
+
+def yardstick(seed: int) -> float:
+    """The hand-coded forager's time as a multiple of its lower bound: the median over the worlds of a teaching."""
+    body = Forage(worlds_of(seed))
+    bound = lower_bound(body)
+    hand = HandForager(body.agents, body.settings)
+    seconds = measure(body, hand.decide, hand.keys, limit_s=10.0 * bound + 60.0).seconds
+    return round(float(np.median(seconds / bound)), 4)
+
+
+def goals(result: Mapping[str, Any]) -> tuple[Goal, ...]:
+    """What was to be reached, beside what the watched method came to."""
+    wanted = int(np.ceil(GOALS["taught well"] * result["of"]))
+    worst, near = result["success"]["min"], result["relative_to_expert"]["median"]
+    examples, seconds = result["examples"]["median"], result["teaching_seconds"]["median"]
+    well = result["teachings_reaching_95"]
+    return (
+        Goal(
+            "teachings that reach 95 % success",
+            f"{wanted} of {result['of']}",
+            f"{well} of {result['of']}",
+            well >= wanted,
+        ),
+        Goal("success of the worst teaching", "85 %", f"{worst:.0%}", worst >= GOALS["worst"]),
+        Goal(
+            "food per second as a share of the yardstick's, median",
+            "0.92",
+            f"{near:.3f}",
+            near >= GOALS["relative_to_expert"],
+        ),
+        Goal("examples of a median teaching", "at most 80", f"{examples:.0f}", examples <= GOALS["examples"]),
+        Goal("seconds of a median teaching", "at most 600", f"{seconds:.0f}", seconds <= GOALS["seconds"]),
+    )
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """Success and speed of every teaching, by method."""
+    figure, (left, right) = panels(2)
+    for axes, what, of, said in (
+        (left, "success", "success", "worlds finished in time, %"),
+        (right, "speed", "relative_to_expert", "food per second, % of the yardstick's"),
+    ):
+        groups = {name: [100 * row[of] for row in rows if row["task"]["method"] == name] for name in METHODS}
+        dots(axes, groups, said)
+        axes.set_title(what)
+    return figure
+
+
+EXPERIMENT = Experiment(
+    name="forage",
+    seeds=TEACHINGS,
+    quick=1,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+    worlds=("forage",),
+)

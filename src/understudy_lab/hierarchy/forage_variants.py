@@ -1,0 +1,188 @@
+"""Foraging in three layers, two, or one: what is taught, and how a person who knows the task teaches it.
+
+Two layers: GoTo is taught, and the rest is one automaton over it. One layer: everything is one automaton of basic
+behaviors, with a state for each thing to do on the way to food and on the way home. That is a hint at how to do it;
+told nothing, the robot gets one state for each basic behavior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isnan, pi, tau
+from types import MappingProxyType
+
+from understudy.model.kinds import NO, YES
+from understudy.model.lesson import Options
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, DEPOSIT, FORAGE, GOTO, HARVEST, all_home
+from understudy_lab.teachers.teacher import Case, Topic
+
+NEARLY_FACING = 0.35
+"""rad: who knows that they react late presses that much before the robot faces where it has to go."""
+TRIES = 6
+"""So many tries of the whole task in a row have to go well before the person is content."""
+
+
+def homeward(screen: Screen) -> bool:
+    """Whether it is time to go home: full, or nothing left to fetch, or on the way and not empty yet."""
+    stored, left = screen.features["food_stored"], screen.features["food_left"]
+    on_its_way = screen.state.endswith("home") or screen.state == "unload_food"
+    return stored >= CAPACITY or (stored > 0 and (left == NO or on_its_way))
+
+
+def show_two_layers(screen: Screen) -> str | None:
+    """Go to food and load, go home and unload."""
+    seen, state = screen.features, screen.state
+    if all_home(screen):
+        return None
+    if homeward(screen):
+        if state == "unload_food":
+            return "go_home" if seen["at_station"] == NO else None
+        return "unload_food" if state == "go_home" and seen["done"] == YES else _other(state, "go_home")
+    if state == "load_food":
+        return None if seen["food_below_me"] > 0 else "go_to_food"
+    return "load_food" if state == "go_to_food" and seen["done"] == YES else _other(state, "go_to_food")
+
+
+def _other(state: str, wanted: str) -> str | None:
+    return None if state == wanted else wanted
+
+
+@dataclass(frozen=True, slots=True)
+class OneLayer:
+    """Turn, drive, load; turn, drive, unload: with a state of each for food and for home, or with `shared` states.
+
+    `patience` is how many times farther astray the robot has to be before it is corrected than before it is shown.
+    """
+
+    patience: float = 1.0
+    shared: bool = False
+
+    def __call__(self, screen: Screen) -> str | None:
+        """The state it would rather have the robot in."""
+        seen, state = screen.features, screen.state
+        if all_home(screen):
+            return None
+        if homeward(screen):
+            if seen["at_station"] == YES:
+                return _other(state, "unload_food")
+            return self._drive(state, seen["angle_to(station)"], "home")
+        if seen["food_below_me"] > 0:
+            return _other(state, "load_food")
+        return self._drive(state, seen["angle_to(nearest_food)"], "food")
+
+    def _drive(self, state: str, angle: float, where: str) -> str | None:
+        if isnan(angle):
+            return None
+        bearing = (angle + pi) % tau - pi  # left positive
+        forward, left, right = MOVES if self.shared else (f"{move}_{where}" for move in MOVES)
+        toward = left if bearing > 0 else right
+        if state == forward:
+            return toward if abs(bearing) > self.patience * ASTRAY else None
+        if state in (left, right):
+            ahead = bearing if state == left else -bearing
+            facing = NEARLY_FACING if self.patience == 1.0 else -ASTRAY
+            return forward if -pi / 2 < ahead < facing else None
+        return toward if abs(bearing) > ASTRAY else forward
+
+
+MOVES: Mapping[str, str] = MappingProxyType(
+    {"forward": "forward", "left": "rotate_left", "right": "rotate_right"}
+)
+"""What a robot can do to get somewhere: a name for it, and the basic behavior."""
+
+
+CASES = (Case("little food in many places"), Case("the last food"), Case("food for two ways"))
+
+
+def _lean(topic: Topic, *, shown: int, tries: int) -> Topic:
+    """Shown its first cases only, without pushes, and tried this often: the layers above show what is still wrong."""
+    cases = tuple(replace(case, push=None, again=False) for case in topic.cases)
+    return replace(topic, cases=cases, shown=shown, tries=tries)
+
+
+LEAN_GOTO = _lean(GOTO, shown=2, tries=4)
+
+TWO_LAYERS = Topic(
+    "forage",
+    lambda library: new_lesson(
+        library,
+        "forage",
+        states=["go_to_food=goto(nearest_food)", "load_food", "go_home=goto(station)", "unload_food"],
+        features=["done", "food_left", "food_stored", "food_below_me", "at_station"],
+    ),
+    show_two_layers,
+    show_two_layers,
+    all_home,
+    cases=CASES,
+    tries=TRIES,
+    limit_s=400.0,
+)
+
+
+def _unloading(screen: Screen) -> bool:
+    return screen.state == "unload_food"
+
+
+BOTH_WAYS, ARENA = CASES[2], Case("an arena", enough=_unloading)
+READINGS = (
+    "food_left",
+    "food_stored",
+    "food_below_me",
+    "at_station",
+    "distance_to(nearest_food)",
+    "angle_to(nearest_food)",
+    "distance_to(station)",
+    "angle_to(station)",
+)
+NEEDED = tuple(reading for reading in READINGS if not reading.startswith("distance_to"))
+"""What it takes to forage by basic behaviors: that it is there, the robot sees without distances."""
+
+
+def _one_layer(moves: Sequence[str], features: Sequence[str], *, shared: bool) -> Topic:
+    return Topic(
+        "forage",
+        lambda library: new_lesson(
+            library, "forage", states=[*moves, "load_food", "unload_food"], features=features
+        ),
+        OneLayer(shared=shared),
+        OneLayer(1.5, shared=shared),
+        all_home,
+        cases=(*CASES, ARENA),
+        tries=TRIES + 2,  # each practice twice
+        limit_s=900.0,
+    )
+
+
+ONE_LAYER = replace(
+    _one_layer(
+        [f"{move}_{where}={basic}" for where in ("food", "home") for move, basic in MOVES.items()],
+        NEEDED,
+        shared=False,
+    ),
+    cases=(BOTH_WAYS, ARENA, *CASES[:2]),
+    shown=1,
+)
+TOLD_NOTHING = _one_layer(
+    [f"{move}={basic}" for move, basic in MOVES.items()],
+    READINGS,
+    shared=True,
+)
+
+LAYERS: Mapping[str, tuple[Topic, ...]] = MappingProxyType(
+    {
+        "three layers": (
+            LEAN_GOTO,
+            _lean(HARVEST, shown=2, tries=1),
+            _lean(DEPOSIT, shown=1, tries=1),
+            replace(FORAGE, tries=TRIES),
+        ),
+        "two layers": (LEAN_GOTO, TWO_LAYERS),
+        "one layer": (ONE_LAYER,),
+        "one layer, told nothing": (TOLD_NOTHING,),
+    }
+)
+OPTIONS: Mapping[str, Options] = MappingProxyType({"goto": Options(reaction_s=0.2)})
+"""The paper's method, without watched examples; a lesson about motion says how late presses come."""

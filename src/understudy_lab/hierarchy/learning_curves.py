@@ -1,0 +1,119 @@
+"""Learning curves: how often what was taught so far succeeds, as a teaching goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+
+from understudy.model.library import Library
+from understudy.training.session import Session
+from understudy_lab.teachers.person import Person, Reaction
+from understudy_lab.teachers.teacher import Account, Teacher
+
+Success: TypeAlias = Callable[[Library, int], float]
+"""The share of unseen worlds in which a library succeeds. It is told how many looks came before: each has its own."""
+
+APART = 6
+"""So many new examples are waited for between two looks; but what a good try ends with is looked at, too."""
+HELD, WELL = 4, 0.9
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A look at what was learned: after how many examples in all lessons and after how long, s; and its success."""
+
+    examples: int
+    seconds: float
+    success: float
+
+
+@dataclass
+class Curve:
+    """Looks at a teaching whenever something was taught: what its teacher reports to."""
+
+    whole: str
+    success: Success
+    points: list[Point] = field(default_factory=list)
+    teacher: Teacher | None = None
+
+    def person(self, draws: np.random.Generator, reaction: Reaction) -> Person:
+        """A person whose every press is looked at."""
+        return Watched(draws, reaction, self)
+
+    def pressed(self, session: Session, seconds: float) -> None:
+        """Look after a press in the lesson of the whole task, `seconds` since the teacher last settled."""
+        if self.teacher is None or session.automaton.name != self.whole:
+            return
+        accounts = self.teacher.accounts
+        examples = sum(account.examples for name, account in accounts.items() if name != self.whole)
+        examples += sum(example.pressed for example in session.examples)
+        if not self.points or examples - self.points[-1].examples >= APART:
+            seconds += sum(account.seconds for account in accounts.values())
+            self._look(self.teacher.library.with_taught(session.taught()), examples, seconds)
+
+    def went(self, name: str, what: str, account: Account) -> None:
+        """Look after a try went well, if something new was said and what does the whole task was taught."""
+        if what != "enough" or self.teacher is None or self.whole not in self.teacher.library.taught:
+            return
+        if not self.points or self._said(self.teacher) > self.points[-1].examples:
+            self._look_at(self.teacher)
+
+    def held(self, name: str) -> bool:
+        """Look on at an automaton that is not taught further, until a look goes wrong or four in a row went well.
+
+        Whether four did; of an automaton that does not do the whole task nothing is asked.
+        """
+        if self.teacher is None or name != self.whole:
+            return True
+        while self._look_at(self.teacher) >= WELL and needed(self.successes) is None:
+            pass
+        return needed(self.successes) is not None
+
+    @property
+    def successes(self) -> list[float]:
+        """What was seen at each look."""
+        return [point.success for point in self.points]
+
+    def _look_at(self, teacher: Teacher) -> float:
+        seconds = sum(account.seconds for account in teacher.accounts.values())
+        return self._look(teacher.library, self._said(teacher), seconds)
+
+    def _look(self, library: Library, examples: int, seconds: float) -> float:
+        success = self.success(library, len(self.points))
+        self.points.append(Point(examples, round(seconds, 1), success))
+        return success
+
+    @staticmethod
+    def _said(teacher: Teacher) -> int:
+        return sum(account.examples for account in teacher.accounts.values())
+
+
+class Watched(Person):
+    """A person whose presses are looked at as they act."""
+
+    def __init__(self, draws: np.random.Generator, reaction: Reaction, curve: Curve) -> None:
+        super().__init__(draws, reaction)
+        self._curve = curve
+        self._looked = 0
+
+    def _consider(self, session: Session, wished: str | None, now: float) -> None:
+        if self.presses != self._looked:  # the last press has acted, or was settled and counting began anew
+            self._looked = self.presses
+            self._curve.pressed(session, self.seconds)
+        super()._consider(session, wished, now)
+
+
+def needed(successes: Sequence[float]) -> int | None:
+    """The first of the first four looks in a row with 90 % success or more; None where there are none."""
+    well = [success >= WELL for success in successes]
+    starts = (first for first in range(len(well) - HELD + 1) if all(well[first : first + HELD]))
+    return next(starts, None)
+
+
+def success_at(points: Sequence[Sequence[float]], upto: float, what: int) -> float:
+    """Success after so many examples (`what` 0) or seconds (1): that of the last look by then, 0 before the first."""
+    before = [point[2] for point in points if point[what] <= upto]
+    return before[-1] if before else 0.0

@@ -1,0 +1,113 @@
+"""The lessons of a RoboCup team, read from a folder of JSON files and learned here, in summary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from understudy.errors import FileError
+from understudy.learning.tree_growth import grow
+from understudy.model.kinds import Categorical, Continuous, Kind
+from understudy_lab.statistics import spread
+
+
+class Attribute(msgspec.Struct):
+    """A feature: continuous, or categorical with its labels."""
+
+    name: str
+    kind: str
+    values: list[str] | None = None
+
+
+class Shown(msgspec.Struct):
+    """An example: feature vector, next state, and whether it is an automatic default."""
+
+    x: list[float]
+    y: str
+    default: bool
+
+
+class StateOf(msgspec.Struct):
+    """A state with its examples, and how many nodes the tree had that the team's own learner made of them."""
+
+    state: str
+    attributes: list[Attribute]
+    examples: list[Shown]
+    original_tree_nodes: int
+
+
+class Automaton(msgspec.Struct):
+    """One lesson."""
+
+    automaton: str
+    states: list[StateOf]
+
+
+def summary(folder: Path) -> dict[str, Any]:
+    """All lessons of a folder: how many, and the spread of their features, states and examples, and of the nodes of
+    their states' trees, as they were and as learned here.
+    """
+    lessons = list(_read(folder))
+    states = [state for lesson in lessons for state in lesson.states if state.examples]
+    examples = [sum(len(state.examples) for state in lesson.states) for lesson in lessons]
+    learned = [_nodes(state, lesson) for lesson in lessons for state in lesson.states if state.examples]
+    return {
+        "lessons": len(lessons),
+        "trees": len(states),
+        "all_examples": sum(examples),
+        "spread": {
+            "features": spread([len(_features(lesson)) for lesson in lessons]),
+            "states": spread([len(_names(lesson)) for lesson in lessons]),
+            "examples": spread(examples),
+            "nodes": spread(learned),
+            "original nodes": spread([state.original_tree_nodes for state in states]),
+        },
+    }
+
+
+def _read(folder: Path) -> Iterator[Automaton]:
+    paths = sorted(folder.glob("*.json"))
+    if not paths:
+        raise FileError(
+            path=folder, place="", problem="there are no lessons in it", remedy="name their folder"
+        )
+    for path in paths:
+        try:
+            yield msgspec.json.decode(path.read_bytes(), type=Automaton)
+        except msgspec.DecodeError as error:
+            raise FileError(
+                path=path, place="", problem=str(error), remedy="give a lesson as the folder's README says"
+            ) from None
+
+
+def _features(lesson: Automaton) -> set[str]:
+    return {attribute.name for state in lesson.states for attribute in state.attributes}
+
+
+def _names(lesson: Automaton) -> Mapping[str, int]:
+    """The states that are named in a lesson, with their positions."""
+    named = [state.state for state in lesson.states]
+    named += [example.y for state in lesson.states for example in state.examples]
+    return {name: index for index, name in enumerate(dict.fromkeys(named))}
+
+
+def _nodes(state: StateOf, lesson: Automaton) -> int:
+    """How many nodes the tree of a state has, learned here."""
+    names = _names(lesson)
+    kinds: list[Kind] = [
+        Continuous() if attribute.kind == "continuous" else Categorical(tuple(attribute.values or ()))
+        for attribute in state.attributes
+    ]
+    tree = grow(
+        np.array([example.x for example in state.examples]).reshape(len(state.examples), len(kinds)),
+        np.array([names[example.y] for example in state.examples]),
+        np.array([0 if example.default else 1 for example in state.examples]),
+        kinds,
+        states=len(names),
+        current=names[state.state],
+    )
+    return len(tree.nodes)

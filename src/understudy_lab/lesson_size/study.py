@@ -1,0 +1,228 @@
+"""The experiment: every lesson of the other experiments taught afresh, and what there is to count in it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import msgspec
+import numpy as np
+
+from understudy_lab.behavior_suite import teach as repertoire
+from understudy_lab.behavior_suite.study import FEATS
+from understudy_lab.figures import dots, panels
+from understudy_lab.forage import teach as forage
+from understudy_lab.hierarchy import teach as hierarchy
+from understudy_lab.lesson_size.robocup import summary
+from understudy_lab.lesson_stats import described, lessons_of
+from understudy_lab.novices.novice import Novice
+from understudy_lab.novices.traits import drawn
+from understudy_lab.servoing import trials as servoing
+from understudy_lab.statistics import told
+from understudy_lab.study import Experiment, Findings, Plan, Row, Table, Task
+from understudy_lab.tasks.servo_teacher import topics
+from understudy_lab.teachers.teacher import Teaching
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SEEDS = range(57_100, 57_105)
+ROBOCUP = "RoboCup team"
+FOLDER = "UNDERSTUDY_ROBOCUP_LESSONS"
+"""The variable that names the folder of the RoboCup team's lessons; set from the command line's --data."""
+
+Lessons: TypeAlias = list[dict[str, Any]]
+
+
+def _novice(seed: int) -> Lessons:
+    novice = Novice(drawn(seed), seed)
+    return [described(novice.teach(), novice.seconds)]
+
+
+def _piece(way: str, seed: int) -> Lessons:
+    lessons: Lessons = hierarchy.taught(way, seed)["lessons"]
+    return lessons
+
+
+def _begun(teach: Callable[[int], Teaching], seed: int) -> Lessons:
+    """The lessons of a teaching, each with how often it was begun: the seconds of what was thrown away count."""
+    teaching = teach(seed)
+    return [{**lesson, "begun": teaching.accounts[lesson["name"]].lessons} for lesson in lessons_of(teaching)]
+
+
+SOURCES: Mapping[str, Mapping[str, Callable[[int], Lessons]]] = {
+    "forage": {way: partial(_begun, partial(forage.teach, method=way)) for way in forage.METHODS},
+    "repertoire": {way: partial(_begun, partial(repertoire.teach, feat)) for way, feat in FEATS.items()},
+    "servoing": {way: partial(_begun, partial(servoing.teach, method=way)) for way in topics("left")},
+    "novices": {"as they are": _novice},
+    "hierarchy": {way: partial(_piece, way) for way in (*hierarchy.SERVOING, *hierarchy.FORAGING)},
+}
+"""The experiments that teach lessons, and the ways in which they do, each from a seed. The others teach as `forage`,
+`servoing` and `repertoire` do, or change for a purpose how lessons are taught."""
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each way with each seed; and the RoboCup team's lessons where there are any at hand."""
+    if plan.data is not None:
+        os.environ[FOLDER] = str(plan.data.resolve())  # the processes that work know no plan
+    taught: list[Task] = [
+        {"source": source, "way": way, "seed": seed}
+        for source, ways in SOURCES.items()
+        for way in ways
+        for seed in plan.seeds
+    ]
+    return [*taught, {"source": ROBOCUP}] if plan.data is not None else taught
+
+
+def work(task: Task) -> Row:
+    """The lessons taught in one way; of the RoboCup team's in summary only."""
+    if task["source"] == ROBOCUP:
+        return summary(Path(os.environ[FOLDER]))
+    return {"lessons": SOURCES[task["source"]][task["way"]](task["seed"])}
+
+
+def conclude(rows: Sequence[Row]) -> Findings:
+    """How small the lessons are, by source."""
+    taught = {name: lessons(rows, name) for name in SOURCES}
+    every = [lesson for of in taught.values() for lesson in of]
+    team = next((row for row in rows if row["task"]["source"] == ROBOCUP), None)
+    again = sum(lesson.get("begun", 1) > 1 for lesson in every)
+    return Findings(
+        headline=_headline(every, team),
+        tables=(
+            Table(
+                "Lessons: medians with smallest and largest",
+                ("", "#lessons", *(f"#{what}" for what in COUNTED)),
+                [
+                    *((name, *_told(of)) for name, of in taught.items()),
+                    ("all of these", *_told(every)),
+                    *([] if team is None else [(f"{ROBOCUP}'s", *_told_team(team))]),
+                ],
+            ),
+            Table(
+                "By automaton",
+                ("taught in", "way", "automaton", *(f"#{what}" for what in COUNTED)),
+                [(*kind, *_told(of)[1:]) for kind, of in kinds(rows).items()],
+            ),
+        ),
+        notes=(
+            "Examples are press-made: two a press. Nodes are those of the tree of one state, of the states that "
+            "learned anything; a tree of one node is a state that is always left for the same one. Every automaton of "
+            f"every way counts once a seed, and one that two ways have in common once. {again or 'None'} of the "
+            f"{len(every)} lessons {'was' if again in (0, 1) else 'were'} thrown away and begun anew; that would count "
+            "as teaching. " + _largest(kinds(rows)),
+            "Not taught again, and not counted twice: what `learners` and the base of `ablation` are taught with are "
+            "the lessons of `forage`, `servoing` and `repertoire`. What `ablation` spoils is left out.",
+            "The RoboCup team's lessons are kept elsewhere and given with --data; what is published of them is counts. "
+            "Their trees are learned here from their examples; their own learner had "
+            + ("as many nodes in the median." if team is None else _original(team)),
+        ),
+        numbers={"taught": {name: counts(of) for name, of in taught.items()}, "all": counts(every)},
+    )
+
+
+def lessons(rows: Sequence[Row], source: str) -> Lessons:
+    """All lessons of a source; one that two ways have in common, as layers have their GoTo, counts once."""
+    of = [row for row in rows if row["task"]["source"] == source]
+    found = {
+        msgspec.json.encode((row["task"]["seed"], lesson)): lesson for row in of for lesson in row["lessons"]
+    }
+    return list(found.values())
+
+
+def kinds(rows: Sequence[Row]) -> dict[tuple[str, str, str], Lessons]:
+    """The lessons by source, way and automaton."""
+    found: dict[tuple[str, str, str], Lessons] = {}
+    for row in rows:
+        source = row["task"]["source"]
+        for lesson in row["lessons"] if source != ROBOCUP else ():
+            found.setdefault((source, row["task"]["way"], lesson["name"]), []).append(lesson)
+    return found
+
+
+COUNTED: Mapping[str, Callable[[Lessons], list[float]]] = {
+    "features": lambda of: [lesson["features"] for lesson in of],
+    "states": lambda of: [lesson["states"] for lesson in of],
+    "examples": lambda of: [lesson["examples"] for lesson in of],
+    "nodes": lambda of: [nodes for lesson in of for nodes in lesson["nodes"]],
+    "teaching, s": lambda of: [lesson["seconds"] for lesson in of],
+}
+"""What is counted of lessons; nodes of every tree in them."""
+
+
+def counts(of: Lessons) -> dict[str, float]:
+    """Medians of what is counted."""
+    return {"lessons": len(of), **{what: float(np.median(count(of))) for what, count in COUNTED.items()}}
+
+
+def _largest(found: Mapping[tuple[str, str, str], Lessons]) -> str:
+    """The kind of lesson that takes most examples, beside all others."""
+    middle = {kind: float(np.median(COUNTED["examples"](of))) for kind, of in found.items()}
+    largest = max(middle, key=lambda kind: middle[kind])
+    others = [n for kind, of in found.items() if kind != largest for n in COUNTED["examples"](of)]
+    return (
+        f"Not every lesson is small: {largest[2]} in {largest[0]}, {largest[1]}, takes {middle[largest]:.0f} examples "
+        f"in the median. Of the others none takes more than {max(others, default=0):.0f}, and nine in ten take "
+        f"{np.percentile(others or [0], 90):.0f} at most."
+    )
+
+
+def _told(of: Lessons) -> tuple[str, ...]:
+    return (str(len(of)), *(told(count(of)) for count in COUNTED.values()))
+
+
+def _told_team(team: Row) -> tuple[str, ...]:
+    told_of = (
+        f"{each['median']:.0f} ({each['min']:.0f}–{each['max']:.0f})"
+        for each in (team["spread"][what] for what in ("features", "states", "examples", "nodes"))
+    )
+    return (str(team["lessons"]), *told_of, "not known")
+
+
+def _original(team: Row) -> str:
+    each = team["spread"]["original nodes"]
+    return f"{each['median']:.0f} ({each['min']:.0f}–{each['max']:.0f})."
+
+
+def _headline(every: Lessons, team: Row | None) -> str:
+    found = counts(every)
+    beside = (
+        ""
+        if team is None
+        else f" The {team['lessons']} lessons of a RoboCup team had {team['spread']['examples']['median']:.0f} "
+        f"examples and {team['spread']['features']['median']:.0f} features in the median, trees of "
+        f"{team['spread']['nodes']['median']:.0f}."
+    )
+    return (
+        f"A lesson is small: {found['features']:.0f} features, {found['examples']:.0f} examples, trees of "
+        f"{found['nodes']:.0f} nodes, {found['teaching, s']:.0f} seconds in the median of {len(every)}; nine in ten "
+        f"have {np.percentile(COUNTED['examples'](every), 90):.0f} examples at most.{beside}"
+    )
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """Every lesson, and of nodes every tree, a dot: examples, nodes and seconds by source."""
+    figure, axes = panels(3, wide=3.4)
+    for panel, what in zip(axes, ("examples", "nodes", "teaching, s"), strict=True):
+        groups = {name: COUNTED[what](lessons(rows, name)) for name in SOURCES}
+        dots(panel, groups, {"nodes": "nodes of a tree"}.get(what, what))
+        panel.set_yscale("log")
+        panel.yaxis.set_major_formatter("{x:g}")
+        panel.tick_params(axis="x", labelsize=7.5)
+        panel.set_title(what)
+    return figure
+
+
+EXPERIMENT = Experiment(
+    name="small",
+    seeds=SEEDS,
+    quick=1,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+    worlds=("forage", "soccer"),
+)

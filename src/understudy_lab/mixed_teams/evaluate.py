@@ -1,0 +1,97 @@
+"""What teams of scouts and carriers bring home in unseen worlds: units an hour."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from understudy.errors import SettingError
+from understudy.runtime.team.team import Team
+from understudy.sim.world import World
+from understudy_lab.mixed_teams.practice import CARRIER, SCOUT, all_of, by_themselves, led
+from understudy_lab.mixed_teams.teaching import Taught
+
+WORLDS, TICKS = 50, 12_000
+"""Worlds each teaching is judged on, and ticks of 0.1 s: twenty minutes."""
+FAILS_TICK = (2_000, 6_000)
+"""When robots fail, each at a random moment; what is brought home after that counts."""
+FAILING = 3
+"""One of so many fails."""
+ALONE: Mapping[str, str] = {SCOUT: "lookout", CARRIER: "haul"}
+"""What each does in a mixed team without coordinator."""
+SINGLE: Mapping[str, tuple[str, str]] = {
+    "all carriers, searching": (CARRIER, "gather"),
+    "all carriers, going back": (CARRIER, "return"),
+    "all scouts": (SCOUT, "lookout"),
+}
+"""The teams of one role: their type, and what they do."""
+LED, MIXED = "led", "mixed, each by itself"
+
+
+def worlds_of(seed: int) -> range:
+    """The unseen worlds that the teaching of this seed is judged on; no two teachings share one."""
+    return range(WORLDS * seed, WORLDS * (seed + 1))
+
+
+def measured(taught: Taught, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
+    """What each team brings home; the mixed ones with a third of their members killed, too."""
+    robots, coordinator = taught.libraries, taught.coordinator.library
+    teams: dict[str, Callable[[], Team]] = {
+        LED: lambda: led(robots, coordinator, worlds),
+        MIXED: lambda: by_themselves(robots, worlds, ALONE),
+    }
+    whole = {name: brought(make(), ticks) for name, make in teams.items()}
+    killed = {name: brought(make(), ticks, failing(worlds)) for name, make in teams.items()}
+    single = {
+        name: brought(all_of(kind, robots, worlds, behavior), ticks)
+        for name, (kind, behavior) in SINGLE.items()
+    }
+    return {
+        "rate": {name: each["rate"] for name, each in (whole | single).items()},
+        "kept": {name: _share(killed[name]["late"], whole[name]["late"]) for name in teams},
+        "after_failures": {name: killed[name]["late"] for name in teams},
+        "found": whole[LED]["total"],
+    }
+
+
+def brought(team: Team, ticks: int, fails: Mapping[int, Sequence[int]] | None = None) -> dict[str, float]:
+    """Units an hour and world: over all of the run, and after all failures; and how many units there were at first.
+
+    Some robots fail, in these ticks.
+    """
+    world = _world(team)
+    total = float(world.total.mean())
+    at, early = 0, 0.0
+    for tick in sorted({*(fails or {}), min(FAILS_TICK[1], ticks)}):
+        team.run(tick - at)
+        at = tick
+        for robot in (fails or {}).get(tick, ()):
+            world.freeze(robot)
+        early = float(world.delivered.mean())
+    team.run(ticks - at)
+    hours, rest = ticks * world.tick_s / 3600, (ticks - at) * world.tick_s / 3600
+    end = float(world.delivered.mean())
+    late = round((end - early) / rest, 1) if rest else 0.0
+    return {"rate": round(end / hours, 1), "late": late, "total": total}
+
+
+def failing(worlds: Sequence[int], robots: int = 12) -> dict[int, list[int]]:
+    """A third of the robots of each world, whoever they are, each some time: rows by tick."""
+    draws = np.random.default_rng(list(worlds))
+    found: dict[int, list[int]] = {}
+    for world in range(len(worlds)):
+        for robot in draws.choice(robots, robots // FAILING, replace=False).tolist():
+            found.setdefault(int(draws.integers(*FAILS_TICK)), []).append(world * robots + robot)
+    return found
+
+
+def _share(part: float, whole: float) -> float:
+    return round(part / whole, 4) if whole else 0.0
+
+
+def _world(team: Team) -> World:
+    if not isinstance(team.ground, World):
+        raise SettingError(where="roles", setting="team", problem="is in no world", remedy="give it one")
+    return team.ground

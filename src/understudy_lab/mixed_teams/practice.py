@@ -1,0 +1,167 @@
+"""The worlds in which scouts, carriers and their coordinator are taught, and the teams that are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from msgspec.structs import replace
+
+from understudy.model.kit import Kit
+from understudy.model.library import Library
+from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.team import Team
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Capture, Objects, Robots, Scenario
+from understudy.sim.team.libraries import Libraries, libraries_of, team_of, troop_of
+from understudy.sim.type_kits import kits_of
+from understudy.sim.world import World
+from understudy_lab.tasks.salvage_carrier_teacher import CAPACITY
+
+SCOUT, CARRIER, SQUAD = "scout", "carrier", "crew"
+SIZE = (14.0, 14.0)
+ELSEWHERE = ((13.0, 13.0),)
+QUARTERS = ((1.3, 1.3), (2.7, 1.3), (1.3, 2.7), (2.7, 2.7))
+AROUND = ((13.4, 7.3), (5.4, 7.3), (9.4, 11.3), (9.4, 3.3))
+PLENTY = 60
+
+
+@cache
+def scenario() -> Scenario:
+    """The world as it ships."""
+    return load_scenario("salvage")
+
+
+@cache
+def kits() -> Mapping[str, Kit]:
+    """What each type can be taught with."""
+    return kits_of(scenario(), kit_of(scenario()))
+
+
+def _made(
+    *robots: Robots, size: tuple[float, float] = SIZE, harbor: Sequence[tuple[float, ...]] = (), **wreck: Any
+) -> Scenario:
+    """The world in small, with these robots, a harbor somewhere or there, and other wrecks."""
+
+    def changed(thing: Objects) -> Objects:
+        if thing.name == "wreck":
+            return _thing(thing, **{"apart": 0.8, "amount": PLENTY, **wreck})
+        return _thing(thing, **({"at": tuple(harbor)} if harbor else {}), within=None, apart=0.8)
+
+    objects = tuple(changed(each) for each in scenario().objects)
+    return replace(scenario(), size=size, objects=objects, robots=robots, squads={}, goal=None, regions={})
+
+
+def _thing(thing: Objects, **changes: Any) -> Objects:
+    """A class of objects with changes; what has its place needs no number of them."""
+    kept = {name: getattr(thing, name) for name in thing.__struct_fields__ if name not in changes}
+    if "at" in changes:
+        kept.pop("count", None)
+        kept.pop("apart", None)
+        changes.pop("apart", None)
+    if "count" in changes:
+        kept.pop("at", None)
+    return Objects(**kept, **changes)
+
+
+def _one(kind: str, *at: tuple[float, float, float], **more: Any) -> Robots:
+    return Robots(type=kind, at=at, **more) if at else Robots(type=kind, count=1, **more)
+
+
+@cache
+def practices() -> Mapping[str, Scenario]:
+    """Where robots practice, by name; the robot that is taught is the first."""
+    gone, soon = Capture(range=5.0, after_s=1.5), Capture(range=1.6, after_s=12.0)
+    there, beside = ((9.0, 7.0),), (9.4, 7.3, 0.0)
+    carrier, taken = _one(CARRIER), Capture(range=1.6, after_s=1.5)
+    found = {
+        "a scout in a yard": _made(_one(SCOUT), size=(5.6, 5.6), harbor=((5.0, 5.0),), at=((2.8, 2.8),)),
+        "a scout, a wreck somewhere": _made(_one(SCOUT), count=1),
+        "a scout, wrecks that others empty": _made(_one(SCOUT), count=4, capture=gone),
+        "a scout, many wrecks that are emptied": _made(_one(SCOUT), count=10, capture=soon),
+        "a scout, wrecks that are emptied": _made(_one(SCOUT), count=3, capture=soon),
+        "a carrier in a yard": _made(carrier, _one(SCOUT), size=(10.0, 10.0), count=1),
+        "a carrier at a wreck": _made(carrier, size=(2.8, 2.8), harbor=((2.0, 2.0),), at=((1.4, 1.4),)),
+        "a carrier at wrecks with little in them": _made(
+            carrier, size=(4.0, 4.0), harbor=((2.0, 2.0),), at=QUARTERS, amount=2
+        ),
+        "a carrier, wrecks about": _made(carrier, count=5),
+        "a carrier, wrecks that others empty": _made(carrier, count=8, capture=taken),
+        "a carrier, a scout at a wreck": _made(carrier, _one(SCOUT, beside), at=there),
+        "a carrier, a scout at a wreck that others empty": _made(
+            carrier, _one(SCOUT, (10.7, 7.0, 0.0)), at=there, capture=taken
+        ),
+        "a carrier, a scout somewhere else": _made(carrier, _one(SCOUT, beside), at=AROUND),
+        "a carrier, wrecks about, with a load": _made(_one(CARRIER, stored=CAPACITY), count=5),
+        "a carrier, a scout at a wreck, with a load": _made(
+            _one(CARRIER, stored=CAPACITY), _one(SCOUT, beside), at=there
+        ),
+        "a carrier with one unit": _made(_one(CARRIER, stored=1), count=1),
+        "a carrier with a load": _made(_one(CARRIER, stored=CAPACITY), count=1),
+    }
+    for kind in (SCOUT, CARRIER):
+        found |= {
+            f"a {kind} alone": _made(_one(kind), at=ELSEWHERE),
+            f"a {kind} between walls": _made(
+                _one(kind), size=(8.0, 8.0), harbor=((3.0, 3.0),), at=((5.0, 5.0),)
+            ),
+        }
+    return found
+
+
+@cache
+def squad_practices() -> Mapping[str, Scenario]:
+    """Where the coordinator practices, by name."""
+    little: dict[str, dict[str, Any]] = {
+        "wreck": {"count": 5, "amount": (8, 16), "apart": 3.0},
+        "harbor": {"at": ((12.0, 12.0),), "within": None},
+    }
+    objects = tuple(_thing(each, **little[each.name]) for each in scenario().objects)
+    small = replace(scenario(), size=(24.0, 24.0), objects=objects, regions={})
+    return {"wrecks with little in them": small}
+
+
+def robots_world(practice: str, seed: int) -> World:
+    """A world for one robot to be taught in."""
+    return World(practices()[practice], [seed])
+
+
+def squads_library(robots: Libraries) -> Library:
+    """What the coordinator can be taught with, at first."""
+    return libraries_of(scenario(), robots)[SQUAD]
+
+
+def troops(robots: Libraries) -> Callable[[str, int], Troop]:
+    """Makes troops of these robots for their coordinator to be taught on."""
+    known = libraries_of(scenario(), robots)
+
+    def make(practice: str, seed: int) -> Troop:
+        return troop_of(squad_practices()[practice], SQUAD, known, seed=seed)
+
+    return make
+
+
+@cache
+def only(kind: str) -> Scenario:
+    """The same world with as many robots, all of one type."""
+    everyone = sum(each.count for each in scenario().robots if isinstance(each.count, int))
+    robots = (replace(scenario().robots[0], type=kind, count=everyone),)
+    return replace(scenario(), robots=robots, squads={}, goal=None)
+
+
+def by_themselves(robots: Libraries, seeds: Sequence[int], doing: Mapping[str, str]) -> Team:
+    """The mixed team in a world per seed without its coordinator: what each type is doing by itself."""
+    known = libraries_of(scenario(), robots)
+    return team_of(scenario(), seeds, known, {kind: (name, {}) for kind, name in doing.items()})
+
+
+def all_of(kind: str, robots: Libraries, seeds: Sequence[int], behavior: str) -> Team:
+    """A team of one type in a world per seed."""
+    return team_of(only(kind), seeds, libraries_of(only(kind), robots), {kind: (behavior, {})})
+
+
+def led(robots: Libraries, coordinator: Library, seeds: Sequence[int], behavior: str = "lead") -> Team:
+    """The mixed team in a world per seed, whose coordinator runs a behavior."""
+    return team_of(scenario(), seeds, {**robots, SQUAD: coordinator}, {SQUAD: (behavior, {})})

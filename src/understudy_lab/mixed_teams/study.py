@@ -1,0 +1,157 @@
+"""The experiment: independent teachings of scouts, carriers and their coordinator, each judged in its own worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from understudy_lab.figures import dots, panels
+from understudy_lab.lesson_stats import examples_in, lessons_in, lessons_of
+from understudy_lab.mixed_teams.evaluate import FAILING, LED, MIXED, SINGLE, WORLDS, measured, worlds_of
+from understudy_lab.mixed_teams.teaching import teach
+from understudy_lab.statistics import told
+from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEACHINGS = range(59_000, 59_010)
+"""The teaching seeds of the published result: nobody had looked at any of them before."""
+BETTER = 1.5
+SURVIVORS = 1 - 1 / FAILING
+KEPT = 0.8 * SURVIVORS
+NAMES = {LED: "mixed, under their coordinator", MIXED: MIXED} | {name: name for name in SINGLE}
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each teaching."""
+    return [{"seed": seed} for seed in plan.seeds]
+
+
+def work(task: Task) -> Row:
+    """One teaching, judged on its own unseen worlds."""
+    taught = teach(task["seed"])
+    lessons = {kind: lessons_of(teaching) for kind, teaching in taught.robots.items()}
+    lessons["coordinator"] = lessons_of(taught.coordinator)
+    return {**measured(taught, worlds_of(task["seed"])), "lessons": lessons}
+
+
+def conclude(rows: Sequence[Row]) -> Findings:
+    """What holds over all teachings."""
+    first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
+    better, alone = _against_single(rows), _against_alone(rows)
+    return Findings(
+        headline="A mixed team of four scouts and eight carriers, each type with what it was taught itself, brings "
+        f"home {np.median(better):.1f} times as much under its coordinator as the best team of twelve robots of one "
+        f"type, in worlds that they have never seen ({told(_rates(rows, LED))} units an hour in the median), after "
+        f"{np.median(examples_in(rows)):.0f} examples for all automata together. Without the coordinator the same "
+        f"robots bring {1 / np.median(alone):.2f} times what they bring with it.",
+        tables=(
+            Table(
+                f"Salvage, teachings {first} to {last}, {WORLDS} unseen worlds of 20 minutes each: median (worst–best)",
+                ("team of twelve", "#units an hour"),
+                [(said, told(_rates(rows, name))) for name, said in NAMES.items()],
+            ),
+            Table(
+                "A third of the members killed at random moments; after that",
+                ("team of twelve", "#units an hour", "#of what it brings unharmed"),
+                [
+                    (
+                        NAMES[name],
+                        told(_of(rows, "after_failures", name)),
+                        told(_of(rows, "kept", name), percent=True),
+                    )
+                    for name in (LED, MIXED)
+                ],
+            ),
+            Table(
+                "What each automaton took: median (least–most)",
+                ("who", "automaton", "#examples", "#seconds", "#states", "#features"),
+                lessons_in(rows),
+            ),
+        ),
+        goals=_goals(rows),
+        notes=_notes(rows),
+        numbers={"teachings": len(rows), "better": better, "examples": examples_in(rows)},
+    )
+
+
+def _of(rows: Sequence[Row], what: str, name: str) -> list[float]:
+    return [row[what][name] for row in rows]
+
+
+def _rates(rows: Sequence[Row], name: str) -> list[float]:
+    return _of(rows, "rate", name)
+
+
+def _best_single(row: Row) -> float:
+    return max(float(row["rate"][name]) for name in SINGLE)
+
+
+def _against_single(rows: Sequence[Row]) -> list[float]:
+    """How many times as much each led team brings as the best team of one type."""
+    return [round(row["rate"][LED] / max(1.0, _best_single(row)), 3) for row in rows]
+
+
+def _against_alone(rows: Sequence[Row]) -> list[float]:
+    return [row["rate"][LED] / max(1.0, row["rate"][MIXED]) for row in rows]
+
+
+def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
+    better = _against_single(rows)
+    kept = float(np.median(_of(rows, "kept", LED)))
+    return (
+        Goal(
+            "what it brings home, against the best team of one type",
+            f"×{BETTER}",
+            f"×{np.median(better):.2f}, worst ×{min(better):.2f}",
+            float(np.median(better)) >= BETTER,
+        ),
+        Goal(
+            "what is kept of it when a third of the members is killed",
+            f"{KEPT:.0%}: 0.8 of the {SURVIVORS:.0%} who survive",
+            f"{kept:.0%}",
+            kept >= KEPT,
+        ),
+    )
+
+
+def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
+    alone, after = float(np.median(_against_alone(rows))), _of(rows, "after_failures", LED)
+    failing = float(np.median(np.divide(after, np.maximum(1.0, _of(rows, "after_failures", MIXED)))))
+    return (
+        f"What makes the difference is the mix: under the coordinator the team brings ×{alone:.2f} of what the same "
+        f"robots bring each by itself, and ×{failing:.2f} after a third was killed. Whoever follows a scout that is "
+        "still exploring is near when it finds something, so that there is little to be told.",
+        "A carrier cannot tell a dead scout at an empty wreck from one on guard: that is what killing costs beside the "
+        "members themselves.",
+        f"Its scouts can carry nothing: a team of scouts brings {max(_rates(rows, 'all scouts')):.0f} units.",
+    )
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """What each team brings, whole and with a third of it killed."""
+    figure, (left, right) = panels(2, wide=4.2)
+    short = ("mixed,\nled", "mixed,\nalone", "carriers,\nsearching", "carriers,\ngoing back", "scouts")
+    dots(left, {said: _rates(rows, name) for said, name in zip(short, NAMES, strict=True)}, "units an hour")
+    left.set_title("all twelve")
+    killed = {
+        said: _of(rows, "after_failures", name) for said, name in zip(short[:2], (LED, MIXED), strict=True)
+    }
+    dots(right, killed, "units an hour")
+    right.set_title("after a third was killed")
+    return figure
+
+
+EXPERIMENT = Experiment(
+    name="roles",
+    seeds=TEACHINGS,
+    quick=1,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+    worlds=("salvage",),
+)

@@ -1,0 +1,201 @@
+"""The experiment: teachers who slip and press late, corrected with unlearning and without."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from understudy_lab.coaching_benefit.tasks import EXERCISES
+from understudy_lab.figures import COLORS, panels
+from understudy_lab.noisy_teachers.teach import (
+    ASKED,
+    CLEAN,
+    IN_A_ROW,
+    MOST,
+    PLAIN,
+    TASKS,
+    UNHURRIED,
+    WAYS,
+    teach,
+)
+from understudy_lab.statistics import told
+from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SEEDS = range(63_000, 63_080)
+CHANCES = (0.05, 0.1, 0.2)
+SHORT = 0.05
+"""So far below the teacher without faults, at most, is as good."""
+WANTED = 0.5
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each teacher at each task: without faults, and by how often they slip, in each way."""
+    kinds = [(CLEAN, 0.0), *((way, chance) for chance in CHANCES for way in WAYS)]
+    return [
+        {"task": name, "way": way, "chance": chance, "seed": seed}
+        for name in TASKS
+        for way, chance in kinds
+        for seed in plan.seeds
+    ]
+
+
+def work(task: Task) -> Row:
+    """One teaching, and the share of trials that succeed after each correction."""
+    name, seed = task["task"], task["seed"]
+    course = teach(name, task["way"], seed, task["chance"])
+    shares = [EXERCISES[name].judge(taught, seed)[0] for taught in course.taught]
+    return {
+        "shares": [round(share, 4) for share in shares],
+        "corrections": course.corrections,
+        "slipped": course.slipped,
+        "asked": course.asked,
+        "held": course.held,
+    }
+
+
+def of(rows: Sequence[Row], name: str, way: str, chance: float) -> list[Row]:
+    """The rows of one task, way and chance of a slip; without faults there is none."""
+    wanted = name, way, 0.0 if way == CLEAN else chance
+    return [row for row in rows if tuple(row["task"][key] for key in ("task", "way", "chance")) == wanted]
+
+
+def means(rows: Sequence[Row]) -> list[float]:
+    """The share of trials that succeed, over all robots, after 0, 1, ... corrections."""
+    padded = [row["shares"] + [row["shares"][-1]] * (MOST + 1 - len(row["shares"])) for row in rows]
+    return [float(np.mean(shares)) for shares in zip(*(each[: MOST + 1] for each in padded), strict=True)]
+
+
+def needed(rows: Sequence[Row], clean: Sequence[Row]) -> int | None:
+    """After how many corrections robots are as good as those of teachers without faults are in the end, and stay so."""
+    good = [mean >= means(clean)[-1] - SHORT for mean in means(rows)]
+    return next((count for count in range(len(good)) if all(good[count:])), None)
+
+
+def conclude(rows: Sequence[Row]) -> Findings:
+    """How many corrections it takes in each way, and what was asked and held."""
+    found = {
+        (name, way, chance): of(rows, name, way, chance)
+        for name in TASKS
+        for chance in CHANCES
+        for way in (CLEAN, *WAYS)
+    }
+    numbers: dict[str, Any] = {
+        f"{name}, {chance:.0%}, {way}": {
+            "needed": needed(each, found[name, CLEAN, chance]),
+            "end": round(means(each)[-1], 3),
+        }
+        for (name, way, chance), each in found.items()
+    }
+    return Findings(
+        headline=" ".join(_headline(found, "goto", chance) for chance in CHANCES[:2]),
+        tables=(
+            Table(
+                f"Trials that succeed after so many corrections; and until {IN_A_ROW} tries in a row needed none, "
+                "medians with least and most",
+                (
+                    "task",
+                    "slips",
+                    "way",
+                    *(f"#{count}" for count in (0, 2, 4, 8, 16, MOST)),
+                    "#as good after",
+                    "#corrections",
+                    "#questions",
+                    "#held",
+                ),
+                [
+                    row
+                    for name in TASKS
+                    for row in (
+                        _row(found, name, CLEAN, 0.0),
+                        *(_row(found, name, way, chance) for chance in CHANCES for way in WAYS),
+                    )
+                ],
+            ),
+        ),
+        goals=tuple(_goal(found, chance, way) for way in (ASKED, UNHURRIED) for chance in CHANCES),
+        notes=_notes(found),
+        numbers=numbers,
+    )
+
+
+Found = dict[tuple[str, str, float], list[Row]]
+
+
+def _row(found: Found, name: str, way: str, chance: float) -> tuple[str, ...]:
+    rows = found[name, way, chance or CHANCES[0]]
+    mean, enough = means(rows), needed(rows, found[name, CLEAN, CHANCES[0]])
+    return (
+        name,
+        f"{chance:.0%}",
+        way,
+        *(f"{mean[count]:.0%}" for count in (0, 2, 4, 8, 16, MOST)),
+        "never" if enough is None else str(enough),
+        *(told([row[key] for row in rows]) for key in ("corrections", "asked", "held")),
+    )
+
+
+def _said(count: int | None) -> str:
+    return f"not within {MOST} corrections" if count is None else f"after {count} corrections"
+
+
+def _headline(found: Found, name: str, chance: float) -> str:
+    clean = found[name, CLEAN, chance]
+    asked, plain = (needed(found[name, way, chance], clean) for way in (ASKED, PLAIN))
+    return (
+        f"Teachers of {name} who slip in {chance:.0%} of presses and press late come within {100 * SHORT:.0f} points "
+        f"of a teacher without faults {_said(asked)} where they are asked about odd presses, and {_said(plain)} "
+        "where not."
+    )
+
+
+def _goal(found: Found, chance: float, way: str) -> Goal:
+    clean = found["goto", CLEAN, chance]
+    asked, plain = (needed(found["goto", each, chance], clean) for each in (way, PLAIN))
+    return Goal(
+        f"goto, {chance:.0%} slips, {way}: corrections until robots are as good as those of a teacher without faults",
+        f"at most {WANTED:.0%} of those without unlearning",
+        f"{_said(asked)}; without {_said(plain)}",
+        asked is not None and asked <= WANTED * (MOST + 1 if plain is None else plain),
+    )
+
+
+def _notes(found: Found) -> tuple[str, ...]:
+    ends = [means(found["servoing", way, chance])[0] for way in (PLAIN, ASKED) for chance in CHANCES]
+    return (
+        "Servoing needs next to no corrections: before the first, robots succeed in "
+        f"{100 * min(ends):.0f} to {100 * max(ends):.0f} % of trials, whatever the faults.",
+        "A lesson that unlearns by itself saves few corrections here, if any: where presses of a sort are few, it "
+        "holds back good ones, too. It is for those whom nobody can ask.",
+    )
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """Success by the number of corrections, GoTo."""
+    figure, axes = panels(len(CHANCES), wide=3.2)
+    for panel, chance in zip(axes, CHANCES, strict=True):
+        for way, color in zip((CLEAN, *WAYS), ("#6b7280", *COLORS), strict=False):
+            mean = means(of(rows, "goto", way, chance))
+            panel.plot(range(MOST + 1), mean, "-", color=color, linewidth=1.4, label=way)
+        panel.set_ylim(0.0, 1.03)
+        panel.set_xlabel("corrections")
+        panel.set_ylabel("trials that succeed")
+        panel.set_title(f"goto, {chance:.0%} slips")
+        panel.legend(fontsize=7)
+    return figure
+
+
+EXPERIMENT = Experiment(
+    name="slips",
+    seeds=SEEDS,
+    quick=1,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+    worlds=("forage", "soccer"),
+)

@@ -1,0 +1,133 @@
+"""Teaching with faults: what the robot would do after each correction, with and without unlearning."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from understudy.learning.mislabels import slips
+from understudy.model.lesson import Options
+from understudy.model.library import Library, Taught
+from understudy.runtime.body import Body
+from understudy.sim.forage import Forage
+from understudy.sim.forage_settings import practices
+from understudy.training.feature_values import steady_readings
+from understudy.training.reaction_time import lateness
+from understudy.training.session import Session
+from understudy_lab.coaching_benefit.tasks import EXERCISES
+from understudy_lab.noisy_teachers.slipping import Slipping
+from understudy_lab.novices.traits import ALIKE, RANGES
+from understudy_lab.servoing.trials import search_side
+from understudy_lab.tasks.forage_teacher import GOTO
+from understudy_lab.tasks.servo_teacher import topics
+from understudy_lab.tasks.soccer import Soccer
+from understudy_lab.teachers.person import Reaction
+from understudy_lab.teachers.teacher import Account, Patience, Teacher, Topic
+
+CLEAN, PLAIN, BY_ITSELF, ASKED, UNHURRIED = (
+    "no faults",
+    "corrected",
+    "unlearns by itself",
+    "asked",
+    "asked, answers without slips",
+)
+WAYS = (PLAIN, BY_ITSELF, ASKED, UNHURRIED)
+MOST = 24
+"""So many corrections a teacher bears."""
+IN_A_ROW = 8
+"""So many tries in a row without one, and they are content."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is taught: the topic by seed, and the practices."""
+
+    topic: Callable[[int], Topic]
+    make: Callable[[str, int], Body]
+
+
+TASKS: Mapping[str, Task] = MappingProxyType(
+    {
+        "goto": Task(lambda seed: GOTO, lambda practice, world: Forage([world], practices()[practice])),
+        "servoing": Task(
+            lambda seed: topics(search_side(seed))["four states"], lambda practice, world: Soccer([world])
+        ),
+    }
+)
+
+
+@dataclass
+class Course:
+    """What one teaching came to: what was learned after so many corrections, the last one in the end."""
+
+    taught: list[Taught] = field(default_factory=list)
+    corrections: int = 0
+    asked: int = 0
+    slipped: int = 0
+    held: int = 0
+
+
+def teach(name: str, way: str, seed: int, chance: float) -> Course:
+    """Teach until so many tries in a row need no correction, or patience ends."""
+    task, course = TASKS[name], Course()
+    topic = replace(task.topic(seed), tries=IN_A_ROW)
+    draws = np.random.default_rng([seed, 5])
+    people: list[Slipping] = []
+
+    def person(others: np.random.Generator, reaction: Reaction) -> Slipping:
+        slips = 0.0 if way == CLEAN else chance
+        people.append(Slipping(others, reaction, slips, 0.0 if way == UNHURRIED else slips))
+        return people[0]
+
+    def looks_back(session: Session) -> None:
+        if way in (ASKED, UNHURRIED):
+            _ask(session, people[0], topic)
+        if way in (ASKED, UNHURRIED, BY_ITSELF):
+            _press_earlier(session)
+        course.taught[course.corrections :] = [session.taught()]
+
+    def progress(automaton: str, what: str, account: Account) -> None:
+        course.corrections += what in ("corrected", "lost")
+
+    Teacher(
+        Library(EXERCISES[name].kit),
+        task.make,
+        seed,
+        options={topic.name: Options(unlearning=way == BY_ITSELF)},
+        reaction=Reaction(ALIKE.least_s, 0.0, ALIKE.least_s) if way == CLEAN else _late(draws),
+        progress=progress,
+        patience=Patience(corrections=MOST, lessons=1),
+        person=person,
+        looks_back=looks_back,
+    ).teach(topic)
+    course.asked, course.slipped = people[0].asked, people[0].slipped
+    lesson = course.taught[-1].lesson
+    course.held = sum(bool(example.quarantined) for example in lesson.examples) if lesson else 0
+    return course
+
+
+def _late(draws: np.random.Generator) -> Reaction:
+    """As late as novices are."""
+    least, most, _ = RANGES["reaction_s"]
+    mean_s = float(draws.uniform(least, most))
+    return Reaction(mean_s, ALIKE.spread * mean_s, ALIKE.least_s)
+
+
+def _ask(session: Session, person: Slipping, topic: Topic) -> None:
+    """Ask about what looks like a slip, the oddest first: what was meant is noted, or that it is right."""
+    while odd := slips(session.lesson, meant=person.meant, most=1):
+        example = odd[0].example
+        said = person.answer(odd[0], session.automaton, topic.show)
+        if said != example.next:
+            session.mend(example.number, said)
+
+
+def _press_earlier(session: Session) -> None:
+    """Take what the lesson itself tells of late presses."""
+    found = lateness(session.lesson, steady=steady_readings(session.body))
+    options = session.lesson.options
+    if found is not None and found.least_s > options.reaction_s:
+        session.choose(options=replace(options, reaction_s=found.reaction_s))

@@ -1,0 +1,99 @@
+"""What separates novices who fail from those who succeed: what they are like, and what they did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from understudy_lab.chances import remaining, shares_differ
+from understudy_lab.novices.success import everywhere, succeeded
+from understudy_lab.novices.traits import UNDERSTOOD
+from understudy_lab.novices.unseen import TURNS
+from understudy_lab.statistics import differ, told
+from understudy_lab.study import Row, Table
+
+NUMBERS: Mapping[str, tuple[Callable[[Row], float], int]] = {
+    "mean reaction, s": (lambda row: row["traits"]["reaction_s"], 2),
+    "chance of a slip": (lambda row: row["traits"]["slips"], 3),
+    "share of time not looking": (lambda row: row["traits"]["lapses"], 2),
+    "misjudged, either way": (lambda row: abs(row["traits"]["misjudged"]), 2),
+    "off the middle, either way, px": (lambda row: abs(row["traits"]["off_middle_px"]), 0),
+    "putting the robot elsewhere, s": (lambda row: row["traits"]["carry_s"], 0),
+    "patience, s": (lambda row: row["traits"]["patience_s"], 0),
+    "situations that occur to them, of 3": (lambda row: len(row["traits"]["situations"]), 0),
+    "presses": (lambda row: row["presses"], 0),
+    "presses that slipped": (lambda row: row["slipped"], 0),
+    "times they put the robot somewhere": (lambda row: sum(row["shown"].values()), 0),
+    "times they put it where the ball is lost": (lambda row: row["shown"].get("ball lost", 0), 0),
+    "turns pressed back while nothing is seen": (lambda row: sum(row["turned_back"].values()), 0),
+}
+"""What is compared by medians, with so many digits."""
+
+
+def turned_back_both_ways(row: Row) -> bool:
+    """Whether each of the two turns was pressed into the other one while nothing was seen."""
+    return all(row["turned_back"][side] for side in TURNS)
+
+
+SHARES: Mapping[str, Callable[[Row], bool]] = {
+    "misunderstood forwardL and forwardR": lambda row: row["traits"]["mistake"] != UNDERSTOOD,
+    "turn at the edge of the frame too": lambda row: bool(row["traits"]["edge_px"]),
+    "showed a lost ball": lambda row: "ball lost" in row["traits"]["situations"],
+    "pressed back both ways while nothing is seen": turned_back_both_ways,
+}
+"""What is compared by how many it is true of."""
+
+READINGS = {"half": succeeded, "each": everywhere}
+Compared = tuple[str, str, float]
+
+
+def _number(rows: Sequence[Row], what: str, well: Callable[[Row], bool]) -> Compared:
+    value, digits = NUMBERS[what]
+    good, bad = ([value(row) for row in rows if well(row) is each] for each in (True, False))
+    return told(good, digits), told(bad, digits), differ(good, bad) if good and bad else 1.0
+
+
+def _share(rows: Sequence[Row], what: str, well: Callable[[Row], bool]) -> Compared:
+    good, bad = ([SHARES[what](row) for row in rows if well(row) is each] for each in (True, False))
+    return f"{sum(good)} of {len(good)}", f"{sum(bad)} of {len(bad)}", shares_differ(good, bad)
+
+
+def _compared(novices: Sequence[Row]) -> dict[tuple[str, str], tuple[str, str, float, bool]]:
+    """By what is compared and reading of success: of those who succeed, of those who fail, p, whether it remains."""
+    found = {
+        (what, reading): (_number if what in NUMBERS else _share)(novices, what, well)
+        for what in (*NUMBERS, *SHARES)
+        for reading, well in READINGS.items()
+    }
+    remain = remaining([p for _, _, p in found.values()])
+    return {key: (*cells, stays) for (key, cells), stays in zip(found.items(), remain, strict=True)}
+
+
+def table(novices: Sequence[Row]) -> Table:
+    """All comparisons, by either reading of success; those that remain after Holm's correction with a star."""
+    found = _compared(novices)
+
+    def cells(what: str) -> list[str]:
+        of = [found[what, reading] for reading in READINGS]
+        return [cell for good, bad, p, stays in of for cell in (good, bad, f"{p:.2g}{' *' if stays else ''}")]
+
+    return Table(
+        f"What separates those who fail (* remains after Holm's correction for all {len(found)} comparisons at 5 %)",
+        ("", *(f"#{what}" for reading in ("half", "each") for what in (f"{reading}: succeed", "fail", "p"))),
+        [(what, *cells(what)) for what in (*NUMBERS, *SHARES)],
+    )
+
+
+def note(novices: Sequence[Row]) -> str:
+    """What separates them by more than chance, by either reading."""
+    found = _compared(novices)
+    remain = {
+        reading: ", ".join(f"`{what}`" for what, by in found if by == reading and found[what, by][3])
+        for reading in READINGS
+    }
+    failing = [row for row in novices if not succeeded(row)]
+    back = sum(map(turned_back_both_ways, failing))
+    return (
+        "What separates by more than chance those who do not succeed from each position: "
+        f"{remain['each'] or 'nothing'}. What separates the {len(failing)} who fail in half of all trials: "
+        f"{remain['half'] or 'nothing for sure, for they are few'}; {back} of them pressed back both ways."
+    )

@@ -1,0 +1,190 @@
+"""What follows from the rows: how many succeed, how fast their robots are, why others fail, and what it hangs on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from understudy_lab.figures import COLORS, panels
+from understudy_lab.novices import failure_causes, sensitivity
+from understudy_lab.novices.success import (
+    TRIALS,
+    base,
+    both,
+    everywhere,
+    reaches,
+    said,
+    share,
+    succeeded,
+    times,
+)
+from understudy_lab.novices.traits import MISTAKES, SITUATIONS, SUCCESS, UNDERSTOOD
+from understudy_lab.novices.unseen import FINDS, RESTS, SWINGS, WALKS_ON, does_unseeing
+from understudy_lab.statistics import interval_of_share, told
+from understudy_lab.study import Findings, Goal, Row, Table
+from understudy_lab.tasks.soccer import POSITIONS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WANTED = 0.7
+HIDDEN = "ball not visible"
+
+
+def conclude(rows: Sequence[Row]) -> Findings:
+    """How many succeed, how fast their robots are, what separates those who fail, and what it hangs on."""
+    novices = base(rows)
+    half, each = share(novices), share(novices, everywhere)
+    medians = _medians([row for row in novices if succeeded(row)])
+    return Findings(
+        headline=f"{half['succeed']} of {half['of']} simulated novices (95 % interval {100 * half['low']:.0f} to "
+        f"{100 * half['high']:.0f} %) teach a robot in five minutes to reach the ball in half of its trials at least, "
+        f"by themselves and without a test or a correction (the paper: 4 of 5 people); their median robot takes "
+        f"{np.median(medians):.0f} s. But only {each['succeed']} of {each['of']} manage it from each of the three "
+        "positions: the others' robots do not find a ball that they do not see at first.",
+        tables=(
+            Table(
+                f"From each position, {len(novices)} novices",
+                (
+                    "",
+                    "#novices who succeed from there",
+                    "#trials that reach the ball",
+                    "#seconds, median of each robot",
+                ),
+                [_position(novices, position) for position in POSITIONS],
+            ),
+            Table(
+                "Who succeeds",
+                ("", "#in half of all trials", "#from each position"),
+                [(who, *(said(found) for found in both(of).values())) for who, of in _groups(novices)],
+            ),
+            Table(
+                "What robots do for as long as they see no ball",
+                (
+                    "",
+                    "#novices",
+                    "#had shown a lost ball",
+                    "#pressed back both ways",
+                    f"#succeed: {HIDDEN}",
+                ),
+                [_unseeing(novices, what) for what in (FINDS, SWINGS, RESTS, WALKS_ON)],
+            ),
+            failure_causes.table(novices),
+            sensitivity.table(rows),
+        ),
+        goals=(
+            Goal(
+                "novices who succeed, from the automaton alone",
+                f"{WANTED:.0%}",
+                said(half),
+                half["succeed"] >= WANTED * half["of"],
+            ),
+        ),
+        notes=(*_notes(novices), sensitivity.note(rows)),
+        numbers={
+            "half": half,
+            "everywhere": each,
+            "sensitivity": sensitivity.numbers(rows),
+            "first": both(novices[: sensitivity.SENSITIVITY]),
+        },
+    )
+
+
+def _position(rows: Sequence[Row], position: str) -> tuple[str, str, str, str]:
+    good = [row for row in rows if reaches(row, position)]
+    low, high = interval_of_share(len(good), len(rows))
+    succeed = f"{len(good)} of {len(rows)} ({100 * low:.0f}–{100 * high:.0f} %)"
+    reached = f"{sum(len(times(row, position)) for row in rows)} of {TRIALS * len(rows)}"
+    return (position, succeed, reached, told(_medians(good, [position]), 1))
+
+
+def _medians(rows: Sequence[Row], positions: Sequence[str] = tuple(POSITIONS)) -> list[float]:
+    """The median time of each robot over the trials in which it gets there."""
+    found = [[each for position in positions for each in times(row, position)] for row in rows]
+    return [float(np.median(each)) for each in found if each]
+
+
+def _groups(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
+    """Novices by what they understood, thought of and do."""
+    mistakes = {
+        UNDERSTOOD: "understood forwardL and forwardR",
+        **{each: f"misunderstood: {each}" for each in MISTAKES},
+    }
+    traits = [(row, row["traits"]) for row in rows]
+    return [
+        ("all", list(rows)),
+        *(
+            (who, [row for row, of in traits if of["mistake"] == mistake])
+            for mistake, who in mistakes.items()
+        ),
+        ("showed all situations", [row for row, of in traits if len(of["situations"]) == len(SITUATIONS)]),
+        *(
+            (f"never showed: {each}", [row for row, of in traits if each not in of["situations"]])
+            for each in SITUATIONS
+        ),
+        ("turn only once the ball is lost", [row for row, of in traits if not of["edge_px"]]),
+        ("turn at the edge of the frame too", [row for row, of in traits if of["edge_px"]]),
+    ]
+
+
+def _doing(rows: Sequence[Row], what: str) -> list[Row]:
+    return [row for row in rows if does_unseeing(row["unseeing"]) == what]
+
+
+def _showed_lost(rows: Sequence[Row]) -> list[Row]:
+    return [row for row in rows if "ball lost" in row["traits"]["situations"]]
+
+
+def _unseeing(rows: Sequence[Row], what: str) -> tuple[str, ...]:
+    of = _doing(rows, what)
+    back = sum(map(failure_causes.turned_back_both_ways, of))
+    return (what, *map(str, (len(of), len(_showed_lost(of)), back, sum(reaches(row, HIDDEN) for row in of))))
+
+
+def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
+    never = sum(row["reached"] == 0 for row in novices)
+    always = sum(row["reached"] == TRIALS * len(POSITIONS) for row in novices)
+    hidden = [row for row in novices if not reaches(row, HIDDEN)]
+    swinging, resting = _doing(hidden, SWINGS), _doing(hidden, RESTS)
+    back = [row for row in novices if failure_causes.turned_back_both_ways(row)]
+    alike = all(len(times(row, HIDDEN)) in (0, TRIALS) for row in novices)
+    return (
+        f"Success was defined before any novice was run: the ball is reached in {SUCCESS:.0%} of thirty trials, within "
+        f"120 s each. {always} of {len(novices)} robots get there in every trial, and {never} in none, as the paper's "
+        "fifth.",
+        f"Why {len(hidden)} robots do not find a ball that they do not see at first: while nothing is seen every "
+        "example is the same, and one press outvotes all that was recorded by itself. Where a robot had turned past "
+        "the ball its novice pressed the other turn; where that happened once each way, the robot swings left and right"
+        f" for as long as it sees nothing. {len(swinging)} of the {len(hidden)} do that, {len(_showed_lost(swinging))} "
+        f"of them of novices who had shown a lost ball; {len(resting)} rest where they are, "
+        f"{len(_showed_lost(resting)) or 'none'} of them of such novices. Of {len(back)} robots that were turned back "
+        f"both ways {sum(reaches(row, HIDDEN) for row in back) or 'none'} can find it."
+        + (" Each robot finds it in all ten trials or in none: one test would have told." if alike else ""),
+        failure_causes.note(novices),
+        "The model is no person: it lacks people who do not understand at all what they are to do, and those who ask. "
+        "Its parameters were fixed, with their sources, before the first run and not touched since.",
+    )
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """Trials that reach the ball, by novice; times from the three positions; success with each parameter changed."""
+    figure, (reached, seconds, changes) = panels(3, wide=3.7, tall=4.4)
+    novices = base(rows)
+    reached.hist([row["reached"] for row in novices], np.arange(-0.5, 31.0, 1.0).tolist(), color=COLORS[0])
+    reached.axvline(SUCCESS * 30 - 0.5, color="#6b7280", linewidth=1, linestyle=":")
+    reached.set_xlabel("trials of 30 that reach the ball")
+    reached.set_ylabel("novices")
+    reached.set_title("how well they taught")
+    good = [row for row in novices if succeeded(row)]
+    bins = np.arange(5.0, 61.0, 2.5).tolist()
+    for position, color in zip(POSITIONS, COLORS, strict=False):
+        found = np.clip([each for row in good for each in times(row, position)], 5.0, 59.9)
+        seconds.hist(found, bins, histtype="step", linewidth=1.6, color=color, label=position)
+    seconds.set_xlabel("time to within 15 cm, s (60: or more)")
+    seconds.set_ylabel("trials")
+    seconds.set_title("how fast their robots are")
+    seconds.legend(fontsize=7.5)
+    sensitivity.draw(changes, rows)
+    return figure

@@ -1,0 +1,89 @@
+"""The experiment: a hundred simulated novices, five minutes each; and the same with each parameter changed."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from understudy.model.library import Library, Taught
+from understudy.runtime.program import link
+from understudy_lab.lesson_stats import described
+from understudy_lab.novices.findings import conclude, draw
+from understudy_lab.novices.novice import Novice
+from understudy_lab.novices.sensitivity import FACTORS, SENSITIVITY
+from understudy_lab.novices.success import TRIALS
+from understudy_lab.novices.traits import MINUTES_S, PARAMETERS, drawn, habits
+from understudy_lab.novices.unseen import states_unseeing, turned_back
+from understudy_lab.study import Experiment, Plan, Row, Task
+from understudy_lab.tasks.soccer import POSITIONS, Soccer, approach_by, kit
+
+SEEDS = range(53_000, 53_100)
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each novice as they are; and some with each parameter halved and half as much again, unless it is quick."""
+    made: list[Task] = [{"seed": seed} for seed in plan.seeds]
+    if not plan.quick:
+        changes = [(name, factor) for name in PARAMETERS for factor in FACTORS]
+        made += [
+            {"seed": seed, "trait": name, "factor": factor}
+            for name, factor in changes
+            for seed in plan.seeds[:SENSITIVITY]
+        ]
+    return made
+
+
+def work(task: Task) -> Row:
+    """One novice's five minutes, and what the automaton then does by itself; of one as they are, more of both."""
+    seed = task["seed"]
+    scaled = {task["trait"]: task["factor"]} if "trait" in task else {}
+    traits = drawn(seed, scaled=scaled)
+    novice = Novice(traits, seed, habits(scaled))
+    taught = novice.teach()
+    times = judge(taught, seed)
+    lesson = described(taught, MINUTES_S)
+    row = {
+        "times": times,
+        "reached": sum(each == each for seconds in times.values() for each in seconds),
+        "presses": novice.presses,
+        "slipped": novice.slipped,
+        "examples": lesson["examples"],
+        "nodes": sum(lesson["nodes"]),
+        "traits": {name: _rounded(value) for name, value in asdict(traits).items()},
+    }
+    if scaled:
+        return row
+    return {
+        **row,
+        "lessons": [lesson],
+        "shown": dict(novice.shown),
+        "turned_back": turned_back(taught),
+        "unseeing": states_unseeing(taught),
+    }
+
+
+def _rounded(value: Any) -> Any:
+    return round(value, 4) if isinstance(value, float) else value
+
+
+def judge(taught: Taught, seed: int) -> dict[str, list[float]]:
+    """Seconds to the ball, ten trials from each of the paper's positions; NaN where the limit came first."""
+    starts = [start for start in POSITIONS.values() for _ in range(TRIALS)]
+    body = Soccer(range(100 * seed, 100 * seed + len(starts)), starts)
+    program = link(Library(kit).with_taught(taught), taught.automaton.name, {})
+    seconds = np.round(approach_by(program, body), 1).reshape(len(POSITIONS), TRIALS)
+    return dict(zip(POSITIONS, seconds.tolist(), strict=True))
+
+
+EXPERIMENT = Experiment(
+    name="novices",
+    seeds=SEEDS,
+    quick=5,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+    worlds=("soccer",),
+)

@@ -1,0 +1,110 @@
+"""What one teaching of the patrol comes to in unseen worlds: alone, coordinated, with a boss, on a bad radio."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from understudy.sim.scenario.squad_schema import Radio
+from understudy_lab.patrol.flattened import flattened
+from understudy_lab.patrol.metrics import (
+    attackers,
+    captures,
+    cycles,
+    encounters,
+    false_homes,
+    joined_at_once,
+    residual_s,
+    sighting_to_capture,
+)
+from understudy_lab.patrol.practice import ROBOTS, alone, coordinated
+from understudy_lab.patrol.teach import Taught
+from understudy_lab.patrol.tracks import Tracks, watch
+
+WORLDS, TICKS = 100, 6000
+"""Worlds each teaching is judged on, and ticks of 0.1 s: ten minutes."""
+PATROL, DEFER = "collective_patrol", "collective_patrol_and_defer"
+BAD_RADIO = Radio(delay_s=0.2, loss=0.1)
+FAILS_TICK = (600, 2400)
+"""When a robot of each world fails, at random; what they do after that counts."""
+ON_TIME_S = 0.3
+RESUMES_S = 10.0
+
+
+def worlds_of(seed: int) -> range:
+    """The unseen worlds that the teaching of this seed is judged on; no two teachings share one."""
+    return range(WORLDS * seed, WORLDS * (seed + 1))
+
+
+def measured(taught: Taught, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
+    """Everything, of a team taught in full."""
+    robots, coordinators = taught.robots.library, taught.coordinators.library
+    together = watch(coordinated(robots, coordinators, worlds, PATROL), ticks)
+    deferring = watch(coordinated(robots, coordinators, worlds, DEFER), ticks)
+    bad = watch(coordinated(robots, coordinators, worlds, PATROL, BAD_RADIO), ticks)
+    failing = watch(coordinated(robots, coordinators, worlds, PATROL), ticks, _failing(worlds))
+    of_one, of_all = flattened(robots, coordinators, DEFER)
+    return {
+        "alone": rounds(watch(alone(robots, worlds), ticks)),
+        "coordinated": rounds(together),
+        "deferring": deferrals(deferring),
+        "bad_radio": rounds(bad),
+        "one_failed": _captured_late(failing) / max(1, _captured_late(together)),
+        "states_of_one": of_one,
+        "states_of_all": of_all,
+    }
+
+
+def rounds(tracks: Tracks) -> dict[str, Any]:
+    """How a team patrols: cycles, captures, and attacks on nobody."""
+    found, number = list(cycles(tracks)), len(captures(tracks))
+    seconds = sighting_to_capture(tracks)
+    sighted, joined = joined_at_once(tracks)
+    seldom = false_homes(tracks)
+    return {
+        "cycles": len(found),
+        "complete": _share(sum(cycle.complete for cycle in found), len(found)),
+        "false_captures": _share(seldom, len(found) + seldom),
+        "captures_per_hour": round(number / tracks.hours, 2),
+        "sighting_to_capture_s": [round(float(each), 1) for each in np.quantile(seconds, (0.5, 0.9))]
+        if len(seconds)
+        else None,
+        "attackers": round(float(attackers(tracks).mean()), 3) if number else None,
+        "sightings": sighted,
+        "joined_at_once": _share(joined, sighted),
+        "residual_s": round(residual_s(tracks), 1),
+    }
+
+
+def deferrals(tracks: Tracks) -> dict[str, Any]:
+    """How a team treats the boss."""
+    found = list(encounters(tracks))
+    met = [each for each in found if each.in_sight]
+    resumed = [each.resumed_s for each in found if not np.isnan(each.resumed_s)]
+    on_time = sum(abs(each - RESUMES_S) <= ON_TIME_S + 1e-6 for each in resumed)
+    return {
+        "encounters": len(met),
+        "deferred": _share(sum(each.deferred for each in met), len(met)),
+        "on_time": _share(on_time, len(resumed)),
+    }
+
+
+def _share(count: int, of: int) -> float | None:
+    return round(count / of, 4) if of else None
+
+
+def _failing(worlds: Sequence[int]) -> Mapping[int, Sequence[int]]:
+    """One robot of each world, some time."""
+    draws = np.random.default_rng(list(worlds))
+    found: dict[int, list[int]] = {}
+    for world in range(len(worlds)):
+        found.setdefault(int(draws.integers(*FAILS_TICK)), []).append(
+            world * ROBOTS + int(draws.integers(ROBOTS))
+        )
+    return found
+
+
+def _captured_late(tracks: Tracks) -> int:
+    return sum(tick >= FAILS_TICK[1] for _, tick in captures(tracks))

@@ -1,0 +1,115 @@
+"""Patrol in one piece: one robot, one automaton of basic behaviors, taught as long as the whole team (section 5.1).
+
+The paper's authors "do not believe that we could train the agents to perform a behavior of this complexity without
+decomposition". This is less than they mean: one robot, no boss, no coordinator, and a teacher who knows its eleven
+states, one for each thing to do on the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from understudy.model.library import Library
+from understudy.sim.kit import kit_of
+from understudy.sim.team.libraries import libraries_of, team_of
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.patrol.evaluate import TICKS, rounds
+from understudy_lab.patrol.metrics import cycles
+from understudy_lab.patrol.practice import ROBOT, practices, robots_world, scenario
+from understudy_lab.patrol.tracks import watch
+from understudy_lab.tasks import patrol_teacher, patrol_wander_teacher
+from understudy_lab.teachers.person import KEEP, Wish, after
+from understudy_lab.teachers.teacher import Case, Patience, Teacher, Teaching, Topic
+
+SECONDS = 2900.0
+"""As long as everything takes in layers, robots and coordinator."""
+PRACTICE = "on patrol"
+WANDERING = {"wander_forwards": "forwards", "wander_left": "left", "wander_right": "right"}
+DRIVING = {"left": "left", "right": "right", "forward_left": "forwards", "forward_right": "forwards"}
+SEEKING = {f"{to}_{move}": behavior for to in ("hunt", "home") for move, behavior in DRIVING.items()}
+TARGET = {"hunt": "intruder", "home": "home"}
+
+
+def show(screen: Screen) -> str | None:
+    """Wander; drive to an intruder that is seen; with it, drive home; wander again."""
+    return _wished(
+        screen, patrol_wander_teacher.show_disperse, patrol_teacher.show_servo, patrol_teacher.CLOSE_PX
+    )
+
+
+def complain(screen: Screen) -> str | None:
+    """The same, with a little patience."""
+    return _wished(
+        screen,
+        patrol_wander_teacher.complain_disperse,
+        patrol_teacher.complain_servo,
+        patrol_teacher.TOO_CLOSE_PX,
+    )
+
+
+def _wished(screen: Screen, wander: Wish, servo: Wish, close_px: float) -> str | None:
+    task, _, move = screen.state.partition("_")
+    if task == "start":
+        return _within(screen, "wander", "start", wander)
+    if task == "wander":
+        sees = screen.features["blob_size(intruder)"] == screen.features["blob_size(intruder)"]
+        return _within(screen, "hunt", "start", servo) if sees else _within(screen, task, move, wander)
+    if screen.features[f"blob_size({TARGET[task]})"] >= close_px:
+        return "home_left" if task == "hunt" else "wander_forwards"
+    return _within(screen, task, move, servo)
+
+
+def _within(screen: Screen, task: str, move: str, wish: Wish) -> str | None:
+    """What is wished of a part of it, as if that were the automaton taught."""
+    target = TARGET.get(task)
+    seen = dict(screen.features)
+    if target is not None:
+        seen["blob_x(A)"] = seen[f"blob_x({target})"]
+    wished = wish(replace(screen, state=move, features=seen))
+    return wished if wished is None or wished == KEEP else f"{task}_{wished}"
+
+
+UNDIVIDED = Topic(
+    "patrol",
+    lambda library: new_lesson(
+        library,
+        "patrol",
+        states=[f"{state}={behavior}" for state, behavior in (WANDERING | SEEKING).items()],
+        features=[
+            "sonar_front_left",
+            "sonar_front_right",
+            "blob_x(intruder)",
+            "blob_size(intruder)",
+            "blob_x(home)",
+            "blob_size(home)",
+        ],
+    ),
+    show,
+    complain,
+    after(150.0),
+    cases=(Case(PRACTICE, enough=after(120.0)),) * 3,
+    tries=8,
+    limit_s=200.0,
+    patience_s=100.0,
+)
+
+
+def teach_undivided(seed: int) -> Teaching:
+    """One lesson, corrected until it comes right or the time is up."""
+    patience = Patience(corrections=100_000, lessons=1, seconds=SECONDS)
+    return Teacher(Library(kit_of(scenario())), robots_world, seed, options={}, patience=patience).teach(
+        UNDIVIDED
+    )
+
+
+def lone(robots: Library, seeds: Sequence[int]) -> dict[str, Any]:
+    """How one robot patrols by itself, in a world per seed."""
+    world = practices()[PRACTICE]
+    team = team_of(world, seeds, libraries_of(world, robots), {ROBOT: ("patrol", {})})
+    tracks = watch(team, TICKS)
+    return rounds(tracks) | {
+        "worlds_with_a_cycle": len({each.world for each in cycles(tracks) if each.complete})
+    }

@@ -1,0 +1,207 @@
+"""Judging a patrol by what happened in its worlds: cycles, attacks on nobody, encounters with the boss."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import pi, tau
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy_lab.patrol.orders import ATTACK, DISPERSE, HOME, RUN_AWAY
+from understudy_lab.patrol.tracks import Tracks
+
+AT_HOME_M = 3.0
+CYCLE_S = 120.0
+OPEN_S = 60.0
+"""A cycle that has been open for so long when the run ends has failed."""
+CAPTURE_S = 2.0
+VIEW = pi / 3
+TURNS_S = (tau - VIEW) / 1.0
+"""So long it may take to find somebody behind, turning at 1 rad/s one way."""
+LEEWAY_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """From a capture until all are told to disperse: in which world, from which tick, for how long, s.
+
+    `seconds` is absent (NaN) where it was still open at the end; `farthest_m` is how far from its home the farthest
+    robot was when told to disperse.
+    """
+
+    world: int
+    tick: int
+    seconds: float
+    farthest_m: float
+
+    @property
+    def complete(self) -> bool:
+        """All really at home, and in time."""
+        return self.seconds <= CYCLE_S and self.farthest_m <= AT_HOME_M
+
+
+def captures(tracks: Tracks) -> list[tuple[int, int]]:
+    """When an intruder was removed: (world, first tick without it)."""
+    there = tracks.intruder.there
+    gone = there[:-1] & ~there[1:]
+    return [(int(world), int(tick) + 1) for tick, world in np.argwhere(gone)]
+
+
+def cycles(tracks: Tracks) -> Iterator[Cycle]:
+    """The cycles of a team: each from the capture of an intruder that one of its squads was attacking.
+
+    What is captured on the way home belongs to the cycle at hand. One that the boss interrupts is none.
+    """
+    told = tracks.told
+    until = dict.fromkeys(range(told.shape[1]), -1)
+    for world, tick in sorted(captures(tracks)):
+        doing = told[:, world]
+        since = max(0, tick - 1 - round(CAPTURE_S / tracks.tick_s))
+        if tick < until[world] or not (doing[since : tick + 1] == ATTACK).any():
+            continue
+        after = np.flatnonzero(np.isin(doing[tick:], (DISPERSE, RUN_AWAY)).all(axis=1))
+        if len(after):
+            end = until[world] = tick + int(after[0])
+            if (doing[end] == RUN_AWAY).any():
+                continue
+            yield Cycle(world, tick, (end - tick) * tracks.tick_s, _farthest(tracks, world, end))
+        else:
+            until[world] = tracks.ticks
+            if (tracks.ticks - tick) * tracks.tick_s > OPEN_S:
+                yield Cycle(world, tick, float("nan"), float("nan"))
+
+
+def _farthest(tracks: Tracks, world: int, tick: int) -> float:
+    x, y = tracks.home.T
+    return float(np.hypot(tracks.x[tick, world] - x, tracks.y[tick, world] - y).max())
+
+
+def false_homes(tracks: Tracks) -> int:
+    """How often all go home though nothing was captured."""
+    home, count = (tracks.told == HOME).all(axis=2), 0
+    margin = round((CAPTURE_S + 0.5) / tracks.tick_s)
+    for tick, world in np.argwhere(home[1:] & ~home[:-1]):
+        there = tracks.intruder.there[max(0, tick - margin) : tick + 1 + margin, world]
+        count += bool(there.all()) and len(there) > margin
+    return count
+
+
+def residual_s(tracks: Tracks) -> float:
+    """Robot-seconds spent attacking an intruder that is not there any more."""
+    return float(((tracks.doing == ATTACK) & ~tracks.intruder.there[:, :, None]).sum() * tracks.tick_s)
+
+
+def joined_at_once(tracks: Tracks) -> tuple[int, int]:
+    """Sightings while dispersing, and in how many of them all were told to attack in the same tick."""
+    before, now = tracks.doing[:-1], tracks.doing[1:]
+    seen = tracks.sees[1:].any(axis=2) & (before == DISPERSE).all(axis=2)
+    return int(seen.sum()), int((seen & (now == ATTACK).all(axis=2)).sum())
+
+
+def attackers(tracks: Tracks) -> NDArray[np.int64]:
+    """How many robots were attacking an intruder when the first was close enough, of those that were removed."""
+    since = round(CAPTURE_S / tracks.tick_s) + 1
+    found = [
+        int((tracks.doing[max(0, tick - since), world] == ATTACK).sum()) for world, tick in captures(tracks)
+    ]
+    return np.array([count for count in found if count], np.int64)
+
+
+def sighting_to_capture(tracks: Tracks) -> NDArray[np.float64]:
+    """From the first sight of each intruder to its removal, s; of those captured."""
+    found = []
+    for world, tick in captures(tracks):
+        gone_before = np.flatnonzero(~tracks.intruder.there[:tick, world])
+        first = int(gone_before[-1]) + 1 if len(gone_before) else 0
+        seen = np.flatnonzero(tracks.sees[first:tick, world].any(axis=1))
+        if len(seen):
+            found.append((tick - first - int(seen[0])) * tracks.tick_s)
+    return np.array(found)
+
+
+@dataclass(frozen=True, slots=True)
+class Encounter:
+    """One time with the boss: how many robots had him in sight all the while, and how many of them turned to him.
+
+    `resumed_s` is how long after the last sight of him the patrol went on; absent where it did not.
+    """
+
+    world: int
+    tick: int
+    in_sight: int
+    turned: int
+    resumed_s: float
+
+    @property
+    def deferred(self) -> bool:
+        """Everybody who could see him turned to him in time."""
+        return self.turned == self.in_sight
+
+
+def encounters(tracks: Tracks, *, within_s: float = TURNS_S + LEEWAY_S) -> Iterator[Encounter]:
+    """The encounters: each from the tick in which the team begins to run away until it goes on with its patrol."""
+    away = (tracks.doing == RUN_AWAY).all(axis=2)
+    span = round(within_s / tracks.tick_s)
+    for before, world in np.argwhere(away[1:] & ~away[:-1]):
+        tick = before + 1
+        if tick + span >= tracks.ticks:
+            continue
+        rows = slice(int(tick), int(tick) + span)
+        sight = in_sight(tracks, world, rows).all(axis=0)
+        turned = (faces(tracks, world, rows) & sight).any(axis=0)
+        yield Encounter(
+            int(world),
+            int(tick),
+            int(sight.sum()),
+            int(turned.sum()),
+            _resumed(tracks, int(world), int(tick)),
+        )
+
+
+def _resumed(tracks: Tracks, world: int, tick: int) -> float:
+    over = np.flatnonzero((tracks.doing[tick:, world] != RUN_AWAY).any(axis=1))
+    end = tick + int(over[0]) if len(over) else 0
+    seen = np.flatnonzero(tracks.sees_boss[: end + 1, world].any(axis=1))
+    return float((end - seen[-1]) * tracks.tick_s) if end and len(seen) else float("nan")
+
+
+def faces(tracks: Tracks, world: int, rows: slice) -> NDArray[np.bool_]:
+    """Which robots have the boss in view, were nothing in the way [rows, N]."""
+    x, y = tracks.x[rows, world], tracks.y[rows, world]
+    toward = np.arctan2(tracks.boss.y[rows, world, None] - y, tracks.boss.x[rows, world, None] - x)
+    off = np.mod(toward - tracks.heading[rows, world] + pi, tau) - pi
+    found: NDArray[np.bool_] = np.abs(off) <= VIEW / 2
+    return found
+
+
+def in_sight(tracks: Tracks, world: int, rows: slice, *, robot_m: float = 0.2) -> NDArray[np.bool_]:
+    """Which robots have nothing between them and the boss [rows, N]: no obstacle, robot or intruder on the line."""
+    eye = np.stack([tracks.x[rows, world], tracks.y[rows, world]], axis=-1).astype(np.float64)
+    boss = np.stack([tracks.boss.x[rows, world], tracks.boss.y[rows, world]], axis=-1).astype(np.float64)
+    free = np.repeat(tracks.boss.there[rows, world, None], eye.shape[1], axis=1)
+    for x, y, radius in tracks.obstacles[world]:
+        if radius > 0:
+            free &= ~_hides(eye, boss, np.broadcast_to([x, y], boss.shape), radius)
+    for robot in range(eye.shape[1]):
+        hidden = _hides(eye, boss, eye[:, robot], robot_m)
+        hidden[:, robot] = False
+        free &= ~hidden
+    there = tracks.intruder.there[rows, world, None]
+    at = np.stack([tracks.intruder.x[rows, world], tracks.intruder.y[rows, world]], axis=-1).astype(
+        np.float64
+    )
+    return free & ~(_hides(eye, boss, at, robot_m) & there)
+
+
+def _hides(
+    eye: NDArray[np.float64], boss: NDArray[np.float64], disc: NDArray[np.float64], radius: float
+) -> NDArray[np.bool_]:
+    """Whether a disc [T, 2] touches the line from each eye [T, N, 2] to the boss [T, 2]."""
+    line, to_disc = boss[:, None] - eye, disc[:, None] - eye
+    length = np.maximum((line**2).sum(axis=-1), 1e-9)
+    along = np.clip((line * to_disc).sum(axis=-1) / length, 0.0, 1.0)
+    nearest = eye + along[..., None] * line
+    hides: NDArray[np.bool_] = ((disc[:, None] - nearest) ** 2).sum(axis=-1) < radius**2
+    return hides

@@ -1,0 +1,144 @@
+"""The patrol's team, and the worlds its robots and its coordinator are taught in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+
+from msgspec.structs import replace
+
+from understudy.model.library import Library
+from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.team import Team
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Capture, Objects, Presence, Robots, Scenario
+from understudy.sim.scenario.squad_schema import Radio
+from understudy.sim.team.libraries import libraries_of, team_of, troop_of
+from understudy.sim.world import World
+
+ROBOT, SQUAD, ROBOTS = "pioneer", "patrol", 4
+
+PERFECT = Radio()
+NEVER = Presence(away_s=(1e5, 1e5))
+
+
+@cache
+def scenario() -> Scenario:
+    """The patrol world as it ships."""
+    return load_scenario("patrol")
+
+
+def _with(objects: Mapping[str, Callable[[Objects], Objects]], robots: Robots | None = None) -> Scenario:
+    made = scenario()
+    return replace(
+        made,
+        objects=tuple(objects.get(each.name, _same)(each) for each in made.objects),
+        robots=made.robots if robots is None else (robots,),
+    )
+
+
+def _same(thing: Objects) -> Objects:
+    return thing
+
+
+def _never(thing: Objects) -> Objects:
+    return replace(thing, presence=NEVER)
+
+
+def _always(thing: Objects) -> Objects:
+    return replace(thing, presence=None, capture=None)
+
+
+def _gone_after(seconds: float) -> Callable[[Objects], Objects]:
+    """As if a robot had captured it as soon as there was one."""
+    return lambda thing: replace(thing, presence=None, capture=Capture(range=20.0, after_s=seconds))
+
+
+def _for(first_s: tuple[float, float], stays_s: tuple[float, float]) -> Callable[[Objects], Objects]:
+    return lambda thing: replace(
+        thing, presence=Presence(away_s=(1e5, 1e5), first_s=first_s, stays_s=stays_s), capture=None
+    )
+
+
+def _at(x: float, y: float) -> Callable[[Objects], Objects]:
+    return lambda thing: replace(thing, presence=None, capture=None, at=((x, y),))
+
+
+ONE = Robots(type=ROBOT, count=1, apart=0.2)
+
+
+def _one_at(x: float, y: float, heading_deg: float) -> Robots:
+    return Robots(type=ROBOT, at=((x, y, heading_deg),))
+
+
+@cache
+def practices() -> Mapping[str, Scenario]:
+    """Where robots practice, by name."""
+    alone = {"intruder": _never, "boss": _never}
+    in_the_way = Robots(type=ROBOT, at=((1.5, 5.0, 0.0), (2.9, 4.7, 0.0), (2.9, 5.3, 0.0)))
+    at_a_wall = _one_at(1.2, 5.0, 0.0)
+    at_the_wall = _one_at(0.5, 5.0, 0.0)
+    return {
+        "alone": _with(alone, ONE),
+        "a wall on the left": replace(_with(alone, _one_at(9.0, 8.5, 30.0)), obstacles=()),
+        "a wall on the right": replace(_with(alone, _one_at(9.0, 1.5, -30.0)), obstacles=()),
+        "among others": _with(alone),
+        "an intruder": _with({"intruder": _always, "boss": _never}, ONE),
+        "an intruder that leaves": _with({"intruder": _gone_after(5.0), "boss": _never}, ONE),
+        "no intruder": _with(alone, ONE),
+        "teammates in the way": replace(_with(alone, in_the_way), obstacles=()),
+        "the boss": _with({"intruder": _never, "boss": _always}, ONE),
+        "the boss on the left, a wall behind": replace(
+            _with({"intruder": _never, "boss": _at(3.5, 5.8)}, at_a_wall), obstacles=()
+        ),
+        "the boss on the right, a wall behind": replace(
+            _with({"intruder": _never, "boss": _at(3.5, 4.2)}, at_a_wall), obstacles=()
+        ),
+        "the boss aside, a wall behind": replace(
+            _with({"intruder": _never, "boss": _at(1.5, 8.0)}, at_the_wall), obstacles=()
+        ),
+        "on patrol": _with({"boss": _never}, ONE),
+    }
+
+
+@cache
+def squad_practices() -> Mapping[str, Scenario]:
+    """Where the coordinator practices, by name."""
+    return {
+        "on patrol": _with({"boss": _never}),
+        "an intruder that leaves": _with({"intruder": _gone_after(1.5), "boss": _never}),
+        "the boss comes": _with({"boss": _for((20.0, 30.0), (10.0, 15.0))}),
+    }
+
+
+def robots_world(practice: str, seed: int) -> World:
+    """A world for one robot to be taught in."""
+    return World(practices()[practice], [seed])
+
+
+def squads_library(robots: Library) -> Library:
+    """What the coordinator can be taught with, at first."""
+    return libraries_of(scenario(), robots)[SQUAD]
+
+
+def troops(robots: Library) -> Callable[[str, int], Troop]:
+    """Makes troops of these robots for their coordinator to be taught on."""
+    known = libraries_of(scenario(), robots)
+
+    def make(practice: str, seed: int) -> Troop:
+        return troop_of(squad_practices()[practice], SQUAD, known, seed=seed)
+
+    return make
+
+
+def alone(robots: Library, seeds: Sequence[int], behavior: str = "patrol") -> Team:
+    """The team without coordinator, in a world per seed."""
+    return team_of(scenario(), seeds, libraries_of(scenario(), robots), {ROBOT: (behavior, {})})
+
+
+def coordinated(
+    robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str, radio: Radio = PERFECT
+) -> Team:
+    """The team whose coordinator runs a behavior, in a world per seed."""
+    known = {ROBOT: robots, SQUAD: coordinators}
+    return team_of(replace(scenario(), radio=radio), seeds, known, {SQUAD: (behavior, {})})

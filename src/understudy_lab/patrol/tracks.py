@@ -1,0 +1,126 @@
+"""What happens in worlds with a patrol, tick by tick: where all are, what they see, what they are told to do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import SettingError
+from understudy.runtime.team.team import Team
+from understudy.sim.world import World
+from understudy_lab.patrol.orders import Told
+
+Bools = NDArray[np.bool_]
+Floats = NDArray[np.float32]
+
+NOBODY: Mapping[int, Sequence[int]] = MappingProxyType({})
+
+
+@dataclass(frozen=True, eq=False)
+class Thing:
+    """An object over time: whether it is there, and where, m [T, W each]."""
+
+    there: Bools
+    x: Floats
+    y: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """T ticks of W worlds with N robots: what was sensed in each tick, and what was decided on it.
+
+    `doing` [T, W, N] is what each robot is to do; `x`, `y`, `heading` [T, W, N] where it is; `sees` and `sees_boss`
+    [T, W, N] whether it sees an intruder or the boss. `home` [N, 2] is each robot's own. `firsts` are the first robots
+    of the squads: what they are told, their squad is. Obstacles are discs (x, y, radius) [W, O, 3].
+    """
+
+    tick_s: float
+    doing: NDArray[np.int8]
+    x: Floats
+    y: Floats
+    heading: Floats
+    sees: Bools
+    sees_boss: Bools
+    intruder: Thing
+    boss: Thing
+    home: NDArray[np.float64]
+    firsts: NDArray[np.intp]
+    obstacles: NDArray[np.float64]
+
+    @property
+    def ticks(self) -> int:
+        """How many there are."""
+        return len(self.doing)
+
+    @property
+    def told(self) -> NDArray[np.int8]:
+        """What each squad is told [T, W, S]."""
+        return self.doing[:, :, self.firsts]
+
+    @property
+    def hours(self) -> float:
+        """Of all worlds together."""
+        ticks, worlds, _ = self.doing.shape
+        return float(ticks * worlds * self.tick_s / 3600.0)
+
+
+def watch(
+    team: Team, ticks: int, failing: Mapping[int, Sequence[int]] = NOBODY, homes: Sequence[str] = ("home",)
+) -> Tracks:
+    """Let a team run for so many ticks, and write down what happens. Some robots fail, in these ticks.
+
+    `homes` are those of the squads, one after the other.
+    """
+    world = _world(team)
+    told = Told(team, world.worlds, homes)
+    shape = (ticks, world.worlds, world.robots)
+    doing = np.zeros(shape, np.int8)
+    x, y, heading = (np.zeros(shape, np.float32) for _ in range(3))
+    sees, sees_boss = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
+    slots = [_slot(world, name) for name in ("intruder", "boss")]
+    things = np.zeros((ticks, world.worlds, 2), world.state.objects.dtype)
+    for tick in range(ticks):
+        robots = world.state.robots.reshape(shape[1:])
+        x[tick], y[tick], heading[tick] = robots["x"], robots["y"], robots["heading"]
+        things[tick] = world.state.objects[:, slots]
+        for robot in failing.get(tick, ()):
+            world.freeze(robot)
+        team.tick()
+        doing[tick] = told.now()
+        sees[tick] = _seen(team, "intruder").reshape(shape[1:])
+        sees_boss[tick] = _seen(team, "boss").reshape(shape[1:])
+    intruder, boss = (_thing(things[:, :, index]) for index in range(2))
+    places = [[float(world.state.objects[0, _slot(world, name)][axis]) for axis in "xy"] for name in homes]
+    discs = world.state.discs
+    obstacles = np.stack([discs[name] for name in ("x", "y", "radius")], axis=-1)
+    home, firsts = np.array(places)[told.squad], np.unique(told.squad, return_index=True)[1]
+    return Tracks(
+        world.tick_s, doing, x, y, heading, sees, sees_boss, intruder, boss, home, firsts, obstacles
+    )
+
+
+def _world(team: Team) -> World:
+    ground = getattr(team.ground, "world", team.ground)  # in physics: the one that says what there is
+    if not isinstance(ground, World):
+        raise SettingError(where="patrol", setting="team", problem="is in no world", remedy="give it one")
+    return ground
+
+
+def _slot(world: World, name: str) -> int:
+    """Where the first object of a class is among those of a world."""
+    return int(world.rules.classes["first"][world.names.classes.index(name)])
+
+
+def _thing(things: NDArray[Any]) -> Thing:
+    return Thing(things["present"] != 0, things["x"].astype(np.float32), things["y"].astype(np.float32))
+
+
+def _seen(team: Team, target: str) -> Bools:
+    percept = team.layers[0].percept
+    sizes = percept.get(("blob_size", target), percept.get(("blob_x", target)))
+    return np.zeros(team.ground.agents, np.bool_) if sizes is None else ~np.isnan(sizes)

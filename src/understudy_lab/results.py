@@ -1,0 +1,145 @@
+"""What an experiment came to when it was published, and whether a run comes to the same."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isclose
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import msgspec
+
+from understudy.storage.atomic import failing, write
+from understudy_lab.catalog import folder_of
+from understudy_lab.study import Experiment, Findings, Row
+
+EXPECTED = "expected.json"
+CLOSE = 1e-6
+"""Machines differ in their last digits; counts must agree."""
+NEAR, ENOUGH = 0.2, 10
+"""In what varies, medians of shares over so many seeds or more may be so far apart."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """A run of an experiment: its findings with the rows behind them."""
+
+    experiment: str
+    question: str
+    seeds: Sequence[int]
+    quick: bool
+    findings: Findings
+    rows: Sequence[Row]
+
+
+def save(result: Result, path: Path) -> None:
+    """Put a result in a file, a row a line."""
+    head = msgspec.json.format(msgspec.json.encode(replace(result, rows=[])), indent=1)
+    rows = b",\n".join(msgspec.json.encode(row) for row in result.rows)
+    with failing(path, "writing the result"):
+        write(path, head.replace(b'"rows": []', b'"rows": [\n' + rows + b"\n ]") + b"\n")
+
+
+def published(name: str) -> Result | None:
+    """The published result; None where there is none yet."""
+    path = folder_of(name) / EXPECTED
+    if not path.is_file():
+        return None
+    return read(path)
+
+
+def read(path: Path) -> Result:
+    """A result out of a file."""
+    return msgspec.json.decode(path.read_bytes(), type=Result)
+
+
+def differences(rows: Sequence[Row], known: Result, experiment: Experiment) -> list[str]:
+    """Where rows are not as the published ones of the same tasks, in words.
+
+    Of what varies from machine to machine, only the medians over seeds are compared, where there are ENOUGH.
+    """
+    found = []
+    for before, row in _pairs(rows, known):
+        found += [f"{_named(row)}: {each}" for each in _differing(before, row, experiment.varies)]
+    for name, pairs in _by_all_but_seed(_pairs(rows, known)).items():
+        if len(pairs) >= ENOUGH:
+            found += [f"{name}: {each}" for each in _far_apart(pairs, experiment.varies)]
+    return found
+
+
+def uncompared(rows: Sequence[Row], known: Result, experiment: Experiment) -> list[str]:
+    """What `differences` cannot tell of, in words."""
+    pairs = _pairs(rows, known)
+    found = []
+    if new := len(rows) - len(pairs):
+        found.append(f"{new} {'piece was' if new == 1 else 'pieces were'} not published, and not compared.")
+    few = any(len(each) < ENOUGH for each in _by_all_but_seed(pairs).values())
+    if few and any(set(at) & set(experiment.varies) for _, row in pairs for at, _ in _numbers(row)):
+        found.append(
+            f"With fewer than {ENOUGH} seeds, what varies from machine to machine is not compared: "
+            f"{'; '.join(experiment.varies)}."
+        )
+    return found
+
+
+def _pairs(rows: Sequence[Row], known: Result) -> list[tuple[Row, Row]]:
+    """Rows with what was published of the same tasks, that first."""
+    by_task = {_task(row): row for row in known.rows}
+    return [(by_task[_task(row)], row) for row in rows if _task(row) in by_task]
+
+
+def _by_all_but_seed(pairs: Sequence[tuple[Row, Row]]) -> dict[str, list[tuple[Row, Row]]]:
+    groups: dict[str, list[tuple[Row, Row]]] = {}
+    for before, row in pairs:
+        name = " ".join(str(value) for key, value in row["task"].items() if key != "seed") or "all"
+        groups.setdefault(name, []).append((before, row))
+    return groups
+
+
+def _far_apart(pairs: Sequence[tuple[Row, Row]], varies: Sequence[str]) -> Iterator[str]:
+    """Shares in what varies whose medians differ; numbers that are no shares are not compared."""
+    both = [(dict(_numbers(before)), dict(_numbers(row))) for before, row in pairs]
+    for at in both[0][0]:
+        found = [(before[at], row[at]) for before, row in both if at in before and at in row]
+        if not set(at) & set(varies) or not all(0 <= before <= 1 for before, _ in found):
+            continue
+        before, now = (median(each) for each in zip(*found, strict=True))
+        if abs(now - before) > NEAR:
+            yield f"median of {'.'.join(at)} is {now:.0%}, published was {before:.0%}"
+
+
+def _numbers(value: Any, at: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], float]]:
+    """All numbers in plain data, with where they are."""
+    if isinstance(value, Mapping | list):
+        for key, each in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from _numbers(each, (*at, str(key)))
+    elif isinstance(value, int | float):
+        yield at, float(value)
+
+
+def _differing(before: Any, now: Any, varies: Sequence[str], at: str = "") -> list[str]:
+    if isinstance(before, Mapping) and isinstance(now, Mapping):
+        keys = [key for key in {**before, **now} if key not in varies]
+        return [
+            each
+            for key in keys
+            for each in _differing(before.get(key), now.get(key), varies, f"{at}.{key}" if at else str(key))
+        ]
+    if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        pairs = enumerate(zip(before, now, strict=True))
+        return [each for k, (a, b) in pairs for each in _differing(a, b, varies, f"{at}[{k}]")]
+    if isinstance(before, float) and isinstance(now, float | int):
+        same = isclose(before, now, rel_tol=CLOSE, abs_tol=CLOSE)
+    else:
+        same = bool(before == now)
+    return [] if same else [f"{at} is {now!r:.40}, published was {before!r:.40}"]
+
+
+def _task(row: Row) -> bytes:
+    return msgspec.json.encode(row["task"], order="sorted")
+
+
+def _named(row: Row) -> str:
+    return " ".join(str(value) for value in row["task"].values())

@@ -1,0 +1,114 @@
+"""Rows kept in a file as soon as they are there, so that a run that is cut off can go on."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from understudy.storage.atomic import failing
+from understudy_lab.catalog import FOLDERS
+from understudy_lab.study import Row, Task
+
+NAME = "rows.jsonl"
+FORMER = "rows.former.jsonl"
+IRRELEVANT = ("ui", "viz", "testing.py")
+"""Packages that no row depends on."""
+IMPORTED = re.compile(r"understudy_lab\.(\w+)")
+
+
+class Kept:
+    """The rows of one experiment, by their tasks: in memory, and in a folder where one is given.
+
+    Rows that another version of the program left there are put aside, never mixed with new ones.
+    """
+
+    def __init__(self, experiment: str, folder: Path | None = None) -> None:
+        self._rows: dict[bytes, Row] = {}
+        self._path = None if folder is None else folder / NAME
+        self.put_aside = False
+        """Whether there were rows of another version."""
+        if self._path is None:
+            return
+        self._head = {"experiment": experiment, "source": fingerprint(experiment)}
+        with failing(self._path, "keeping results"):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._begin(self._path)
+
+    def __contains__(self, task: Task) -> bool:
+        return _key(task) in self._rows
+
+    def __getitem__(self, task: Task) -> Row:
+        return self._rows[_key(task)]
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def keep(self, row: Row) -> None:
+        """Keep a row, which says its task."""
+        self._rows[_key(row["task"])] = row
+        if self._path is not None:
+            with failing(self._path, "keeping a result"), self._path.open("ab") as file:
+                file.write(msgspec.json.encode(row) + b"\n")
+
+    def _begin(self, path: Path) -> None:
+        lines = path.read_bytes().split(b"\n") if path.exists() else []
+        if lines and _read(lines[0]) == self._head:
+            rows = [row for line in lines[1:] if (row := _read(line)) is not None]  # one may be cut off
+            self._rows = {_key(row["task"]): row for row in rows}
+            path.write_bytes(b"\n".join([lines[0], *map(msgspec.json.encode, rows), b""]))
+            return
+        if any(lines):
+            path.replace(path.with_name(FORMER))
+            self.put_aside = True
+        path.write_bytes(msgspec.json.encode(self._head) + b"\n")
+
+
+def _read(line: bytes) -> dict[str, Any] | None:
+    try:
+        return msgspec.json.decode(line, type=dict[str, Any])
+    except msgspec.DecodeError:
+        return None
+
+
+def _key(task: Task) -> bytes:
+    return msgspec.json.encode(task, order="sorted")
+
+
+@cache
+def fingerprint(experiment: str) -> str:
+    """Changes whenever the source does that an experiment's rows come from."""
+    laboratory = Path(__file__).parent
+    product = laboratory.with_name("understudy")
+    files = [
+        *(path for path in product.rglob("*.py") if path.relative_to(product).parts[0] not in IRRELEVANT),
+        *product.rglob("*.toml"),
+        *(path for used in used_by(experiment) for path in _sources(used)),
+    ]
+    digest = hashlib.sha256()
+    for path in sorted(files):
+        name = path.relative_to(laboratory.parent).as_posix()
+        digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def used_by(experiment: str) -> set[str]:
+    """The folders and modules of the laboratory that an experiment imports, itself and through others."""
+    found: set[str] = set()
+    left = {FOLDERS.get(experiment, experiment)}
+    while left:
+        name = left.pop()
+        found.add(name)
+        for path in _sources(name):
+            left |= set(IMPORTED.findall(path.read_text("utf-8"))) - found
+    return found
+
+
+def _sources(name: str) -> list[Path]:
+    """The files of a folder or module of the laboratory."""
+    package = Path(__file__).parent
+    return [*package.glob(f"{name}.py"), *package.glob(f"{name}/*.py")]

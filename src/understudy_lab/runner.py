@@ -1,0 +1,105 @@
+"""Running an experiment: its pieces side by side, each kept as soon as it is done, so that a cut-off run goes on."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from importlib.util import find_spec
+from multiprocessing import get_context
+from typing import TypeAlias
+
+import msgspec
+
+from understudy_lab.catalog import find_experiment
+from understudy_lab.row_cache import Kept
+from understudy_lab.study import Experiment, Plan, Row, Task
+
+Progress: TypeAlias = Callable[[int, int], None]
+"""Called with how many pieces are done, and of how many."""
+
+
+def run(
+    experiment: Experiment,
+    plan: Plan,
+    kept: Kept,
+    *,
+    jobs: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> list[Row]:
+    """Do all pieces of a plan that are not kept yet; the rows in the order of the tasks."""
+    tasks = experiment.tasks(plan)
+    left = [task for task in tasks if task not in kept]
+    done = len(tasks) - len(left)
+    progress(done, len(tasks))
+    for row in _worked(experiment, left, min(jobs, len(left))):
+        kept.keep(row)
+        done += 1
+        progress(done, len(tasks))
+    return [kept[task] for task in tasks]
+
+
+def missing(experiment: Experiment) -> dict[str, str]:
+    """The modules it asks for that are not here, each with what to install."""
+    return {module: install for module, install in experiment.needs.items() if find_spec(module) is None}
+
+
+def row_of(experiment: Experiment, task: Task) -> Row:
+    """Do a piece: its row, as JSON gives it back, with its task."""
+    row: Row = msgspec.json.decode(msgspec.json.encode({"task": task, **experiment.work(task)}))
+    return row
+
+
+def _worked(experiment: Experiment, tasks: Sequence[Task], jobs: int) -> Iterator[Row]:
+    if jobs <= 1:
+        yield from (row_of(experiment, task) for task in tasks)
+        return
+    with _pool(jobs) as pool:
+        for future in as_completed([pool.submit(_work, experiment.name, task) for task in tasks]):
+            yield future.result()
+
+
+def _work(name: str, task: Task) -> Row:
+    """In another process, which is told names and plain data only."""
+    return row_of(find_experiment(name), task)
+
+
+@contextmanager
+def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes with a thread each. What was not begun when something goes wrong is let go."""
+    alone = {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    with _environment(alone):
+        pool = ProcessPoolExecutor(
+            jobs, mp_context=get_context("spawn"), initializer=_leave_signals_to_parent
+        )
+        try:
+            yield pool
+        except BaseException:
+            processes = list(
+                (getattr(pool, "_processes", None) or {}).values()
+            )  # a pool shut down forgets them
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in processes:
+                process.terminate()
+            raise
+        pool.shutdown()
+
+
+def _leave_signals_to_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _environment(added: Mapping[str, str]) -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in added}
+    os.environ.update(added)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -1,0 +1,71 @@
+"""One robot taught to approach the ball, and its fifty trials: three positions, and pushes to either side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from understudy.model.kinds import Column
+from understudy.model.library import Library
+from understudy.runtime.program import link
+from understudy_lab.tasks.servo_teacher import SIDES, topics
+from understudy_lab.tasks.soccer import (
+    AHEAD,
+    POSITIONS,
+    Push,
+    Soccer,
+    Start,
+    approach_by,
+    approach_by_hand,
+    kit,
+)
+from understudy_lab.teachers.teacher import Teacher, Teaching
+
+TRIALS = 10
+PUSHED: Mapping[str, int] = {"pushed left": 1, "pushed right": -1}
+CASES = (*POSITIONS, *PUSHED)
+HAND = "written by hand"
+
+
+def search_side(seed: int) -> str:
+    """The side to which a teacher has the robot turn where nobody knows better: every other teacher the left."""
+    return SIDES[seed % 2]
+
+
+def opposite(search: str) -> tuple[str, str]:
+    """The position, and the push, with which the ball is lost on the side opposite to where a policy turns."""
+    return ("ball right", "pushed left") if search == "left" else ("ball left", "pushed right")
+
+
+def teach(seed: int, method: str) -> Teaching:
+    """Teach approaching the ball. Same seed and method, same library."""
+    teacher = Teacher(Library(kit), lambda practice, world: Soccer([world]), seed, options={})
+    return teacher.teach(topics(search_side(seed))[method])
+
+
+def trials(seed: int) -> tuple[Soccer, dict[int, Push]]:
+    """The worlds of all trials of a seed, in the order of the cases, and who is pushed; all methods have the same."""
+    starts: list[Start] = [start for start in POSITIONS.values() for _ in range(TRIALS)]
+    pushes = {}
+    for side in PUSHED.values():
+        for trial in range(TRIALS):
+            pushes[len(starts)] = Push(2.0 + trial % 5, 0.8, side * 60.0, side * 0.2)
+            starts.append(AHEAD)
+    return Soccer(range(100 * seed, 100 * seed + len(starts)), starts), pushes
+
+
+def judge(seed: int, library: Library | None) -> dict[str, list[float]]:
+    """Seconds to the ball by case; NaN where the limit came first. Without a library, of the robot written by hand."""
+    body, pushes = trials(seed)
+    if library is None:
+        seconds = approach_by_hand(body, pushes=pushes)
+    else:
+        seconds = approach_by(link(library, "approach", {}), body, pushes=pushes)
+    return by_case(seconds)
+
+
+def by_case(seconds: Column) -> dict[str, list[float]]:
+    """Seconds in the order of the trials, by case."""
+    rows = np.round(seconds, 1).reshape(len(CASES), TRIALS).tolist()
+    return dict(zip(CASES, rows, strict=True))

@@ -1,0 +1,223 @@
+"""CollectivePatrol over DDS: four simulated robots, a process each, and who decides for all of them in this one.
+
+python -m understudy_lab.sim_to_sim.multiprocess_patrol --seconds 600
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from understudy.errors import UnderstudyError
+from understudy.robots.file import load_team
+from understudy.robots.fleet import Fleet, connect_team
+from understudy.robots.ros.dds import DDS
+from understudy.robots.ros.messages import decode
+from understudy.robots.twin import Twin
+from understudy.runtime.team.team import Team
+from understudy.sim.team.assignment import deal
+from understudy.sim.team.libraries import engined
+from understudy.sim_mujoco.processes import OBJECTS, POSES
+from understudy.sim_mujoco.shapes import AWAY_M
+from understudy_lab.patrol import practice
+from understudy_lab.patrol.metrics import captures, cycles
+from understudy_lab.patrol.orders import Told
+from understudy_lab.patrol.tracks import Thing, Tracks
+from understudy_lab.sim_to_sim.trials import teach_patrol
+
+SETTLES_S = 30.0
+"""For so long robots may take until all are there."""
+HOME, INTRUDER, BOSS = 0, 1, 2
+"""What the scenario's objects are, in their order."""
+
+
+def patrol(
+    seed: int, *, world: int, seconds: float, domain: int, together: bool = False, tick_s: float = 0.1
+) -> dict[str, Any]:
+    """Teach a patrol from this seed, let it patrol in a simulated world for so long; what came of it.
+
+    `together` has all robots in one process; `tick_s` is how often they decide.
+    """
+    taught = teach_patrol(seed)
+    known = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
+    with TemporaryDirectory() as folder:
+        options = ["--domain", str(domain), "--seed", str(world), "--write-files", folder]
+        options += [] if together else ["--apart"]
+        command = [sys.executable, "-m", "understudy.ui.cli", "robots", "simulate", "patrol", *options]
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL) as simulated:
+            try:
+                with _joined(Path(folder) / "team.toml", tick_s) as fleet:
+                    return _watched(fleet, known, seconds=seconds, domain=domain, simulation=simulated.pid)
+            finally:
+                simulated.terminate()
+                simulated.wait(20.0)
+
+
+def _joined(path: Path, tick_s: float) -> Fleet:
+    """The robots, once all of them are heard."""
+    until = time.monotonic() + SETTLES_S
+    while not path.is_file():
+        time.sleep(0.1)
+    for each in load_team(path)[1]:
+        each.write_text(each.read_text().replace("\ntick_s = 0.1\n", f"\ntick_s = {tick_s:g}\n"))
+    fleet = connect_team(path)
+    while time.monotonic() < until:
+        if all(robot.senses.missing(robot.now_s) is None for robot in fleet):
+            time.sleep(1.0)  # for the watchdogs, too
+            return fleet
+        time.sleep(0.1)
+    fleet.close()
+    raise TimeoutError("the simulated robots never came")
+
+
+def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int, simulation: int) -> dict[str, Any]:
+    twin = Twin(fleet)
+    team = Team(
+        twin,
+        deal(twin.scenario),
+        known,
+        {practice.SQUAD: ("collective_patrol", {})},
+        makes=engined,
+        seeds=(0,),
+    )
+    told, objects = Told(team, 1, ["home"]), Objects(domain)
+    rows: list[tuple[Any, ...]] = []
+    fleet.arm("an experiment")
+    began, cpu_s = time.monotonic(), _spent_s(simulation)
+    due, late, armed = began, 0, 1
+    while time.monotonic() - began < seconds:
+        team.tick()
+        if not all(robot.armed for robot in fleet):  # as a person would, who looks after it
+            armed += _armed_again(fleet)
+        robots = twin.view().robots
+        rows.append((told.now()[0].copy(), robots.x, robots.y, objects.now()))
+        due += twin.tick_s
+        if (left := due - time.monotonic()) > 0:
+            time.sleep(left)
+        else:
+            late, due = late + 1, time.monotonic()
+    spent, used_s = time.monotonic() - began, _spent_s(simulation) - cpu_s
+    stops = [stop for robot in fleet for stop in robot.stops]
+    objects.close()
+    return {
+        "seconds": round(spent, 1),
+        **(_judged(_tracks(rows, twin.tick_s)) if _told(rows) else {}),
+        "late_ticks": late,
+        "armed": armed,
+        "stops": [f"{each.robot}: {each.cause}" for each in stops],
+        "cores": round(used_s / spent, 3),
+    }
+
+
+def _spent_s(simulation: int) -> float:
+    """Time of processors spent by this process and the watchdogs that it began, s (Linux); not by the simulation."""
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    spent = used.ru_utime + used.ru_stime
+    for each in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            _, _, after = each.read_text().rpartition(")")
+            parent, user, system = (int(after.split()[k]) for k in (1, 11, 12))
+            if parent == os.getpid() and int(each.parent.name) != simulation:
+                spent += (user + system) / os.sysconf("SC_CLK_TCK")
+    return spent
+
+
+def _told(rows: list[tuple[Any, ...]]) -> bool:
+    """Whether a referee told where objects are."""
+    return any(row[3] for row in rows)
+
+
+def _judged(tracks: Tracks) -> dict[str, Any]:
+    found = list(cycles(tracks))
+    return {
+        "cycles": len(found),
+        "complete": sum(each.complete for each in found),
+        "captures": len(captures(tracks)),
+        "cycle_s": [round(each.seconds, 1) for each in found],
+    }
+
+
+def _armed_again(fleet: Fleet) -> bool:
+    try:
+        fleet.arm("an experiment")
+    except UnderstudyError:
+        return False
+    return True
+
+
+class Objects:
+    """Where the referee says that objects are, from the beginning of a run."""
+
+    def __init__(self, domain: int) -> None:
+        self._last: list[tuple[float, float, bool]] = []
+        self._transport = DDS(domain)
+        self._transport.subscribe(OBJECTS, POSES, self._heard)
+
+    def _heard(self, data: bytes, _: float) -> None:
+        self._last = [
+            (each.position.x, each.position.y, each.position.z > AWAY_M / 2)
+            for each in decode(POSES, data).poses
+        ]
+
+    def now(self) -> list[tuple[float, float, bool]]:
+        """Of each slot x, y (m) and whether it is there."""
+        return self._last
+
+    def close(self) -> None:
+        """Leave."""
+        self._transport.close()
+
+
+def _tracks(rows: list[tuple[Any, ...]], tick_s: float) -> Tracks:
+    """What happened, as the patrol's judges look at it."""
+    rows = [row for row in rows if row[3]]
+    scenario = practice.scenario()
+    spare = scenario.spare_objects + 1
+    doing = np.array([row[0] for row in rows], np.int8)[:, None, :]
+    x, y = (np.array([row[k] for row in rows], np.float32)[:, None, :] for k in (1, 2))
+    seen = np.zeros(x.shape, np.bool_)
+    intruder, boss = (_thing([row[3][index * spare] for row in rows]) for index in (INTRUDER, BOSS))
+    home = np.tile(np.array([rows[-1][3][HOME][:2]], np.float64), (x.shape[2], 1))
+    return Tracks(
+        tick_s, doing, x, y, np.zeros_like(x), seen, seen, intruder, boss, home,
+        np.array([0], np.intp), np.zeros((1, 0, 3)),
+    )  # fmt: skip
+
+
+def _thing(places: list[tuple[float, float, bool]]) -> Thing:
+    """One object over time."""
+    x, y, there = np.array(places, np.float64).T[:, :, None]
+    return Thing(there > 0, x.astype(np.float32), y.astype(np.float32))
+
+
+def _settings(given: argparse.Namespace) -> dict[str, Any]:
+    settings = vars(given)
+    return {"tick_s": settings.pop("tick"), **settings}
+
+
+def main() -> None:
+    """From the command line: one line of JSON."""
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("--seed", type=int, default=1000, help="of the teaching")
+    asked.add_argument("--world", type=int, default=1, help="seed of the simulated world")
+    asked.add_argument("--seconds", type=float, default=600.0)
+    asked.add_argument("--domain", type=int, default=92)
+    asked.add_argument("--together", action="store_true", help="all robots in one process")
+    asked.add_argument("--tick", type=float, default=0.1, help="seconds from one decision to the next")
+    found = patrol(**_settings(asked.parse_args()))
+    sys.stdout.write(json.dumps(found) + "\n")
+
+
+if __name__ == "__main__":
+    main()

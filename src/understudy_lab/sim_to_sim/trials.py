@@ -1,0 +1,244 @@
+"""Trials in two worlds: the 2-D one in which a behavior was taught, and physics with the same seeds and places."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import nan
+from typing import Any, TypeAlias
+
+import numpy as np
+from msgspec.structs import replace
+
+from understudy.model.library import Library
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.program import link
+from understudy.runtime.team.team import Team
+from understudy.sim.forage import Forage, kit
+from understudy.sim.scenario.schema import Scenario, Since
+from understudy.sim.team.assignment import deal
+from understudy.sim.team.libraries import Libraries, engined
+from understudy.sim.world import World
+from understudy.sim_mujoco.body import Physics
+from understudy_lab.forage.teach import make_practice
+from understudy_lab.patrol import practice, teach
+from understudy_lab.patrol.metrics import captures, cycles
+from understudy_lab.patrol.tracks import watch
+from understudy_lab.servoing import trials as servoing
+from understudy_lab.tasks import forage_teacher, soccer
+from understudy_lab.tasks.patrol_wander_teacher import DISPERSE
+from understudy_lab.tasks.servo_teacher import topics
+from understudy_lab.teachers.teacher import Teacher, Teaching
+
+Ground: TypeAlias = World | soccer.Soccer | Physics
+WORLDS = 20
+"""Worlds that each taught automaton is tried in; of CollectivePatrol PATROLS."""
+PATROLS, PATROL_TICKS = 2, 3000
+
+# GoTo(A): to the station, from wherever the seed puts the robot.
+
+GOTO_S, THERE_M = 60.0, 0.55
+
+
+def teach_goto(seed: int) -> Teaching:
+    """Teach GoTo alone, as `forage` does."""
+    return Teacher(Library(kit), make_practice, seed, options=forage_teacher.WATCHED).teach(
+        forage_teacher.GOTO
+    )
+
+
+def goto(library: Library, ground: World | Physics) -> list[float]:
+    """Seconds until each robot says that it is there, at the station; NaN where it never does, or says it elsewhere."""
+    engine = Engine.of(ground, link(library, "goto", {"A": "station"}))
+    seconds = np.full(ground.agents, nan)
+    said = np.zeros(ground.agents, np.bool_)
+    while ground.time_s < GOTO_S and not said.all():
+        engine.tick()
+        new = engine.raised("done") & ~said
+        said |= new
+        for agent in np.flatnonzero(new).tolist():
+            if _to_station(ground, agent) <= THERE_M:
+                seconds[agent] = ground.time_s
+    return _rounded(seconds)
+
+
+def _to_station(ground: World | Physics, agent: int) -> float:
+    view = ground.view(agent)
+    (home,) = np.flatnonzero(view.objects.home)
+    return float(np.hypot(view.robots.x[0] - view.objects.x[home], view.robots.y[0] - view.objects.y[home]))
+
+
+# Visual servoing: to the ball by what the camera sees.
+
+
+def teach_servoing(seed: int) -> Teaching:
+    """Teach the approach with four states, as `servoing` does."""
+    return servoing.teach(seed, servoing_method())
+
+
+def servoing_method() -> str:
+    """The method with memory."""
+    return next(iter(topics("left")))
+
+
+def in_physics(body: soccer.Soccer) -> Physics:
+    """The field in physics, each robot where it begins in the 2-D world."""
+    ground = Physics(soccer.scenario(), body.seeds)
+    for world in range(body.worlds):
+        robot = body.view(world).robots
+        ground.place(world, float(robot.x[0]), float(robot.y[0]), float(robot.heading[0]))
+    return ground
+
+
+def approach(library: Library, ground: soccer.Soccer | Physics) -> list[float]:
+    """Seconds until each robot is 15 cm from the ball; NaN where the limit came first."""
+    engine = Engine.of(ground, link(library, "approach", {}))
+    while np.isnan(ground.finished_s).any() and ground.time_s < soccer.LIMIT_S:
+        engine.tick()
+    return _rounded(ground.finished_s)
+
+
+# Disperse: four robots wander by their sonar, and keep away from all that is near.
+
+WANDER_S, STUCK_S, AWAY_M = 60.0, 2.0, 2.0
+
+
+def teach_disperse(seed: int) -> Teaching:
+    """Teach Disperse alone, as `patrol` does."""
+    teacher = Teacher(Library(kit_of_patrol()), practice.robots_world, seed, options={})
+    return teacher.teach(DISPERSE)
+
+
+def kit_of_patrol() -> Any:
+    """The patrol's kit."""
+    return World(practice.scenario()).kit
+
+
+def disperse(library: Library, ground: World | Physics) -> list[float]:
+    """How far the robot of each world that got the least far got from its start, m; NaN where one of them got stuck.
+
+    Stuck is who for `STUCK_S` hardly moves though it is told to drive: leaning on something.
+    """
+    engine = Engine.of(ground, link(library, "disperse", {}))
+    shape = (ground.worlds, ground.robots)
+    start, last = _places(ground), _places(ground)
+    farthest, still, stuck = np.zeros(shape), np.zeros(shape), np.zeros(shape, np.bool_)
+    for _ in range(round(WANDER_S / ground.tick_s)):
+        engine.tick()
+        now = _places(ground)
+        moved = np.hypot(*(now - last).T).T
+        drives = np.array([engine.path(agent)[-1] == "forwards" for agent in range(ground.agents)]).reshape(
+            shape
+        )
+        still = np.where(drives & (moved < 0.1 * 0.4 * ground.tick_s), still + ground.tick_s, 0.0)
+        stuck |= still >= STUCK_S
+        farthest = np.maximum(farthest, np.hypot(*(now - start).T).T)
+        last = now
+    return _rounded(np.where(stuck.any(axis=1), nan, farthest.min(axis=1)))
+
+
+def _places(ground: World | Physics) -> np.ndarray[Any, Any]:
+    """Of all robots [W, N, 2], m."""
+    views = [ground.view(world).robots for world in range(ground.worlds)]
+    return np.array([np.stack([view.x, view.y], axis=1) for view in views])
+
+
+def quiet() -> Scenario:
+    """The patrol's world without intruder and boss; nobody looks, nor has to note what there was to see."""
+    scenario = practice.practices()["among others"]
+    kind = scenario.types[practice.ROBOT]
+    deaf = tuple(each for each in kind.sensors if not isinstance(each, Since))
+    return replace(scenario, types={practice.ROBOT: replace(kind, sensors=deaf)})
+
+
+# CollectivePatrol: four robots and their coordinator.
+
+
+def teach_patrol(seed: int) -> teach.Taught:
+    """Teach the robots of the patrol and their coordinator, as `patrol` does."""
+    return teach.teach(seed)
+
+
+def patrol_cycles(taught: teach.Taught, ground: World | Physics) -> dict[str, Any]:
+    """Cycles - capture, all home, all off again - and how many of them were complete; captures."""
+    known: Libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
+    team = Team(
+        ground, deal(practice.scenario()), known, {practice.SQUAD: ("collective_patrol", {})},
+        worlds=ground.worlds, makes=engined, seeds=ground.seeds,
+    )  # fmt: skip
+    tracks = watch(team, PATROL_TICKS)
+    found = list(cycles(tracks))
+    return {
+        "success": sum(cycle.complete for cycle in found) / len(found) if found else nan,
+        "cycles": len(found),
+        "complete": sum(cycle.complete for cycle in found),
+        "captures": len(captures(tracks)),
+        "values": _rounded(np.array([cycle.seconds for cycle in found])),
+    }
+
+
+def _rounded(seconds: np.ndarray[Any, Any]) -> list[float]:
+    found: list[float] = np.round(seconds, 1).tolist()
+    return found
+
+
+def worlds_of(seed: int, count: int = WORLDS) -> range:
+    """The unseen worlds that a teaching is judged on; no two teachings share one, nor do other experiments."""
+    return range(10_000_000 + WORLDS * seed, 10_000_000 + WORLDS * seed + count)
+
+
+def tried(behavior: str, seed: int) -> dict[str, Any]:
+    """One teaching, and what came of it in both worlds."""
+    return TRIED[behavior](seed)
+
+
+def came(values: Sequence[float], *, least: float = 0.0) -> dict[str, Any]:
+    """How many trials succeeded: those with a value of `least` or more."""
+    return {"success": float(np.mean([value >= least for value in values])), "values": list(values)}
+
+
+def _goto(seed: int) -> dict[str, Any]:
+    taught, seeds = teach_goto(seed), worlds_of(seed)
+    return {
+        "examples": taught.examples,
+        FLAT: came(goto(taught.library, Forage(seeds))),
+        PHYSICS: came(goto(taught.library, Physics(Forage([0]).scenario, seeds))),
+    }
+
+
+def _servoing(seed: int) -> dict[str, Any]:
+    taught, seeds = teach_servoing(seed), worlds_of(seed)
+    body = soccer.Soccer(seeds, soccer.ANYWHERE)
+    ground = in_physics(body)
+    return {
+        "examples": taught.examples,
+        FLAT: came(approach(taught.library, body)),
+        PHYSICS: came(approach(taught.library, ground)),
+    }
+
+
+def _disperse(seed: int) -> dict[str, Any]:
+    taught, seeds = teach_disperse(seed), worlds_of(seed)
+    return {
+        "examples": taught.examples,
+        FLAT: came(disperse(taught.library, World(quiet(), seeds)), least=AWAY_M),
+        PHYSICS: came(disperse(taught.library, Physics(quiet(), seeds)), least=AWAY_M),
+    }
+
+
+def _patrol(seed: int) -> dict[str, Any]:
+    taught, seeds = teach_patrol(seed), worlds_of(seed, PATROLS)
+    return {
+        "examples": taught.robots.examples + taught.coordinators.examples,
+        FLAT: patrol_cycles(taught, World(practice.scenario(), seeds)),
+        PHYSICS: patrol_cycles(taught, Physics(practice.scenario(), seeds)),
+    }
+
+
+FLAT, PHYSICS = "flat", "physics"
+GOTO, SERVOING, DISPERSING, PATROL = "GoTo", "visual servoing", "Disperse", "CollectivePatrol"
+TRIED: Mapping[str, Callable[[int], dict[str, Any]]] = {
+    GOTO: _goto,
+    SERVOING: _servoing,
+    DISPERSING: _disperse,
+    PATROL: _patrol,
+}

@@ -1,0 +1,189 @@
+"""The worlds that robots and coordinators of the swarm practice in, and the swarm that was taught."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+
+from understudy.model.library import Library
+from understudy.runtime.body import Commands
+from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.team import Team
+from understudy.sim.scenario.schema import Objects, Pull, Robots, Scenario
+from understudy.sim.team.libraries import Libraries, libraries_of, team_of, troop_of
+from understudy.sim.world import World
+from understudy_lab.tasks.swarm import ROBOT, SQUAD, SWARM, of_platoons, scenario
+
+ROOM_M = 12.0
+ENOUGH = ("enough", None)
+
+
+class Spec(NamedTuple):
+    """What there is: so many things (that take so many robots), and another robot at the first that calls or claims."""
+
+    things: Mapping[str, int] = {}
+    needs: int = 1
+    at_m: float | None = None  # how far from it the robot begins; anywhere if left out
+    held: bool = False  # and holds it
+    signal: str | None = None
+    between_s: tuple[float, float] = (0.0, 1e9)
+
+
+def _specs(thing: str, signal: str) -> Mapping[str, Spec]:
+    one = {thing: 1}
+    return {
+        f"a {thing}": Spec(one),
+        f"at a {thing}": Spec(one, at_m=0.8),
+        f"someone calls at a {thing}": Spec(one, needs=2, signal=signal),
+        f"someone calls in vain at a {thing}": Spec(one, needs=4, signal=signal),
+        f"someone calls late at a {thing}": Spec(one, needs=4, signal=signal, between_s=(4.0, 1e9)),
+        f"beside a {thing}": Spec(one, needs=2, at_m=1.25, signal=signal),
+        f"in vain at a {thing}": Spec(one, needs=4, at_m=0.8),
+    }
+
+
+SPECS: Mapping[str, Spec] = {
+    "alone": Spec(),
+    "a field": Spec({"crate": 3, "container": 1}),
+    **_specs("crate", "help"),
+    **_specs("container", "muster"),
+    "crates in vain": Spec({"crate": 4}, needs=4, at_m=2.0),
+    "crates nobody is at": Spec({"crate": 4}),
+    "containers nobody is at": Spec({"container": 4}),
+    "holding a crate": Spec({"crate": 1}, at_m=0.8, held=True),
+    "holding in vain": Spec({"crate": 1}, needs=4, at_m=0.8, held=True),
+    "losing hands": Spec({"crate": 1}, needs=2, at_m=0.8, held=True, signal="claim", between_s=(0.0, 5.0)),
+    "holding in vain what others claim": Spec({"crate": 1}, needs=4, at_m=0.8, held=True, signal="claim"),
+    "a crate that others take": Spec({"crate": 1}, at_m=2.6, signal="claim", between_s=(1.0, 1e9)),
+    "a container that others take": Spec({"container": 1}, at_m=2.6, signal="claim", between_s=(1.0, 1e9)),
+    "a help that stops": Spec(signal="help", between_s=(0.0, 3.0)),
+    "a help that stops soon": Spec(signal="help", between_s=(0.0, 0.7)),
+    "a muster that stops": Spec(signal="muster", between_s=(0.0, 3.0)),
+}
+"""Where robots practice, by name."""
+
+
+class Practice(World):
+    """A room for one robot to be taught in: the first. The other holds on and calls until it was helped, or lets go."""
+
+    def __init__(self, spec: Spec, seed: int) -> None:
+        self._spec = spec
+        super().__init__(_room(spec), [seed])
+
+    def reset(self, seeds: Sequence[int]) -> None:
+        """Begin anew."""
+        super().reset(seeds)
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """The first ticks: who calls is heard, and what is to be held is held."""
+        self._helped = False
+        for _ in range(2):
+            self.act({"load": (np.arange(self.agents) == 0) * float(self._spec.held)})
+
+    def act(self, commands: Commands) -> None:
+        """As World does, and the other does its part."""
+        if self._spec.signal is not None:
+            first, last = self._spec.between_s
+            calls = first <= self.time_s < last
+            commands = {name: column.copy() for name, column in commands.items()}
+            self._helped |= bool(self.sense([ENOUGH])[ENOUGH][1])
+            signal = (1.0 + self.names.signals.index(self._spec.signal)) * (calls and not self._helped)
+            own = {"load": calls, "unload": not calls, "signal": signal, "drive": 0.0, "turn": 0.0}
+            for channel, value in own.items():
+                commands.setdefault(channel, np.zeros(self.agents))[1] = value
+        super().act(commands)
+
+
+def _room(spec: Spec) -> Scenario:
+    home, crate, container = scenario().objects
+    things = [
+        _needing(thing, spec.things[thing.name], spec.needs)
+        for thing in (crate, container)
+        if thing.name in spec.things
+    ]
+    beside = Robots(type=ROBOT, count=1)
+    if things:
+        beside = replace(beside, near=things[0].name, near_m=0.8)
+    anywhere = Robots(type=ROBOT, count=1)
+    robots = [anywhere if spec.at_m is None else replace(beside, near_m=spec.at_m)]
+    if spec.signal is not None:
+        robots.append(beside)
+    if spec.needs > len(robots):  # who stand in a corner, for there must be as many as it takes
+        robots.append(Robots(type=ROBOT, at=((0.3, 0.3),) * (spec.needs - len(robots))))
+    none = [_needing(thing, 0, 1) for thing in (crate, container) if thing.name not in spec.things]
+    return replace(
+        scenario(),
+        size=(ROOM_M, ROOM_M),
+        regions={},
+        objects=(replace(home, at=((ROOM_M / 2, ROOM_M / 2),)), *things, *none),
+        robots=tuple(robots),
+        squads={},
+    )
+
+
+def robots_world(practice: str, seed: int) -> World:
+    """A world for one robot to be taught in."""
+    return Practice(SPECS[practice], seed)
+
+
+def squads_library(sort: str, libraries: Libraries) -> Library:
+    """What coordinators of a sort can be taught with, at first."""
+    return libraries[sort]
+
+
+@cache
+def _squads_practices() -> Mapping[str, Scenario]:
+    made = of_platoons(1)
+    home, crate, container = made.objects
+    five = (Robots(type=ROBOT, count=5, within="cell_0"),)
+    ten = (Robots(type=ROBOT, count=10, within="cell_0"),)
+    squads = {SQUAD: made.squads[SQUAD]}
+    fields = (home, replace(crate, count=10), _needing(container, 0, 1))
+    return {
+        "squad at work": replace(made, objects=fields, robots=five, squads=squads),
+        "squad in vain": replace(
+            made, objects=(home, _needing(crate, 6, 10), _needing(container, 0, 1)), robots=ten, squads=squads
+        ),
+        "platoon at work": replace(
+            made, objects=(home, replace(crate, count=4), replace(container, count=1))
+        ),
+        "platoon in vain": replace(
+            of_platoons(2), objects=(home, replace(crate, count=4), _needing(container, 2, 50))
+        ),
+        "all": made,
+    }
+
+
+def _needing(thing: Objects, count: int, robots: int) -> Objects:
+    return replace(thing, count=count, pull=Pull(robots=robots))
+
+
+def known(robots: Library, squads: Mapping[str, Library]) -> Libraries:
+    """What everybody knows, coordinators as far as they were taught."""
+    return libraries_of(scenario(), robots, lambda name, kit: squads.get(name, Library(kit)))
+
+
+def troops(sort: str, libraries: Libraries) -> Callable[[str, int], Troop]:
+    """Makes troops for the coordinator of a sort to be taught on."""
+
+    def make(practice: str, seed: int) -> Troop:
+        return troop_of(_squads_practices()[practice], sort, libraries, seed=seed)
+
+    return make
+
+
+def led(
+    libraries: Libraries,
+    seeds: Sequence[int],
+    world: Scenario | None = None,
+    *,
+    way: tuple[str, str] = (SWARM, "swarm_work"),
+) -> Team:
+    """The swarm, in a world per seed: all agents of a sort do something by themselves; at first its coordinator."""
+    sort, behavior = way
+    return team_of(world or scenario(), seeds, libraries, {sort: (behavior, {})})

@@ -1,0 +1,225 @@
+"""The experiment: independent teachings of robots and three levels of coordinators, each judged in its own worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from understudy_lab.figures import dots, panels
+from understudy_lab.lesson_stats import examples_in, lessons_in, lessons_of
+from understudy_lab.statistics import told
+from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.swarm.evaluate import (
+    ALONE,
+    ANSWERING,
+    FAILING,
+    LOADS,
+    ONE,
+    PLATOONS,
+    THREE,
+    TWO,
+    WAYS,
+    WORLDS,
+    measured,
+    worlds_of,
+)
+from understudy_lab.swarm.teaching import teach
+from understudy_lab.tasks.swarm import EACH, ROBOT
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEACHINGS = range(60_100, 60_110)
+"""The teaching seeds of the published result: nobody had looked at any of them before."""
+AS_GOOD, WITHOUT = 0.8, 0.7
+WEIGHTS = (1, 4, 10)
+"""Crates that a container may count as: one box as any, the robots that it takes, what it holds."""
+SURVIVORS = 1 - 1 / FAILING
+KEPT = 0.8 * SURVIVORS
+SAID = {
+    THREE: "all, platoons, squads",
+    TWO: "platoons, squads",
+    ONE: "squads",
+    ANSWERING: "none; calls answered",
+    ALONE: "none",
+}
+LARGE = f"{EACH * PLATOONS:,}".replace(",", " ")
+
+
+def tasks(plan: Plan) -> list[Task]:
+    """Each teaching."""
+    return [{"seed": seed} for seed in plan.seeds]
+
+
+def work(task: Task) -> Row:
+    """One teaching, judged on its own unseen worlds."""
+    taught = teach(task["seed"])
+    lessons = {ROBOT: lessons_of(taught.robots)}
+    lessons |= {sort: lessons_of(teaching) for sort, teaching in taught.squads.items()}
+    return {**measured(taught.libraries, worlds_of(task["seed"])), "lessons": lessons}
+
+
+def conclude(rows: Sequence[Row]) -> Findings:
+    """What holds over all teachings."""
+    first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
+    shares = {way: _of_by_hand(rows, way) for way in WAYS}
+    large = _large(rows)
+    return Findings(
+        headline=f"Two hundred robots and three levels of coordinators, all taught by pressing names, gather "
+        f"{np.median(shares[THREE]):.2f} times what automata written by hand gather, in worlds that they have never "
+        f"seen; the same robots without coordinators {np.median(shares[ALONE]):.2f} times, and "
+        f"{np.median(shares[ANSWERING]):.2f} times if they answer each other's calls. Ten thousand that run the same "
+        f"libraries gather {np.median(large):.2f} times as much each. All of it takes "
+        f"{np.median(examples_in(rows)):.0f} examples.",
+        tables=(
+            Table(
+                f"Ten minutes, teachings {first} to {last}, {WORLDS} unseen worlds each: median (worst–best). A "
+                f"container holds {LOADS['container']} loads, a crate one",
+                ("coordinators of", "#crates/h", "#containers/h", "#loads/h", "#of by hand"),
+                [
+                    *((SAID[way], *_told(rows, way), told(shares[way], 2)) for way in WAYS),
+                    ("all three, by hand", *_told(rows, None), "1"),
+                ],
+            ),
+            Table(
+                "Of what all three levels gather, taught, if a container counted as so many crates",
+                ("coordinators of", *(f"#{weight}" for weight in WEIGHTS)),
+                [
+                    (SAID[way], *(told(_weighted(rows, way, weight), 2) for weight in WEIGHTS))
+                    for way in (ONE, ANSWERING, ALONE)
+                ],
+            ),
+            Table(
+                "What each automaton took: median (least–most)",
+                ("who", "automaton", "#examples", "#seconds", "#states", "#features"),
+                lessons_in(rows),
+            ),
+        ),
+        goals=_goals(rows),
+        notes=_notes(rows),
+        numbers={"teachings": len(rows), "shares": shares, "large": large, "examples": examples_in(rows)},
+    )
+
+
+def _rates(rows: Sequence[Row], way: str | None, what: str = "loads") -> list[float]:
+    """What is gathered in an hour, one way; None is by hand."""
+    return [(row["by_hand"] if way is None else row["taught"][way])[what] for row in rows]
+
+
+def _told(rows: Sequence[Row], way: str | None) -> list[str]:
+    return [told(_rates(rows, way, what)) for what in ("crates", "containers", "loads")]
+
+
+def _of_by_hand(rows: Sequence[Row], way: str) -> list[float]:
+    return _ratio(_rates(rows, way), _rates(rows, None))
+
+
+def _of_taught(rows: Sequence[Row], way: str) -> list[float]:
+    return _ratio(_rates(rows, way), _rates(rows, THREE))
+
+
+def _counted(row: Row, way: str, weight: int) -> float:
+    """What is gathered in an hour, with a container counted as so many crates."""
+    return float(row["taught"][way]["crates"] + weight * row["taught"][way]["containers"])
+
+
+def _weighted(rows: Sequence[Row], way: str, weight: int) -> list[float]:
+    return _ratio(
+        [_counted(row, way, weight) for row in rows], [_counted(row, THREE, weight) for row in rows]
+    )
+
+
+def _of_the_better(rows: Sequence[Row], way: str, weight: int) -> float:
+    """What is gathered one way, as a share of what squads alone or all three levels do, whichever is more; median."""
+    better = [max(_counted(row, ONE, weight), _counted(row, THREE, weight)) for row in rows]
+    return float(np.median(_ratio([_counted(row, way, weight) for row in rows], better)))
+
+
+def _large(rows: Sequence[Row]) -> list[float]:
+    """What each of ten thousand gathers, as a share of what each of two hundred does in as long."""
+    return _ratio([row["large"] for row in rows], [row["small"] for row in rows])
+
+
+def _ratio(some: Sequence[float], others: Sequence[float]) -> list[float]:
+    return [round(one / max(1e-9, other), 3) for one, other in zip(some, others, strict=True)]
+
+
+def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
+    share, kept = _of_by_hand(rows, THREE), [row["kept"] for row in rows]
+    without = {way: _of_taught(rows, way) for way in (ALONE, ANSWERING)}
+    return (
+        Goal(
+            "what the taught hierarchy gathers, against one written by hand",
+            f"{AS_GOOD}",
+            told(share, 2),
+            float(np.median(share)) >= AS_GOOD,
+        ),
+        *(
+            Goal(
+                f"without coordinators ({way}), against the taught hierarchy",
+                f"at most {WITHOUT}",
+                told(found, 2),
+                float(np.median(found)) <= WITHOUT,
+            )
+            for way, found in without.items()
+        ),
+        Goal(
+            "what is kept of it when a third of the robots is killed",
+            f"{KEPT:.0%}: 0.8 of the {SURVIVORS:.0%} who survive",
+            told(kept, percent=True),
+            float(np.median(kept)) >= KEPT,
+        ),
+    )
+
+
+def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
+    squads, platoons = (float(np.median(_of_taught(rows, way))) for way in (ONE, TWO))
+    least = max(_of_the_better(rows, way, weight) for way in (ANSWERING, ALONE) for weight in WEIGHTS)
+    crates = [
+        (row["taught"][THREE]["crates"] / row["by_hand"]["crates"], row["task"]["seed"]) for row in rows
+    ]
+    alone = [(share, row["task"]["seed"]) for share, row in zip(_of_by_hand(rows, ALONE), rows, strict=True)]
+    return (
+        f"What each level brings: with coordinators of squads alone {squads:.2f} of what all three levels gather, with "
+        f"those of platoons too {platoons:.2f}. The coordinator of all costs what is between: it lets everybody spread "
+        "out first, and all it is good for here is that one order moves two hundred robots.",
+        f"That a container holds {LOADS['container']} crates is how this world is made, and decides whether platoons "
+        "pay: counted as the four squads that it takes, or as one box, coordinators of squads alone gather more, since "
+        "mustering sixteen robots costs the crates that they leave. Whatever it counts of these, robots without "
+        f"coordinators gather at most {least:.2f} of what the better of the two does (median).",
+        f"The worst teachings: crates at {min(crates)[0]:.2f} of by hand under three levels (seed {min(crates)[1]}), "
+        f"and robots alone at {min(alone)[0]:.2f} (seed {min(alone)[1]}): there a lesson never came right.",
+        f"Each of {LARGE} robots, in 400 platoons, gathers {told(_large(rows), 2)} times as much in five minutes as "
+        "each of the two hundred that were taught for. They pass through each other, as the two hundred do.",
+    )
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """What is gathered with ever fewer coordinators, and with more robots."""
+    figure, (left, right) = panels(2, wide=4.2)
+    short = ("three\nlevels", "platoons,\nsquads", "squads", "alone,\nanswering", "alone")
+    shares = {said: _of_by_hand(rows, way) for said, way in zip(short, WAYS, strict=True)}
+    dots(left, shares, "loads / hand-coded")
+    left.axhline(1.0, color="#6b7280", linewidth=0.8, linestyle=":")
+    left.set_title("with fewer and fewer coordinators")
+    left.set_ylim(bottom=0)
+    other = {"a third\nkilled": [row["kept"] for row in rows], f"{LARGE}\nrobots": _large(rows)}
+    dots(right, other, "of what 200 gather, each")
+    right.axhline(1.0, color="#6b7280", linewidth=0.8, linestyle=":")
+    right.set_title("with fewer robots, and with more")
+    right.set_ylim(bottom=0)
+    return figure
+
+
+EXPERIMENT = Experiment(
+    name="swarm",
+    seeds=TEACHINGS,
+    quick=1,
+    tasks=tasks,
+    work=work,
+    conclude=conclude,
+    draw=draw,
+    worlds=("swarm",),
+)

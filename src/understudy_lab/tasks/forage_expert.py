@@ -1,0 +1,118 @@
+"""The yardstick of the foraging world: a forager written by hand, and the time that none can beat."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import dist, pi, tau
+from typing import TypeAlias
+
+import numpy as np
+
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import Column
+from understudy.runtime.body import Commands
+from understudy.sim.forage_settings import ForageSettings
+from understudy.sim.scenario.schema import RobotType
+from understudy.sim.view import WorldView
+from understudy.sim.world import World
+
+Point: TypeAlias = tuple[float, float]
+
+
+class HandForager:
+    """The yardstick: a forager written by hand, for N robots at once, that does one basic behavior at a time.
+
+    It turns until it faces its target to half a tick's turn, then drives, and turns again only when the
+    target is off by more than `astray` (rad), so that it never chatters between the two. It goes home when
+    full or when no food is left, and stays with that until it carries nothing.
+    """
+
+    keys: Sequence[ReadingKey] = (
+        ("range", "nearest_food"),
+        ("bearing", "nearest_food"),
+        ("bearing", "station"),
+        ("food_here", None),
+        ("food_stored", None),
+        ("food_left", None),
+        ("station_here", None),
+    )
+
+    def __init__(self, agents: int, settings: ForageSettings, *, astray: float = 0.2) -> None:
+        self._capacity = settings.capacity
+        self._facing = 0.55 * settings.turning_speed * settings.tick_s
+        self._astray = max(astray, 2.0 * self._facing)
+        self._homing = np.zeros(agents, np.bool_)
+        self._turning = np.zeros(agents)  # 1 left, -1 right, 0 not
+
+    def decide(self, percept: Percept) -> Commands:
+        """What each robot does now."""
+        stored, none_left = percept["food_stored", None], percept["food_left", None] == 0.0
+        self._homing = (stored > 0) & (self._homing | (stored >= self._capacity) | none_left)
+        unload = self._homing & (percept["station_here", None] == 1.0)
+        load = ~self._homing & (percept["food_here", None] > 0)
+        go = ~(unload | load) & (self._homing | ~none_left)
+        bearing = np.where(self._homing, percept["bearing", "station"], percept["bearing", "nearest_food"])
+        off = np.where(go, (bearing + pi) % tau - pi, 0.0)  # signed, left positive
+        keep_on = (self._turning != 0.0) & (np.abs(off) > self._facing)
+        begin = (self._turning == 0.0) & (np.abs(off) > self._astray)
+        self._turning = np.where(begin, np.sign(off), np.where(keep_on, self._turning, 0.0))
+        drive = go & (self._turning == 0.0)
+        return {
+            "drive": drive.astype(np.float64),
+            "turn": self._turning,
+            "load": load.astype(np.float64),
+            "unload": unload.astype(np.float64),
+        }
+
+
+def lower_bound(world: World) -> Column:
+    """Seconds [B] that no robot can beat which visits the places nearest-first, from where it stands now.
+
+    A trip goes to the nearest source with food, and on to the next nearest while there is room and food, then
+    to the station; what is nearest is judged from where a straight way comes within reach. Counted are the
+    straight lines between those places, less the reach at either end, at forward speed; and loading and
+    unloading each unit. Turning costs nothing and ticks need not be whole, so for that order of visits it is
+    a true bound. A robot that chooses another order may beat it.
+    """
+    (robot,) = world.scenario.types.values()
+    return np.array([_bound(world.view(row), robot) for row in range(world.worlds)])
+
+
+def _bound(view: WorldView, robot: RobotType) -> float:
+    places = list(zip(view.objects.x.tolist(), view.objects.y.tolist(), strict=True))
+    sources = [place for place, food in zip(places, view.objects.food, strict=True) if food]
+    (station,) = (place for place, home in zip(places, view.objects.home, strict=True) if home)
+    amounts: list[int] = view.objects.amount[view.objects.food].tolist()
+    stored = at_first = int(view.robots.stored[0])
+    unload = sum(amounts) + stored
+    route = _Route(robot.reach, (float(view.robots.x[0]), float(view.robots.y[0])))
+    while stored or any(amounts):
+        while stored < robot.capacity and any(amounts):
+            with_food = [k for k, amount in enumerate(amounts) if amount]
+            nearest = min(with_food, key=lambda k: dist(route.spot, sources[k]))
+            route.go(sources[nearest])
+            taken = min(amounts[nearest], robot.capacity - stored)
+            amounts[nearest] -= taken
+            stored += taken
+        route.go(station)
+        stored = 0
+    work = (unload - at_first) * robot.load_s + unload * robot.unload_s
+    return route.meters / robot.speed + work
+
+
+class _Route:
+    """Straight ways from place to place, each from and to anywhere within reach of its ends."""
+
+    def __init__(self, reach: float, start: Point) -> None:
+        self.reach, self.spot, self.meters = reach, start, 0.0
+        self._place, self._slack = start, 0.0
+
+    def go(self, place: Point) -> None:
+        """Go where `place` is within reach; `spot` is where a straight way there would end."""
+        self.meters += max(0.0, dist(self._place, place) - self._slack - self.reach)
+        straight = dist(self.spot, place)
+        if straight > self.reach:
+            left = self.reach / straight
+            (x, y), (to_x, to_y) = self.spot, place
+            self.spot = (to_x + (x - to_x) * left, to_y + (y - to_y) * left)
+        self._place, self._slack = place, self.reach

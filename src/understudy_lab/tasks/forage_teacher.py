@@ -1,0 +1,250 @@
+"""How a person teaches foraging: GoTo(A), Harvest, Deposit, Forage (paper section 4.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isnan, pi, tau
+from types import MappingProxyType
+
+from understudy.model.kinds import NO, YES
+from understudy.model.lesson import Options
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.teachers.person import Seen, raised
+from understudy_lab.teachers.teacher import Case, Push, Topic
+
+WATCHED: Mapping[str, Options] = MappingProxyType(
+    {
+        "goto": Options(watched=True, reaction_s=0.2),  # a lesson about motion: presses come late
+        "harvest": Options(watched=True),
+        "deposit": Options(watched=True),
+        "forage": Options(watched=True),
+    }
+)
+"""The options the demo teaches with."""
+
+PLAIN: Mapping[str, Options] = MappingProxyType({name: Options() for name in WATCHED})
+"""The paper's plain method: neither watched examples nor a reaction time."""
+
+THERE_M = 0.38  # what a person calls being there
+NOT_THERE_M = 0.47  # what they call not being there yet
+PAST_M = 0.2  # where it should long have said so
+ASTRAY = 0.6  # rad: driving past it, plainly
+FACED_AWAY = 0.45  # rad: not facing it
+FACING = 0.12  # rad: as good as facing it, while turning
+
+
+def _bearing(screen: Screen) -> float:
+    """Signed bearing of A, left positive, rad."""
+    return (screen.features["angle_to(A)"] + pi) % tau - pi
+
+
+def _toward(bearing: float) -> str:
+    return "rotate_left" if bearing > 0 else "rotate_right"
+
+
+def _ahead(screen: Screen) -> float:
+    """How far it still has to turn, rad; negative when it has turned too far."""
+    return -_bearing(screen) if screen.state == "rotate_right" else _bearing(screen)
+
+
+def show_goto(screen: Screen) -> str | None:
+    """Turn to A, drive to it, say done."""
+    distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
+    if screen.state == "done" or isnan(distance):
+        return None
+    if distance < THERE_M:
+        return "done"
+    if screen.state in ("start", "forward") and abs(bearing) > ASTRAY:
+        return _toward(bearing)
+    if screen.state == "start" or (screen.state != "forward" and _ahead(screen) < FACING):
+        return "forward"
+    return None
+
+
+def complain_goto(screen: Screen) -> str | None:
+    """Only what looks wrong: idling, driving past A, turning on past it, not stopping, stopping too far away."""
+    distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
+    if isnan(distance):
+        return None
+    if screen.state == "start":
+        return show_goto(screen)
+    if screen.state == "done":
+        if distance < NOT_THERE_M:
+            return None
+        return _toward(bearing) if abs(bearing) > FACED_AWAY else "forward"
+    if distance < PAST_M:
+        return "done"
+    if screen.state == "forward":
+        return _toward(bearing) if abs(bearing) > 1.5 * ASTRAY else None
+    return "forward" if -pi / 2 < _ahead(screen) < -ASTRAY else None
+
+
+def _beside(side: int, nearest: float, farthest: float) -> Seen:
+    """A well to the left (1) or right (-1), this near or far, m."""
+
+    def suits(screen: Screen) -> bool:
+        distance = screen.features["distance_to(A)"]
+        return 0.8 < side * _bearing(screen) < 2.6 and nearest < distance < farthest
+
+    return suits
+
+
+def _back_on_its_way(screen: Screen) -> bool:
+    return screen.state == "forward" and abs(_bearing(screen)) < ASTRAY
+
+
+def _push(behavior: str) -> Push:
+    return Push("forward", behavior, 0.8)
+
+
+# Each side once near and once far, so that only the side can tell which way to turn; and once pushed off its way to
+# either side while driving, which seldom happens by itself.
+GOTO = Topic(
+    "goto",
+    lambda library: new_lesson(
+        library,
+        "goto",
+        parameters=["A"],
+        states=["forward", "rotate_left", "rotate_right"],
+        flags=["done"],
+        features=["distance_to(A)", "angle_to(A)"],
+    ),
+    show_goto,
+    complain_goto,
+    raised,
+    cases=(
+        Case("a small room", {"A": "station"}, _beside(1, 0.9, 1.8)),
+        Case("a small room", {"A": "nearest_food"}, _beside(-1, 0.9, 1.8)),
+        Case(
+            "an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), _back_on_its_way, push=_push("rotate_right")
+        ),
+        Case(
+            "an arena",
+            {"A": "nearest_food"},
+            _beside(1, 3.2, 5.5),
+            _back_on_its_way,
+            push=_push("rotate_left"),
+        ),
+    ),
+    tries=8,
+    limit_s=60.0,
+)
+
+
+def _full(screen: Screen) -> bool:
+    return screen.features["food_stored"] >= CAPACITY
+
+
+CAPACITY = 12
+"""How much the robot can carry, as its teacher knows."""
+
+
+def show_harvest(screen: Screen) -> str | None:
+    """Go to food, load, go on to other food where it ends; done when full or when no food is left."""
+    if screen.state == "done":
+        return None
+    if _full(screen) or screen.features["food_left"] == NO:
+        return "done"
+    if screen.state == "start":
+        return "goto"
+    if screen.state == "goto":
+        return "load_food" if screen.features["done"] == YES else None
+    return "goto" if screen.features["food_below_me"] == 0 else None
+
+
+def complain_harvest(screen: Screen) -> str | None:
+    """As shown; and saying done too early is wrong."""
+    if screen.state != "done":
+        return show_harvest(screen)
+    if _full(screen) or screen.features["food_left"] == NO:
+        return None
+    return "goto" if screen.features["food_below_me"] == 0 else "load_food"
+
+
+HARVEST = Topic(
+    "harvest",
+    lambda library: new_lesson(
+        library,
+        "harvest",
+        states=["goto(nearest_food)", "load_food"],
+        flags=["done"],
+        features=["done", "food_left", "food_stored", "food_below_me"],
+    ),
+    show_harvest,
+    complain_harvest,
+    raised,
+    cases=(Case("little food in many places", again=True), Case("the last food")),
+    tries=4,
+    limit_s=120.0,
+)
+
+
+def show_deposit(screen: Screen) -> str | None:
+    """Go to the station, unload; done when nothing is left to unload."""
+    if screen.state == "done":
+        return None
+    if screen.features["food_stored"] == 0:
+        return "done"
+    if screen.state == "start":
+        return "goto"
+    if screen.state == "goto":
+        return "unload_food" if screen.features["done"] == YES else None
+    return "goto" if screen.features["at_station"] == NO else None
+
+
+def _on_its_way(screen: Screen) -> bool:
+    return screen.state == "goto"
+
+
+DEPOSIT = Topic(
+    "deposit",
+    lambda library: new_lesson(
+        library,
+        "deposit",
+        states=["goto(station)", "unload_food"],
+        flags=["done"],
+        features=["done", "food_stored", "at_station"],
+    ),
+    show_deposit,
+    show_deposit,
+    raised,
+    cases=(
+        Case("one unit to deposit"),
+        Case("some food to deposit", push=Push("unload_food", "forward", 3.0), enough=_on_its_way),
+    ),
+    tries=3,
+    limit_s=120.0,
+)
+
+
+def show_forage(screen: Screen) -> str | None:
+    """Harvest and deposit in turn while there is food."""
+    if screen.state == "start":
+        return "harvest"
+    if screen.features["done"] == NO:
+        return None
+    if screen.state == "harvest":
+        return "deposit"
+    return "harvest" if screen.features["food_left"] == YES else None
+
+
+def all_home(screen: Screen) -> bool:
+    """No food is left anywhere but at the station."""
+    return screen.features["food_left"] == NO and screen.features["food_stored"] == 0
+
+
+FORAGE = Topic(
+    "forage",
+    lambda library: new_lesson(
+        library, "forage", states=["harvest", "deposit"], features=["done", "food_stored", "food_left"]
+    ),
+    show_forage,
+    show_forage,
+    all_home,
+    cases=(Case("food for two ways"),),
+    tries=1,
+    limit_s=400.0,
+)
+
+TOPICS = (GOTO, HARVEST, DEPOSIT, FORAGE)

@@ -1,0 +1,343 @@
+"""How a person teaches each robot of a patrol what the paper lists in section 5.1.
+
+Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, turns, and goes
+elsewhere for a while - before it looks again; so it does where it drives and gets nowhere, as behind teammates that
+are home.
+"""
+
+from __future__ import annotations
+
+from math import isnan
+
+from understudy.model.kinds import YES
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.tasks.patrol_wander_teacher import (
+    AROUND_S,
+    AWAY_S,
+    DISPERSE,
+    LOOK_LEFT,
+    LOOK_RIGHT,
+    WITHDRAW,
+)
+from understudy_lab.teachers.person import KEEP, Seen, after, raised
+from understudy_lab.teachers.teacher import Case, Push, Topic
+
+MIDDLE_PX, WIDTH_PX = 80.0, 160.0
+EMERGED_PX = 25.0  # so far into the frame, A is well in view
+ASIDE_PX = 50.0  # so far from the middle, whoever is slow still has time to turn to it
+OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of the frame
+CLOSE_PX = 6000.0  # as large as an intruder 0.7 m away
+ALMOST_PX = 5000.0  # nearly so, and no reason yet
+FAR_PX = 5200.0  # an intruder out of reach: too early to say done
+TOO_CLOSE_PX = 7200.0
+SEARCH_S = 60.0  # whoever has searched for so long has been seen enough of
+BEHIND_M, ROOM_M = 0.45, 0.9
+
+
+# Servo(A): turn until A is seen, drive to it, remember on which side it was; failed where there is none.
+
+
+def blob_x(screen: Screen) -> float:
+    """Where A is in the frame, px; absent where it is not seen."""
+    return screen.features["blob_x(A)"]
+
+
+def show_servo(screen: Screen) -> str | None:
+    """Turn until A is well in view, drive; failed after a turn in vain."""
+    return _servo(screen, turning=0.0, driving=0.0)
+
+
+def complain_servo(screen: Screen) -> str | None:
+    """Where it turns or drives on past what it should do, or fails too early."""
+    if screen.state != "failed":
+        return _servo(screen, turning=90.0, driving=22.0)
+    x, too_early = blob_x(screen), screen.time_s < AROUND_S - 1.0
+    return _side(x) if not isnan(x) else "left" if too_early else None
+
+
+def _side(x: float) -> str:
+    return "forward_left" if x < MIDDLE_PX else "forward_right"
+
+
+def _servo(screen: Screen, *, turning: float, driving: float) -> str | None:
+    x, state = blob_x(screen), screen.state
+    if state == "failed":
+        return None
+    if isnan(x):
+        if state in ("left", "right"):
+            return "failed" if screen.features.get("failed") == YES else None
+        return "right" if state == "forward_right" else "left"
+    if state == "start":
+        return "left" if x < MIDDLE_PX else "right"
+    if state == "left":
+        return "forward_left" if x > EMERGED_PX + turning else None
+    if state == "right":
+        return "forward_right" if x < WIDTH_PX - EMERGED_PX - turning else None
+    beyond = x - MIDDLE_PX if state == "forward_left" else MIDDLE_PX - x
+    other = "forward_right" if state == "forward_left" else "forward_left"
+    return other if beyond > OTHER_PX + driving else None
+
+
+def on_the_left(screen: Screen) -> bool:
+    """A is in the left part of the frame."""
+    return blob_x(screen) < MIDDLE_PX - ASIDE_PX
+
+
+def on_the_right(screen: Screen) -> bool:
+    """A is in the right part of the frame."""
+    return blob_x(screen) > MIDDLE_PX + ASIDE_PX
+
+
+def lost(screen: Screen) -> bool:
+    """A is not in the frame."""
+    return isnan(blob_x(screen))
+
+
+def _over(during: str, behavior: str) -> Push:
+    """So that A comes into the other part of the frame."""
+    return Push(during, behavior, 0.35, within_s=5.0)
+
+
+def _away(during: str, behavior: str) -> Push:
+    """So that A is lost on the side on which it was."""
+    return Push(during, behavior, 1.0)
+
+
+SERVO = Topic(
+    "servo",
+    lambda library: new_lesson(
+        library,
+        "servo",
+        parameters=["A"],
+        states=["left=look_left", "right=look_right", "forward_left=forwards", "forward_right=forwards"],
+        flags=["failed"],
+        features=["failed", "blob_x(A)"],
+    ),
+    show_servo,
+    complain_servo,
+    lambda screen: raised(screen) or screen.time_s > 25.0,
+    cases=(
+        Case("an intruder", {"A": "intruder"}, on_the_left, after(5.0), push=_over("forward_left", "left")),
+        Case(
+            "an intruder", {"A": "intruder"}, on_the_right, after(5.0), push=_over("forward_right", "right")
+        ),
+        Case("an intruder", {"A": "home"}, lost, after(12.0)),
+        Case("an intruder that leaves", {"A": "intruder"}, on_the_left, push=_away("forward_left", "right")),
+        Case("an intruder that leaves", {"A": "intruder"}, on_the_right, push=_away("forward_right", "left")),
+    ),
+    tries=10,
+    limit_s=60.0,
+)
+
+
+# Attack(A): servo to A; where it cannot be found or reached, go elsewhere and try again.
+
+
+def show_attack(screen: Screen) -> str | None:
+    """Servo until A is large; withdraw after a turn in vain or where it is stuck, and servo again."""
+    wished = _attack(screen, close=CLOSE_PX)
+    almost = screen.state == "servo" and ALMOST_PX < screen.features["blob_size(A)"] < CLOSE_PX
+    return KEEP if wished is None and almost else wished
+
+
+def complain_attack(screen: Screen) -> str | None:
+    """As shown, with a little patience; and where it says done too early."""
+    if screen.state == "done":
+        return "servo" if not screen.features["blob_size(A)"] > FAR_PX else None
+    return _attack(screen, close=TOO_CLOSE_PX)
+
+
+def _attack(screen: Screen, *, close: float) -> str | None:
+    seen, state = screen.features, screen.state
+    if state == "start":
+        return "servo"
+    if state == "servo":
+        if seen["blob_size(A)"] >= close:
+            return "done"
+        return "withdraw" if YES in (seen.get("failed"), seen.get("stuck")) else None
+    return "servo" if state != "done" and seen.get("done") == YES else None
+
+
+def _afar(screen: Screen) -> bool:
+    return 300.0 < screen.features["blob_size(A)"] < 2500.0
+
+
+def _back_to(state: str, seconds: float) -> Seen:
+    return lambda screen: screen.state == state and screen.time_s > seconds
+
+
+ATTACK = Topic(
+    "attack",
+    lambda library: new_lesson(
+        library,
+        "attack",
+        parameters=["A"],
+        states=["servo(A)", "withdraw"],
+        flags=["done"],
+        features=["done", "failed", "stuck", "blob_size(A)"],
+    ),
+    show_attack,
+    complain_attack,
+    lambda screen: raised(screen) or screen.time_s > SEARCH_S,
+    cases=(
+        Case("teammates in the way", {"A": "home"}, enough=_back_to("servo", AWAY_S)),
+        Case("no intruder", {"A": "intruder"}, enough=_back_to("servo", AROUND_S)),
+        Case("alone", {"A": "home"}, _afar),
+        Case("alone", {"A": "home"}, _afar),
+        Case("an intruder", {"A": "intruder"}),
+    ),
+    tries=6,
+    limit_s=180.0,
+)
+
+
+# Scatter(A): look for A, face it, back away from it slowly.
+
+
+def show_scatter(screen: Screen) -> str | None:
+    """Turn until A is well in view, back away slowly."""
+    return _scatter(screen, slack_px=0.0)
+
+
+def complain_scatter(screen: Screen) -> str | None:
+    """Where it turns past A, or lets it leave the frame."""
+    return _scatter(screen, slack_px=20.0)
+
+
+def _scatter(screen: Screen, *, slack_px: float) -> str | None:
+    x, state = blob_x(screen), screen.state
+    edge = 25.0 - slack_px
+    if isnan(x):
+        return None if state in ("left", "right") else "left"
+    if state == "start":
+        return "left" if x < MIDDLE_PX else "right"
+    if state == "left":
+        return "back" if x > EMERGED_PX + slack_px else None
+    if state == "right":
+        return "back" if x < WIDTH_PX - EMERGED_PX - slack_px else None
+    aside = not edge <= x <= WIDTH_PX - edge
+    return ("left" if x < MIDDLE_PX else "right") if aside else None
+
+
+def _boss(side: int) -> Seen:
+    """The boss is in the left (-1) or right (1) part of the frame, or in none (0)."""
+
+    def suits(screen: Screen) -> bool:
+        x = blob_x(screen)
+        return isnan(x) if side == 0 else side * (x - MIDDLE_PX) > 30.0
+
+    return suits
+
+
+BOSS = {"A": "boss"}
+
+SCATTER = Topic(
+    "scatter",
+    lambda library: new_lesson(
+        library,
+        "scatter",
+        parameters=["A"],
+        states=["left", "right", "back=back_slowly"],
+        features=["blob_x(A)"],
+    ),
+    show_scatter,
+    complain_scatter,
+    after(20.0),
+    cases=(
+        Case("the boss", BOSS, _boss(-1), after(8.0), push=Push("back", "left", 0.8, within_s=8.0)),
+        Case("the boss", BOSS, _boss(1), after(8.0), push=Push("back", "right", 0.8, within_s=8.0)),
+        Case("the boss", BOSS, _boss(0), after(12.0)),
+    ),
+    tries=4,
+    limit_s=60.0,
+    patience_s=60.0,
+)
+
+
+# RunAway: scatter from the boss, stop at what is behind.
+
+
+def show_run_away(screen: Screen) -> str | None:
+    """Scatter from the boss; facing him, stop while something is behind."""
+    return _run_away(screen, edge_px=20.0, behind=BEHIND_M, room=ROOM_M)
+
+
+def complain_run_away(screen: Screen) -> str | None:
+    """Where it backs into something, or goes on standing with room behind or without facing him."""
+    return _run_away(screen, edge_px=12.0, behind=0.25, room=1.6)
+
+
+def _run_away(screen: Screen, *, edge_px: float, behind: float, room: float) -> str | None:
+    x, rear = screen.features["blob_x(boss)"], screen.features["sonar_rear"]
+    facing = edge_px <= x <= WIDTH_PX - edge_px
+    if screen.state == "start":
+        return "scatter"
+    if screen.state == "stop":
+        return "scatter" if not facing or rear > room else None
+    if rear < behind:
+        return "stop" if facing else KEEP
+    return None
+
+
+def _stood(screen: Screen) -> bool:
+    return screen.state == "stop" and screen.time_s > 12.0
+
+
+RUN_AWAY = Topic(
+    "run_away",
+    lambda library: new_lesson(
+        library,
+        "run_away",
+        states=["scatter=scatter(boss)", "stop"],
+        features=["blob_x(boss)", "sonar_rear"],
+    ),
+    show_run_away,
+    complain_run_away,
+    after(40.0),
+    cases=(
+        Case("the boss on the left, a wall behind", enough=_stood, push=Push("stop", "forwards", 2.0)),
+        Case("the boss on the right, a wall behind", enough=_stood, push=Push("stop", "left", 1.5)),
+        Case("the boss aside, a wall behind", enough=after(10.0)),
+        Case("the boss"),
+    ),
+    shown=3,
+    tries=4,
+    limit_s=60.0,
+    patience_s=60.0,
+)
+
+
+# Patrol: all this alone, without a coordinator.
+
+
+def show_patrol(screen: Screen) -> str | None:
+    """Disperse, attack an intruder that is seen, go home with it, and disperse again."""
+    seen = screen.features
+    if screen.state == "start":
+        return "disperse"
+    if screen.state == "disperse":
+        return None if isnan(seen["blob_size(intruder)"]) else "attack"
+    if seen["done"] != YES:
+        return None
+    return "home" if screen.state == "attack" else "disperse"
+
+
+PATROL = Topic(
+    "patrol",
+    lambda library: new_lesson(
+        library,
+        "patrol",
+        states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
+        features=["done", "blob_size(intruder)"],
+    ),
+    show_patrol,
+    show_patrol,
+    after(150.0),
+    cases=(Case("on patrol", enough=after(90.0)),),
+    tries=2,
+    limit_s=200.0,
+    patience_s=100.0,
+)
+
+TOPICS = (DISPERSE, LOOK_LEFT, LOOK_RIGHT, WITHDRAW, SERVO, ATTACK, SCATTER, RUN_AWAY, PATROL)

@@ -1,0 +1,109 @@
+"""How a person teaches a robot to wander, and what lasts for a while: turning around, withdrawing.
+
+What lasts is a small automaton of its own, which sees the time and nothing else: so no lesson with other features can
+take the time for a reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.teachers.person import KEEP, Wish, after, raised
+from understudy_lab.teachers.teacher import Case, Topic
+
+NEAR_M, CLEAR_M = 0.6, 0.9
+BUMP_M = 0.3  # this close to something, it should long have turned
+WIDE_M = 1.25  # so much room, and it still turns
+AROUND_S = 6.8  # a bit more than once around
+AWAY_S = 6.0
+
+
+# Disperse: wander, and turn away from what is near.
+
+
+def show_disperse(screen: Screen) -> str | None:
+    """Drive; where something is near, turn away from it until the way is clear, and keep on till then."""
+    left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
+    if screen.state in ("left", "right"):
+        near, far = (left, right) if screen.state == "right" else (right, left)
+        return "forwards" if min(left, right) > CLEAR_M else KEEP if near < NEAR_M < WIDE_M < far else None
+    if left < NEAR_M:
+        return "right"
+    if right < NEAR_M:
+        return "left"
+    return "forwards"
+
+
+def complain_disperse(screen: Screen) -> str | None:
+    """Where it is about to bump, or goes on turning with all the room it needs."""
+    left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
+    if screen.state == "start":
+        return show_disperse(screen)
+    if screen.state in ("left", "right"):
+        return "forwards" if min(left, right) > WIDE_M else None
+    return show_disperse(screen) if min(left, right) < BUMP_M else None
+
+
+DISPERSE = Topic(
+    "disperse",
+    lambda library: new_lesson(
+        library,
+        "disperse",
+        states=["forwards", "left", "right"],
+        features=["sonar_front_left", "sonar_front_right"],
+    ),
+    show_disperse,
+    complain_disperse,
+    after(40.0),
+    cases=(
+        Case("a wall on the left", enough=after(8.0)),
+        Case("a wall on the right", enough=after(8.0)),
+        Case("among others", enough=after(20.0)),
+    ),
+    tries=6,
+    limit_s=60.0,
+    patience_s=60.0,
+)
+
+
+# What lasts for a while: turning around, withdrawing.
+
+
+def lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str, practice: str = "alone") -> Topic:
+    """One after the other for so long each: state, behavior, s. Then it raises the flag."""
+    names = [state for state, _, _ in steps]
+    following = dict(zip(["start", *names], [*names, flag], strict=True))
+    limits = {state: seconds for state, _, seconds in steps}
+
+    def wish(slack_s: float) -> Wish:
+        def wished(screen: Screen) -> str | None:
+            late = screen.features["time_in_state"] >= limits.get(screen.state, 0.0) + slack_s
+            return following.get(screen.state) if late else None
+
+        return wished
+
+    return Topic(
+        name,
+        lambda library: new_lesson(
+            library,
+            name,
+            states=[f"{state}={behavior}" for state, behavior, _ in steps],
+            flags=[flag],
+            features=["time_in_state"],
+        ),
+        wish(0.0),
+        wish(2.0),
+        raised,
+        cases=(Case(practice),),
+        tries=1,
+        limit_s=60.0,
+    )
+
+
+LOOK_LEFT = lasting("look_left", [("turn", "left", AROUND_S)], "failed")
+LOOK_RIGHT = lasting("look_right", [("turn", "right", AROUND_S)], "failed")
+WITHDRAW = lasting(
+    "withdraw", [("back", "backwards", 2.0), ("turn", "left", 1.5), ("walk", "disperse", AWAY_S)], "done"
+)

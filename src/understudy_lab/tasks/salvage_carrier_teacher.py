@@ -1,0 +1,242 @@
+"""How a person teaches carriers to bring home what is in wrecks: by themselves, or where a scout is."""
+
+from __future__ import annotations
+
+from math import pi
+
+from understudy.model.kinds import YES
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.tasks.patrol_wander_teacher import lasting
+from understudy_lab.tasks.salvage_scout_teacher import (
+    bearing,
+    content,
+    goto,
+    is_done,
+    raised_or_after,
+    roam,
+    sees_wreck,
+)
+from understudy_lab.teachers.person import KEEP, Wish, after, raised
+from understudy_lab.teachers.teacher import Case, Push, Topic
+
+CAPACITY = 4
+"""How much a carrier can carry, as its teacher knows."""
+BEHIND = 0.2  # rad: as good as having it behind
+LOOKED_S = 45.0  # so long a carrier looks around for itself where its scout has found nothing
+
+
+# What carriers do: Take what is in a wreck; Search one by themselves, or Fetch where a scout is; Deposit; and Gather or
+# Haul, which is both in turn.
+
+
+def _taking(back: str) -> Wish:
+    """Take what is there until done; back to something where it is gone before. That it loads is no reason: keep on."""
+
+    def wished(screen: Screen) -> str | None:
+        if is_done(screen):
+            return "done"
+        return back if not sees_wreck(screen) else KEEP if "load" in screen.path else None
+
+    return wished
+
+
+def show_take(screen: Screen) -> str | None:
+    """Go to a wreck and load until full; go on to another where it is empty before."""
+    if screen.state in ("start", "done"):
+        return None if screen.state == "done" else "goto"
+    if screen.state == "goto":
+        return "load" if is_done(screen) else None
+    return (
+        "done"
+        if screen.features["stored"] >= CAPACITY
+        else None
+        if screen.features["salvage_here"] > 0
+        else "goto"
+    )
+
+
+def show_search(screen: Screen) -> str | None:
+    """Roam until a wreck is in sight, and take what is in it; roam again where it is gone."""
+    if screen.state == "done":
+        return None
+    if screen.state == "take":
+        return _taking("roam")(screen)
+    return "take" if sees_wreck(screen) else "roam"
+
+
+def show_fetch(screen: Screen) -> str | None:
+    """Go to a scout and take what is in the wreck there; look around where there is none."""
+    if screen.state == "done":
+        return None
+    if screen.state == "take":
+        return _taking("follow")(screen)
+    if sees_wreck(screen):
+        return "take"
+    if screen.state != "start" and not is_done(screen):
+        return None
+    return "look" if screen.state == "follow" else "follow"
+
+
+def show_deposit(screen: Screen) -> str | None:
+    """Go to the harbor and unload; done when nothing is left to unload."""
+    if screen.state == "done":
+        return None
+    if screen.features["stored"] == 0:
+        return "done"
+    if screen.state == "goto":
+        return "unload" if is_done(screen) else None
+    return "goto" if screen.state == "start" or screen.features["at_harbor"] != YES else None
+
+
+def _in_turn(bring: str) -> Wish:
+    """Bring something, deposit it, and so on; whoever has something deposits it first."""
+
+    def wished(screen: Screen) -> str | None:
+        if screen.state == "start":
+            return "deposit" if screen.features["stored"] > 0 else bring
+        if not is_done(screen):
+            return None
+        return "deposit" if screen.state == bring else bring
+
+    return wished
+
+
+def show_return(screen: Screen) -> str | None:
+    """As Gather, but turn around at the harbor, so as to leave to where the last wreck was."""
+    if screen.state == "turn":
+        return "search" if abs(bearing(screen, "harbor")) > pi - BEHIND else None
+    wished = _in_turn("search")(screen)
+    return "turn" if screen.state == "deposit" and wished == "search" else wished
+
+
+TAKE = Topic(
+    "take",
+    lambda library: new_lesson(
+        library,
+        "take",
+        states=["goto(wreck)", "load"],
+        flags=["done"],
+        features=["done", "stored", "salvage_here"],
+    ),
+    show_take,
+    show_take,
+    raised,
+    cases=(Case("a carrier at a wreck"), Case("a carrier at wrecks with little in them")),
+    tries=4,
+    limit_s=90.0,
+)
+
+SEARCH = Topic(
+    "search",
+    lambda library: new_lesson(
+        library, "search", states=["roam", "take"], flags=["done"], features=["done", "distance_to(wreck)"]
+    ),
+    show_search,
+    content(show_search),
+    raised_or_after(90.0),
+    cases=(Case("a carrier, wrecks about"), Case("a carrier, wrecks that others empty")),
+    tries=4,
+    limit_s=120.0,
+    patience_s=60.0,
+)
+
+LOOK = lasting("look", [("walk", "roam", LOOKED_S)], "done", "a carrier alone")
+
+FETCH = Topic(
+    "fetch",
+    lambda library: new_lesson(
+        library,
+        "fetch",
+        states=["follow=goto(scout)", "take", "look"],
+        flags=["done"],
+        features=["done", "distance_to(wreck)"],
+    ),
+    show_fetch,
+    content(show_fetch),
+    raised_or_after(120.0),
+    cases=(
+        Case("a carrier, a scout at a wreck"),
+        Case("a carrier, a scout somewhere else", enough=after(90.0)),
+        Case("a carrier, a scout at a wreck that others empty"),
+    ),
+    tries=4,
+    limit_s=150.0,
+    patience_s=60.0,
+)
+
+DEPOSIT = Topic(
+    "deposit",
+    lambda library: new_lesson(
+        library,
+        "deposit",
+        states=["goto(harbor)", "unload"],
+        flags=["done"],
+        features=["done", "stored", "at_harbor"],
+    ),
+    show_deposit,
+    show_deposit,
+    raised,
+    cases=(
+        Case("a carrier with one unit"),
+        Case(
+            "a carrier with a load",
+            push=Push("unload", "forward", 6.0),
+            enough=lambda screen: screen.state == "goto",
+        ),
+    ),
+    tries=3,
+    limit_s=120.0,
+)
+
+
+def _both(name: str, bring: str, practice: str) -> Topic:
+    """One that brings something and deposits it in turn."""
+    return Topic(
+        name,
+        lambda library: new_lesson(library, name, states=[bring, "deposit"], features=["done", "stored"]),
+        _in_turn(bring),
+        _in_turn(bring),
+        after(240.0),
+        cases=(Case(practice, enough=after(160.0)), Case(f"{practice}, with a load", enough=after(5.0))),
+        tries=2,
+        limit_s=300.0,
+        patience_s=60.0,
+    )
+
+
+GATHER = _both("gather", "search", "a carrier, wrecks about")
+HAUL = _both("haul", "fetch", "a carrier, a scout at a wreck")
+
+RETURN = Topic(
+    "return",
+    lambda library: new_lesson(
+        library,
+        "return",
+        states=["search", "deposit", "turn=rotate_left"],
+        features=["done", "stored", "angle_to(harbor)"],
+    ),
+    show_return,
+    show_return,
+    after(240.0),
+    cases=(
+        Case("a carrier, wrecks about", enough=after(160.0)),
+        Case("a carrier, wrecks about, with a load", enough=after(5.0)),
+    ),
+    tries=2,
+    limit_s=300.0,
+    patience_s=60.0,
+)
+
+CARRIERS = (
+    roam("carrier", near_m=0.9, clear_m=1.7, bump_m=0.5, wide_m=2.1),
+    goto("carrier", ["harbor", "scout"], far_m=8.0, there_m=0.7, beyond_m=0.95, past_m=0.35),
+    TAKE,
+    SEARCH,
+    LOOK,
+    FETCH,
+    DEPOSIT,
+    GATHER,
+    RETURN,
+    HAUL,
+)

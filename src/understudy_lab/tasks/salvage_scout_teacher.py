@@ -1,0 +1,233 @@
+"""How a person teaches those who salvage wrecks: to roam and to go somewhere, and scouts to find them.
+
+Both learn to roam and to go somewhere, each in their own way: scouts are fast, and carriers reach far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isnan, pi, tau
+
+from understudy.model.kinds import YES
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.teachers.person import KEEP, Seen, Wish, after, raised
+from understudy_lab.teachers.teacher import Case, Push, Topic
+
+ASTRAY = 0.5  # rad: driving past it, plainly
+FACED_AWAY = 0.6  # rad: not facing it
+FACING = 0.12  # rad: as good as facing it, while turning
+VERY_LOW, LOW, HIGH = 0.25, 0.4, 0.6  # chances, drawn every second
+NEAR_M = 1.3  # near enough for a scout to stay
+LEFT_M = 2.0  # what is so far away is another wreck
+
+
+# Roam: drive; at a wall, turn away from it, and on for as long as chance will have it, so as to get everywhere.
+
+
+def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: float) -> Topic:
+    """Turn away from a wall that is `near_m` until all is clear and chance is low; wrong is to come as close as
+    `bump_m`, or to go on turning with `wide_m` of room and by a chance that is very low.
+    """
+
+    def wish(near: float, clear: float, low: float) -> Wish:
+        def wished(screen: Screen) -> str | None:
+            room, chance = screen.features["sonar_front"], screen.features["chance"]
+            if screen.state != "turn":
+                return "turn" if room < near else "forward"
+            if room > clear and chance < low:
+                return "forward"
+            return KEEP if room > clear and chance > HIGH else None
+
+        return wished
+
+    return Topic(
+        "roam",
+        lambda library: new_lesson(
+            library, "roam", states=["forward", "turn=rotate_left"], features=["chance", "sonar_front"]
+        ),
+        wish(near_m, clear_m, LOW),
+        content(wish(bump_m, wide_m, VERY_LOW)),
+        after(80.0),
+        cases=(Case(f"a {who} between walls"), Case(f"a {who} between walls")),
+        tries=4,
+        limit_s=90.0,
+        patience_s=60.0,
+    )
+
+
+def content(wish: Wish) -> Wish:
+    """What is wrong to somebody who has seen enough of what is right."""
+
+    def wished(screen: Screen) -> str | None:
+        found = wish(screen)
+        return None if found == KEEP else found
+
+    return wished
+
+
+# Goto(A): turn to A, drive to it, say done.
+
+
+def bearing(screen: Screen, target: str = "A") -> float:
+    """Signed bearing of a target, left positive, rad."""
+    return (screen.features[f"angle_to({target})"] + pi) % tau - pi
+
+
+def _toward(screen: Screen) -> str:
+    return "rotate_left" if bearing(screen) > 0 else "rotate_right"
+
+
+def _ahead(screen: Screen) -> float:
+    """How far it still has to turn, rad; negative when it has turned too far."""
+    return -bearing(screen) if screen.state == "rotate_right" else bearing(screen)
+
+
+def _beside(side: int, nearest: float, farthest: float) -> Seen:
+    """A to the left (1) or right (-1), this near or far, m."""
+
+    def suits(screen: Screen) -> bool:
+        return 0.8 < side * bearing(screen) < 2.6 and nearest < screen.features["distance_to(A)"] < farthest
+
+    return suits
+
+
+def goto(
+    who: str, targets: Sequence[str], *, far_m: float, there_m: float, beyond_m: float, past_m: float
+) -> Topic:
+    """Done `there_m` from A; wrong is to say so `beyond_m` from it, or not to say so `past_m` from it."""
+
+    def show(screen: Screen) -> str | None:
+        distance = screen.features["distance_to(A)"]
+        if screen.state == "done" or isnan(distance):
+            return None
+        if distance < there_m:
+            return "done"
+        if screen.state in ("start", "forward") and abs(bearing(screen)) > ASTRAY:
+            return _toward(screen)
+        turned = screen.state not in ("start", "forward") and _ahead(screen) < FACING
+        return "forward" if screen.state == "start" or turned else None
+
+    def complain(screen: Screen) -> str | None:
+        distance = screen.features["distance_to(A)"]
+        if isnan(distance):
+            return None
+        if screen.state == "start":
+            return show(screen)
+        astray = abs(bearing(screen))
+        if screen.state == "done":
+            return None if distance < beyond_m else _toward(screen) if astray > FACED_AWAY else "forward"
+        if distance < past_m:
+            return "done"
+        if screen.state == "forward":
+            return _toward(screen) if astray > 1.5 * ASTRAY else None
+        return "forward" if -pi / 2 < _ahead(screen) < -ASTRAY else None
+
+    def on_its_way(screen: Screen) -> bool:
+        return screen.state == "forward" and abs(bearing(screen)) < ASTRAY
+
+    one, other = targets[0], targets[-1]
+    near, far = (1.5, 0.5 * far_m), (0.6 * far_m, far_m)
+    yard = f"a {who} in a yard"
+    return Topic(
+        "goto",
+        lambda library: new_lesson(
+            library,
+            "goto",
+            parameters=["A"],
+            states=["forward", "rotate_left", "rotate_right"],
+            flags=["done"],
+            features=["distance_to(A)", "angle_to(A)"],
+        ),
+        show,
+        complain,
+        raised,
+        cases=(
+            Case(yard, {"A": one}, _beside(1, *near)),
+            Case(yard, {"A": other}, _beside(-1, *near)),
+            Case(yard, {"A": one}, _beside(-1, *far), on_its_way, push=Push("forward", "rotate_right", 0.8)),
+            Case(yard, {"A": other}, _beside(1, *far), on_its_way, push=Push("forward", "rotate_left", 0.8)),
+        ),
+        tries=6,
+        limit_s=60.0,
+    )
+
+
+# What scouts do: Explore until they are at a wreck; Lookout, all by themselves, goes on when it is empty.
+
+
+def sees_wreck(screen: Screen) -> bool:
+    """A wreck is in view."""
+    return not isnan(screen.features["distance_to(wreck)"])
+
+
+def is_done(screen: Screen) -> bool:
+    """What it runs says that it is done."""
+    return screen.features.get("done") == YES
+
+
+def raised_or_after(seconds: float) -> Seen:
+    """The automaton says that it is finished, or there is nothing to be found."""
+    return lambda screen: raised(screen) or screen.time_s >= seconds
+
+
+def show_explore(screen: Screen) -> str | None:
+    """Roam until a wreck is in sight, go to it, say done; roam again where it is emptied before."""
+    if screen.state == "done":
+        return None
+    if not sees_wreck(screen):
+        return "roam"
+    return "done" if screen.state == "near" and screen.features["distance_to(wreck)"] < NEAR_M else "near"
+
+
+def show_lookout(screen: Screen) -> str | None:
+    """Explore, and rest at a wreck for as long as something is in it."""
+    if screen.state == "rest":
+        return None if screen.features["distance_to(wreck)"] < LEFT_M else "explore"
+    return "rest" if screen.state == "explore" and is_done(screen) else "explore"
+
+
+EXPLORE = Topic(
+    "explore",
+    lambda library: new_lesson(
+        library,
+        "explore",
+        states=["roam", "near=goto(wreck)"],
+        flags=["done"],
+        features=["distance_to(wreck)"],
+    ),
+    show_explore,
+    show_explore,
+    raised_or_after(60.0),
+    cases=(Case("a scout, a wreck somewhere"), Case("a scout, wrecks that others empty")),
+    tries=4,
+    limit_s=90.0,
+    patience_s=60.0,
+)
+
+LOOKOUT = Topic(
+    "lookout",
+    lambda library: new_lesson(
+        library,
+        "lookout",
+        states=["explore", "rest=wait"],
+        features=["done", "distance_to(wreck)"],
+    ),
+    show_lookout,
+    show_lookout,
+    after(90.0),
+    cases=(
+        Case("a scout, many wrecks that are emptied", enough=after(60.0)),
+        Case("a scout, wrecks that are emptied", enough=after(60.0)),
+    ),
+    tries=4,
+    limit_s=120.0,
+    patience_s=90.0,
+)
+
+SCOUTS = (
+    roam("scout", near_m=1.3, clear_m=2.2, bump_m=0.7, wide_m=2.5),
+    goto("scout", ["wreck"], far_m=4.0, there_m=0.8, beyond_m=1.1, past_m=0.35),
+    EXPLORE,
+    LOOKOUT,
+)

@@ -1,0 +1,179 @@
+"""How a person teaches visual servoing: find the ball, turn to it, walk up to it (paper section 4.2).
+
+Three ways: with the paper's four states, and as a stateless policy that turns only while the ball is lost, or also
+while it is near the edge of the frame. All see the same screen: the ball's x in the frame and its pixels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isnan
+from types import MappingProxyType
+
+from understudy.model.lesson import Lesson
+from understudy.model.library import Library
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.teachers.person import Wish
+from understudy_lab.teachers.teacher import Case, Push, Topic
+
+FEATURES = ("blob_x(ball)", "blob_size(ball)")
+FOUR_STATES = ("left=turn_left", "right=turn_right", "forwardL=walk_forward", "forwardR=walk_forward")
+BASIC_STATES = ("turn_left", "turn_right", "walk_forward")
+
+MIDDLE_PX = 80.0
+EMERGED_PX = 20.0  # so far from the edge the ball has come into the frame, while turning
+OTHER_PX = 15.0  # so far beyond the middle it is plainly in the other part of the frame
+EDGE_PX = 30.0  # so far from the edge it is near it
+THERE_PX = 4500.0  # as large as it is 15 cm away
+
+
+def blob_x(screen: Screen) -> float:
+    """Where the ball is in the frame, px; absent where it is lost."""
+    return screen.features["blob_x(ball)"]
+
+
+def there(screen: Screen) -> bool:
+    """The ball is as large as it is 15 cm away."""
+    return screen.features["blob_size(ball)"] >= THERE_PX
+
+
+@dataclass(frozen=True, slots=True)
+class FourStates:
+    """Teaches with memory: forwardL and forwardR keep the side of the ball; `search` is where to turn at first.
+
+    `patience_px` is how much farther things have to go before it complains than before it shows.
+    """
+
+    search: str = "left"
+    patience_px: float = 0.0
+
+    def __call__(self, screen: Screen) -> str | None:
+        """The state it would rather have the robot in."""
+        x, state = blob_x(screen), screen.state
+        if isnan(x):
+            return {"start": self.search, "forwardL": "left", "forwardR": "right"}.get(state)
+        side = "forwardL" if x < MIDDLE_PX else "forwardR"
+        if state in ("left", "right"):
+            inside = EMERGED_PX + self.patience_px
+            return side if inside < x < 2 * MIDDLE_PX - inside else None
+        if state == "start" or abs(x - MIDDLE_PX) > OTHER_PX + self.patience_px:
+            return side
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Stateless:
+    """Teaches a policy of what is seen now: walk while the ball is seen, turn to one side while it is lost.
+
+    Where `edge_px` is above 0, it also turns while the ball is nearer to the edge than that, until it is well inside.
+    """
+
+    search: str = "left"
+    edge_px: float = 0.0
+    patience_px: float = 0.0
+
+    def __call__(self, screen: Screen) -> str | None:
+        """The state it would rather have the robot in."""
+        x, state = blob_x(screen), screen.state
+        if isnan(x):
+            return f"turn_{self.search}"
+        edge = max(0.0, self.edge_px - self.patience_px)
+        if self.edge_px and not edge <= x <= 2 * MIDDLE_PX - edge:
+            return "turn_left" if x < MIDDLE_PX else "turn_right"
+        if state in ("turn_left", "turn_right"):
+            inside = self.edge_px + EMERGED_PX + self.patience_px
+            return "walk_forward" if inside < x < 2 * MIDDLE_PX - inside else None
+        return "walk_forward"
+
+
+@dataclass(frozen=True, slots=True)
+class ThenStop:
+    """Teaches to approach as `approach` does and to stop there, all in one automaton with a flag `done`.
+
+    `too_early_px` is how small the ball is where it has plainly stopped too early.
+    """
+
+    approach: Wish
+    too_early_px: float = 0.6 * THERE_PX
+
+    def __call__(self, screen: Screen) -> str | None:
+        """The state it would rather have the robot in."""
+        size = screen.features["blob_size(ball)"]
+        if screen.state == "done":
+            seen_small = size < self.too_early_px
+            return ("forwardL" if blob_x(screen) < MIDDLE_PX else "forwardR") if seen_small else None
+        return "done" if size >= THERE_PX else self.approach(screen)
+
+
+def show_approach_then_stop(screen: Screen) -> str | None:
+    """The same in two layers: run `approach`, taught before, until the ball is large enough, then `done`."""
+    size = screen.features["blob_size(ball)"]
+    if screen.state == "done":
+        return "approach" if size < 0.6 * THERE_PX else None
+    return "done" if size >= THERE_PX else "approach"
+
+
+def four_states(library: Library, name: str = "approach") -> Lesson:
+    """An empty lesson with the paper's four states."""
+    return new_lesson(library, name, states=FOUR_STATES, features=FEATURES)
+
+
+def stateless(library: Library, name: str = "approach") -> Lesson:
+    """An empty lesson for a policy."""
+    return new_lesson(library, name, states=BASIC_STATES, features=FEATURES, stateless=True)
+
+
+def _left(screen: Screen) -> bool:
+    return blob_x(screen) < MIDDLE_PX - 50.0
+
+
+def _right(screen: Screen) -> bool:
+    return blob_x(screen) > MIDDLE_PX + 50.0
+
+
+def _lost(screen: Screen) -> bool:
+    return isnan(blob_x(screen))
+
+
+def topic(show: Wish, complain: Wish, *, stateful: bool, tries: int = 3, limit_s: float = 60.0) -> Topic:
+    """Approaching the ball: the ball left, right, lost; and pushed aside to either side while walking."""
+    forward = ("forwardL", "forwardR") if stateful else ("walk_forward", "walk_forward")
+    return Topic(
+        "approach",
+        four_states if stateful else stateless,
+        show,
+        complain,
+        there,
+        cases=(
+            Case(ANYWHERE, suits=_left),
+            Case(ANYWHERE, suits=_right),
+            Case(ANYWHERE, suits=_lost),
+            Case(ANYWHERE, suits=_right, push=Push(forward[1], "turn_right", PUSH_S)),
+            Case(ANYWHERE, suits=_left, push=Push(forward[0], "turn_left", PUSH_S)),
+        ),
+        tries=tries,
+        limit_s=limit_s,
+    )
+
+
+ANYWHERE = "anywhere"
+"""The practice: the ball anywhere around the robot."""
+PUSH_S = 1.3
+SIDES = ("left", "right")
+
+
+def topics(search: str) -> Mapping[str, Topic]:
+    """The three ways to teach approaching, by name, for a teacher who turns to this side at first."""
+    return MappingProxyType(
+        {
+            "four states": topic(FourStates(search), FourStates(search, 15.0), stateful=True),
+            "stateless, turns when lost": topic(
+                Stateless(search), Stateless(search, 0.0, 15.0), stateful=False
+            ),
+            "stateless, turns at edges": topic(
+                Stateless(search, EDGE_PX), Stateless(search, EDGE_PX, 15.0), stateful=False
+            ),
+        }
+    )

@@ -1,0 +1,180 @@
+"""The paper's humanoid and its ball on a pillar (section 4.2): three known positions, and pushes on the way.
+
+It is the built-in scenario `soccer`, walked instead of rolled, with the ball in the middle of the field.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import cos, radians, sin, tau
+from types import MappingProxyType
+
+import msgspec
+import numpy as np
+
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import Column
+from understudy.runtime.body import Commands
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.program import Program
+from understudy.sim.kit import kit_of
+from understudy.sim.layout.rng import uniform
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.walker import WALKING, Gait, Walker
+
+NAME = "soccer"
+METERS, AROUND, BEARING = 2**20 + 8, 2**20 + 9, 2**20 + 10
+"""Streams of random draws."""
+X, SIZE = ("blob_x", "ball"), ("blob_size", "ball")
+MIDDLE_PX = 80.0
+"""Where in the picture is ahead."""
+
+
+def scenario() -> Scenario:
+    """The field with the ball in its middle, so that a robot may begin anywhere around it."""
+    field = load_scenario(NAME)
+    (ball,) = field.objects
+    width, height = field.size
+    ball = msgspec.structs.replace(ball, at=((width / 2, height / 2),), apart=0.0)
+    return msgspec.structs.replace(field, objects=(ball,))
+
+
+kit = kit_of(scenario())
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where a robot begins: how far from the ball (m, center to center) and where it sees it (degrees, left positive).
+
+    Both are drawn from (least, most) for each world, and so is the side that it comes from.
+    """
+
+    meters: tuple[float, float]
+    bearing_deg: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Push:
+    """Someone walks into the robot: after so long it is turned and moved aside, evenly over `lasts_s`.
+
+    `turned_deg` is positive for a push that turns it to the left, and `aside_m` moves it to its left.
+    """
+
+    after_s: float
+    lasts_s: float
+    turned_deg: float
+    aside_m: float
+
+
+POSITIONS: Mapping[str, Start] = MappingProxyType(
+    {
+        "ball left": Start((2.0, 2.0), (22.0, 22.0)),
+        "ball not visible": Start((2.0, 2.0), (180.0, 180.0)),
+        "ball right": Start((2.0, 2.0), (-22.0, -22.0)),
+    }
+)
+"""The paper's three: ball in the left of the frame, not visible, in the right of the frame (Figure 3)."""
+
+AHEAD = Start((2.2, 2.2), (0.0, 0.0))
+"""Where a robot begins that is pushed on its way."""
+PUSHED_LEFT, PUSHED_RIGHT = Push(2.0, 0.8, 70.0, 0.2), Push(2.0, 0.8, -70.0, -0.2)
+ANYWHERE = Start((1.2, 2.6), (-180.0, 180.0))
+NO_PUSHES: Mapping[int, Push] = MappingProxyType({})
+LIMIT_S = 120.0
+"""What a robot is given to reach the ball, as in the scenario."""
+
+
+class Soccer(Walker):
+    """Walking robots, each alone with the ball; `starts` says where each world's robot begins (one for all)."""
+
+    def __init__(
+        self, seeds: Sequence[int] = (0,), starts: Start | Sequence[Start] = ANYWHERE, gait: Gait = WALKING
+    ) -> None:
+        self.starts = [starts] * len(seeds) if isinstance(starts, Start) else list(starts)
+        super().__init__(scenario(), seeds, gait)
+        self._begin()
+
+    def reset(self, seeds: Sequence[int]) -> None:
+        """Begin anew, a world per seed."""
+        super().reset(seeds)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Put each robot where its start says."""
+        seeds = np.asarray(self.seeds, np.int64)
+        streams = (METERS, AROUND, BEARING)
+        drawn = np.stack([uniform(seeds, item=0, tick=0, stream=stream) for stream in streams], axis=1)
+        for world, (start, (far, around, seen)) in enumerate(zip(self.starts, drawn.tolist(), strict=True)):
+            ball = self.view(world).objects
+            meters, bearing = _between(start.meters, far), radians(_between(start.bearing_deg, seen))
+            x, y = (
+                float(ball.x[0]) - meters * cos(tau * around),
+                float(ball.y[0]) - meters * sin(tau * around),
+            )
+            self.place(world, x, y, tau * around - bearing)
+
+
+def _between(bounds: tuple[float, float], share: float) -> float:
+    return bounds[0] + (bounds[1] - bounds[0]) * share
+
+
+class HandServo:
+    """Servoing written by hand, for N robots: it remembers on which side it last saw the ball, and turns there.
+
+    It turns until the ball is `facing_px` from the middle of the picture or less, and walks until it is more than
+    `astray_px` from it.
+    """
+
+    keys: Sequence[ReadingKey] = (X, SIZE)
+
+    def __init__(self, agents: int, *, facing_px: float = 40.0, astray_px: float = 55.0) -> None:
+        self._facing, self._astray = facing_px, astray_px
+        self._side = np.ones(agents)  # 1 left, -1 right
+        self._walking = np.zeros(agents, np.bool_)
+
+    def decide(self, percept: Percept) -> Commands:
+        """What each robot does now."""
+        off = MIDDLE_PX - percept[X]
+        seen = ~np.isnan(off)
+        self._side = np.where(seen & (off != 0.0), np.sign(off), self._side)
+        self._walking = seen & (np.abs(off) <= np.where(self._walking, self._astray, self._facing))
+        return {"drive": self._walking.astype(np.float64), "turn": np.where(self._walking, 0.0, self._side)}
+
+
+def approach(
+    body: Soccer,
+    tick: Callable[[], None],
+    *,
+    pushes: Mapping[int, Push] = NO_PUSHES,
+    limit_s: float = LIMIT_S,
+) -> Column:
+    """Let the robots go on, tick by tick, until all are within 15 cm of the ball or the limit is over.
+
+    The seconds that each took [B]; absent where the limit came first. `pushes` says which robots are pushed, and how.
+    """
+    while np.isnan(body.finished_s).any() and body.time_s < limit_s - body.tick_s / 2:
+        for world, push in pushes.items():
+            ticks = round(push.lasts_s / body.tick_s)
+            if 0 <= round((body.time_s - push.after_s) / body.tick_s) < ticks:
+                body.push(world, turned=radians(push.turned_deg) / ticks, aside=push.aside_m / ticks)
+        tick()
+    return body.finished_s
+
+
+def approach_by(
+    program: Program, body: Soccer, *, pushes: Mapping[int, Push] = NO_PUSHES, limit_s: float = LIMIT_S
+) -> Column:
+    """`approach` by robots that all run one program."""
+    return approach(body, Engine.of(body, program).tick, pushes=pushes, limit_s=limit_s)
+
+
+def approach_by_hand(
+    body: Soccer, *, pushes: Mapping[int, Push] = NO_PUSHES, limit_s: float = LIMIT_S
+) -> Column:
+    """`approach` by robots that are written by hand."""
+    hand = HandServo(body.agents)
+    return approach(
+        body, lambda: body.act(hand.decide(body.sense(hand.keys))), pushes=pushes, limit_s=limit_s
+    )

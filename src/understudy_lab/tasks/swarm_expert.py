@@ -1,0 +1,284 @@
+"""The swarm's automata written by hand, in the shape of those that are taught: what the taught ones are held to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from understudy.model.automaton import Automaton
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature, TimeInState
+from understudy.model.kit import Kit
+from understudy.model.library import Library
+from understudy.model.tree_builder import Ask, Question, automaton, below, on_the_left, raised, seen, within
+from understudy.sim.kit import kit_of
+from understudy.sim.team.libraries import Libraries, libraries_of
+from understudy_lab.tasks.swarm import PLATOON, SQUAD, SWARM, scenario
+
+
+@dataclass(frozen=True)
+class Manners:
+    """What robots and coordinators written by hand keep to: lengths in m, angles in rad, times in s."""
+
+    there: float = 0.4
+    at: float = 1.0
+    ahead: float = 0.15
+    astray: float = 0.4
+    waits: float = 40.0
+    away: float = 15.0
+    gives_up: float = 60.0
+    musters: float = 120.0
+    hauls: float = 120.0
+    spreads: float = 10.0
+
+
+def robots(kit: Kit, manners: Manners = Manners()) -> Library:
+    """What each robot knows; `alone` and `alone_answering` are for who has no coordinator."""
+    return Library.of(
+        kit,
+        _wander(kit),
+        _approach(kit, manners),
+        _haul(kit, manners),
+        _search(kit),
+        _join(kit, manners, "help", "crate", "caller", "hold_and_call"),
+        _join(kit, manners, "muster", "container", "musterer", "hold_and_muster"),
+        _alone(kit, manners),
+        _answering(kit, manners),
+    )
+
+
+def _timed(seconds: float, yes: Question, no: Question) -> Ask:
+    return below("time", seconds, no, yes)
+
+
+def _vain(seconds: float, unheard: str, other: str, here: str) -> Ask:
+    """Go on until nobody has called for a while, or in vain for so long."""
+    return _timed(seconds, other, _timed(4.0, raised(unheard, other, here), here))
+
+
+def _readings(kit: Kit, targets: tuple[str, ...] = ()) -> Mapping[str, BoundFeature]:
+    found = {name: BoundFeature(each) for name, each in kit.features.items() if not each.parameters}
+    for name, each in kit.features.items():
+        if each.parameters:
+            found |= {f"{name} {target}": BoundFeature(each, Binding(A=target)) for target in targets}
+    return found | {"time": BoundFeature(TimeInState())}
+
+
+def _automaton(kit: Kit, name: str, asks: Mapping[str, Question], *of: str, **more: Any) -> Automaton:
+    return automaton(name, asks, readings=_readings(kit, of), **more)
+
+
+def _wander(kit: Kit) -> Automaton:
+    turned = below("chance", 0.3, "{}", "forward")
+    return _automaton(
+        kit,
+        "wander",
+        {
+            "start": "forward",
+            "forward": raised("stuck", "left", below("chance", 0.04, "left", "forward")),
+            "left": Ask(turned.feature, "left", "forward", below=0.3),
+        },
+        runs={"forward": "forward", "left": "rotate_left"},
+    )
+
+
+def _steered(distance: Question, angle: str, ahead: float, ways: tuple[str, str, str]) -> Question:
+    forward, left, right = ways
+    return within(angle, ahead, forward, on_the_left(angle, left, right))
+
+
+def _approach(kit: Kit, m: Manners) -> Automaton:
+    def way(ahead: float) -> Question:
+        turn = within("angle_to A", ahead, "forward", on_the_left("angle_to A", "left", "right"))
+        return seen("distance_to A", below("distance_to A", m.there, "done", turn), "failed")
+
+    return _automaton(
+        kit,
+        "approach",
+        {"start": way(m.ahead), "forward": way(m.astray), "left": way(m.ahead), "right": way(m.ahead)},
+        "A",
+        runs={"forward": "forward", "left": "rotate_left", "right": "rotate_right"},
+        flags=("done", "failed"),
+        parameters=("A",),
+    )
+
+
+def _haul(kit: Kit, m: Manners) -> Automaton:
+    def way(ahead: float) -> Question:
+        turn = within("angle_to home", ahead, "forward", on_the_left("angle_to home", "left", "right"))
+        return raised("enough", turn, raised("holding", "drop", "done"))
+
+    return _automaton(
+        kit,
+        "haul",
+        {
+            "start": way(m.ahead),
+            "forward": way(m.astray),
+            "left": way(m.ahead),
+            "right": way(m.ahead),
+            "drop": raised("holding", "drop", "done"),
+        },
+        "home",
+        runs={"forward": "pull_forward", "left": "pull_left", "right": "pull_right", "drop": "let_go"},
+        flags=("done",),
+    )
+
+
+def _search(kit: Kit) -> Automaton:
+    look = seen("distance_to free_container", "container", seen("distance_to free_crate", "crate", "wander"))
+    begin = raised("enough", "haul", raised("holding", "drop", look))
+    return _automaton(
+        kit,
+        "search",
+        {
+            "start": begin,
+            "haul": raised("done", "wander", "haul"),
+            "drop": begin,
+            "wander": look,
+            "crate": raised("done", "done", raised("failed", "wander", "crate")),
+            "container": raised("done", "done", raised("failed", "wander", "container")),
+        },
+        "free_crate",
+        "free_container",
+        runs={
+            "haul": "haul",
+            "drop": "let_go",
+            "wander": "wander",
+            "crate": "approach",
+            "container": "approach",
+        },
+        bindings={"crate": Binding(A="free_crate"), "container": Binding(A="free_container")},
+        flags=("done",),
+    )
+
+
+def _join(kit: Kit, m: Manners, name: str, thing: str, caller: str, calls: str) -> Automaton:
+    of_caller, free = f"distance_to {caller}", f"distance_to free_{thing}"
+    begin = below(free, m.at, "call", seen(of_caller, "come", "wait"))
+    begin = raised("enough", "haul", raised("holding", "drop", begin))
+    return _automaton(
+        kit,
+        name,
+        {
+            "start": begin,
+            "drop": begin,
+            "wait": seen(of_caller, "come", "wait"),
+            "come": raised("done", "hold", raised("failed", "wait", "come")),
+            "call": raised("enough", "haul", "call"),
+            "hold": raised("enough", "haul", raised("holding", "hold", "wait")),
+            "haul": raised("done", "wait", "haul"),
+        },
+        f"free_{thing}",
+        caller,
+        runs={
+            "drop": "let_go",
+            "wait": "wander",
+            "come": "approach",
+            "call": calls,
+            "hold": "hold",
+            "haul": "haul",
+        },
+        bindings={"come": Binding(A=caller)},
+    )
+
+
+def _alone(kit: Kit, m: Manners) -> Automaton:
+    return _automaton(
+        kit,
+        "alone",
+        {
+            "start": "search",
+            "search": raised("done", "call", "search"),
+            "call": raised("enough", "haul", _timed(m.waits, "leave", "call")),
+            "haul": raised("done", "search", "haul"),
+            "leave": raised("holding", "leave", "away"),
+            "away": _timed(m.away, "search", "away"),
+        },
+        runs={
+            "search": "search",
+            "call": "hold_and_call",
+            "haul": "haul",
+            "leave": "let_go",
+            "away": "wander",
+        },
+    )
+
+
+def _answering(kit: Kit, m: Manners) -> Automaton:
+    heard = seen("distance_to caller", "help", "search")
+    return _automaton(
+        kit,
+        "alone_answering",
+        {
+            "start": "search",
+            "search": raised("done", "call", heard),
+            "call": raised("enough", "haul", _timed(m.waits, "leave", "call")),
+            "help": _timed(m.gives_up, "leave", raised("holding", "help", "help")),
+            "haul": raised("done", "search", "haul"),
+            "leave": raised("holding", "leave", "away"),
+            "away": _timed(m.away, "search", "away"),
+        },
+        "caller",
+        runs={
+            "search": "search",
+            "call": "hold_and_call",
+            "help": "help",
+            "haul": "haul",
+            "leave": "let_go",
+            "away": "wander",
+        },
+    )
+
+
+def squad(kit: Kit, m: Manners = Manners()) -> Library:
+    """What the coordinator of a squad knows."""
+    made = _automaton(
+        kit,
+        "squad_work",
+        {
+            "start": "search",
+            "search": raised("someone_at free_crate", "help", "search"),
+            "help": _vain(m.gives_up, "unheard caller", "search", "help"),
+        },
+        "free_crate",
+        "caller",
+        runs={"search": "search", "help": "help"},
+    )
+    return Library.of(kit, made)
+
+
+def platoon(kit: Kit, m: Manners = Manners()) -> Library:
+    """What the coordinator of a platoon knows."""
+    made = _automaton(
+        kit,
+        "platoon_work",
+        {
+            "start": "work",
+            "work": raised("found free_container", "muster", "work"),
+            "muster": _vain(m.musters, "unheard musterer", "work", "muster"),
+        },
+        "free_container",
+        "musterer",
+        runs={"work": "squad_work", "muster": "muster"},
+    )
+    return Library.of(kit, made)
+
+
+def swarm(kit: Kit, m: Manners = Manners()) -> Library:
+    """What the coordinator of all knows."""
+    made = _automaton(
+        kit,
+        "swarm_work",
+        {"start": "spread", "spread": _timed(m.spreads, "work", "spread"), "work": "work"},
+        runs={"spread": "forward", "work": "platoon_work"},
+    )
+    return Library.of(kit, made)
+
+
+_OF = {SQUAD: squad, PLATOON: platoon, SWARM: swarm}
+
+
+def hand_coded() -> Libraries:
+    """What all of them know that were written by hand."""
+    return libraries_of(scenario(), robots(kit_of(scenario())), lambda name, kit: _OF[name](kit))

@@ -1,0 +1,206 @@
+"""How a person teaches robots of a swarm to get about: to wander, to go to something, to bring home what they hold."""
+
+from __future__ import annotations
+
+from math import isnan, pi, tau
+
+from understudy.model.kinds import YES
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.teachers.person import KEEP, Seen, Wish, after, raised
+from understudy_lab.teachers.teacher import Case, Push, Topic
+
+SELDOM, OFTEN = 0.06, 0.3
+"""Chances drawn each second: below the first it turns from time to time, from the second on it drives on."""
+THERE_M, NOT_THERE_M, PAST_M = 0.4, 0.6, 0.25
+ASTRAY, FACING = 0.65, 0.4  # it turns on while the hand moves
+
+
+def yes(screen: Screen, feature: str) -> bool:
+    """Whether a feature reads yes."""
+    return screen.features.get(feature) == YES
+
+
+def there(screen: Screen, target: str) -> bool:
+    """Whether a target is sensed."""
+    return not isnan(screen.features[f"distance_to({target})"])
+
+
+# Wander: drive on, turn from time to time and at walls.
+
+
+def show_wander(screen: Screen) -> str | None:
+    """Drive; turn where it is stuck, and now and then."""
+    chance = screen.features["chance"]
+    if screen.state == "left":
+        return "forward" if chance > OFTEN else None
+    if screen.state == "start":
+        return "forward"
+    if yes(screen, "stuck") or chance < SELDOM:
+        return "left"
+    return KEEP if 2 * SELDOM < chance < OFTEN else None
+
+
+def complain_wander(screen: Screen) -> str | None:
+    """Where it stays stuck, or does not begin."""
+    if screen.state == "forward":
+        return "left" if yes(screen, "stuck") else None
+    return "forward" if screen.state == "start" or screen.features["chance"] > 2 * OFTEN else None
+
+
+WANDER = Topic(
+    "wander",
+    lambda library: new_lesson(
+        library, "wander", states=["forward", "left=rotate_left"], features=["stuck", "chance"]
+    ),
+    show_wander,
+    complain_wander,
+    after(60.0),
+    cases=(Case("alone", enough=after(50.0)),),
+    tries=2,
+    limit_s=90.0,
+    patience_s=70.0,
+)
+
+
+# Approach(A), and home with what is pulled.
+
+
+def _off(screen: Screen, target: str) -> float:
+    return (screen.features[f"angle_to({target})"] + pi) % tau - pi
+
+
+def _turned(state: str, off: float, *, astray: float, facing: float) -> str | None:
+    toward = "rotate_left" if off > 0 else "rotate_right"
+    if state in ("start", "forward"):
+        return toward if abs(off) > astray else "forward" if state == "start" else None
+    ahead = off if state == "rotate_left" else -off
+    return "forward" if -pi / 2 < ahead < facing else None
+
+
+def show_approach(screen: Screen) -> str | None:
+    """Turn to A, drive to it, say done; failed where there is none."""
+    if screen.flag:
+        return None
+    if not there(screen, "A"):
+        return "failed"
+    if screen.features["distance_to(A)"] < THERE_M:
+        return "done"
+    return _turned(screen.state, _off(screen, "A"), astray=ASTRAY, facing=FACING)
+
+
+def complain_approach(screen: Screen) -> str | None:
+    """Driving past A, turning past it, saying done too early."""
+    distance = screen.features["distance_to(A)"]
+    if screen.flag == "done":
+        return "forward" if distance > NOT_THERE_M else None
+    if screen.flag:
+        return "forward" if there(screen, "A") else None
+    if isnan(distance):
+        return "failed"
+    if distance < PAST_M:
+        return "done"
+    return _turned(screen.state, _off(screen, "A"), astray=1.5 * ASTRAY, facing=-ASTRAY)
+
+
+def _beside(side: int) -> Seen:
+    return lambda screen: 0.8 < side * _off(screen, "A") < 2.6
+
+
+def _behind(side: int) -> Seen:
+    return lambda screen: 1.7 < side * _off(screen, "A") < 2.8
+
+
+def _ahead(screen: Screen) -> bool:
+    return 0.8 < screen.features["distance_to(A)"] < 2.0 and abs(_off(screen, "A")) < 0.4
+
+
+APPROACH = Topic(
+    "approach",
+    lambda library: new_lesson(
+        library,
+        "approach",
+        parameters=["A"],
+        states=["forward", "rotate_left", "rotate_right"],
+        flags=["done", "failed"],
+        features=["distance_to(A)", "angle_to(A)"],
+    ),
+    show_approach,
+    complain_approach,
+    raised,
+    cases=(
+        Case("alone", {"A": "home"}, _beside(1), push=Push("forward", "rotate_right", 0.8)),
+        Case("alone", {"A": "home"}, _beside(-1), push=Push("forward", "rotate_left", 0.8)),
+        Case("a crate", {"A": "crate"}, _beside(1)),
+        Case("a crate", {"A": "crate"}, _beside(-1)),
+        Case("a crate", {"A": "crate"}, _ahead),
+        Case("alone", {"A": "caller"}),
+        Case("a help that stops", {"A": "caller"}),
+        Case("a help that stops soon", {"A": "caller"}, _behind(1)),
+        Case("a help that stops soon", {"A": "caller"}, _behind(-1)),
+    ),
+    tries=10,
+    limit_s=60.0,
+)
+
+
+def _steer(facing: float, astray: float) -> Wish:
+    return lambda screen: _turned(screen.state, _off(screen, "home"), astray=astray, facing=facing)
+
+
+STEER = Topic(
+    "steer",
+    lambda library: new_lesson(
+        library,
+        "steer",
+        states=["forward=pull_forward", "rotate_left=pull_left", "rotate_right=pull_right"],
+        features=["angle_to(home)"],
+    ),
+    _steer(FACING, ASTRAY),
+    _steer(-ASTRAY, 2 * ASTRAY),
+    after(15.0),
+    cases=(
+        Case(
+            "alone",
+            suits=lambda screen: _off(screen, "home") > 0.8,
+            enough=after(8.0),
+            push=Push("forward", "rotate_right", 0.8),
+        ),
+        Case(
+            "alone",
+            suits=lambda screen: _off(screen, "home") < -0.8,
+            enough=after(8.0),
+            push=Push("forward", "rotate_left", 0.8),
+        ),
+    ),
+    tries=4,
+    limit_s=40.0,
+)
+
+
+def show_haul(screen: Screen) -> str | None:
+    """Home with what moves; what does not, it lets go."""
+    if screen.flag:
+        return None
+    if yes(screen, "enough"):
+        return "steer"
+    return "drop" if yes(screen, "holding") else "done"
+
+
+HAUL = Topic(
+    "haul",
+    lambda library: new_lesson(
+        library,
+        "haul",
+        states=["steer", "drop=let_go"],
+        flags=["done"],
+        features=["enough", "holding"],
+    ),
+    show_haul,
+    show_haul,
+    raised,
+    cases=(Case("holding a crate"), Case("holding in vain"), Case("losing hands"), Case("alone")),
+    tries=4,
+    limit_s=90.0,
+    patience_s=70.0,
+)

@@ -1,0 +1,88 @@
+"""How a person teaches the three levels of coordinators of a swarm: of squads, of platoons, and of all."""
+
+from __future__ import annotations
+
+from understudy.model.kinds import YES
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.teachers.person import KEEP, Wish, after
+from understudy_lab.teachers.teacher import Case, Topic
+
+QUIET_S, SLACK_S = 3.0, 3.0
+"""How long a call may take until the first hears it; how much longer than it shows it watches before it complains."""
+
+
+def _joint(name: str, works: str, joins: str, found: str, call: str, most_s: float, practices: str) -> Topic:
+    """All work until one finds something; then all join, until nobody calls any more or they gave up."""
+
+    def wish(slack_s: float) -> Wish:
+        def wished(screen: Screen) -> str | None:
+            seen = screen.features
+            if screen.state == "start":
+                return "work"
+            if screen.state == "work":
+                idle = not slack_s and seen["time_in_state"] > 0.8
+                return "join" if seen[found] == YES else KEEP if idle else None
+            late = seen["time_in_state"] - slack_s
+            if late > most_s or (late > QUIET_S and seen[call] == YES):
+                return "work"
+            return KEEP if not slack_s and late > 0.6 * most_s else None
+
+        return wished
+
+    return Topic(
+        name,
+        lambda library: new_lesson(
+            library,
+            name,
+            states=[f"work={works}", f"join={joins}"],
+            features=[found, call, "time_in_state"],
+        ),
+        wish(0.0),
+        wish(SLACK_S),
+        after(150.0),
+        cases=(
+            Case(f"{practices} at work", enough=_works_again),
+            Case(f"{practices} in vain", enough=_works_again),
+        ),
+        tries=2,
+        limit_s=300.0,
+        patience_s=130.0,
+    )
+
+
+def _works_again(screen: Screen) -> bool:
+    return screen.state == "work" and screen.time_s - screen.features["time_in_state"] > 2.0
+
+
+SQUAD = _joint("squad_work", "search", "help", "someone_at(free_crate)", "unheard(caller)", 60.0, "squad")
+PLATOON = _joint(
+    "platoon_work", "squad_work", "muster", "found(free_container)", "unheard(musterer)", 120.0, "platoon"
+)
+
+SPREAD_S = 10.0
+
+
+def _spread(slack_s: float) -> Wish:
+    def wished(screen: Screen) -> str | None:
+        if screen.state == "start":
+            return "spread"
+        late = screen.features["time_in_state"] - slack_s > SPREAD_S
+        return "work" if screen.state == "spread" and late else None
+
+    return wished
+
+
+SWARM = Topic(
+    "swarm_work",
+    lambda library: new_lesson(
+        library, "swarm_work", states=["spread=forward", "work=platoon_work"], features=["time_in_state"]
+    ),
+    _spread(0.0),
+    _spread(SLACK_S),
+    after(20.0),
+    cases=(Case("all"),),
+    tries=1,
+    limit_s=40.0,
+    patience_s=100.0,
+)

@@ -1,0 +1,288 @@
+"""How a person teaches robots to pull crates and containers home together, or by themselves.
+
+Whoever is ordered about while it pulls what moves brings that home first, and lets go of what does not move.
+"""
+
+from __future__ import annotations
+
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session_view import Screen
+from understudy_lab.tasks.swarm_motion_teacher import APPROACH, HAUL, STEER, WANDER, there, yes
+from understudy_lab.teachers.person import KEEP, Seen, Wish, after, raised
+from understudy_lab.teachers.teacher import Case, Topic
+
+AT_M = 1.0
+WAITS_S, AWAY_S, GIVES_UP_S, SLACK_S = 40.0, 15.0, 60.0, 3.0
+
+
+def in_state(state: str, seconds: float = 0.0) -> Seen:
+    """So far shown."""
+    return lambda screen: screen.state == state and screen.time_s >= seconds
+
+
+# Search: find what nobody pulls.
+
+
+def _begun(screen: Screen, then: str) -> str:
+    if yes(screen, "enough") and screen.state == "start":
+        return "haul"
+    return "drop" if yes(screen, "holding") else then
+
+
+def show_find(screen: Screen) -> str | None:
+    """Wander until it sees something that nobody pulls."""
+    if screen.flag:
+        return None
+    if there(screen, "free_container"):
+        return "container_seen"
+    if there(screen, "free_crate"):
+        return "crate_seen"
+    return "wander" if screen.state == "start" else None
+
+
+def _sees(*things: str) -> Seen:
+    return lambda screen: all(there(screen, f"free_{thing}") for thing in things)
+
+
+def _nothing(screen: Screen) -> bool:
+    return not there(screen, "free_crate") and not there(screen, "free_container")
+
+
+FIND = Topic(
+    "find",
+    lambda library: new_lesson(
+        library,
+        "find",
+        states=["wander"],
+        flags=["crate_seen", "container_seen"],
+        features=["distance_to(free_crate)", "distance_to(free_container)"],
+    ),
+    show_find,
+    show_find,
+    lambda screen: raised(screen) or screen.time_s > 60.0,
+    cases=(
+        Case("crates nobody is at", suits=_nothing),
+        Case("containers nobody is at", suits=_nothing),
+        Case("crates nobody is at", suits=_sees("crate")),
+        Case("containers nobody is at", suits=_sees("container")),
+        Case("a field", suits=_sees("crate", "container")),
+    ),
+    tries=5,
+    limit_s=120.0,
+    patience_s=90.0,
+)
+
+
+def show_search(screen: Screen) -> str | None:
+    """Bring home what moves, let go of the rest; find what nobody pulls, and go there."""
+    if screen.flag:
+        return None
+    if screen.state in ("start", "drop"):
+        return _begun(screen, "find")
+    if screen.state == "find":
+        return next((thing for thing in ("container", "crate") if yes(screen, f"{thing}_seen")), None)
+    if yes(screen, "done"):
+        return "find" if screen.state == "haul" else "done"
+    return "find" if yes(screen, "failed") else None
+
+
+SEARCH = Topic(
+    "search",
+    lambda library: new_lesson(
+        library,
+        "search",
+        states=[
+            "find",
+            "crate=approach(free_crate)",
+            "container=approach(free_container)",
+            "haul",
+            "drop=let_go",
+        ],
+        flags=["done"],
+        features=["done", "failed", "crate_seen", "container_seen", "holding", "enough"],
+    ),
+    show_search,
+    show_search,
+    lambda screen: raised(screen) or screen.time_s > 90.0,
+    cases=(
+        Case("crates nobody is at"),
+        Case("containers nobody is at"),
+        Case("holding in vain", enough=in_state("find")),
+        Case("holding a crate", enough=in_state("find", 5.0)),
+        Case("a crate that others take", enough=in_state("find", 1.5)),
+        Case("a container that others take", enough=in_state("find", 1.5)),
+    ),
+    tries=6,
+    limit_s=120.0,
+    patience_s=90.0,
+)
+
+
+# Help, muster: to who calls, hold what they hold, pull it home.
+
+
+def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
+    free = f"distance_to(free_{thing})"
+
+    def complain(screen: Screen) -> str | None:
+        if screen.state in ("start", "drop"):
+            return _begun(screen, "call" if screen.features[free] < AT_M else "come")
+        if screen.state == "wait":
+            return "come" if there(screen, caller) else None
+        if screen.state in ("call", "hold"):
+            return "haul" if yes(screen, "enough") else None
+        if yes(screen, "failed"):
+            return "wait"
+        return {"come": "hold", "haul": "wait"}.get(screen.state) if yes(screen, "done") else None
+
+    def show(screen: Screen) -> str | None:
+        holds = screen.state in ("call", "hold") and yes(screen, "holding") and not yes(screen, "enough")
+        waits = screen.state == "wait" and there(screen, f"free_{thing}") and not there(screen, caller)
+        return KEEP if holds or waits else complain(screen)
+
+    return Topic(
+        name,
+        lambda library: new_lesson(
+            library,
+            name,
+            states=[
+                "wait=wander",
+                f"come=approach({caller})",
+                f"call={calls}",
+                "hold",
+                "haul",
+                "drop=let_go",
+            ],
+            features=["done", "failed", "holding", "enough", free, f"distance_to({caller})"],
+        ),
+        show,
+        complain,
+        after(60.0),
+        cases=(
+            Case(f"beside a {thing}", enough=_waits),
+            Case(
+                f"someone calls in vain at a {thing}",
+                suits=lambda screen: there(screen, caller) and not there(screen, f"free_{thing}"),
+                enough=_holds,
+            ),
+            Case(
+                f"someone calls late at a {thing}",
+                suits=lambda screen: not there(screen, f"free_{thing}"),
+                enough=_holds,
+            ),
+            Case(f"at a {thing}", enough=_waits),
+            Case(f"in vain at a {thing}", enough=after(5.0)),
+            Case(f"a {name} that stops", enough=after(8.0)),
+            Case("holding in vain", enough=after(4.0)),
+            Case("holding in vain what others claim", enough=after(4.0)),
+            Case("holding a crate", enough=_waits),
+            Case("losing hands", enough=after(4.0)),
+            Case(f"{thing}s nobody is at", enough=lambda screen: _waits(screen) and screen.time_s > 8.0),
+        ),
+        tries=11,
+        limit_s=120.0,
+        patience_s=70.0,
+    )
+
+
+def _waits(screen: Screen) -> bool:
+    return screen.state == "wait"
+
+
+def _holds(screen: Screen) -> bool:
+    return screen.state == "hold" and yes(screen, "holding")
+
+
+HELP = _joins("help", "crate", "caller", "hold_and_call")
+MUSTER = _joins("muster", "container", "musterer", "hold_and_muster")
+
+
+# By themselves, with nobody to coordinate them.
+
+
+ANSWERED = (
+    Case(
+        "someone calls in vain at a crate",
+        enough=lambda screen: screen.state == "search" and screen.time_s > 60.0,
+    ),
+    Case(
+        "someone calls late at a crate",
+        enough=lambda screen: screen.state == "help" and screen.time_s > 8.0,
+    ),
+)
+
+
+def _alone(*, answers: bool) -> Topic:
+    waiting = {"call": WAITS_S, "help": GIVES_UP_S}
+
+    def wish(slack_s: float) -> Wish:
+        def wished(screen: Screen) -> str | None:
+            late = screen.features["time_in_state"] - slack_s
+            keep = None if slack_s else KEEP
+            then = "help" if answers and there(screen, "caller") else "search"
+            if screen.state == "start":
+                return then
+            if screen.state == "search":
+                return (
+                    "call"
+                    if yes(screen, "done")
+                    else then
+                    if then == "help"
+                    else keep
+                    if late > 10.0
+                    else None
+                )
+            if screen.state in waiting:
+                if screen.state == "call" and yes(screen, "enough"):
+                    return "haul"
+                most = waiting[screen.state]
+                return "leave" if late > most else keep if late > 0.6 * most else None
+            if screen.state == "haul":
+                return then if yes(screen, "done") else keep if late > 5.0 else None
+            if screen.state == "leave":
+                return "away" if not yes(screen, "holding") else None
+            return then if late > AWAY_S else keep if late > 0.6 * AWAY_S else None
+
+        return wished
+
+    name = "alone_answering" if answers else "alone"
+    return Topic(
+        name,
+        lambda library: new_lesson(
+            library,
+            name,
+            states=[
+                "search",
+                "call=hold_and_call",
+                "haul",
+                *(["help"] if answers else []),
+                "leave=let_go",
+                "away=wander",
+            ],
+            features=[
+                "done",
+                "enough",
+                "holding",
+                "time_in_state",
+                *(["distance_to(caller)"] if answers else []),
+            ],
+        ),
+        wish(0.0),
+        wish(SLACK_S),
+        after(150.0),
+        cases=(
+            Case("a crate", enough=lambda screen: screen.state == "search" and screen.time_s > 25.0),
+            Case("a field", enough=lambda screen: screen.state == "search" and screen.time_s > 25.0),
+            Case("alone", enough=lambda screen: screen.state == "search" and screen.time_s > 11.0),
+            Case("crates in vain", enough=lambda screen: screen.state == "search" and screen.time_s > 50.0),
+            *(ANSWERED if answers else ()),
+        ),
+        tries=3,
+        limit_s=200.0,
+        patience_s=70.0,
+    )
+
+
+ALONE, ANSWERING = _alone(answers=False), _alone(answers=True)
+
+TOPICS = (WANDER, APPROACH, STEER, HAUL, FIND, SEARCH, HELP, MUSTER, ALONE, ANSWERING)

@@ -1,0 +1,145 @@
+"""A person at the buttons: sees the screen, makes up their mind, and presses a moment later.
+
+What they know of the robot is `session.screen()`; what they do is direct, and switch to testing.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import TypeAlias
+
+import numpy as np
+
+from understudy.training.session import Session
+from understudy.training.session_view import Screen
+from understudy.training.trainee import Mode
+
+Wish: TypeAlias = Callable[[Screen], str | None]
+"""The state a person would rather have the robot in; None, or the current one, where they are content."""
+
+KEEP = "(keep)"
+"""The wish that the robot keeps doing what it does, which a person says once each time it comes to that."""
+
+Seen: TypeAlias = Callable[[Screen], bool]
+
+
+def raised(screen: Screen) -> bool:
+    """The automaton says that it is finished."""
+    return screen.flag is not None
+
+
+def after(seconds: float) -> Seen:
+    """So long after the world began."""
+    return lambda screen: screen.time_s >= seconds
+
+
+class Verdict(Enum):
+    """How watching ended."""
+
+    ENOUGH = auto()  # what they waited for, with nothing to complain of
+    CORRECTED = auto()  # they had to press while testing
+    LOST = auto()  # nothing changed any more, or it took too long
+
+
+FIDGETS, FIDGETING = 30, 0.2
+"""So many switches within this share of their patience look like fidgeting."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reaction:
+    """How long a person takes from making up their mind to the press, s: normal, but never under `least_s`."""
+
+    mean_s: float = 0.25
+    spread_s: float = 0.1
+    least_s: float = 0.1
+
+
+class Person:
+    """Someone who watches one session at a time and presses now and then; counts the seconds and the presses."""
+
+    def __init__(self, draws: np.random.Generator, reaction: Reaction = Reaction()) -> None:
+        self.reaction = reaction
+        self.seconds = 0.0
+        self.presses = 0
+        self._draws = draws
+        self._due: tuple[str, float] | None = None
+        self._kept: tuple[str, ...] | None = None
+
+    def show(self, session: Session, wish: Wish, *, until: Seen, limit_s: float) -> Verdict:
+        """Direct the robot to whatever they wish, `until` they have shown enough."""
+        return self._watch(session, wish, until=until, limit_s=limit_s, patience_s=limit_s)
+
+    def drive(self, session: Session, behavior: str, seconds: float) -> None:
+        """Drive the robot elsewhere for so long; the automaton stays in its state, and nothing is recorded."""
+        session.drive(behavior)
+        session.run_for(seconds)
+        session.drive(None)
+        self.seconds += seconds
+
+    def test(
+        self, session: Session, complaint: Wish, *, until: Seen, limit_s: float, patience_s: float
+    ) -> Verdict:
+        """Let the robot show what it learned, and correct the first thing that looks wrong.
+
+        They lose patience when all levels stay in their states for `patience_s`, or when it only fidgets.
+        """
+        session.test()
+        verdict = self._watch(
+            session,
+            complaint,
+            until=lambda screen: screen.mode is Mode.TRAINING or until(screen),
+            limit_s=limit_s,
+            patience_s=patience_s,
+        )
+        return Verdict.CORRECTED if session.mode is Mode.TRAINING else verdict
+
+    def _watch(
+        self, session: Session, wish: Wish, *, until: Seen, limit_s: float, patience_s: float
+    ) -> Verdict:
+        self._due = self._kept = None
+        tick_s = session.body.tick_s
+        path: tuple[str, ...] = ()
+        changes = deque([0.0], maxlen=FIDGETS)
+        passed = 0.0
+        while passed < limit_s - tick_s / 2:
+            screen = session.screen()
+            wished = wish(screen)
+            said = wished == KEEP and screen.path[:1] == self._kept
+            content = wished is None or wished == screen.state or said
+            if content and screen.waiting is None and until(screen):
+                return Verdict.ENOUGH
+            if screen.path != path:
+                self._kept = self._kept if screen.path[:1] == path[:1] else None
+                path = screen.path
+                changes.append(passed)
+            if passed - changes[-1] > patience_s or (
+                len(changes) == FIDGETS and passed - changes[0] < patience_s * FIDGETING
+            ):
+                return Verdict.LOST
+            self._consider(session, None if content else wished, passed)
+            session.tick()
+            passed += tick_s
+            self.seconds += tick_s
+        return Verdict.LOST
+
+    def _consider(self, session: Session, wished: str | None, now: float) -> None:
+        if wished is None:
+            self._due = None  # no longer wanted: the hand is drawn back
+            return
+        if self._due is None or self._due[0] != wished:
+            delay = self._draws.normal(self.reaction.mean_s, self.reaction.spread_s)
+            self._due = (wished, now + max(self.reaction.least_s, delay))
+        if now >= self._due[1] - 1e-9:
+            self._press(session, wished)
+
+    def _press(self, session: Session, wished: str) -> None:
+        if wished == KEEP:
+            session.confirm()
+            self._kept = session.screen().path[:1]
+        else:
+            session.direct(wished)
+        self.presses += 1
+        self._due = None

@@ -1,0 +1,284 @@
+"""A scripted teacher: one automaton after the other, each shown a little, then tried and only corrected.
+
+A lesson is finished when so many tries in a row needed no correction; one that will not come right is thrown away
+and taught again. Where the robot loses its way in an automaton taught before, the teacher opens that one again and
+corrects it on the spot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from math import inf
+from typing import TypeAlias
+
+import numpy as np
+
+from understudy.model.binding import NOTHING_BOUND, Binding
+from understudy.model.lesson import Lesson, Options
+from understudy.model.library import Library
+from understudy.runtime.body import Body
+from understudy.training.session import Session
+from understudy_lab.teachers.person import Person, Reaction, Seen, Verdict, Wish
+
+MakesBody: TypeAlias = Callable[[str, int], Body]
+"""Makes a world for one robot to practice in, by the name of the practice and a seed; it can be reset."""
+
+LooksBack: TypeAlias = Callable[[Session], None]
+"""What is done with a session before the robot is let try."""
+
+MakesPerson: TypeAlias = Callable[[np.random.Generator, Reaction], Person]
+"""Makes the person who teaches, from what they draw from and how fast they react."""
+
+LOOK_S = 1.0
+"""How long it takes to look at a fresh world and pass it over, s."""
+
+PATIENCE_S = 30.0
+"""How long a person watches a robot go on in one and the same way before they step in, s."""
+
+FIRST_SEED = 2**40
+"""Worlds to practice in have seeds from here on, worlds to be judged in lower ones: no robot is judged where it was
+taught."""
+
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """How many corrections a teacher bears before a lesson is thrown away, how many lessons of one automaton, and how
+    long they teach it at most, s.
+    """
+
+    corrections: int = 12
+    lessons: int = 3
+    seconds: float = inf
+
+
+@dataclass(frozen=True, slots=True)
+class Push:
+    """Drive the robot away while it is in a state: a basic behavior, for so long; anyhow if it is not `within_s`."""
+
+    during: str
+    behavior: str
+    seconds: float
+    within_s: float = inf
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A situation to show: in which practice, looking how, up to where, and with which targets."""
+
+    practice: str
+    targets: Mapping[str, str] = field(default_factory=dict)
+    suits: Seen = lambda screen: True
+    enough: Seen = lambda screen: False
+    again: bool = False  # from where it ended, once more
+    push: Push | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One automaton to teach: what to choose for it, what to show, when to complain, when a try is finished.
+
+    The first `shown` of the cases are shown before the first try (None: all); tries are in the practices of all.
+    """
+
+    name: str
+    choose: Callable[[Library], Lesson]
+    show: Wish
+    complain: Wish
+    finished: Seen
+    cases: tuple[Case, ...]
+    tries: int
+    limit_s: float
+    shown: int | None = None
+    patience_s: float = PATIENCE_S
+
+
+@dataclass(slots=True)
+class Account:
+    """What teaching one automaton took so far, thrown-away lessons included; `examples` are those kept."""
+
+    examples: int = 0
+    presses: int = 0
+    seconds: float = 0.0
+    lessons: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Teaching:
+    """A taught library, and what it took by automaton."""
+
+    library: Library
+    accounts: Mapping[str, Account]
+
+    @property
+    def examples(self) -> int:
+        """Press-made examples in all lessons together."""
+        return sum(account.examples for account in self.accounts.values())
+
+    @property
+    def seconds(self) -> float:
+        """Simulated teaching time, s."""
+        return sum(account.seconds for account in self.accounts.values())
+
+
+Progress: TypeAlias = Callable[[str, str, Account], None]
+"""Called as teaching goes on: automaton, what happens, account so far."""
+
+
+class Teacher:
+    """Teaches topics in turn, each as a state of the next. Same seed, same lessons."""
+
+    def __init__(
+        self,
+        library: Library,
+        make: MakesBody,
+        seed: int,
+        *,
+        options: Mapping[str, Options],
+        reaction: Reaction = Reaction(),
+        progress: Progress = lambda name, what, account: None,
+        patience: Patience = Patience(),
+        person: MakesPerson = Person,
+        looks_back: LooksBack = lambda session: None,
+    ) -> None:
+        self.library = library
+        self.accounts: dict[str, Account] = {}
+        self._make, self._options, self._progress = make, options, progress
+        self._looks_back = looks_back
+        self._draws = np.random.default_rng([seed, 1])
+        self._person, self._patience = person(self._draws, reaction), patience
+        self._topics: dict[str, Topic] = {}
+
+    def teach(self, *topics: Topic) -> Teaching:
+        """Teach the topics; the library with them, and what it took."""
+        for topic in topics:
+            self._topics[topic.name] = topic
+            self.accounts[topic.name] = Account()
+            lesson = topic.choose(self.library)
+            lesson = replace(lesson, options=self._options.get(topic.name, lesson.options))
+            while not self._teach(topic, lesson) and self._goes_on(topic):
+                self._progress(topic.name, "thrown away, taught again", self.accounts[topic.name])
+            self._progress(topic.name, "learned", self.accounts[topic.name])
+        return Teaching(self.library, self.accounts)
+
+    def _goes_on(self, topic: Topic) -> bool:
+        account, patience = self.accounts[topic.name], self._patience
+        return account.lessons < patience.lessons and not self._had_enough(topic)
+
+    def _had_enough(self, topic: Topic) -> bool:
+        return self.accounts[topic.name].seconds >= self._patience.seconds
+
+    def _teach(self, topic: Topic, lesson: Lesson) -> bool:
+        """One lesson from its beginning; whether it came right."""
+        self.accounts[topic.name].lessons += 1
+        for case in topic.cases[: topic.shown]:
+            lesson = self._show_case(topic, case, lesson)
+        return self._try(topic, lesson)
+
+    def _show_case(self, topic: Topic, case: Case, lesson: Lesson) -> Lesson:
+        session = self._session(topic, lesson, case)
+        self._show(topic, case, session)
+        if case.again:
+            session.restart()
+            self._show(topic, case, session)
+        return session.lesson
+
+    def _show(self, topic: Topic, case: Case, session: Session) -> None:
+        push = case.push
+        if push is not None:
+            self._person.show(
+                session,
+                topic.show,
+                until=lambda screen: screen.state == push.during,
+                limit_s=min(topic.limit_s, push.within_s),
+            )
+            self._person.drive(session, push.behavior, push.seconds)
+        self._person.show(
+            session,
+            topic.show,
+            until=lambda screen: topic.finished(screen) or case.enough(screen),
+            limit_s=topic.limit_s,
+        )
+        self._settle(topic.name, session, "shown")
+
+    def _try(self, topic: Topic, lesson: Lesson) -> bool:
+        passed = corrections = tried = 0
+        session = self._session(topic, lesson, self._anywhere(topic, tried))
+        while passed < topic.tries:
+            verdict = self._test(topic, session)
+            if verdict is Verdict.CORRECTED:
+                passed, corrections = 0, corrections + 1
+                if corrections > self._patience.corrections or self._had_enough(topic):
+                    return False
+                continue  # from where it is
+            passed = passed + 1 if verdict is Verdict.ENOUGH else 0
+            tried += 1
+            lesson = session.lesson
+            if verdict is Verdict.LOST:
+                corrections += 1
+                if corrections > self._patience.corrections or self._had_enough(topic):
+                    return False
+                if not self._correct_below(session):
+                    lesson = self._show_case(topic, topic.cases[tried % len(topic.cases)], lesson)
+            session = self._session(topic, lesson, self._anywhere(topic, tried))
+        return True
+
+    def _test(self, topic: Topic, session: Session) -> Verdict:
+        self._looks_back(session)
+        verdict = self._person.test(
+            session, topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=topic.patience_s
+        )
+        self._settle(topic.name, session, verdict.name.lower())
+        return verdict
+
+    def _correct_below(self, session: Session) -> bool:
+        """Correct the innermost automaton, where it lost its way, in a lesson of its own; whether it needed that."""
+        name, targets = innermost(self.library, session)
+        if name == session.automaton.name or name not in self._topics:
+            return False
+        topic, lesson = self._topics[name], self.library.taught[name].lesson
+        if lesson is None:
+            return False
+        below = Session(session.body, self.library, lesson, targets=targets)
+        for corrections in range(self._patience.corrections):
+            if self._test(topic, below) is not Verdict.CORRECTED:
+                return corrections > 0
+        return True
+
+    def _session(self, topic: Topic, lesson: Lesson, case: Case) -> Session:
+        """A session that goes on with a lesson in a fresh world that suits the case."""
+        body = self._make(case.practice, self._seed())
+        session = Session(body, self.library, lesson, targets=case.targets)
+        while not case.suits(session.screen()):
+            session.reset(self._seed())
+            self._person.seconds += LOOK_S
+        return session
+
+    @staticmethod
+    def _anywhere(topic: Topic, tried: int) -> Case:
+        case = topic.cases[tried % len(topic.cases)]
+        return Case(case.practice, case.targets)
+
+    def _seed(self) -> int:
+        return FIRST_SEED + int(self._draws.integers(2**40))
+
+    def _settle(self, name: str, session: Session, what: str) -> None:
+        """Book what the person spent, and put the automaton as it is now into the library."""
+        account, person = self.accounts[name], self._person
+        account.seconds, account.presses = account.seconds + person.seconds, account.presses + person.presses
+        person.seconds, person.presses = 0.0, 0
+        taught = session.taught()
+        account.examples = sum(example.pressed for example in session.examples)
+        self.library = self.library.with_taught(taught)
+        self._progress(name, what, account)
+
+
+def innermost(library: Library, session: Session) -> tuple[str, Binding]:
+    """The innermost automaton that is running, and what its parameters stand for."""
+    automaton, binding = session.automaton, Binding(session.screen().targets)
+    for state_name in session.screen().path:
+        state = automaton.state(state_name)
+        if state.behavior is None or state.behavior not in library.taught:
+            break
+        automaton, binding = library.automaton(state.behavior), state.binding.within(binding)
+    return automaton.name, binding if automaton.parameters else NOTHING_BOUND

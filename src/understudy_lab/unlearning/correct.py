@@ -1,0 +1,116 @@
+"""A teaching with corrections: the robot meets one after another, and is corrected wherever it is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from understudy.learning.correction_diagnosis import judge
+from understudy.learning.fit import learn_state
+from understudy.learning.sklearn_adapter import ScikitTransition, encoded
+from understudy.learning.training_set import teaching
+from understudy.model.automaton import START, Transition
+from understudy.model.kinds import Continuous
+from understudy.model.lesson import Learner, Lesson, Scikit, Trees
+from understudy_lab.unlearning.datasets import Labels, Sparse, Vectors, example, lesson_of
+
+CORRECTIONS = 20
+"""After so many corrections the teacher stops."""
+LEARNERS: dict[str, Learner] = {
+    "trees": Trees(),
+    "k-NN": Scikit("KNeighborsClassifier", {"n_neighbors": 3}),
+    "SVM": Scikit("SVC", {"C": 10.0}),
+}
+AT_ONCE = 16
+
+
+class Corrected(NamedTuple):
+    """What came of it: the share decided right of what it is judged on, and whom unlearning quarantined."""
+
+    accuracy: float
+    corrections: int
+    quarantined: frozenset[int]
+
+
+class Rows:
+    """Vectors to decide on, made ready for a classifier once."""
+
+    def __init__(self, vectors: Vectors) -> None:
+        kinds = [Continuous()] * vectors.shape[1]
+        self.plain: list[list[float]] = vectors.tolist()
+        self.ready = [encoded(row, kinds) for row in self.plain]
+
+    def decided(self, function: Transition, first: int, stop: int) -> list[int]:
+        """The labels of some of them."""
+        if isinstance(function, ScikitTransition):  # many in one go: a call a row would take hours
+            found = function.classifier.predict(self.ready[first:stop]).tolist()
+        else:
+            found = [function.decide(row) for row in self.plain[first:stop]]
+        return [int(outcome) - 1 for outcome in found]
+
+
+def corrected(drawn: Sparse, learner: Learner, *, unlearn: bool) -> Corrected:
+    """Teach, correct, and judge; `unlearn` says whether each correction is judged, and suspects quarantined."""
+    lesson = lesson_of(drawn, learner)
+    met, at, made = Rows(drawn.met), 0, 0
+    function = _learned(lesson)
+    while made < CORRECTIONS:
+        at = _first_wrong(function, met, drawn.right, at)
+        if at == len(drawn.right):
+            break
+        made += 1
+        number = len(lesson.examples) + 1
+        correction = example(number, met.plain[at], int(drawn.right[at]), correction=True)
+        lesson = replace(lesson, examples=(*lesson.examples, correction))
+        if unlearn:
+            lesson = _without(lesson, judge(lesson, correction).reasons)
+        function, at = _learned(lesson), at + 1
+    right = np.equal(Rows(drawn.test).decided(function, 0, len(drawn.test)), drawn.truth)
+    out = frozenset(each.number for each in lesson.examples if each.quarantined)
+    return Corrected(float(right.mean()), made, out)
+
+
+def _learned(lesson: Lesson) -> Transition:
+    return learn_state(lesson, START.name, teaching(lesson)[START.name])
+
+
+def _first_wrong(function: Transition, met: Rows, right: Labels, at: int) -> int:
+    while at < len(right):
+        found = met.decided(function, at, at + AT_ONCE)
+        wrong = np.flatnonzero(np.not_equal(found, right[at : at + AT_ONCE]))
+        if len(wrong):
+            return at + int(wrong[0])
+        at += AT_ONCE
+    return len(right)
+
+
+def _without(lesson: Lesson, reasons: dict[int, str]) -> Lesson:
+    return replace(
+        lesson,
+        examples=tuple(
+            replace(each, quarantined=reasons.get(each.number, each.quarantined)) for each in lesson.examples
+        ),
+    )
+
+
+def compared(drawn: Sparse, learner: Learner) -> list[float]:
+    """Corrections alone and with unlearning, from the same lesson, on the same way.
+
+    Accuracy of either, corrections of either; bad examples, those found, good ones, those lost.
+    """
+    alone = corrected(drawn, learner, unlearn=False)
+    unlearned = corrected(drawn, learner, unlearn=True)
+    bad = {int(place) + 1 for place in np.flatnonzero(drawn.bad)}
+    found, lost = bad & unlearned.quarantined, unlearned.quarantined - bad
+    return [
+        round(alone.accuracy, 4),
+        round(unlearned.accuracy, 4),
+        alone.corrections,
+        unlearned.corrections,
+        len(bad),
+        len(found),
+        len(drawn.bad) - len(bad),
+        len(lost),
+    ]
