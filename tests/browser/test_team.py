@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
-from tests.worlds.patrollers import ROBOTS
+from tests.sim.patrollers import ROBOTS
 
 from understudy.model.library import Taught
 from understudy.storage.library_folder import save

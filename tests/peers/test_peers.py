@@ -19,9 +19,9 @@ pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from rosbags.typesys import Stores, get_typestore
-from tests.cli.commands import run
 from tests.peers.building import cyclone, fast_dds, missing
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST
+from tests.ui.cli.commands import run
 
 from understudy.robots.body import Robot
 from understudy.robots.camera.decode import decode

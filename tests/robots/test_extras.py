@@ -9,8 +9,8 @@ from pathlib import Path
 from shutil import copy
 
 import pytest
-from tests.cli.commands import ROOT
 from tests.robots.rovers import ROVER, Wire
+from tests.ui.cli.commands import ROOT
 
 from understudy.robots.camera.opencv import opencv
 from understudy.robots.file import parse_robot

@@ -12,9 +12,9 @@ import pytest
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
-from tests.cli.commands import run
 from tests.robots.rovers import ROVER
 from tests.robots.trials import TRIALS, Process, can_cut, scene
+from tests.ui.cli.commands import run
 
 from understudy.robots.safety.stop_log import read_stops
 

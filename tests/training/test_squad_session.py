@@ -6,7 +6,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from tests.worlds.patrollers import ROBOTS, SCENARIO
+from tests.sim.patrollers import ROBOTS, SCENARIO
 
 from understudy.model.example import ExampleKind
 from understudy.model.library import Library

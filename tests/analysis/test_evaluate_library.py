@@ -1,0 +1,158 @@
+"""A behavior judged on many worlds: beside the yardstick where there is one, by the scenario's goal elsewhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from tests.ui.cli.forage_parts import AUTOMATA
+
+from understudy.analysis import evaluation
+from understudy.analysis.evaluation import LENIENCE, evaluate, measure, measure_program
+from understudy.errors import SettingError, UnboundParameter, UnknownName
+from understudy.model.automaton import Automaton
+from understudy.model.features import BoundFeature, feature
+from understudy.model.kinds import Column, Continuous
+from understudy.model.library import Library
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.program import link
+from understudy.runtime.run_loop import Run
+from understudy.sim.catalog import find_world
+from understudy.sim.forage import kit
+from understudy.sim.forage_settings import ForageSettings
+from understudy.sim.kit import kit_of
+from understudy.sim.scenario.files import dump_scenario
+from understudy.sim.scenario.schema import Goal, Scenario
+from understudy.sim.world import World
+
+FORAGE, TEAM, ARENA = (find_world(name) for name in ("forage", "forage-team", "arena"))
+LIBRARY = Library.of(kit, *AUTOMATA)
+LAZY = Automaton("lazy")
+
+
+def test_side_by_side_as_one_by_one() -> None:
+    together = evaluate(LIBRARY, "forage", FORAGE, range(5, 9))
+    alone = [evaluate(LIBRARY, "forage", FORAGE, [seed]) for seed in range(5, 9)]
+    assert together.taught.seconds.tolist() == [each.taught.seconds[0] for each in alone]
+    assert together.expert is not None
+    assert together.expert.seconds.tolist() == [each.expert.seconds[0] for each in alone if each.expert]
+    assert together.relative_to_expert == np.median([each.relative_to_expert for each in alone])
+    assert together.success == 1.0
+
+
+@pytest.mark.parametrize("scenario", [FORAGE, TEAM], ids=lambda each: each.name)
+def test_as_interpreters_would(scenario: Scenario) -> None:
+    """In one go or tick by tick, with limits that some worlds reach and others do not."""
+    library = Library.of(kit_of(scenario), *AUTOMATA)
+    program, limits = link(library, "forage"), np.array([20.0, 300.0, 95.05, 0.0])
+    fused = measure_program(World(scenario, range(4)), program, limit_s=limits)
+    world = World(scenario, range(4))
+    run = Run.of(world, program)
+    ticked = measure(world, run.decide, run.keys, limit_s=limits)
+    assert np.array_equal(fused.seconds, ticked.seconds, equal_nan=True)
+    assert fused.delivered.tolist() == ticked.delivered.tolist()
+
+
+def test_worlds_that_ended_at_different_times_have_no_one_time() -> None:
+    program, world = link(LIBRARY, "forage"), World(FORAGE, range(2))
+    measure_program(world, program, limit_s=300.0)
+    for attempt in (lambda: Engine.of(world, program), lambda: world.time_s):
+        with pytest.raises(SettingError, match=r"time_s differs between its worlds.*reset"):
+            attempt()
+    assert world.view(0).time_s != world.view(1).time_s
+    world.reset([0, 1])
+    Engine.of(world, program).tick()
+    assert world.time_s == world.tick_s
+
+
+@feature(Continuous())
+def stored_twice(robot: object) -> Column:
+    """A function, so that nothing runs in one go."""
+    return np.asarray(2.0 * robot.food_stored)  # type: ignore[attr-defined]
+
+
+def test_functions_are_judged_the_same() -> None:
+    forage = AUTOMATA[-1]
+    computing = Automaton(
+        forage.name,
+        forage.states,
+        (*forage.features, BoundFeature(stored_twice)),
+        transitions=forage.transitions,
+    )
+    library = Library.of(kit, *AUTOMATA[:-1], computing)
+    plain, computed = (evaluate(each, "forage", FORAGE, range(3)) for each in (LIBRARY, library))
+    assert computed.taught.seconds.tolist() == plain.taught.seconds.tolist()
+    assert computed.taught.delivered.tolist() == plain.taught.delivered.tolist()
+
+
+def test_in_batches_as_all_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = evaluate(LIBRARY, "forage", FORAGE, range(5))
+    monkeypatch.setattr(evaluation, "WORLDS_AT_ONCE", 2)
+    calls: list[tuple[int, int]] = []
+    parts = evaluate(
+        LIBRARY, "forage", FORAGE, range(5), progress=lambda done, total: calls.append((done, total))
+    )
+    assert parts.taught.seconds.tolist() == whole.taught.seconds.tolist()
+    assert parts.relative_to_expert == whole.relative_to_expert
+    assert [done for done, _ in calls] == sorted(done for done, _ in calls)
+    assert (calls[0], calls[-1]) == ((0, 5), (5, 5))
+
+
+def test_who_does_nothing_fails_at_three_times_the_yardstick() -> None:
+    library = Library.of(kit, LAZY)
+    judged = evaluate(library, "lazy", FORAGE, range(3))
+    assert (judged.success, judged.relative_to_expert) == (0.0, 0.0)
+    assert judged.expert is not None
+    assert judged.taught.limit_s.tolist() == (LENIENCE * judged.expert.seconds).tolist()
+
+
+def test_a_goal_of_any_scenario() -> None:
+    """GoTo drives to the flag where nothing is in the way; there is no yardstick, but the limit of the scenario."""
+    library = Library.of(kit_of(ARENA), AUTOMATA[0])
+    free = replace(ARENA, obstacles=(), limit_s=80.0)
+    judged = evaluate(library, "goto", free, range(4), binding={"A": "red_flag"})
+    assert judged.success == 1.0
+    assert judged.expert is None
+    assert np.isnan(judged.relative_to_expert)
+    assert judged.taught.limit_s.tolist() == [80.0] * 4
+    assert evaluate(library, "rotate_left", free, range(4)).success == 0.0
+
+
+def test_a_team_brings_food_home() -> None:
+    judged = evaluate(Library.of(kit_of(TEAM), *AUTOMATA), "forage", TEAM, range(3))
+    assert (judged.taught.limit_s == TEAM.limit_s).all()
+    assert judged.taught.delivered.sum() > 0
+
+
+def test_numbers_may_differ_from_the_yardsticks_own() -> None:
+    judged = evaluate(LIBRARY, "forage", ForageSettings(capacity=10, width=8.0).scenario(), range(2))
+    assert judged.expert is not None
+    assert judged.expert.seconds.min() > 0
+
+
+def test_a_scenario_without_a_goal_cannot_be_judged() -> None:
+    with pytest.raises(SettingError, match=r"goal is missing.* give it a \[goal\]"):
+        evaluate(LIBRARY, "forage", replace(FORAGE, goal=None), [1])
+
+
+def test_a_world_by_name_or_path(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(dump_scenario(replace(FORAGE, limit_s=1.0, goal=Goal(target="station"))))
+    assert evaluate(LIBRARY, "forage", path, [1]).taught.limit_s.tolist() == [1.0]
+    with pytest.raises(UnknownName, match="no world 'moon'; it has arena, boxes, forage"):
+        evaluate(LIBRARY, "forage", "moon", [1])
+
+
+def test_parameters_are_bound() -> None:
+    evaluate(LIBRARY, "goto", FORAGE, [0], binding={"A": "station"})
+    with pytest.raises(UnboundParameter, match="bind it to one of the targets"):
+        evaluate(LIBRARY, "goto", FORAGE, [0])
+    with pytest.raises(SettingError, match="seeds"):
+        evaluate(LIBRARY, "forage", FORAGE, [])
+
+
+def test_seeds_that_are_no_list_are_refused() -> None:
+    with pytest.raises(SettingError, match="seeds are 5; give a list"):
+        evaluate(LIBRARY, "forage", FORAGE, 5)  # type: ignore[arg-type]

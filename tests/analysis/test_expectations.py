@@ -1,0 +1,225 @@
+"""Outcomes: promised in a session, kept with the lesson, tried again whenever it changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.coaching.lessons import goto as goto_lesson
+from tests.sim.patrollers import ROBOTS, SCENARIO
+from tests.training.lessons import session as scripted
+from tests.ui.cli.forage_parts import goto
+
+from understudy.analysis.expectations import here, promise, tried
+from understudy.analysis.lesson_tests import above, below, examined, lost
+from understudy.errors import DefinitionError, SessionError
+from understudy.learning.fit import learned
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.expectation import Outcome
+from understudy.model.features import BoundFeature, Feature, Readings
+from understudy.model.kinds import Column, Continuous
+from understudy.model.lesson import Options, Scikit
+from understudy.model.library import Library, Taught
+from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.sim.forage import Forage, kit
+from understudy.sim.team.libraries import libraries_of, troop_of
+from understudy.storage.library_folder import open_document, save
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session import Session
+from understudy_lab.bench.patrol import lead
+
+LIBRARY = Library.of(kit, goto)
+SITS = replace(goto, transitions={"start": Tree((leaf(0),))})
+
+
+def session(journal: Path | None = None) -> Session:
+    lesson = new_lesson(
+        LIBRARY,
+        "fetch",
+        states=["goto(station)", "forward"],
+        flags=["done"],
+        features=["done"],
+    )
+    return Session(Forage([9]), LIBRARY, lesson, journal=journal)
+
+
+def taught() -> Session:
+    """Start, go to the station, done when there."""
+    made = session()
+    made.direct("goto")
+    made.run_for(60.0)
+    made.direct("done")
+    made.tick()
+    made.reset(11)
+    return made
+
+
+def test_it_comes_or_it_does_not() -> None:
+    made = taught()
+    fetch = made.taught()
+    library = LIBRARY.with_taught(fetch)
+    promised = here(made, flag="done", within_s=60.0)
+    came = tried(promised, "fetch", library)
+    assert came.came
+    assert came.took_s is not None
+    assert came.took_s == tried(promised, "fetch", library).took_s, "a world is the same every time"
+    assert tried(replace(promised, within_s=came.took_s), "fetch", library).came
+    assert not tried(replace(promised, within_s=came.took_s - 0.1), "fetch", library).came
+    assert not tried(promised, "fetch", library.with_taught(Taught(SITS))).came
+
+
+def test_another_flag_is_not_what_was_promised() -> None:
+    """It gives up at once instead."""
+    promised = here(taught(), flag="done", within_s=5.0)
+    states = (START, State("done", flag="done"), State("failed", flag="failed"))
+    for index, came in ((1, True), (2, False)):
+        fetch = Automaton("fetch", states, transitions={"start": Tree((leaf(index),))})
+        assert tried(promised, "fetch", LIBRARY.with_taught(Taught(fetch))).came is came
+
+
+def test_what_cannot_be_tried_says_why() -> None:
+    made = taught()
+    promised = here(made, flag="done", within_s=5.0)
+    assert "has no behavior 'fetch'" in tried(promised, "fetch", LIBRARY).problem
+    library = LIBRARY.with_taught(made.taught())
+    assert "snapshot" in tried(replace(promised, snapshot=b"nothing"), "fetch", library).problem
+    assert "TOML" in tried(replace(promised, scenario="nothing ="), "fetch", library).problem
+    for agent in (1, -1):
+        assert (
+            f"no agent {agent} in its world"
+            in tried(replace(promised, agent=agent), "fetch", library).problem
+        )
+    assert "sort 'forager'" in tried(replace(promised, sort="patrol"), "fetch", library).problem
+
+
+def test_what_breaks_on_the_way_says_why() -> None:
+    """A feature of somebody's own that works at first: the outcome does not come, and others can still be tried."""
+    calls: list[Readings] = []
+
+    def worn(robot: Readings) -> Column:
+        calls.append(robot)
+        return np.full(1, np.inf if len(calls) > 5 else 1.0)
+
+    feature = BoundFeature(Feature("worn", Continuous(), function=worn))
+    cut = Tree((Node(Test.BELOW, 0, high=9.0, yes=1, no=2), leaf(1), leaf(2)))
+    states = (START, State("forward", "forward"), State("done", flag="done"))
+    fetch = Automaton("fetch", states, (feature,), transitions={"start": cut, "forward": cut})
+    found = tried(here(taught(), flag="done", within_s=5.0), "fetch", LIBRARY.with_taught(Taught(fetch)))
+    assert not found.came
+    assert "worn" in found.problem
+
+
+def test_a_promise_is_a_step_that_is_kept_and_undone(tmp_path: Path) -> None:
+    made = session(tmp_path / "journal")
+    made.direct("goto")
+    made.run_for(1.0)
+    first = promise(made, flag="done", within_s=5.0)
+    made.run_for(1.0)
+    second = promise(made, flag="done", within_s=7.0)
+    assert list(made.lesson.outcomes) == [first, second]
+    assert first.snapshot != second.snapshot
+    path = save(tmp_path, made.taught())
+    assert '"within_s": 7' in path.read_text()
+    kept = open_document(path, kit).taught.lesson
+    assert kept is not None
+    assert kept.outcomes == (first, second)
+    assert made.undo() == "choose outcomes"
+    assert list(made.lesson.outcomes) == [first]
+    made.close()
+    again = Session.resume(tmp_path / "journal", Forage([9]), LIBRARY)
+    assert list(again.lesson.outcomes) == [first]
+    again.redo()
+    assert list(again.lesson.outcomes) == [first, second]
+    again.close()
+
+
+def test_what_cannot_be_promised() -> None:
+    with pytest.raises(SessionError, match="its flags are done"):
+        here(session(), flag="failed", within_s=5.0)
+    with pytest.raises(DefinitionError, match="above 0"):
+        here(session(), flag="done", within_s=0.0)
+    with pytest.raises(SessionError, match="simulated"):
+        here(scripted(flags=("done",)), flag="done", within_s=1.0)
+
+
+def test_a_change_below_is_found_from_above() -> None:
+    """GoTo changes so that it never arrives: what fetches with it no longer does, and its former version is named."""
+    made = taught()
+    promise(made, flag="done", within_s=60.0)
+    library = LIBRARY.with_taught(made.taught())
+    seen = examined(library, "fetch", {})
+    assert (seen.works, len(seen.outcomes), seen.affected) == (True, 1, ())
+    broken = library.with_taught(Taught(SITS))
+    seen = examined(broken, "fetch", {"goto": Taught(goto)})
+    assert not seen.works
+    assert [each.since for each in seen.failed] == [("goto",)]
+    seen = examined(broken, "goto", {"goto": Taught(goto)})
+    assert (seen.works, seen.changed, seen.affected) == (True, True, ("fetch",))
+    (said,) = lost(library, Taught(SITS), Taught(goto))
+    assert said == "fetch no longer comes to done within 60 s in forage"
+    assert lost(library, Taught(goto), Taught(goto)) == ()
+    assert lost(library, Taught(goto), None) == ()
+
+
+def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None:
+    """Their own change, or one of their robots: told only where it is known what everybody knows."""
+    known = dict(libraries_of(SCENARIO, ROBOTS, lambda name, kit: Library.of(kit, lead())))
+    lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
+    made = Session(troop_of(SCENARIO, "patrol", known), known["patrol"], lesson)
+    made.direct("wander")
+    made.run_for(1.0)
+    made.direct("done")
+    made.tick()
+    promise(made, flag="done", within_s=3.0)
+    former = made.taught()
+    made.delete(max(example.number for example in made.examples))
+    coordinators = known["patrol"]
+    assert lost(coordinators, made.taught(), former) == ()
+    assert lost(coordinators, made.taught(), former, known) == (
+        "out no longer comes to done within 3 s in patrol",
+    )
+    known["patrol"] = coordinators.with_taught(former)
+    wander = ROBOTS.taught["wander"]
+    unbound = Taught(replace(wander.automaton, parameters=("A",)))
+    assert lost(ROBOTS, unbound, wander) == ()
+    assert lost(ROBOTS, unbound, wander, known) == (
+        "patrol/out no longer comes to done within 3 s in patrol",
+    )
+    assert lost(ROBOTS, wander, wander, known) == ()
+
+
+def test_above_and_below() -> None:
+    def runs(name: str, *behaviors: str) -> Automaton:
+        return Automaton(name, (START, *(State(each, each, Binding()) for each in behaviors)))
+
+    library = Library.of(kit, runs("a", "forward"), runs("b", "a"), runs("c", "a", "b"), runs("d"))
+    assert above(library, "a") == ("b", "c")
+    assert below(library, "c") == ("c", "b", "a")
+    assert above(library, "d") == ()
+
+
+def test_a_classifier_that_was_fitted_to_the_same_is_the_same() -> None:
+    """Whatever was promised meanwhile, and whoever sits in quarantine."""
+    lesson = goto_lesson()
+    scikit = replace(lesson, options=Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1})))
+    former, now = (Taught(learned(each), each) for each in (scikit, replace(scikit)))
+    assert former.automaton != now.automaton, "each is fitted for itself"
+    held = replace(scikit.examples[-1], number=99, quarantined="slipped")
+    more = replace(scikit, examples=(*scikit.examples, held))
+    less = replace(scikit, examples=scikit.examples[:-1])
+    for other, expected in (
+        (now, False),
+        (Taught(learned(more), more), False),
+        (Taught(learned(less), less), True),
+    ):
+        library = Library.of(kit).with_taught(other)
+        assert examined(library, "goto", {"goto": former}).changed is expected
+
+
+def test_outcomes_are_compared() -> None:
+    one = Outcome("done", 5.0, "forage", "", b"")
+    assert str(one) == "done within 5 s in forage"
+    assert str(replace(one, targets=Binding(A="station"))) == "done within 5 s in forage, A = station"

@@ -1,0 +1,181 @@
+"""Some novices beside what was published; what they are like, and what they press, by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+from typing import Any
+
+import pytest
+from tests.lab.test_servoing import seen
+from tests.learning.lessons import lesson
+
+from understudy.learning.fit import learned
+from understudy.model.library import Taught
+from understudy_lab.chances import pairs_differ, remaining, shares_differ
+from understudy_lab.novices import study
+from understudy_lab.novices.novice import Novice
+from understudy_lab.novices.sensitivity import SAID
+from understudy_lab.novices.success import everywhere, succeeded
+from understudy_lab.novices.traits import (
+    ALIKE,
+    MINUTES_S,
+    MISTAKES,
+    PARAMETERS,
+    RANGES,
+    SITUATIONS,
+    UNDERSTOOD,
+    drawn,
+    habits,
+)
+from understudy_lab.novices.unseen import (
+    FINDS,
+    RESTS,
+    SWINGS,
+    WALKS_ON,
+    does_unseeing,
+    states_unseeing,
+    turned_back,
+)
+from understudy_lab.results import differences, published
+from understudy_lab.runner import row_of
+from understudy_lab.tasks.soccer import POSITIONS
+
+TASKS = [{"seed": study.SEEDS[0]}, {"seed": study.SEEDS[1], "trait": "lapses", "factor": 1.5}]
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_some_are_as_published(task: dict[str, Any]) -> None:
+    known = published("novices")
+    assert known is not None
+    row = row_of(study.EXPERIMENT, task)
+    assert differences([row], known, study.EXPERIMENT) == []
+    assert known.rows[0]["task"] == TASKS[0]
+
+
+def test_traits_are_within_their_ranges() -> None:
+    all_ = [drawn(seed) for seed in range(300)]
+    for name in ("reaction_s", "slips", "lapses", "misjudged", "off_middle_px"):
+        least, most, _ = RANGES[name]
+        found = [getattr(traits, name) for traits in all_]
+        assert least <= min(found) < max(found) <= most
+    assert all(traits.situations and set(traits.situations) <= set(SITUATIONS) for traits in all_)
+    mistaken = [traits.mistake for traits in all_ if traits.mistake != UNDERSTOOD]
+    assert set(mistaken) == set(MISTAKES)
+    assert 0.12 < len(mistaken) / len(all_) < 0.28
+
+
+def test_a_changed_trait_changes_nothing_else() -> None:
+    for seed in range(20):
+        before, after = drawn(seed), drawn(seed, scaled={"slips": 1.5})
+        assert after.slips == pytest.approx(1.5 * before.slips)
+        assert replace(after, slips=before.slips) == before
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_every_parameter_can_be_changed(name: str) -> None:
+    assert name in SAID
+    assert habits({}) == ALIKE
+    changed = [(drawn(seed, scaled={name: 1.5}), habits({name: 1.5})) for seed in range(40)]
+    assert changed != [(drawn(seed), ALIKE) for seed in range(40)]
+
+
+PLAIN = replace(drawn(0), mistake=UNDERSTOOD, edge_px=0.0, off_middle_px=0.0, search="right", misjudged=0.0)
+PRESSED = [  # what they misunderstood, the screens they see, what they would have last
+    (UNDERSTOOD, [("start", nan)], "right"),
+    (UNDERSTOOD, [("start", 20.0)], "forwardL"),
+    (UNDERSTOOD, [("start", 20.0), ("forwardL", nan)], "left"),
+    (UNDERSTOOD, [("right", 30.0), ("right", nan)], "left"),  # turned past it
+    ("other side", [("start", 20.0)], "forwardR"),
+    ("one only", [("start", 150.0)], "forwardL"),
+]
+
+
+@pytest.mark.parametrize(("mistake", "screens", "wished"), PRESSED)
+def test_what_a_novice_wants(mistake: str, screens: list[tuple[str, float]], wished: str) -> None:
+    novice = Novice(replace(PLAIN, mistake=mistake), 0)
+    assert [novice.wish(seen(*screen)) for screen in screens][-1] == wished
+
+
+def test_who_misjudges_thinks_it_is_there_too_early() -> None:
+    good, bad = Novice(PLAIN, 0), Novice(replace(PLAIN, misjudged=0.5), 0)
+    screen = seen("forwardL", 80.0, 2500.0)
+    assert (good.there(screen), bad.there(screen)) == (False, True)
+
+
+def test_five_minutes_and_no_more() -> None:
+    novice = Novice(drawn(1000), 1000)
+    assert novice.teach().lesson is not None
+    assert novice.seconds == pytest.approx(MINUTES_S, abs=0.2)
+    assert novice.presses > 10
+
+
+def made(left: int, hidden: int, right: int) -> dict[str, Any]:
+    """A row in which so many of ten trials from each position reach the ball."""
+    times = {
+        name: [12.0] * n + [None] * (10 - n) for name, n in zip(POSITIONS, (left, hidden, right), strict=True)
+    }
+    return {"task": {"seed": 0}, "times": times, "reached": left + hidden + right}
+
+
+SUCCESSES = [
+    ((10, 10, 10), True, True),
+    ((10, 0, 5), True, False),
+    ((5, 5, 4), False, False),
+    ((5, 5, 5), True, True),
+]
+
+
+@pytest.mark.parametrize(("reached", "half", "each"), SUCCESSES)
+def test_success(reached: tuple[int, int, int], half: bool, each: bool) -> None:
+    assert (succeeded(made(*reached)), everywhere(made(*reached))) == (half, each)
+
+
+PRESSED_BACK = [  # examples with nothing seen, what it then goes through, turns pressed back
+    ([("start", "left", "directive"), ("left", "left", "default")], ["start", "left"], (0, 0)),
+    (
+        [("start", "left", "directive"), *[("left", "left", "default")] * 9, ("left", "right", "directive")],
+        ["start", "left", "right"],  # nine that were recorded by themselves are outvoted
+        (1, 0),
+    ),
+    (
+        [("start", "left", "directive"), ("left", "right", "directive"), ("right", "left", "directive")],
+        ["start", "left", "right", "left"],
+        (1, 1),
+    ),
+]
+
+
+@pytest.mark.parametrize(("shown", "states", "back"), PRESSED_BACK)
+def test_what_a_robot_does_while_it_sees_nothing(
+    shown: list[tuple[str, str, str]], states: list[str], back: tuple[int, int]
+) -> None:
+    made = lesson([(before, [nan], after, kind) for before, after, kind in shown])
+    taught = Taught(learned(made), made)
+    assert states_unseeing(taught) == states
+    assert turned_back(taught) == {"left": back[0], "right": back[1]}
+
+
+DOES = [
+    (["start"], RESTS),
+    (["start", "forwardL"], WALKS_ON),
+    (["start", "left", "right"], FINDS),
+    (["start", "left", "right", "left"], SWINGS),
+    (["start", "left", "right", "forwardR", "right"], FINDS),  # a step between turns to one side
+    (["start", "right", "forwardL", "left", "right"], SWINGS),
+]
+
+
+@pytest.mark.parametrize(("states", "does"), DOES)
+def test_what_that_comes_to(states: list[str], does: str) -> None:
+    assert does_unseeing(states) == does
+
+
+def test_chances_by_hand() -> None:
+    assert shares_differ([True] * 3, [False] * 3) == pytest.approx(
+        2 / 20
+    )  # two of the 20 ways to choose 3 of 6
+    assert shares_differ([True, False], [True, False]) == 1.0
+    assert pairs_differ([False] * 5, [True] * 5) == pytest.approx(2 / 32)
+    assert pairs_differ([True, False], [False, True]) == 1.0
+    assert remaining([0.04, 0.01, 0.03]) == [False, True, False]  # 0.01 < 0.05 / 3, but 0.03 > 0.05 / 2

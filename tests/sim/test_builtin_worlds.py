@@ -1,0 +1,78 @@
+"""Every world that ships: it keeps the laws of bodies and worlds, and runs as it did before."""
+
+from __future__ import annotations
+
+from math import tau
+
+import pytest
+from tests.sim import golden
+from tests.sim.laws import check_percept, check_state, check_tick, kept
+from tests.sim.random_scenarios import random_commands
+
+from understudy.model.behaviors import Behavior
+from understudy.model.features import Feature
+from understudy.runtime.body import every_key
+from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.sim.world import World
+from understudy.testing import check_behavior, check_body, check_feature, check_world
+
+RENEW = "the run changed; if it is meant to, bring it up to date with: python -m tests.sim.golden"
+
+
+@pytest.mark.parametrize("name", builtin_scenarios())
+def test_it_keeps_the_laws_of_worlds(name: str) -> None:
+    scenario = load_scenario(name)
+    check_world(lambda seeds: World(scenario, seeds))
+    check_body(World(scenario, (3,)), ticks=20)
+
+
+@pytest.mark.parametrize("name", builtin_scenarios())
+def test_its_parts_keep_the_laws_of_parts(name: str) -> None:
+    world = World(load_scenario(name), (1, 2))
+    parts = [*world.kit.features.values(), *world.kit.behaviors.values()]
+    for part in parts:
+        if isinstance(part, Feature):
+            check_feature(part, world, ticks=3)
+        elif isinstance(part, Behavior):
+            check_behavior(part, world, ticks=3)
+
+
+@pytest.mark.parametrize("name", builtin_scenarios())
+def test_nothing_overlaps_leaves_or_is_lost(name: str) -> None:
+    import numpy as np
+
+    world = World(load_scenario(name), (4, 5, 6))
+    draw, keys = np.random.default_rng(7), every_key(world)
+    commands = random_commands(draw, world)
+    for tick in range(200):
+        if tick % 10 == 0:
+            commands = random_commands(draw, world)
+            check_percept(world, world.sense(keys))
+        before = kept(world)
+        world.act(commands)
+        check_tick(world, before, commands)
+        check_state(world)
+
+
+@pytest.mark.parametrize("name", builtin_scenarios())
+def test_golden_run(name: str) -> None:
+    for now, then in zip(golden.moments(name), golden.stored(name), strict=True):
+        assert now["counts"] == then["counts"], RENEW
+        assert list(now["measures"]) == list(then["measures"]), RENEW
+        for what, values in now["measures"].items():
+            for value, before in zip(values, then["measures"][what], strict=True):
+                if (
+                    value is None
+                    or before is None
+                    or what.split(" of ")[0] not in ("bearing", "heading", "robots heading")
+                ):
+                    assert value == (before if before is None else pytest.approx(before, abs=1e-6)), (
+                        what,
+                        RENEW,
+                    )
+                else:  # on the circle
+                    assert abs((value - before + tau / 2) % tau - tau / 2) < 1e-6, (what, RENEW)
+
+
+def test_there_is_a_golden_run_of_each_and_no_other() -> None:
+    assert {file.stem for file in golden.FOLDER.glob("*.json")} == set(builtin_scenarios())

@@ -1,0 +1,287 @@
+"""Library folders: what is saved is there, what was there is kept, whatever happens in between."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.model.lessons import goto, kit_of
+
+from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.behaviors import Behavior
+from understudy.model.kit import Kit
+from understudy.model.lesson import Options
+from understudy.model.library import Taught
+from understudy.storage import atomic
+from understudy.storage.filenames import LONGEST, stem
+from understudy.storage.library_folder import load_version, open_library, rename, save, versions
+
+KIT = kit_of(goto().automaton)
+
+
+def variant(reaction_s: float, name: str = "goto") -> Taught:
+    original = goto(name)
+    assert original.lesson is not None
+    return Taught(original.automaton, replace(original.lesson, options=Options(reaction_s)))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_save_and_open(tmp_path: Path) -> None:
+    path = save(tmp_path / "new" / "library", goto())
+    assert path.name == "goto.json"
+    opened = open_library(tmp_path / "new" / "library", KIT)
+    assert opened.library.taught["goto"] == goto()
+    assert opened.rebuilt == {}
+
+
+def test_renaming_takes_the_versions_along(tmp_path: Path) -> None:
+    for reaction_s in (0.1, 0.2, 0.3):
+        save(tmp_path, variant(reaction_s))
+    for reaction_s in (0.4, 0.5):
+        save(tmp_path, variant(reaction_s, "reach"))
+    with pytest.raises(DefinitionError, match="is there already"):
+        rename(tmp_path, "goto", variant(0.3, "reach"))
+    (tmp_path / "reach.json").unlink()
+    assert rename(tmp_path, "goto", variant(0.3, "reach")).name == "reach.json"
+    assert list(open_library(tmp_path, KIT).library.taught) == ["reach"]
+    kept = versions(tmp_path, "reach")
+    lessons = [load_version(tmp_path, "reach", each.number, KIT).taught.lesson for each in kept]
+    assert [each.number for each in kept] == [1, 2, 3]
+    assert [lesson.options.reaction_s for lesson in lessons if lesson] == [0.4, 0.1, 0.2]
+    assert versions(tmp_path, "goto") == ()
+
+
+def test_former_versions_are_kept(tmp_path: Path) -> None:
+    for reaction_s in (0.1, 0.2, 0.2, 0.3):  # saving the same twice changes nothing
+        save(tmp_path, variant(reaction_s))
+    kept = versions(tmp_path, "goto")
+    assert [version.number for version in kept] == [1, 2]
+    assert all(version.saved is not None for version in kept)
+    for number, reaction_s in ((1, 0.1), (2, 0.2)):
+        lesson = load_version(tmp_path, "goto", number, KIT).taught.lesson
+        assert lesson is not None
+        assert lesson.options.reaction_s == reaction_s
+    with pytest.raises(UnknownName, match="it has 1 and 2"):
+        load_version(tmp_path, "goto", 3, KIT)
+
+
+ODD = [
+    "con",
+    "LPT1",
+    "a/b",
+    "..",
+    ".hidden",
+    "größe",
+    "状態",
+    "with space",
+    " around ",
+    "a.json",
+    "%41",
+    "x" * LONGEST,
+    "*?",
+]
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_names(name: str, tmp_path: Path) -> None:
+    save(tmp_path, goto(name))
+    save(tmp_path, variant(0.7, name))
+    assert [path.parent for path in tmp_path.glob("*.json")] == [tmp_path]
+    assert list(open_library(tmp_path, KIT).library.taught) == [name]
+    assert len(versions(tmp_path, name)) == 1
+
+
+@given(st.text(max_size=40), st.text(max_size=40))
+def test_file_names_are_safe_and_tell_names_apart(one: str, other: str) -> None:
+    stems = []
+    for name in (one, other):
+        try:
+            stems.append(stem(name))
+        except DefinitionError:
+            return
+    assert all(set(each).isdisjoint('/\\:*?"<>|.\0') and each == each.strip() for each in stems)
+    assert (stems[0] == stems[1]) == (one == other)
+
+
+@pytest.mark.parametrize("name", ["", "a\nb", "x" * (LONGEST + 1), "\ud800", "\0"])
+def test_impossible_names(name: str, tmp_path: Path) -> None:
+    with pytest.raises(DefinitionError, match="no file can be called so"):
+        save(tmp_path, goto(name))
+    assert contents(tmp_path) == {}
+
+
+@pytest.mark.parametrize(("first", "second"), [("goto", "GoTo"), ("straße", "STRASSE"), ("é", "e\u0301")])
+def test_names_that_some_file_systems_confuse(first: str, second: str, tmp_path: Path) -> None:
+    save(tmp_path, goto(first))
+    before = contents(tmp_path)
+    with pytest.raises(DefinitionError, match="has that name already"):
+        save(tmp_path, goto(second))
+    assert contents(tmp_path) == before
+
+
+def test_two_files_for_one_automaton(tmp_path: Path) -> None:
+    path = save(tmp_path, goto())
+    (tmp_path / "goto copy.json").write_bytes(path.read_bytes())
+    with pytest.raises(
+        FileError, match=r"goto copy\.json.*holds automaton 'goto', as goto\.json beside it does"
+    ):
+        open_library(tmp_path, KIT)
+
+
+def test_recursion_is_refused(tmp_path: Path) -> None:
+    for name, runs in (("a", "b"), ("b", "c"), ("c", "a")):
+        save(tmp_path, Taught(Automaton(name, (START, State("on", runs)))))
+    with pytest.raises(RecursionRefused) as caught:
+        open_library(tmp_path, KIT)
+    assert set(caught.value.cycle) == {"a", "b", "c"}
+    assert str(tmp_path) in str(caught.value)
+
+
+def test_a_basic_behavior_has_the_name(tmp_path: Path) -> None:
+    save(tmp_path, goto())
+    with pytest.raises(FileError, match=r"goto\.json.*basic behavior"):
+        open_library(tmp_path, KIT + Kit.of(Behavior("goto")))
+
+
+@pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo])
+def test_what_is_not_a_file_is_no_document(tmp_path: Path, make: Callable[[Path], None]) -> None:
+    make(tmp_path / "goto.json")
+    with pytest.raises(FileError, match=r"goto\.json: it is not a file; remove it"):
+        open_library(tmp_path, KIT)
+
+
+def test_a_folder_may_be_named_by_text(tmp_path: Path) -> None:
+    save(str(tmp_path / "library"), goto())
+    assert list(open_library(str(tmp_path / "library"), KIT).library.taught) == ["goto"]
+
+
+def test_the_folder_is_a_file(tmp_path: Path) -> None:
+    (tmp_path / "library").write_text("kept")
+    with pytest.raises(FileError, match=r"library: it is a file, not a folder"):
+        save(tmp_path / "library", goto())
+    assert (tmp_path / "library").read_text() == "kept"
+
+
+def test_an_error_names_the_file_asked_for_and_not_the_one_beside_it(tmp_path: Path) -> None:
+    with pytest.raises(FileError) as caught, atomic.failing(tmp_path / "x.png", "writing"):
+        atomic.write(tmp_path / "nowhere" / "x.png", b"")
+    assert caught.value.path == str(tmp_path / "x.png")
+
+
+def test_no_folder(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="nowhere"):
+        open_library(tmp_path / "nowhere", KIT)
+
+
+def test_what_is_not_finished_is_no_document(tmp_path: Path) -> None:
+    save(tmp_path, goto())
+    left = tmp_path / f".goto.json.1{atomic.UNFINISHED}"
+    left.write_text("{")
+    (tmp_path / ".DS_Store.json").write_text("{")
+    (tmp_path / "notes.txt").write_text("mine")
+    assert list(open_library(tmp_path, KIT).library.taught) == ["goto"]
+    save(tmp_path, variant(0.9))
+    assert not left.exists()
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("failing", ["fsync", "replace"])
+def test_nothing_changes_on_an_error(failing: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save(tmp_path, goto())
+    before = contents(tmp_path)
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(*((os, "fsync", full) if failing == "fsync" else (Path, "replace", full)))
+    with pytest.raises(FileError, match="No space left"):
+        save(tmp_path, variant(0.9))
+    assert contents(tmp_path) == before
+
+
+def test_a_library_that_may_not_be_written(tmp_path: Path) -> None:
+    (tmp_path / "library").write_text("a file")
+    with pytest.raises(FileError):
+        save(tmp_path / "library", goto())
+    assert (tmp_path / "library").read_text() == "a file"
+
+
+SAVER = """
+import sys
+from pathlib import Path
+from tests.storage.test_library_folder import variant
+from understudy.storage.library_folder import save
+print("ready", flush=True)
+for turn in range(10**9):
+    save(Path(sys.argv[1]), variant((turn % 1000) / 1000))
+    print(turn, flush=True)
+"""
+
+
+def test_killed_at_any_moment(tmp_path: Path) -> None:
+    """Whenever a saving process is killed, the library opens, and all it said it had saved is there."""
+    root = Path(__file__).parents[2]
+    path = os.pathsep.join([str(root), str(root / "src")])
+    for attempt in range(8):
+        saver = subprocess.Popen(
+            [sys.executable, "-c", SAVER, str(tmp_path)],
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=root,
+            env={**os.environ, "PYTHONPATH": path},
+        )
+        assert saver.stdout is not None
+        assert saver.stdout.readline() == "ready\n"
+        time.sleep(0.01 + 0.0137 * attempt)
+        os.kill(saver.pid, signal.SIGKILL)
+        said = saver.stdout.read().split()
+        saver.stdout.close()
+        saver.wait()
+        if not list(tmp_path.glob("*.json")):
+            assert said == []
+            continue
+        kept = open_library(tmp_path, KIT).library.taught["goto"].lesson
+        assert kept is not None
+        found = [kept.options.reaction_s]
+        for version in versions(tmp_path, "goto"):
+            lesson = load_version(tmp_path, "goto", version.number, KIT).taught.lesson
+            assert lesson is not None
+            found.append(lesson.options.reaction_s)
+        assert {int(turn) / 1000 for turn in said} <= set(found)
+
+
+def test_many_savers_lose_nothing(tmp_path: Path) -> None:
+    """Processes that save at the same time take turns: each save is the current or a former version."""
+    code = (
+        "import sys; from pathlib import Path; from tests.storage.test_library_folder import variant;"
+        "from understudy.storage.library_folder import save;"
+        "[save(Path(sys.argv[1]), variant(int(sys.argv[2]) / 10 + turn / 100)) for turn in range(5)]"
+    )
+    root = Path(__file__).parents[2]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), str(root / "src")])}
+    savers = [
+        subprocess.Popen([sys.executable, "-c", code, str(tmp_path), str(each)], cwd=root, env=environment)
+        for each in range(3)
+    ]
+    assert [saver.wait() for saver in savers] == [0, 0, 0]
+    assert len(versions(tmp_path, "goto")) == 14
+    open_library(tmp_path, KIT)
+
+
+def test_errors_are_ours(tmp_path: Path) -> None:
+    (tmp_path / "folder.json").mkdir()
+    with pytest.raises(UnderstudyError):
+        open_library(tmp_path, KIT)

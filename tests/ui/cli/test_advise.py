@@ -1,0 +1,60 @@
+"""`understudy advise`: what a lesson lacks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from tests.coaching.lessons import GOTO, goto
+from tests.ui.cli.commands import run, said
+
+from understudy.learning.fit import learned
+from understudy.model.library import Taught
+from understudy.storage.library_folder import save
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    lesson = goto((*GOTO, ("forward", "left", "directive", 0.3, 350)))
+    save(tmp_path / "taught", Taught(learned(lesson), lesson))
+    return tmp_path / "taught"
+
+
+def test_most_useful_first_as_text_and_as_one_object(folder: Path) -> None:
+    told = said("advise", "goto", "-l", folder)
+    first, *others = told["advice"]
+    assert (told["name"], first["kind"], first["examples"]) == ("goto", "contradiction", [2, 7])
+    weights = [first["weight"], *(each["weight"] for each in others)]
+    assert weights == sorted(weights, reverse=True)
+    text = run("advise", "goto", "-l", folder).stdout
+    assert "1. Tell me which is right in forward" in text
+    assert max(map(len, text.splitlines())) <= 80
+    assert len(said("advise", "goto", "-l", folder, "--most", 1)["advice"]) == 1
+    assert "more: --most" in run("advise", "goto", "-l", folder, "--most", 1).stdout
+
+
+def test_a_region_is_plain_data_without_what_may_be_anything(folder: Path) -> None:
+    gaps = [
+        each for each in said("advise", "goto", "-l", folder, "--most", 50)["advice"] if each["kind"] == "gap"
+    ]
+    behind = next(each["region"] for each in gaps if each["sentence"].count("behind you: I was"))
+    ((low, high),) = behind["angle_to(A)"]["parts"]
+    assert (round(low, 3), round(high, 3), list(behind)) == (2.356, 3.927, ["angle_to(A)"])
+
+
+def test_with_a_world_situations_are_those_of_its_robot(folder: Path) -> None:
+    told = said("advise", "goto", "-l", folder, "--world", "forage", "--bind", "A=nearest_food")
+    assert {"gap", "contradiction"} <= {each["kind"] for each in told["advice"]}
+    bad = run("advise", "goto", "-l", folder, "--world", "forage", "--bind", "A=moon")
+    assert bad.exit_code == 2
+    assert "no target 'moon'" in bad.output
+
+
+def test_what_cannot_be_advised_on(folder: Path, library: Path) -> None:
+    assert run("advise", "nothing", "-l", folder).exit_code == 2
+    by_hand = run("advise", "goto", "-l", library)
+    assert by_hand.exit_code == 2
+    assert "it was written by hand" in by_hand.output
+    nowhere = run("advise", "goto", "-l", folder, "--bind", "A=station")
+    assert nowhere.exit_code == 2
+    assert "--bind: A=station means nothing without a world" in " ".join(nowhere.output.split())

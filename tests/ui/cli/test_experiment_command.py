@@ -1,0 +1,111 @@
+"""`understudy experiment`: listed, run, gone on with, compared with what was published."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from tests.ui.cli.commands import run
+
+from understudy_lab import catalog
+from understudy_lab.figures import panels
+from understudy_lab.results import Result, save
+from understudy_lab.study import Experiment, Findings, Goal, Row, Table, Task
+
+TABLE = Table("Squares", ("", "#square"), [("of [2]", "4")])
+
+
+def squares(*, share: float = 1.0) -> Experiment:
+    """An experiment that is quick."""
+
+    def work(task: Task) -> Row:
+        return {"square": task["seed"] ** 2, "share": share}
+
+    def conclude(rows: list[Row]) -> Findings:
+        held = all(row["share"] >= 1.0 for row in rows)
+        return Findings("Squares.", [TABLE], [Goal("share", "1", f"{rows[0]['share']:g}", held)], ["A note."])
+
+    known = catalog.find_experiment("forage")
+    return replace(
+        known,
+        seeds=range(4),
+        tasks=lambda plan: [{"seed": seed} for seed in plan.seeds],
+        work=work,
+        conclude=conclude,  # type: ignore[arg-type]
+        draw=lambda rows: panels()[0],
+        worlds=(),
+        needs={"no_such_module": "pip install 'understudy[none]'"},
+    )
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Squares, published with a share of 1, in the place of the experiment on foraging."""
+    monkeypatch.chdir(tmp_path)
+    use(squares(), monkeypatch)
+    monkeypatch.setattr("understudy_lab.results.folder_of", lambda name: tmp_path)
+    rows = [{"task": {"seed": seed}, "square": seed**2, "share": 1.0} for seed in range(4)]
+    findings = squares().conclude(rows)
+    save(Result("forage", "?", [0, 1, 2, 3], False, findings, rows), tmp_path / "expected.json")
+    return tmp_path
+
+
+def use(experiment: Experiment, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("understudy_lab.catalog.find_experiment", lambda name: experiment)
+
+
+def test_all_are_listed() -> None:
+    assert [each["name"] for each in json.loads(run("experiment", "list", "--json").stdout)] == list(
+        catalog.QUESTIONS
+    )
+
+
+def test_as_published(here: Path) -> None:
+    done = run("experiment", "forage", "--jobs", "1")
+    assert done.exit_code == 0, done.output
+    assert "'understudy[none]'" in done.output
+    assert "of [2]" in done.output
+    assert {path.name for path in (here / "results" / "forage").iterdir()} == {
+        "result.json", "figure.svg", "rows.jsonl",
+    }  # fmt: skip
+
+
+def test_what_was_done_is_not_done_again(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run("experiment", "forage", "--jobs", "1", "--quick")
+
+    def work(task: Task) -> Row:
+        raise AssertionError(task)
+
+    use(replace(squares(), work=work), monkeypatch)
+    done = run("experiment", "forage", "--jobs", "1", "--quick")
+    assert done.exit_code == 0, done.output
+    assert "Going on: 1 pieces" in done.output
+
+
+def test_a_miss_is_named(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    use(squares(share=0.5), monkeypatch)
+    done = run("experiment", "forage", "--jobs", "1")
+    assert done.exit_code == 1
+    assert "share: 0.5, not 1" in done.output
+    assert "share is 0.5, published was 1.0" in done.output
+
+
+def test_for_programs(here: Path) -> None:
+    done = run("experiment", "forage", "--jobs", "1", "--json", "--seeds", "1:3")
+    told = json.loads(done.stdout)
+    assert told["passed"]
+    assert [row["square"] for row in told["result"]["rows"]] == [1, 4]
+
+
+def test_what_was_not_published_is_counted(here: Path) -> None:
+    done = run("experiment", "forage", "--jobs", "1", "--seeds", "2:7")
+    assert done.exit_code == 0, done.output
+    assert "3 pieces were not published, and not compared" in done.output
+
+
+def test_an_unknown_name() -> None:
+    done = run("experiment", "forrage")
+    assert done.exit_code == 2
+    assert "forage" in done.output

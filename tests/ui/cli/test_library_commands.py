@@ -1,0 +1,181 @@
+"""The commands about a library: list, show, validate, rebuild, diff, learn."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from tests.coaching.lessons import goto
+from tests.model.lessons import goto as taught_goto
+from tests.ui.cli.commands import ROOT, run, said
+
+from understudy.learning.fit import learned
+from understudy.model.lesson import Options, Trees
+from understudy.model.library import Taught
+from understudy.storage.library_folder import save
+
+TABLE = """state,next,kind,distance:continuous,ready:categorical(no|yes)
+start,forward,directive,5,yes
+forward,forward,default,5,yes
+forward,done,directive,0.4,yes
+"""
+
+
+@pytest.fixture
+def lessons(tmp_path: Path) -> Path:
+    folder = tmp_path / "lessons"
+    save(folder, taught_goto())
+    original = taught_goto()
+    assert original.lesson is not None
+    return folder
+
+
+def test_list(library: Path) -> None:
+    told = said("list", "-l", library)
+    assert [row["name"] for row in told["automata"]] == ["deposit", "forage", "goto", "harvest"]
+    assert told["automata"][1]["uses"] == ["harvest", "deposit"]
+    assert told["automata"][2]["used_by"] == ["deposit", "harvest"]
+    assert "goto(A)" in run("list", "-l", library).stdout
+
+
+def test_list_shows_the_rest_beside_a_bad_file(library: Path) -> None:
+    (library / "forage.json").write_text("{")
+    result = run("list", "-l", library, "--json")
+    assert result.exit_code == 2
+    told = json.loads(result.stdout)
+    assert [row["name"] for row in told["automata"]] == ["deposit", "goto", "harvest"]
+    assert "cut short" in told["problems"]["forage.json"]
+
+
+def test_show(lessons: Path, library: Path) -> None:
+    told = said("show", "goto", "-l", lessons)
+    assert [state["name"] for state in told["states"]] == ["start", "forward", "done"]
+    assert told["examples"][1]["values"] == {
+        "distance_to(A)": 5.5,
+        "angle_to(A)": None,
+        "ready": "yes",
+        "bump": "no",
+    }
+    chosen = {"learner": "trees", "reaction_s": 0.2, "watched": True, "unlearning": False}
+    assert told["options"] == chosen
+    assert any("distance_to(A)" in line for line in told["conditions"]["forward"])
+    text = run("show", "goto", "-l", lessons).stdout
+    assert "When it switches" in text
+    assert "beside 2 watched examples" in text
+    assert max(map(len, text.splitlines())) <= 80
+    assert "goto(nearest_food)" in run("show", "harvest", "-l", library).stdout
+
+
+def test_show_says_why_examples_are_in_quarantine_and_what_was_pruned(tmp_path: Path) -> None:
+    lesson, reasons = goto(), {2: "too [late]", 3: "slipped", 5: "slipped"}
+    examples = tuple(replace(each, quarantined=reasons.get(each.number, "")) for each in lesson.examples)
+    held = replace(lesson, examples=examples, options=Options(learner=Trees(pruning=0.5)))
+    save(tmp_path, Taught(learned(held), held))
+    text = run("show", "goto", "-l", tmp_path).stdout
+    assert "‡ in quarantine: it teaches nothing\n  2: too [late]\n  3, 5: slipped\n" in text
+    assert "learns decision trees, pruned by 0.5\n" in text
+
+
+def test_validate(library: Path) -> None:
+    told = said("validate", "-l", library)
+    assert told["valid"]
+    assert told["checked"] == ["deposit", "forage", "goto", "harvest"]
+    assert "all valid" in run("validate", "-l", library).stdout
+
+
+def test_validate_finds_what_is_missing(library: Path) -> None:
+    (library / "goto.json").unlink()
+    result = run("validate", "-l", library, "--json")
+    assert result.exit_code == 2
+    assert set(json.loads(result.stdout)["problems"]) == {"deposit", "forage", "harvest"}
+    assert "no behavior 'goto'" in run("validate", "deposit", "-l", library).stdout.replace("\n", " ")
+
+
+def test_validate_says_which_scenario_a_library_is_of(library: Path) -> None:
+    result = run("validate", "-l", library, "--world", "soccer")
+    assert result.exit_code == 2
+    assert "all valid in another scenario: give --world forage or" in " ".join(result.stdout.split())
+    assert said("validate", "-l", library)["advice"] is None
+    goto = library / "goto.json"
+    goto.write_text(goto.read_text().replace('"distance_to"', '"depth_of"'))
+    result = run("validate", "-l", library)
+    assert "give --world SCENARIO; with a kit of your own" in " ".join(result.stdout.split())
+
+
+def test_validate_gives_no_advice_on_a_file_that_is_broken_anywhere(library: Path) -> None:
+    (library / "forage.json").write_text("{")
+    told = run("validate", "-l", library, "--json").stdout
+    assert json.loads(told)["advice"] is None
+
+
+def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path) -> None:
+    table, folder = tmp_path / "lesson.csv", tmp_path / "library"
+    table.write_text(TABLE)
+    assert run("learn", table, "-l", folder, "-n", "walk").exit_code == 0
+    path = folder / "walk.json"
+    path.write_text(path.read_text().replace("0.4, ", "0.5, "))
+    assert said("list", "-l", folder)["automata"][0]["rebuilt"] is not None
+    kit = tmp_path / "walking_kit.py"
+    kit.write_text(
+        "from understudy.model.behaviors import Behavior\n"
+        "from understudy.model.features import Feature\n"
+        "from understudy.model.kinds import BOOLEAN, Continuous\n"
+        "from understudy.model.kit import Kit\n"
+        "kit = Kit.of(Feature('distance', Continuous(), reading='distance'), Behavior('forward'),\n"
+        "             Feature('ready', BOOLEAN, reading='ready'), Behavior('done'))\n"
+    )
+    command = [sys.executable, "-m", "understudy.ui.cli"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+    for arguments, expected in (
+        ("validate", "built anew"),
+        ("rebuild", "1 automaton rebuilt"),
+        ("validate", "all valid"),
+    ):
+        done = subprocess.run(
+            [*command, arguments, "-l", str(folder), "--kit", "walking_kit:kit"],
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+            env={**environment, "PYTHONIOENCODING": "utf-8"},
+            check=True,
+        )
+        assert expected in done.stdout
+    assert len(list((folder / "versions" / "walk").iterdir())) == 1
+
+
+def test_diff(tmp_path: Path) -> None:
+    table, folder = tmp_path / "lesson.csv", tmp_path / "library"
+    table.write_text(TABLE)
+    run("learn", table, "-l", folder, "-n", "walk")
+    table.write_text(TABLE.replace("0.4", "0.9") + "start,done,directive,0.1,no\n")
+    run("learn", table, "-l", folder, "-n", "walk")
+    told = said("diff", "walk", "-l", folder)
+    assert told["from"] == "1"
+    assert len(told["changes"]["examples"]) == 3
+    assert told["changes"]["conditions"][0] == "  start"
+    (done,) = (each for each in told["moved"] if each["state"] == "start" and each["next"] == "done")
+    assert done["what"] == "appeared"
+    assert [(who["happened"], who["how"]) for who in done["examples"]] == [("new", "shows it")]
+    text = " ".join(run("diff", "walk", "-l", folder).stdout.split())
+    assert f"start → done appeared: example {done['examples'][0]['number']} (new, shows it)" in text
+    assert said("diff", "walk", "--to", "1", "-l", folder)["changes"] == {}
+    assert "nothing changed" in run("diff", "walk", "--from", folder / "walk.json", "-l", folder).stdout
+
+
+def test_learn(tmp_path: Path) -> None:
+    table, rows = tmp_path / "lesson.csv", tmp_path / "rows.csv"
+    table.write_text(TABLE)
+    rows.write_text(
+        "state,next,distance:continuous,ready:categorical(no|yes)\nforward,,0.3,yes\nforward,,9,\n"
+    )
+    told = said("learn", table, "--predict", rows)
+    assert told["predictions"] == ["done", "forward"]
+    assert set(told["states"]["forward"]) == {
+        "conditions", "nodes", "depth", "contradictions", "disagreements", "fit_ms",
+    }  # fmt: skip
+    assert "done when distance" in run("learn", table, "--predict", rows).stdout

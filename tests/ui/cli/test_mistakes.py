@@ -1,0 +1,186 @@
+"""How commands fail: in one paragraph, with the right exit code, and before anything slow."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tests.ui.cli.commands import ROOT, run
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+BAD = [  # arguments, what the error says
+    (["show", "nope", "-l", "{lib}"], "no automaton 'nope'; it has deposit, forage, goto and harvest"),
+    (["show", "x", "-l", "/nowhere"], "/nowhere: opening the library failed: No such file"),
+    (["list", "-l", "{lib}", "--world", "mars"], "no world 'mars'; it has arena, boxes, forage"),
+    (["list", "-l", "{lib}", "--kit", "nokit"], "--kit: 'nokit' cannot be had"),
+    (["list", "-l", "{lib}", "--kit", "json:loads"], "is a function; name a Kit as MODULE:NAME"),
+    (["diff", "goto", "-l", "{lib}"], "has no former version"),
+    (["diff", "goto", "--from", "7", "-l", "{lib}"], "no version '7'; it has none"),
+    (["diff", "goto", "--from", "/no.json", "-l", "{lib}"], "/no.json: reading failed"),
+    (["eval", "-l", "{lib}", "--seeds", "3:1"], "'3:1' is no range of seeds; write A:B"),
+    (["eval", "-l", "{lib}", "--seeds", "x"], "'x' is no range of seeds"),
+    (["eval", "-l", "{lib}", "--behavior", "goto"], "parameter 'A' of 'goto' is bound to nothing"),
+    (["eval", "-l", "{lib}", "--behavior", "fly"], "no behavior 'fly'"),
+    (["run", "-l", "{lib}", "--behavior", "goto", "--bind", "A=moon"], "no target 'moon'"),
+    (
+        ["run", "-l", "{lib}", "--behavior", "goto", "--bind", "A"],
+        "'A' is no binding; write PARAMETER=TARGET",
+    ),
+    (["run", "moon", "-l", "{lib}"], "no world 'moon'; it has arena"),
+    (["run", "moon.toml", "-l", "{lib}"], "moon.toml: there is no such file"),
+    (["run", "patrol", "--world", "rooms"], "'rooms' is another scenario than 'patrol'; name one"),
+    (
+        ["run", "patrol", "-l", "{lib}/no", "--behavior", "fly"],
+        "the kit has no behavior 'fly'; it has forwards",
+    ),
+    (["run", "-l", "{lib}", "--behavior", "fly"], "no behavior 'fly'"),
+    (
+        ["run", "patrol", "-l", "{lib}/no"],
+        "--behavior is missing; give --behavior NAME: there is no folder",
+    ),
+    (["eval", "patrol", "-l", "{lib}/no"], "and the basic behaviors are forwards, "),
+    (["run", "patrol", "-l", "{lib}"], "open it with the kit it was taught with"),
+    (["eval", "patrol", "-l", "{lib}/no", "--behavior", "stop"], "goal is missing, so that no run of it can"),
+    (["eval", "moon", "-l", "{lib}"], "no world 'moon'"),
+    (["worlds", "moon"], "no world 'moon'; it has arena"),
+    (["run", "-l", "{lib}", "--trace", "x.csv"], "is no trace; name a file that ends in .jsonl"),
+    (["run", "-l", "{lib}", "--trace", "/nowhere/x.jsonl"], "/nowhere/x.jsonl: writing the trace failed"),
+    (["run", "-l", "{lib}", "--record", "x.mp4"], "is no picture or recording; name a file that ends in"),
+    (
+        ["run", "-l", "{lib}", "--robot", "r.toml", "--record", "x.gif"],
+        "'x.gif' is no recording, and real robots are not drawn",
+    ),
+    (
+        ["run", "-l", "{lib}", "--robot", "r.toml", "--record", "x.mcap", "--no-record"],
+        "--record: and --no-record were both given; give one of them",
+    ),
+    (
+        ["run", "-l", "{lib}", "--robot", "r.toml", "--trace", "x.jsonl"],
+        "--trace means nothing to real robots",
+    ),
+    (["run", "-l", "{lib}", "--replay", "/none.mcap"], "/none.mcap: there is no such file"),
+    (["run", "-l", "{lib}", "--record", "/nowhere/x.mcap"], "/nowhere/x.mcap: cannot be written"),
+    (
+        ["run", "--robot", "r.toml", "--replay", "x.mcap"],
+        "--robot means nothing to --replay: all is as it was",
+    ),
+    (["learn", "x.csv", "--features", "x"], "--features means nothing to a table, which says all; leave it"),
+    (["learn", "--recording", "/none.mcap", "--features", "x"], "/none.mcap: there is no such file"),
+    (["why", "/none.mcap", "--time", "1"], "/none.mcap: there is no such file"),
+    (
+        ["run", "-l", "{lib}", "--record", "/nowhere/x.png", "--seconds", "1"],
+        "/nowhere/x.png: writing the picture",
+    ),
+    (["learn", "/none.csv"], "/none.csv"),
+    (["learn", "/none.csv", "--name", "x"], "--library is missing"),
+    (["rebuild", "nope", "-l", "{lib}"], "no automaton 'nope'"),
+    (["validate", "nope", "-l", "{lib}"], "no automaton 'nope'"),
+]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"), BAD, ids=lambda each: " ".join(each) if isinstance(each, list) else ""
+)
+def test_a_mistake_is_one_paragraph(
+    arguments: list[str], expected: str, library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = contents(library)
+    given = [argument.format(lib=library) for argument in arguments]
+    for extra in ([], ["--json"]):
+        result = run(*given, *extra, monkeypatch=monkeypatch)
+        assert result.exit_code == 2
+        assert result.stderr.startswith("Error: ")
+        assert expected in result.stderr
+        assert result.stderr.count("\n") == 1
+        if extra:
+            assert expected in json.loads(result.stdout)["error"]["message"]
+    assert contents(library) == before
+
+
+LATE = [  # mistakes that show only when the behavior is made ready to run, or the library is looked at
+    ["run", "-l", "{lib}", "--behavior", "goto"],
+    ["run", "-l", "{lib}", "--behavior", "goto", "--bind", "A=moon"],
+    ["eval", "-l", "{lib}", "--behavior", "goto"],
+    ["eval", "patrol", "-l", "{lib}/no", "--behavior", "stop"],
+    ["studio", "--no-browser", "-l", "{lib}/goto.json"],
+    ["studio", "--no-browser", "-l", "{lib}/goto.json/library"],
+    ["studio", "--no-browser", "-l", "{lib}", "--host", "nowhere.invalid"],
+]
+
+
+@pytest.mark.parametrize("arguments", LATE, ids=" ".join)
+def test_mistakes_are_told_before_anything_is_compiled(
+    arguments: list[str], library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def compiled(**_: object) -> None:
+        pytest.fail("compiled first")
+
+    monkeypatch.setattr("understudy.ui.cli.progress.compile_once", compiled)
+    result = run(*(argument.format(lib=library) for argument in arguments))
+    assert result.exit_code == 2
+    assert result.stderr.startswith("Error: ")
+
+
+def test_a_fault_of_ours_says_how_to_report_it(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr("understudy.ui.cli.library_data.look", broken)
+    result = run("list", "-l", library)
+    assert result.exit_code == 70
+    assert "ZeroDivisionError: oh" in result.stderr
+    assert "--debug" in result.stderr
+    assert isinstance(run("--debug", "list", "-l", library).exception, ZeroDivisionError)
+
+
+def test_interrupted(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("understudy.ui.cli.library_data.look", interrupt)
+    assert run("list", "-l", library).exit_code == 130
+
+
+def test_as_a_process(library: Path) -> None:
+    """No traceback, the right exit codes, and a pipe that closes early is no error."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+    command = f"{sys.executable} -m understudy.ui.cli"
+    for arguments, code in (("--version", 0), ("list -l /nowhere", 2), ("nonsense", 2), ("eval --seeds", 2)):
+        done = subprocess.run(
+            f"{command} {arguments}", shell=True, capture_output=True, text=True, env=environment, check=False
+        )
+        assert done.returncode == code
+        assert "Traceback" not in done.stderr
+    done = subprocess.run(
+        f"{command} list -l {library} | head -1",
+        shell=True,
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=True,
+    )
+    assert done.stderr == ""
+
+
+def test_it_starts_quickly() -> None:
+    code = (
+        "import sys; sys.argv = ['understudy', '--help']\n"
+        "from understudy.ui.cli import main\n"
+        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "slow = {'numba', 'matplotlib', 'textual', 'sklearn', 'numpy', 'PIL'} & set(sys.modules)\n"
+        "assert not slow, slow\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "understudy demo" in done.stdout

@@ -1,0 +1,102 @@
+"""What commands print where it cannot be shown or kept, and where they may write."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from understudy.ui.cli.main import app
+
+ROOT = Path(__file__).parents[3]
+SELF = "state,next,kind,x:continuous\nloop,other,directive,1\n"
+
+
+def process(*arguments: object, into: str = "", **environment: str) -> subprocess.CompletedProcess[bytes]:
+    command = [sys.executable, "-m", "understudy.ui.cli", *map(str, arguments)]
+    usual = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "PYTHONUTF8": "0", **environment}
+    if into:
+        with Path(into).open("wb") as out:
+            return subprocess.run(command, stdout=out, stderr=subprocess.PIPE, env=usual, check=False)
+    return subprocess.run(command, capture_output=True, env=usual, check=False)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252"])
+def test_a_terminal_without_our_letters(library: Path, encoding: str) -> None:
+    for command in (["validate"], ["show", "goto"]):
+        done = process(*command, "-l", library, PYTHONIOENCODING=encoding)
+        assert done.returncode == 0, (done.stdout, done.stderr)
+    told = process("show", "goto", "-l", library, "--json", PYTHONIOENCODING=encoding)
+    assert json.loads(told.stdout.decode("utf-8"))["name"] == "goto"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize("extra", [[], ["--json"]])
+def test_an_output_that_is_full(library: Path, extra: list[str]) -> None:
+    done = process("list", "-l", library, *extra, into="/dev/full")
+    assert done.returncode == 2
+    assert done.stderr.startswith(b"Error: standard output: ")
+    assert done.stderr.count(b"\n") == 1
+
+
+def test_a_reader_that_leaves_early(library: Path) -> None:
+    read, written = os.pipe()
+    os.close(read)
+    done = subprocess.run(
+        [sys.executable, "-m", "understudy.ui.cli", "list", "-l", str(library)],
+        stdout=written,
+        stderr=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+        check=False,
+    )
+    os.close(written)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1"}).invoke(app, [*map(str, arguments)])
+
+
+@pytest.mark.parametrize("taken", ["out", "out/library", "out/pictures"])
+def test_a_demo_that_cannot_keep_anything_does_not_begin(
+    tmp_path: Path, taken: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def teach(*_: object, **__: object) -> None:
+        raise AssertionError("it began")
+
+    monkeypatch.setattr("understudy_lab.forage.teach.teach", teach)
+    path = tmp_path / taken
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("kept")
+    result = run("demo", "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "--out" in result.stderr
+    assert path.read_text() == "kept"
+
+
+def test_learning_an_automaton_that_contains_itself(tmp_path: Path) -> None:
+    table, folder = tmp_path / "table.csv", tmp_path / "library"
+    table.write_text(SELF)
+    result = run("learn", table, "--library", folder, "--name", "loop")
+    assert result.exit_code == 2
+    assert "contains itself (loop -> loop)" in result.stderr
+    assert not folder.exists()
+    assert run("learn", table, "--library", folder, "--name", "outer").exit_code == 0
+    before = sorted(folder.rglob("*"))
+    table.write_text("state,next,kind,x:continuous\nouter,halt,directive,1\n")
+    result = run("learn", table, "--library", folder, "--name", "other")
+    assert result.exit_code == 2
+    assert "other -> outer -> other" in result.stderr
+    assert sorted(folder.rglob("*")) == before
+
+
+def test_learning_an_automaton_without_a_name(tmp_path: Path) -> None:
+    (tmp_path / "table.csv").write_text(SELF)
+    result = run("learn", tmp_path / "table.csv", "--library", tmp_path / "library", "--name", "")
+    assert result.exit_code == 2
+    assert not (tmp_path / "library").exists()

@@ -1,0 +1,163 @@
+"""`understudy test`: a library on its own lessons, beside what it was."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.sim.patrollers import ROBOTS, SCENARIO
+from tests.ui.cli.commands import run, said
+from tests.ui.cli.forage_parts import goto
+
+from understudy.analysis.expectations import here, promise
+from understudy.learning.fit import learned
+from understudy.model.library import Library, Taught
+from understudy.model.tree import Tree, leaf
+from understudy.sim.forage import Forage, kit
+from understudy.sim.team.libraries import libraries_of, troop_of
+from understudy.storage.library_folder import open_library, save
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session import Session
+from understudy_lab.bench.patrol import lead
+
+
+@pytest.fixture
+def fetching(library: Path) -> Path:
+    """The library with an automaton that fetches something from the station, which promises to be there in time."""
+    known = open_library(library, kit).library
+    lesson = new_lesson(known, "fetch", states=["goto(station)"], flags=["done"], features=["done"])
+    session = Session(Forage([9]), known, lesson)
+    session.direct("goto")
+    session.run_for(60.0)
+    session.direct("done")
+    session.tick()
+    session.reset(11)
+    promise(session, flag="done", within_s=60.0)
+    save(library, session.taught())
+    return library
+
+
+def found(folder: Path, *arguments: object) -> dict[str, dict[str, Any]]:
+    return {each["name"]: each for each in said("test", folder, *arguments)["automata"]}
+
+
+def failed(folder: Path) -> tuple[dict[str, dict[str, Any]], str]:
+    result = run("test", folder, "--json")
+    assert result.exit_code == 1, result.output
+    text = run("test", folder)
+    assert text.exit_code == 1
+    return {each["name"]: each for each in json.loads(result.stdout)["automata"]}, " ".join(
+        text.stdout.split()
+    )
+
+
+def test_all_as_shown(fetching: Path) -> None:
+    told = said("test", fetching)
+    assert (told["world"], told["works"]) == ("forage", True)
+    (fetch,) = (each for each in told["automata"] if each["name"] == "fetch")
+    assert fetch["examples"] == 3
+    assert fetch["outcomes"][0]["took_s"] > 1.0
+    text = run("test", fetching)
+    assert text.exit_code == 0
+    assert "✓ fetch 3 examples, 1 outcome\n" in text.stdout
+    assert "✓ goto nothing recorded\n" in text.stdout
+    assert text.stdout.endswith("library: 5 automata, all as shown\n")
+
+
+def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
+    """Whoever changes GoTo is told what that does to those who run it."""
+    save(fetching, Taught(replace(goto, transitions={"start": Tree((leaf(0),))})))
+    told, text = failed(fetching)
+    assert told["fetch"]["failed"] == [
+        {"outcome": "done within 60 s in forage", "problem": None, "comes_with_former": ["goto"]}
+    ]
+    assert (told["goto"]["works"], told["goto"]["former"]) == (True, 1)
+    assert told["goto"]["affected"] == ["deposit", "fetch", "harvest", "forage"]
+    assert (
+        "promised, and did not come: done within 60 s in forage; it does with the former version of goto"
+        in text
+    )
+    assert "changed since version 1; deposit, fetch, harvest and forage run it" in text
+    assert "5 automata, 1 does not do what was shown" in text
+
+
+def test_two_outcomes_of_one_wording(fetching: Path) -> None:
+    """Each says what is wrong with itself."""
+    taught = open_library(fetching, kit).library.taught["fetch"]
+    assert taught.lesson is not None
+    (fine,) = taught.lesson.outcomes
+    slow, broken = replace(fine, within_s=0.2), replace(fine, within_s=0.2, snapshot=b"nothing")
+    save(fetching, Taught(taught.automaton, replace(taught.lesson, outcomes=(slow, broken))))
+    told, text = failed(fetching)
+    first, second = told["fetch"]["failed"]
+    assert (first["problem"], "snapshot" in second["problem"]) == (None, True)
+    assert text.count("is not a snapshot") == 1
+
+
+def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
+    """Two say otherwise at the very same moment: the one that was right is outvoted."""
+    taught = open_library(fetching, kit).library.taught["fetch"]
+    assert taught.lesson is not None
+    first = taught.lesson.examples[0]
+    against = [replace(first, number=number, next="done") for number in (8, 9)]
+    lesson = replace(taught.lesson, examples=(*taught.lesson.examples, *against), outcomes=())
+    save(fetching, Taught(learned(lesson), lesson))
+    told, text = failed(fetching)
+    assert told["fetch"]["no_longer"] == [
+        "where it went from start to goto as shown (example 1), it now goes to done"
+    ]
+    assert told["fetch"]["otherwise"] == [1]
+    assert "where it went from start to goto as shown (example 1), it now goes to done" in text
+    assert "1 example decided otherwise than shown: 1" in text
+
+
+def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
+    for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
+        save(tmp_path, Taught(automaton))
+    known = libraries_of(SCENARIO, ROBOTS, lambda name, kit: Library.of(kit, lead()))
+    troop = troop_of(SCENARIO, "patrol", known)
+    lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
+    session = Session(troop, known["patrol"], lesson)
+    session.direct("wander")
+    session.run_for(1.0)
+    session.direct("done")
+    session.tick()
+    outcome = here(session, flag="done", within_s=3.0)
+    assert (outcome.sort, outcome.agent) == ("patrol", 0)
+    promise(session, flag="done", within_s=3.0)
+    save(tmp_path / "patrol", session.taught())
+    told = found(tmp_path)
+    assert set(told) == {"wander", "servo", "patrol", "patrol/out"}
+    assert told["patrol/out"]["works"]
+    wander = ROBOTS.automaton("wander")
+    save(tmp_path, Taught(replace(wander, transitions={"start": wander.transitions["start"]})))
+    assert found(tmp_path)["wander"]["affected"] == ["patrol", "patrol/out"]
+
+
+def test_the_folder_as_an_option(fetching: Path, tmp_path: Path) -> None:
+    """As all other commands have it."""
+    assert said("test", "-l", fetching) == said("test", fetching) == said("test", fetching, "-l", fetching)
+    refused = run("test", fetching, "-l", tmp_path)
+    assert refused.exit_code == 2
+    assert "name one of them" in " ".join(refused.output.split())
+
+
+def test_mistakes(tmp_path: Path, library: Path) -> None:
+    refused = run("test", tmp_path / "nothing")
+    assert (refused.exit_code, "opening the library" in refused.output) == (2, True)
+    (tmp_path / "nothing").mkdir()
+    refused = run("test", tmp_path / "nothing")
+    assert refused.exit_code == 2
+    assert "name a folder with automata" in " ".join(refused.output.split())
+
+
+def test_the_one_bad_file_is_named(library: Path) -> None:
+    """All others are of the foraging world: what is wrong elsewhere is nobody's business."""
+    (library / "goto.json").write_text("{")
+    refused = run("test", library)
+    assert refused.exit_code == 2
+    assert "goto.json" in refused.output
+    assert "feature" not in refused.output

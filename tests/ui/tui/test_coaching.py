@@ -1,0 +1,57 @@
+"""The coach in the trainer: the next situation on a key, and a robot that asks where it is unsure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.ui.tui.desks import plan, trainer
+from tests.ui.tui.test_main_screen import run
+
+from understudy.training.trainee import Mode
+
+
+@run
+async def test_the_coach_sets_up_what_it_wants_to_be_shown(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, seed=6)) as hand:
+        await hand.press("C")
+        assert "there is no place to go to" in hand.said
+        await hand.show(worlds=1)
+        shown = len(hand.desk.session.examples)
+        await hand.press("C")
+        first = hand.said
+        assert first.startswith(("Show me", "Only example"))
+        assert first.endswith("; nothing recorded")
+        await hand.press("C")
+        assert hand.said != first
+        assert len(hand.desk.session.examples) == shown
+
+
+@run
+async def test_it_asks_where_it_is_unsure_and_waits(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, seed=6)) as hand:
+        await hand.press("up")
+        await hand.wait(0.5)
+        await hand.press("t", "A")
+        assert hand.said == "It asks where it is unsure, and waits"
+        await hand.wait(0.3)
+        assert hand.said.startswith("I am not sure: I would ")
+        assert hand.desk.paused
+        before = hand.desk.body.time_s
+        await hand.wait(0.5)
+        assert hand.desk.body.time_s == before
+        await hand.press("space")
+        await hand.wait(0.2)
+        assert hand.desk.body.time_s > before
+        assert hand.desk.screen.mode is Mode.TESTING
+
+
+@run
+async def test_it_marks_and_goes_on(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, seed=6)) as hand:
+        await hand.press("up")
+        await hand.wait(0.5)
+        await hand.press("t", "A", "A")
+        before = hand.desk.body.time_s
+        await hand.wait(0.5)
+        assert hand.desk.body.time_s > before
+        assert hand.desk.coach.asking.marked

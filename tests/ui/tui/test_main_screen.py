@@ -1,0 +1,323 @@
+"""Lessons taught in the trainer by keys only, on a screen nobody sees and a clock that moves when told."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from dataclasses import replace
+from functools import wraps
+from math import dist
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.ui.tui.desks import GOTO, Hand, plan, trainer
+
+from understudy.learning.fit import learn
+from understudy.model.example import ExampleKind
+from understudy.model.lesson import Lesson
+from understudy.robots.twin import drawn
+from understudy.sim.finding import place_of
+from understudy.sim.forage import kit
+from understudy.storage.library_folder import open_library, versions
+from understudy.training.trainee import Mode
+from understudy.ui.controller.plan import Choices
+from understudy.ui.tui.app import Ended
+from understudy.ui.tui.main_screen import Teaching
+
+Test = Callable[..., Coroutine[Any, Any, None]]
+
+
+def run(test: Test) -> Callable[..., None]:
+    """Run a test in an event loop."""
+
+    @wraps(test)
+    def sync(**fixtures: Any) -> None:
+        asyncio.run(test(**fixtures))
+
+    return sync
+
+
+def saved(folder: Path, name: str = "goto") -> Lesson:
+    lesson = open_library(folder, kit, learn).library.taught[name].lesson
+    assert lesson is not None
+    return lesson
+
+
+def where(hand: Hand) -> tuple[float, float]:
+    robots = hand.desk.view.robots
+    return float(robots.x[0]), float(robots.y[0])
+
+
+def kinds(hand: Hand) -> list[str]:
+    return [f"{each.kind}{' ◆' * each.correction}" for each in hand.desk.session.examples]
+
+
+@run
+async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_saw(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path / "library", seed=6)) as hand:
+        await hand.show(worlds=3)
+        await hand.press("n", "t")
+        assert hand.desk.screen.mode is Mode.TESTING
+        assert "TESTING" in hand.shown("header")
+        for _ in range(2):
+            await hand.guide()
+            station = place_of(drawn(hand.desk.body), "station")
+            assert station is not None
+            assert dist(where(hand), station) < 0.5
+            assert hand.desk.screen.mode is Mode.TESTING, "it had to be corrected"
+            await hand.press("n")
+        await hand.press("s", "q")
+    ended = hand.trainer.return_value
+    assert isinstance(ended, Ended)
+    assert ended.saved
+    assert len(saved(tmp_path / "library").examples) == ended.examples
+    assert ended.journal.exists()
+    assert not list((tmp_path / "library" / ".journals").glob("*.journal"))
+
+
+@run
+async def test_a_press_is_recorded_with_its_default_and_said(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path)) as hand:
+        await hand.press("left")
+        assert hand.desk.screen.waiting == "rotate_left"
+        await hand.wait(0.1)
+        assert hand.said.startswith("start → rotate_left, distance_to(A) = ")
+        assert hand.said.endswith("°, with its default")
+        assert "▶  rotate_left" in hand.shown("states")
+        await hand.wait(0.5)
+        await hand.press("1")
+        await hand.wait(0.1)
+        await hand.press("enter")
+        await hand.wait(0.1)
+        assert hand.said.startswith("forward confirmed")
+        assert kinds(hand) == ["directive", "default", "directive", "default", "confirmation"]
+        assert "5 shown" in hand.shown("lower")
+
+
+@run
+async def test_directing_in_testing_visibly_becomes_a_correction(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path)) as hand:
+        await hand.press("t")
+        assert "nothing to test yet" in hand.said
+        await hand.press("up")
+        await hand.wait(0.5)
+        await hand.press("t")
+        await hand.wait(0.3)
+        assert hand.desk.screen.state == "forward"
+        assert "press to correct" in hand.shown("states")
+        await hand.press("right")
+        assert "CORRECTED" in hand.shown("header")
+        await hand.wait(0.1)
+        assert hand.desk.screen.mode is Mode.TRAINING
+        assert hand.said.startswith("correction: forward → rotate_right")
+        assert kinds(hand)[-2:] == ["directive ◆", "default ◆"]
+        assert "◆ forward → rotate_right" in hand.shown("lower")
+
+
+@run
+async def test_a_flag_raised_too_early_is_corrected_where_it_was_raised(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path)) as hand:
+        await hand.press("up")
+        await hand.wait(0.5)
+        await hand.press("4")
+        await hand.wait(0.2)
+        await hand.press("t")
+        await hand.wait(1)
+        assert hand.desk.screen.flag == "done"
+        assert hand.said.startswith("goto raised done")
+        await hand.press("up")
+        await hand.wait(0.1)
+        last = hand.desk.session.examples[-1]
+        assert (last.state, last.next, last.kind, last.correction) == (
+            "forward", "forward", ExampleKind.CONFIRMATION, True,
+        )  # fmt: skip
+
+
+@run
+async def test_undo_and_redo(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path)) as hand:
+        await hand.press("u")
+        assert "nothing to undo" in hand.said
+        assert hand.desk.said.tone == "error"
+        await hand.press("left")
+        await hand.wait(0.2)
+        await hand.press("up")
+        await hand.wait(0.2)
+        await hand.press("ctrl+z")
+        assert hand.said == "Undone: rotate_left → forward"
+        assert kinds(hand) == ["directive", "default"]
+        assert hand.desk.screen.state == "rotate_left"
+        await hand.press("U")
+        assert hand.said == "Done again: rotate_left → forward"
+        assert len(hand.desk.session.examples) == 4
+
+
+@run
+async def test_time_stands_still_while_paused_and_a_press_then_is_marked(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path)) as hand:
+        await hand.press("up")
+        await hand.wait(1)
+        await hand.press("space")
+        before, clock = hand.desk.screen.time_s, hand.desk.pace.time_s
+        await hand.wait(5)
+        assert (hand.desk.screen.time_s, hand.desk.pace.time_s) == (before, clock)
+        assert "PAUSED" in hand.shown("header")
+        await hand.press("left")
+        assert hand.desk.screen.waiting == "rotate_left"
+        await hand.press("full_stop")
+        assert hand.desk.screen.time_s == pytest.approx(before + 0.1)
+        assert hand.desk.screen.state == "rotate_left"
+        assert hand.desk.session.examples[-2].window == 0  # paused: never from before
+        await hand.press("space", "plus")
+        await hand.wait(1)
+        assert hand.desk.screen.time_s == pytest.approx(before + 0.1 + 2.0)
+
+
+@run
+async def test_driving_into_position_records_nothing(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path)) as hand:
+        start = where(hand)
+        await hand.press("d")
+        await hand.wait(1)
+        assert where(hand) == start, "it stands still until a key is pressed"
+        assert "DRIVING" in hand.shown("header")
+        await hand.press("up")
+        await hand.wait(1)
+        await hand.press("enter", "d")
+        assert where(hand) != start
+        assert not hand.desk.session.examples
+        assert hand.desk.screen.state == "start"
+
+
+@run
+async def test_what_is_saved_is_opened_again_and_goes_on(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, seed=3)) as hand:
+        await hand.press("left")
+        await hand.wait(0.3)
+        await hand.press("s", "q")
+    async with trainer(plan(tmp_path, choices=Choices())) as hand:
+        assert "open again" in hand.said
+        assert hand.desk.screen.targets == {"A": "station"}
+        assert not hand.desk.unsaved
+        await hand.press("p", "right")
+        await hand.wait(0.3)
+        assert hand.desk.unsaved
+        await hand.press("s", "q")
+    lesson = saved(tmp_path)
+    assert [example.binding["A"] for example in lesson.examples] == ["station"] * 2 + ["nearest_food"] * 2
+    assert len(versions(tmp_path, "goto")) == 1
+
+
+@run
+async def test_quitting_asks_about_what_is_not_saved(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path)) as hand:
+        await hand.press("up")
+        await hand.wait(0.2)
+        await hand.press("q")
+        assert not isinstance(hand.trainer.screen, Teaching)
+        await hand.press("escape")
+        assert isinstance(hand.trainer.screen, Teaching)
+        before = hand.desk.screen.time_s
+        await hand.wait(0.5)
+        assert hand.desk.screen.time_s > before
+        await hand.press("ctrl+q", "x")
+    ended = hand.trainer.return_value
+    assert isinstance(ended, Ended)
+    assert not ended.saved
+    assert not (tmp_path / "goto.json").exists()
+
+
+@run
+async def test_a_killed_session_is_offered_and_nothing_shown_is_lost(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path)) as hand:
+        await hand.press("left")
+        await hand.wait(0.5)
+        await hand.press("up")
+        await hand.wait(0.2)
+        shown, there = hand.desk.session.examples, where(hand)
+        await hand.press("right")  # acknowledged, but no tick came before the end
+        (journal,) = (tmp_path / ".journals").iterdir()
+        killed = journal.read_bytes()
+    journal.write_bytes(killed)  # as a kill at that moment would have left it
+    async with trainer(plan(tmp_path), offer=True) as hand:
+        assert hand.trainer.unfinished is not None
+        assert hand.trainer.unfinished.examples == 4
+        await hand.press("enter")
+        assert hand.desk.session.examples == shown
+        assert hand.desk.screen.waiting == "rotate_right"
+        assert hand.desk.paused
+        assert dist(where(hand), there) < 0.2
+        await hand.press("space")
+        await hand.wait(0.2)
+        assert len(hand.desk.session.examples) == 6
+        await hand.press("s", "q")
+    assert len(saved(tmp_path).examples) == 6
+    async with trainer(plan(tmp_path), offer=True) as hand:
+        assert hand.trainer.unfinished is None
+
+
+@run
+async def test_everything_is_chosen_on_the_first_page(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, choices=Choices())) as hand:
+        await hand.press("ctrl+g")
+        told = hand.trainer.screen.query_one("#told").render()
+        assert "No states yet" in str(told)
+        await hand.press("down", "space", "down", "space", "down", "space")
+        await hand.press("tab", "tab", "A", "enter", "A", "=", *"station", "enter", *"done")
+        await hand.press(
+            "shift+tab", "shift+tab", "shift+tab", "home", "space", "down", "down", "down", "space"
+        )
+        await hand.press("ctrl+g")
+        automaton = hand.desk.session.automaton
+        assert automaton.parameters == ("A",)
+        assert len(automaton.state_names) == 5
+        assert automaton.state_names[-1] == "done"
+        assert [str(bound) for bound in automaton.features] == ["distance_to(A)", "angle_to(A)"]
+        assert hand.desk.screen.targets == {"A": "station"}
+
+
+@run
+async def test_features_are_chosen_anew_and_examples_stay(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path)) as hand:
+        await hand.press("up")
+        await hand.wait(0.2)
+        await hand.press("c", "tab", "end", *["up"] * 3, "space", "ctrl+g")
+        assert [str(bound) for bound in hand.desk.features][-1] == "at_station"
+        assert len(hand.desk.session.examples) == 2
+        assert all(len(example.values) == 3 for example in hand.desk.session.examples)
+        await hand.press("u")
+        assert len(hand.desk.features) == 2
+
+
+@run
+async def test_why_and_the_page_of_the_lesson(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, seed=3), size=(120, 40)) as hand:
+        await hand.press("left")
+        await hand.wait(0.5)
+        await hand.press("up")
+        await hand.wait(0.5)
+        await hand.press("t")
+        await hand.wait(1.5)
+        await hand.press("question_mark")
+        assert "ago it went from rotate_left to forward because" in hand.shown("lower")
+        assert "(shown by " in hand.shown("lower")
+        await hand.press("l")
+        await hand.press("x", "u", "x", "escape")
+        assert len(hand.desk.session.examples) == 3
+        await hand.press("h", "escape")
+        assert isinstance(hand.trainer.screen, Teaching)
+
+
+@run
+async def test_watched_examples_can_be_switched_off(tmp_path: Path) -> None:
+    watched = replace(GOTO, watched=True)
+    async with trainer(plan(tmp_path, choices=watched)) as hand:
+        await hand.press("w")
+        assert hand.said == "You are not watching"
+        await hand.press("w", "up")
+        await hand.wait(2)
+        await hand.press("left")
+        await hand.wait(0.1)
+        assert "watched" in kinds(hand)
+        assert "watched" in hand.shown("lower")

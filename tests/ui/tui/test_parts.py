@@ -1,0 +1,250 @@
+"""The parts of the trainer: time, keys, words, the picture, what a plan refuses, journals."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from math import nan, radians
+from pathlib import Path
+
+import pytest
+from tests.sim.made import crossing
+from tests.ui.tui.desks import GOTO, Wall, plan
+
+from understudy.errors import KindError, UnderstudyError
+from understudy.model.automaton import START, State
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature
+from understudy.model.library import Library
+from understudy.sim.finding import place_of
+from understudy.sim.forage import Forage, kit
+from understudy.ui.controller import journal_store, key_bindings
+from understudy.ui.controller.clock import BUSY_S, FASTEST, Pace
+from understudy.ui.controller.formatting import clock, number, signed, spark, value
+from understudy.ui.controller.plan import Choices, checked
+from understudy.ui.tui import main_screen
+from understudy.ui.tui.world_view import ARROWS, facts, picture, size
+
+ANGLE = BoundFeature(kit.features["angle_to"], Binding(A="A"))
+DISTANCE = BoundFeature(kit.features["distance_to"], Binding(A="A"))
+FOOD = BoundFeature(kit.features["food_stored"])
+LEFT = BoundFeature(kit.features["food_left"])
+
+
+def test_ticks_are_due_in_real_time_and_time_stops_while_it_stands() -> None:
+    wall = Wall()
+    pace = Pace(wall, tick_s=0.1)
+    wall.now = 5.0
+    assert (pace.due(), pace.time_s) == (0, 0.0)
+    pace.go()
+    wall.now = 5.25
+    assert pace.due() == 2
+    wall.now = 5.3
+    assert pace.due() == 1
+    pace.faster()
+    wall.now = 5.4
+    assert pace.due() == 2
+    pace.stop()
+    wall.now = 60.0
+    pace.go()
+    wall.now = 90.0
+    assert pace.due() == 5, "a long stall is not made up for"
+    assert pace.time_s == pytest.approx(30.4)
+
+
+def test_speeds_end_somewhere() -> None:
+    pace = Pace(Wall(), tick_s=0.1)
+    for _ in range(20):
+        pace.faster()
+    assert pace.speed == FASTEST
+    pace.slower()
+    assert pace.speed == 16
+    for _ in range(20):
+        pace.slower()
+    assert pace.speed == 0.25
+
+
+def test_as_fast_as_it_goes_takes_what_fits_into_a_beat() -> None:
+    wall = Wall()
+    pace = Pace(wall, tick_s=0.1)
+    pace.speed = FASTEST
+    assert list(pace.ticks()) == [], "time stands still"
+    pace.go()
+    wall.now = 1000.0
+    taken = 0
+    for _ in pace.ticks():
+        taken += 1
+        wall.now += BUSY_S / 3
+    assert taken == 3
+    assert pace.time_s == pytest.approx(1000.0 + BUSY_S)
+    for _ in pace.ticks():
+        taken += 1
+        wall.now += 5.0
+    assert taken == 4, "one at least, however long it takes"
+    for _ in pace.ticks():
+        taken += 1
+        pace.stop()
+    assert taken == 5, "what stops it is obeyed at once"
+    pace.go()
+    pace.speed = 1.0
+    assert pace.due() == 0, "nothing is owed"
+
+
+def test_no_key_of_a_state_is_a_key_of_a_command() -> None:
+    commands = {key for binding in main_screen.Teaching.BINDINGS for key in binding.key.split(",")}  # type: ignore[union-attr]
+    assert not commands & set(key_bindings.LETTERS + key_bindings.DIGITS + "0")
+    assert not commands & set(key_bindings.ARROWS)
+    assert len(set(key_bindings.LETTERS)) == len(key_bindings.LETTERS)
+
+
+def test_keys_of_states() -> None:
+    library = Library(kit)
+    states = (
+        START,
+        State("ahead", "forward"),
+        State("rotate_right", "rotate_right"),
+        State("ahead_too", "forward"),
+        *(State(f"load{number}", "load_food") for number in range(8)),
+    )
+    found = key_bindings.state_keys(library, states)
+    assert found.leads["up"] == found.leads["1"] == "ahead"
+    assert found.leads["right"] == found.leads["2"] == "rotate_right"
+    assert found.leads["0"] == "start"
+    assert found.leads["a"] == "load6"
+    assert (found.label("ahead"), found.label("ahead_too")) == ("↑1", " 3")
+
+
+VALUES = [
+    (DISTANCE, 3.4213, "3.42 m"),
+    (DISTANCE, nan, "–"),
+    (ANGLE, radians(31), "31°"),
+    (ANGLE, radians(329), "−31°"),
+    (ANGLE, radians(180), "180°"),
+    (ANGLE, radians(359.9), "0°"),
+    (FOOD, 12.0, "12 units"),
+    (LEFT, 1.0, "yes"),
+]
+
+
+@pytest.mark.parametrize(("bound", "number", "text"), VALUES)
+def test_values_are_said_with_their_units(bound: BoundFeature, number: float, text: str) -> None:
+    assert value(bound, number) == text
+
+
+SAID = [
+    (DISTANCE, "3.42 m", 3.42),
+    (DISTANCE, " 3.42", 3.42),
+    (DISTANCE, "", nan),
+    (ANGLE, "–", nan),
+    (ANGLE, "−31°", radians(-31)),
+    (ANGLE, "-31", radians(-31)),
+    (FOOD, "12 units", 12.0),
+    (LEFT, "yes", 1.0),
+]
+
+
+@pytest.mark.parametrize(("bound", "text", "read"), SAID)
+def test_values_are_read_as_they_are_said(bound: BoundFeature, text: str, read: float) -> None:
+    assert number(bound, text) == pytest.approx(read, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("bound", "text", "problem"),
+    [(DISTANCE, "far", "'far' is no number"), (LEFT, "1", "give no or yes")],
+)
+def test_what_is_no_value_is_refused(bound: BoundFeature, text: str, problem: str) -> None:
+    with pytest.raises(KindError, match=problem):
+        number(bound, text)
+
+
+def test_conditions_say_angles_like_readings() -> None:
+    assert signed("angle_to(A) is between 350° and 10.5°") == "angle_to(A) is between −10° and 10.5°"
+
+
+def test_bars() -> None:
+    assert spark(DISTANCE, [0.0, 7.0, nan], 4) == " ▁█ "
+    assert spark(ANGLE, [radians(181), 0.0, radians(179)], 3) == "▁▅█"
+    assert spark(LEFT, [0.0, 1.0], 2) == "▁█"
+    assert clock(128.34) == "2:08.3"
+
+
+@pytest.mark.parametrize(("columns", "lines"), [(80, 20), (20, 40), (1, 1)])
+def test_the_picture_keeps_its_size_and_shows_what_there_is(columns: int, lines: int) -> None:
+    world = Forage([5])
+    view, station = world.view(), place_of(world, "station")
+    assert station is not None
+    wide, tall = size(view, columns, lines)
+    aims = [station, (-4.0, 99.0)]
+    drawn = picture(view, [(1.0, 1.0), (99.0, -3.0)], aims, columns=wide, lines=tall, robot=0).plain
+    rows = drawn.split("\n")
+    assert len(rows) == tall <= lines
+    assert {len(row) for row in rows} == {wide}
+    if tall > 10:
+        assert "⌂" in drawn
+        assert all(str(amount) in drawn for amount in view.objects.amount[view.objects.food].tolist())
+
+
+@pytest.mark.parametrize("robots", [1, 4, 30, 1000])
+def test_any_world_in_characters(robots: int) -> None:
+    view = crossing(3, robots=robots)[-1].view
+    wide, tall = size(view, 90, 30)
+    rows = picture(view, columns=wide, lines=tall).plain.split("\n")
+    assert (len(rows), {len(row) for row in rows}) == (tall, {wide})
+    arrows = sum(row.count(arrow) for row in rows for arrow in ARROWS)
+    assert arrows == 0 if robots == 1000 else 0 < arrows <= robots
+    assert all(sign in "".join(rows) for sign in ("3", "4", "⌂", "■", "⣿"))
+    assert facts(view, 90) == (
+        "" if robots == 1 else f"{'1 000' if robots == 1000 else robots} robots  home 0 of 7"
+    )
+
+
+REFUSED = [
+    ("forward", GOTO, "a basic behavior has this name already"),
+    ("goto", Choices(states=["fly"]), "no behavior 'fly'"),
+    ("goto", Choices(states=["forward"], features=["distance_to(B)"]), "no parameter or target 'B'"),
+    (
+        "goto",
+        Choices(states=["forward"], features=["food_left"], targets={"A": "station"}),
+        "no parameter 'A'",
+    ),
+    ("", GOTO, "no file can be called so"),
+    (
+        "goto",
+        Choices(states=["forward"], features=["food_left"], parameters=["A"], targets={"A": "x"}),
+        "no target 'x'",
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "choices", "problem"), REFUSED)
+def test_a_plan_that_makes_no_sense_is_refused(
+    tmp_path: Path, name: str, choices: Choices, problem: str
+) -> None:
+    with pytest.raises(UnderstudyError, match=problem):
+        checked(plan(tmp_path, name, choices))
+
+
+def test_a_plan_with_something_left_to_choose(tmp_path: Path) -> None:
+    assert checked(plan(tmp_path, choices=Choices(parameters=["A"]))) is None
+
+
+def test_only_the_last_ended_journals_are_kept_and_other_names_are_left_alone(tmp_path: Path) -> None:
+    for name in ("goto", "goto-2"):
+        for second in range(8):
+            path = journal_store.new_path(tmp_path, name, now=datetime(2026, 1, 1, 12, 0, second))
+            path.touch()
+            journal_store.end(path, tmp_path, name)
+    left = sorted(path.name for path in (tmp_path / journal_store.FOLDER).iterdir())
+    assert len(left) == 2 * journal_store.KEPT
+    assert left[-1] == "goto-2026-01-01-12.00.07.ended"
+
+
+def test_a_journal_in_use_is_locked(tmp_path: Path) -> None:
+    path = tmp_path / "a.journal"
+    path.touch()
+    lock = journal_store.Lock.tried(path)
+    assert lock is not None
+    assert journal_store.Lock.tried(path) is None
+    lock.release()
+    again = journal_store.Lock.tried(path)
+    assert again is not None
+    again.release()

@@ -1,0 +1,92 @@
+"""A real robot in the trainer, over a wire in memory: y arms it, Esc stops it, and keys teach it as ever."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+
+from tests.robots.twins import Rig
+from tests.ui.tui.desks import GOTO, Hand, trainer
+from tests.ui.tui.test_main_screen import run
+
+from understudy.model.library import Library
+from understudy.sim.kit import kit_of
+from understudy.ui.controller.plan import Plan
+
+
+def plan(rig: Rig, folder: Path) -> Plan:
+    """GoTo in the robot's world."""
+    kit = kit_of(rig.twin.scenario)
+    choices = replace(GOTO, targets={"A": "red_flag"})
+    return Plan("goto", folder, rig.twin.scenario, Library(kit), choices)
+
+
+async def wait(hand: Hand, rig: Rig, seconds: float) -> None:
+    """So much time passes, with odometry."""
+    for _ in range(round(seconds / 0.1)):
+        rig.now += 0.1
+        rig.seen()
+        await hand.wait(0.1)
+
+
+@run
+async def test_a_real_robot_is_armed_taught_and_stopped(tmp_path: Path) -> None:
+    rig = Rig(("one",))
+    rig.seen()
+    async with trainer(plan(rig, tmp_path), twin=rig.twin) as hand:
+        await wait(hand, rig, 0.2)
+        assert hand.teaching.query_one("#world").border_title == "one: not armed (y)"
+        await hand.press("y", "up")
+        await wait(hand, rig, 0.3)
+        assert rig.sent(0) == (0.4, 0.0)
+        assert hand.teaching.query_one("#world").border_title == "one: armed (Esc)"
+        assert [str(example.kind) for example in hand.desk.session.examples] == ["directive", "default"]
+        await hand.press("space")  # paused it stands, and stays armed
+        await wait(hand, rig, 0.3)
+        assert rig.sent(0) == (0.0, 0.0)
+        assert rig.robots[0].armed
+        await hand.press("space")
+        await wait(hand, rig, 0.2)
+        assert rig.sent(0) == (0.4, 0.0)
+        await hand.press("escape")
+        assert rig.sent(0) == (0.0, 0.0)
+        assert not rig.robots[0].armed
+        assert hand.said == "Stopped. y arms it again"
+        await hand.press("n")
+        assert "cannot be reset" in hand.said
+
+
+@run
+async def test_help_and_questions_stop_it_not(tmp_path: Path) -> None:
+    """Another screen on top lets time stand still: the robot rests, and is armed still."""
+    rig = Rig(("one",))
+    rig.seen()
+    async with trainer(plan(rig, tmp_path), twin=rig.twin) as hand:
+        await hand.press("y", "up")
+        await wait(hand, rig, 0.2)
+        teaching = hand.teaching
+        await hand.press("h")
+        for _ in range(3):
+            rig.now += 0.1
+            rig.seen()
+            teaching.beat()
+        assert rig.sent(0) == (0.0, 0.0)
+        assert rig.robots[0].armed
+
+
+@run
+async def test_escape_stops_it_whatever_lies_on_top(tmp_path: Path) -> None:
+    """Without that, it would close the help, and the robot would go on."""
+    rig = Rig(("one",))
+    rig.seen()
+    async with trainer(plan(rig, tmp_path), twin=rig.twin) as hand:
+        for key in ("h", "l", "c"):
+            await hand.press("y", "up", key, "escape")
+            await wait(hand, rig, 0.2)
+            assert rig.sent(0) == (0.0, 0.0)
+            assert [stop.cause for stop in rig.robots[0].stops] == ["emergency: stopped in the terminal"]
+            rig.robots[0].guard.log.stops.clear()

@@ -1,0 +1,86 @@
+"""Saving at the desk: what worked and no longer does is said, and a promise is kept with the lesson."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from tests.ui.tui.desks import GOTO, Wall, plan
+
+from understudy.errors import SessionError
+from understudy.sim.forage import kit
+from understudy.storage.library_folder import open_library
+from understudy.ui.controller.open_session import begun
+from understudy.ui.controller.outcomes import promise
+from understudy.ui.controller.plan import checked
+from understudy.ui.controller.saving import told
+from understudy.ui.controller.trainer import Desk
+
+
+@contextmanager
+def desk(folder: Path) -> Iterator[Desk]:
+    made = plan(folder, choices=GOTO)
+    start = checked(made)
+    assert start is not None
+    opened = begun(made, start, Wall())
+    try:
+        yield opened.desk
+    finally:
+        opened.close()
+
+
+def press(desk: Desk, state: str) -> None:
+    desk.press(state)
+    desk.tick()
+
+
+def test_what_is_lost_is_said(tmp_path: Path) -> None:
+    """The press that made it drive off is outvoted by two that contradict it."""
+    with desk(tmp_path) as here:
+        press(here, "forward")
+        here.save()
+        assert here.said.text == f"Saved in {tmp_path / 'goto.json'}"
+        first = here.session.examples[0]
+        for _ in range(2):
+            here.again()
+            here.restart()
+            press(here, "rotate_left")
+        assert here.session.examples[-2].values == first.values
+        here.save()
+    assert here.said.tone == "error"
+    assert here.said.text.endswith(
+        "but something that worked no longer does: where it went from start to forward as shown (example 1), it now "
+        "goes to rotate_left"
+    )
+    assert not here.unsaved, "it is saved all the same"
+
+
+def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
+    with desk(tmp_path) as here:
+        press(here, "done")
+        here.again()
+        here.save()
+        promise(here, "done", 1.0)
+        assert here.said.text.startswith("Promised from here: done within 1 s in forage, A = station")
+        assert here.unsaved
+        here.save()
+        assert here.said.tone == "recorded"
+        here.session.quarantine({1: "meant for later"})
+        assert here.unsaved
+        here.save()
+        assert here.said.tone == "error"
+        assert "goto no longer comes to done within 1 s in forage, A = station" in here.said.text
+        with pytest.raises(SessionError, match="its flags are done"):
+            promise(here, "failed", 1.0)
+    taught = open_library(tmp_path, kit).library.taught["goto"]
+    assert taught.lesson is not None
+    assert len(taught.lesson.outcomes) == 1
+
+
+def test_only_some_is_said() -> None:
+    said = told(Path("goto.json"), ("a", "b", "c", "d"))
+    assert said == (
+        "Saved in goto.json, but something that worked no longer does: a; b; and 2 more, which understudy test tells"
+    )

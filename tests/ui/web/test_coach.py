@@ -1,0 +1,344 @@
+"""The coach through messages: advice and its places, questions and their answers, marks, the reaction time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+import pytest
+from tests.ui.web.pages import GOTO, Page, page, served, studio
+from tests.ui.web.test_lesson import step
+
+from understudy.coaching.coach import advice
+from understudy.training.reaction_time import Lateness
+from understudy.ui.controller import coach as coaching
+from understudy.ui.controller.trainer import Desk
+from understudy.ui.web.server import Studio
+
+PRESSES = ("rotate_left", "forward", "rotate_left", "forward")
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Studio:
+    """A studio whose world moves only when told."""
+    return studio(tmp_path / "library", seed=4)
+
+
+@pytest.fixture
+def person(made: Studio) -> Iterator[Page]:
+    """Somebody who has pressed four times, and let time stand still."""
+    with served(made) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        for state in PRESSES:
+            person.done("press", state=state)
+            for _ in range(12):
+                step(person)
+        yield person
+
+
+def ready(person: Page) -> dict[str, Any]:
+    """What the coach answers, as soon as it is ready."""
+    while (answer := person.done("advise")).get("later"):
+        time.sleep(0.05)
+    return answer
+
+
+def advised(person: Page) -> list[dict[str, Any]]:
+    """Its advice."""
+    return list(ready(person)["advice"])
+
+
+def sentences(person: Page) -> list[str]:
+    """What the coach says."""
+    return [each["sentence"] for each in advised(person)]
+
+
+def test_a_lesson_without_presses_says_so(made: Studio) -> None:
+    with served(made) as client, page(client) as person:
+        assert "Nothing is being trained" in person.say("advise")["error"].capitalize()
+        person.done(**GOTO)
+        assert sentences(person)[0].startswith("You showed me nothing yet")
+        assert ready(person)["late"] is None
+
+
+def test_advice_with_a_place_is_set_up(person: Page, made: Studio) -> None:
+    given = advised(person)
+    weights = [each["weight"] for each in given]
+    assert weights == sorted(weights, reverse=True)
+    chosen = next(each for each in given if each["place"] and "behind you" in each["sentence"])
+    state = chosen["sentence"].split("do in ")[1].split(" ")[0]
+    person.done("pause", paused=False)
+    taught = made.stage.trained.screen.examples
+    run = made.stage.run["number"]
+    answer = person.done("set_up", sentence=chosen["sentence"])
+    assert answer["sentence"] == f"There it is, in {state}, as I meant it: show me what to do."
+    desk = made.stage.trained
+    assert (desk.screen.state, desk.screen.examples, made.stage.paused) == (state, taught, True)
+    assert 2.3 < desk.screen.features["angle_to(A)"] < 4.0
+    assert made.stage.run["number"] == answer["run"] == run + 1  # one cannot go back beyond
+    person.done("press", state="rotate_right")
+    step(person)
+    assert chosen["sentence"] not in sentences(person)
+    assert "out of date" in person.say("set_up", sentence=chosen["sentence"])["error"]
+
+
+def test_what_cannot_be_set_up_is_said(made: Studio) -> None:
+    """A robot that carries nothing cannot be made to carry much."""
+    carry: dict[str, Any] = {"do": "new", "name": "carry", "states": ["forward", "rotate_left"], "flags": []}
+    with served(made) as client, page(client) as person:
+        person.done(**carry, features=["food_stored", "angle_to(station)"])
+        person.done("pause", paused=True)
+        for number, state in enumerate((*PRESSES, *PRESSES)):
+            person.done("press", state=state)
+            for _ in range(3):
+                step(person)
+            person.done("edit", number=2 * number + 1, values={"food_stored": str(number)})
+        given = advised(person)
+        full = next(each for each in given if each["place"] and "food_stored is above" in each["sentence"])
+        answer = person.done("set_up", sentence=full["sentence"])
+        assert answer["sentence"] == "I could not set it up whole: food_stored is not as I meant."
+
+
+def test_who_looks_on_hears_the_advice_and_may_not_follow_it(made: Studio) -> None:
+    with served(made) as client, page(client) as person, page(client) as other:
+        person.done(**GOTO)
+        (few, *_) = advised(other)
+        assert few["kind"] == "few"
+        for message in ({"do": "ask_when", "when": "mark"}, {"do": "set_up", "sentence": few["sentence"]}):
+            assert "directs" in other.send(message)["error"]
+
+
+def test_advice_is_asked_for_again_only_when_the_lesson_changed(person: Page, made: Studio) -> None:
+    edition = person.desk["desk"]["edition"]
+    for _ in range(3):
+        step(person)
+    assert person.desk["desk"]["edition"] == edition
+    person.done("undo")
+    while person.desk["desk"]["edition"] == edition:
+        person.hear()
+    coach = made.stage.trained.coach
+    assert coach.advice() is coach.advice()
+
+
+def test_a_large_lesson_is_looked_over_beside_the_world(
+    person: Page, made: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go = Event()
+    monkeypatch.setattr(coaching, "advice", lambda *all, **named: go.wait(10) and advice(*all, **named))
+    for _ in range(2):
+        answer = person.done("advise")
+        assert answer["later"]
+        assert "advice" not in answer
+    step(person)
+    go.set()
+    while (answer := person.done("advise")).get("later"):
+        pass
+    assert answer["advice"]
+
+
+def asked(person: Page) -> dict[str, Any]:
+    """Let the robot try until it asks."""
+    for _ in range(400):
+        step_or_ask(person)
+        question: dict[str, Any] | None = person.desk["desk"]["asking"]["question"]
+        if question is not None:
+            return question
+    raise AssertionError("it did not ask")
+
+
+def step_or_ask(person: Page) -> None:
+    """One tick, or a question instead."""
+    person.done("step")
+    person.until_desk()
+
+
+def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: Studio) -> None:
+    person.done("ask_when", when="pause")
+    person.done("turn")
+    question = asked(person)
+    assert question["sentence"].startswith("I am not sure: I would ")
+    desk = made.stage.trained
+    known, state, now = len(desk.session.examples), desk.screen.state, desk.body.time_s
+    there = desk.session.instant()
+    assert made.stage.paused
+    person.done("press", state="rotate_right")
+    screen = desk.screen
+    new = desk.session.examples[known:]
+    assert (new[0].state, new[0].next, new[0].correction) == (state, "rotate_right", True)
+    assert (screen.mode.value, screen.state, made.stage.paused) == ("testing", "rotate_right", False)
+    assert desk.body.time_s == pytest.approx(now + 0.1)
+    assert desk.coach.question is None
+    desk.session.rewind(there)
+    desk.session.tick()
+    assert desk.session.screen().state == "rotate_right"  # that was learned
+    person.done("pause", paused=True)
+    person.done("undo")
+    assert len(desk.session.examples) == known
+
+
+def test_a_question_is_of_one_situation(person: Page, made: Studio) -> None:
+    person.done("ask_when", when="pause")
+    person.done("turn")
+    asked(person)
+    person.done("place", agent=0, x=5.0, y=5.0)
+    desk = made.stage.trained
+    assert desk.coach.question is None
+    person.done("press", state="rotate_right")
+    assert (desk.screen.waiting, desk.screen.mode.value, made.stage.paused) == (
+        "rotate_right",
+        "training",
+        True,
+    )
+
+
+@pytest.mark.parametrize("way", ["carry on", "keep"])
+def test_carrying_on_records_nothing_and_keeping_confirms(person: Page, made: Studio, way: str) -> None:
+    person.done("ask_when", when="pause")
+    person.done("turn")
+    asked(person)
+    desk = made.stage.trained
+    known, state = len(desk.session.examples), desk.screen.state
+    if way == "keep":
+        person.done("confirm")
+        (new,) = desk.session.examples[known:]
+        assert (new.state, new.next, new.kind.value) == (state, state, "confirmation")
+    else:
+        person.done("pause", paused=False)
+        assert len(desk.session.examples) == known
+    assert (desk.coach.question, desk.screen.mode.value, made.stage.paused) == (None, "testing", False)
+
+
+def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: Studio) -> None:
+    """Ticks that were due together are not taken any more."""
+    person.done("ask_when", when="pause")
+    person.done("speed", speed=16)
+    person.done("turn")
+    desk, wall = made.stage.trained, made.stage.wall
+    person.done("pause", paused=False)
+    for _ in range(100):
+        wall.now += 0.2  # type: ignore[attr-defined]  # the tests' clock
+        made.beat()
+        if made.stage.paused:
+            break
+    assert desk.coach.question is not None
+    assert desk.body.time_s == desk.coach.question.time_s
+
+
+def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: Studio) -> None:
+    person.done("ask_when", when="mark")
+    person.done("turn")
+    began = made.stage.world.time_s
+    for _ in range(60):
+        step(person)
+    marks = made.stage.picture()["asking"]["marks"]  # type: ignore[index]
+    assert [mark["run"] for mark in marks] == [made.stage.run["number"]] * len(marks)
+    first = marks[0]
+    assert first["time_s"] == pytest.approx(began)
+    person.done("go_to_mark", number=first["number"])
+    desk = made.stage.trained
+    assert (made.stage.world.time_s, made.stage.paused) == (first["time_s"], True)
+    assert desk.coach.question is not None
+    assert desk.coach.question.sentence == first["sentence"]
+    person.done("press", state="rotate_right")
+    left = made.stage.picture()["asking"]["marks"]  # type: ignore[index]
+    assert first["number"] not in [mark["number"] for mark in left]
+    assert "no moment 99" in person.say("go_to_mark", number=99)["error"]
+
+
+def test_marks_of_another_run_are_gone_back_to(person: Page, made: Studio) -> None:
+    person.done("ask_when", when="mark")
+    person.done("turn")
+    for _ in range(60):
+        step(person)
+    number, run = made.stage.picture()["asking"]["marks"][0]["number"], made.stage.run["number"]  # type: ignore[index]
+    person.done("reset", seed=9)
+    person.done("go_to_mark", number=number)
+    assert (made.stage.seed, made.stage.run["number"]) == (4, run + 2)
+    assert made.stage.trained.coach.question is not None
+
+
+def test_what_was_left_by_going_back_is_in_no_run(person: Page, made: Studio) -> None:
+    person.done("ask_when", when="mark")
+    person.done("turn")
+    began = made.stage.world.time_s
+    for _ in range(60):
+        step(person)
+    before = made.stage.picture()["asking"]["marks"]  # type: ignore[index]
+    assert len(before) > 1
+    person.done("rewind", time_s=began + 0.5)
+    step(person)
+    after = {mark["number"]: mark["run"] for mark in made.stage.picture()["asking"]["marks"]}  # type: ignore[index]
+    assert after[before[0]["number"]] == before[0]["run"]
+    assert after[before[-1]["number"]] is None
+
+
+def test_how_it_asks_stays_from_one_lesson_to_the_next(person: Page) -> None:
+    person.done("ask_when", when="mark")
+    person.done(**{**GOTO, "name": "other", "discard": True})
+    assert person.until_desk()["desk"]["asking"] == {"when": "mark", "question": None, "marks": []}
+
+
+def test_a_reaction_time_is_offered_taken_and_undone(
+    person: Page, made: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = Lateness(0.55, 0.4, 0.7, 9, "Taken 0.55 s earlier, they agree.")
+    monkeypatch.setattr(coaching, "lateness", lambda lesson, *, steady: found)
+    person.done("edit", number=1, next="forward")
+    late = ready(person)["late"]
+    said = "You seem to press 0.55 s late. Taken 0.55 s earlier, they agree."
+    assert late == {"reaction_s": 0.55, "sentence": said}
+    person.done("use_reaction", reaction_s=0.55)
+    assert made.stage.trained.session.lesson.options.reaction_s == 0.55
+    assert ready(person)["late"] is None
+    person.done("undo")
+    assert made.stage.trained.session.lesson.options.reaction_s == 0.0
+    assert ready(person)["late"] is not None
+    assert "reaction_s is 7" in person.say("use_reaction", reaction_s=7)["error"]
+
+
+def test_unlearning_is_chosen_among_the_options(made: Studio) -> None:
+    with served(made) as client, page(client) as person:
+        person.done(**GOTO, unlearning=True)
+        assert person.until_desk()["desk"]["unlearning"] is True
+        chosen = {key: GOTO[key] for key in ("states", "features", "flags")}
+        person.done("choose", **chosen)
+        assert made.stage.trained.session.lesson.options.unlearning
+        person.done("choose", **chosen, unlearning=False)
+        assert not made.stage.trained.session.lesson.options.unlearning
+
+
+def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: Studio) -> None:
+    """Eight times it turned where A was to the left and went on where it was ahead; once the wrong button was hit."""
+    desk = made.stage.trained
+    desk.session.quarantine(dict.fromkeys((each.number for each in desk.session.examples), "in the way"))
+    for far, angle, says in [*((far, 1.5, "rotate_left") for far in (3, 3.3, 3.6, 3.9)), (3.4, 1.6, "done")]:
+        shown(desk, "forward", (far, angle), says)
+    for far in (0.2, 0.25, 0.3):
+        shown(desk, "forward", (far, 0.1), "done")
+    odd = [each for each in advised(person) if each["kind"] == "slip"]
+    assert [each["says"] for each in odd] == [{"state": "forward", "next": "done"}]
+    (number, *_) = odd[0]["examples"]
+    person.done("stand_by", number=number)
+    assert "slip" not in [each["kind"] for each in advised(person)]
+    assert "nobody asked" in person.say("stand_by", number=number)["error"]
+    person.done("mend", number=number, next="rotate_left")
+    assert next(each.next for each in desk.session.examples if each.number == number) == "rotate_left"
+    assert "no state 'fly'" in person.say("mend", number=number, next="fly")["error"]
+
+
+def shown(desk: Desk, state: str, values: tuple[float, float], says: str) -> None:
+    """An example as if it had been shown just so."""
+    session = desk.session
+    session.direct(state)
+    session.tick()
+    session.direct(says)
+    session.tick()
+    number = next(
+        each.number for each in reversed(session.examples) if (each.state, each.next) == (state, says)
+    )
+    session.edit(number, values=dict(zip(("distance_to(A)", "angle_to(A)"), values, strict=True)))
+    desk.changed()

@@ -1,0 +1,114 @@
+"""As fast as it goes: the world runs ahead, and pages are heard, moments kept and presses journaled all the same."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from itertools import count, pairwise
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import pytest
+from tests.ui.web.pages import GOTO, Served, Wall, page, served, studio
+from websockets.asyncio.client import connect
+
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
+from understudy.training.journal import Ticks, read_journal
+from understudy.ui.controller.clock import BUSY_S
+from understudy.ui.web.rewind import EVERY_S
+from understudy.ui.web.server import Studio
+from understudy.ui.web.session_host import Stage
+
+MOST_BEATS = 2
+"""How many beats of about 1/60 s may begin before a press is answered: well within 50 ms."""
+TICKS = 20
+"""What fits into a beat by the wall of these tests."""
+BEATS = 12
+
+
+def test_ticks_fill_the_beat_and_all_of_them_are_kept(tmp_path: Path) -> None:
+    made = studio(tmp_path, wall=Wall(glance=BUSY_S / TICKS / 2))
+    viewer = made.arrive(None)
+
+    def say(do: str, **fields: object) -> None:
+        made.hear(viewer, json.dumps({"id": 1, "do": do, **fields}))
+        sent = [json.loads(text) for text, binary in iter(viewer.next, None) if not binary]
+        assert {"re": 1, "ok": True}.items() <= sent[0].items(), sent
+
+    made.hear(viewer, json.dumps({"id": 1, **GOTO}))
+    while viewer.next() is not None:
+        pass
+    say("press", state="forward")
+    say("speed", speed="fastest")
+    world, opened = made.stage.world, made.stage.opened
+    assert opened is not None
+    ticks = [0]
+    for _ in range(BEATS):
+        made.beat()
+        ticks.append(int(world.state.tick[0]))
+    assert all(abs(after - before - TICKS) <= 1 for before, after in pairwise(ticks)), ticks
+    now = world.time_s
+    say("rewind", time_s=now - 4.2)
+    assert now - 4.2 - EVERY_S <= world.time_s <= now - 4.2 + 1e-6
+    made.stage.opened = None
+    opened.close()
+    written = [entry.rows.count for entry in read_journal(opened.journal) if isinstance(entry, Ticks)]
+    assert sum(written) == ticks[-1]
+
+
+def test_pages_are_told_in_a_word(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as somebody:
+        somebody.done("speed", speed="fastest")
+        while somebody.desk["speed"] != "fastest":
+            somebody.hear()
+
+
+@pytest.mark.parametrize("speed", ["faster", 17.0, -1.0, True, None])
+def test_other_speeds_are_refused(tmp_path: Path, speed: object) -> None:
+    with served(studio(tmp_path)) as client, page(client) as somebody:
+        assert "error" in somebody.say("speed", speed=speed)
+
+
+@pytest.mark.parametrize("world", ["forage", "soccer"])
+def test_a_press_is_heard_between_beats(tmp_path: Path, world: str) -> None:
+    scenario = find_world(world)
+    made = Studio(Stage(scenario, tmp_path, kit_of(scenario)))
+    behavior = next(iter(made.stage.kit.behaviors))
+    beats, beat = count(), made.beat
+    begun = [0]
+
+    def counted() -> None:
+        begun[0] = next(beats)
+        beat()
+
+    made.beat = counted  # type: ignore[method-assign]
+
+    async def pressed(address: str) -> list[int]:
+        async with connect(address, max_size=None) as person:
+            number = 0
+
+            async def say(message: dict[str, Any]) -> int:
+                nonlocal number
+                number += 1
+                before = begun[0]
+                await person.send(json.dumps({"id": number, **message}))
+                while True:
+                    received = await asyncio.wait_for(person.recv(), 10)
+                    if not isinstance(received, bytes) and json.loads(received).get("re") == number:
+                        assert "ok" in received, received
+                        return begun[0] - before
+
+            await say({"do": "new", "name": "a", "states": [behavior], "features": ["time_in_state"]})
+            await say({"do": "press", "state": behavior})
+            await say({"do": "speed", "speed": "fastest"})
+            waits = []
+            for _ in range(40):
+                waits.append(await say({"do": "confirm"}))
+                await asyncio.sleep(0.023)
+            return waits
+
+    with Served(made) as address:
+        waits = asyncio.run(pressed(address))
+    assert median(waits) <= MOST_BEATS, waits

@@ -1,0 +1,73 @@
+"""What goes wrong in somebody's own kit, or in the program, is a sentence on the page, and the robot stands still."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from types import MappingProxyType
+
+import pytest
+from tests.ui.web.pages import GOTO, Wall, page, served
+
+from understudy.model.features import Readings, feature
+from understudy.model.kinds import Column, Continuous
+from understudy.model.kit import Kit
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
+from understudy.ui.web.actions import dispatch
+from understudy.ui.web.messages import session as m
+from understudy.ui.web.server import Studio
+from understudy.ui.web.session_host import Stage
+
+
+def test_a_feature_of_somebodys_own_that_fails(tmp_path: Path) -> None:
+    failing = False
+
+    @feature(Continuous())
+    def risky(robot: Readings) -> Column:
+        """Fails after a while."""
+        if failing:
+            raise RuntimeError("out of cheese")
+        return robot.food_stored * 1.0
+
+    wall, scenario = Wall(), find_world("forage")
+    stage = Stage(scenario, tmp_path, kit_of(scenario) + Kit.of(risky), wall=wall)
+    with served(Studio(stage, wall=Wall(glance=0.01))) as client, page(client) as person:
+        person.done(**{**GOTO, "features": ["risky"], "parameters": [], "targets": {}})
+        person.done("press", state="forward")
+        failing = True
+        wall.now += 0.2
+        while person.desk["said"]["tone"] != "error":
+            person.hear()
+        assert "out of cheese" in person.desk["said"]["text"]
+        assert person.desk["paused"]
+        assert "error" in person.say("step")
+        failing = False
+        person.done("step")
+
+
+def test_a_fault_of_the_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def broken(_: Stage, __: m.Undo) -> None:
+        raise KeyError("nowhere")
+
+    monkeypatch.setattr(dispatch, "ACTIONS", MappingProxyType({**dispatch.ACTIONS, m.Undo: broken}))
+    scenario = find_world("forage")
+    made = Studio(Stage(scenario, tmp_path, kit_of(scenario), wall=Wall()))
+    with caplog.at_level(logging.CRITICAL), served(made) as client, page(client) as person:
+        assert "something broke inside Understudy: KeyError" in person.say("undo")["error"]
+        person.done("pause", paused=True)
+
+
+def test_a_picture_that_cannot_be_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = find_world("forage")
+    made = Studio(Stage(scenario, tmp_path, kit_of(scenario), wall=Wall()), wall=Wall(glance=0.01))
+    with served(made) as client, page(client) as person:
+        person.done(**GOTO)
+        with monkeypatch.context() as patched:
+            patched.setattr(made.stage, "frame", lambda: 1 / 0)
+            person.done("press", state="forward")
+            person.done("step")
+        person.done("step")
+        assert made.stage.paused

@@ -1,0 +1,92 @@
+"""Frames hold what the world's view does, read by code that knows only the contract."""
+
+from __future__ import annotations
+
+from math import isnan, nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from tests.ui.web.pages import GOTO, Frame, studio
+
+from understudy.sim.scenario.files import builtin_scenarios
+from understudy.ui.controller.plan import Choices
+from understudy.ui.web.actions import session
+from understudy.ui.web.frames import frame
+from understudy.ui.web.session_host import Stage
+
+NONE = 65535
+
+
+def same(read: Frame, stage: Stage) -> None:
+    view = stage.world.view()
+    robots = view.robots
+    expected = np.column_stack([robots.x, robots.y, robots.heading]).astype(np.float32)
+    assert_allclose([row[:3] for row in read.robots], expected, rtol=0, atol=0)
+    assert [row[3] for row in read.robots] == robots.stored.tolist()
+    things = view.objects
+    assert [(row[0], row[1]) for row in read.objects] == list(
+        zip(things.slot.tolist(), things.kind.tolist(), strict=True)
+    )
+    at = np.column_stack([things.x, things.y]).astype(np.float32).reshape(-1, 2)
+    assert_allclose(np.reshape([row[2:4] for row in read.objects], (-1, 2)), at, rtol=0, atol=0)
+    assert [row[4:] for row in read.objects] == list(
+        zip(things.amount.tolist(), things.at_first.tolist(), strict=True)
+    )
+    assert read.delivered == robots.delivered.sum()
+    assert read.time_s == view.time_s
+    assert read.tick == round(view.time_s / stage.world.tick_s)
+
+
+@pytest.mark.parametrize("world", builtin_scenarios())
+def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
+    stage = studio(tmp_path, world=world, seed=3).stage
+    read = Frame.read(stage.frame())
+    same(read, stage)
+    assert (read.kind, read.bits, read.state, read.agent, read.features) == (1, 1, NONE, 0, [])  # paused
+    scene: dict[str, Any] = stage.scene()
+    sonars = scene["sonars"][scene["robot_type"][0]]
+    percept = stage.world.sense([(sonar["name"], None) for sonar in sonars])
+    expected = [percept[sonar["name"], None][0] for sonar in sonars]
+    assert_allclose(read.sonar, np.asarray(expected, np.float32), rtol=0, atol=0)
+    assert len(read.robots) == scene["robots"] == len(scene["robot_type"])
+    assert all(row[1] < len(scene["classes"]) for row in read.objects)
+
+
+def test_a_frame_of_a_desk(tmp_path: Path) -> None:
+    stage = studio(tmp_path, world="forage-team").stage
+    session.choose_agent(stage, 1)
+    fields = {key: value for key, value in GOTO.items() if key not in ("do", "name")}
+    session.begin(stage, "goto", Choices(**fields), discard=False)
+    desk = stage.trained
+    desk.press("rotate_left")
+    for _ in range(7):
+        desk.step()
+    read = Frame.read(stage.frame())
+    same(read, stage)
+    assert (read.bits, read.state, read.agent) == (1 | 4, 2, 1)
+    assert [row[4] for row in read.robots] == [NONE, 2, *[NONE] * (len(read.robots) - 2)]
+    assert_allclose(read.features, list(desk.screen.features.values()), rtol=1e-6)
+    desk.turn()
+    assert Frame.read(stage.frame()).bits == 1 | 2 | 4
+    stage.close()
+
+
+def test_absent_values_and_numbers_that_are_too_large(tmp_path: Path) -> None:
+    stage = studio(tmp_path).stage
+    stage.world.state.objects["amount"][0] = 2_000_000
+    data = frame(stage.world.view(), tick=2**40, agent=0, features=(nan, 1.5), sonar=(nan,))
+    read = Frame.read(data)
+    assert read.tick == 0
+    assert isnan(read.features[0])
+    assert read.features[1] == 1.5
+    assert isnan(read.sonar[0])
+    assert {row[4] for row in read.objects} == {NONE}
+
+
+def test_food_that_is_home(tmp_path: Path) -> None:
+    stage = studio(tmp_path, world="forage-team").stage
+    stage.world.state.robots["delivered"][:2] = 40_000, 30_000
+    assert Frame.read(stage.frame()).delivered == 70_000

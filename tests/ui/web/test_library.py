@@ -1,0 +1,298 @@
+"""The library through messages: saving, copies, the trash, opening again, which robot, and what stays in the folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.ui.web.pages import GOTO, Page, page, served, studio
+
+from understudy.ui.web.server import Studio
+from understudy.ui.web.session_host import Stage
+
+CARRY: dict[str, Any] = {
+    "do": "new",
+    "name": "carry",
+    "states": ["goto(station)", "unload_food"],
+    "features": ["done", "food_stored"],
+}
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Studio:
+    return studio(tmp_path / "library", world="forage-team")
+
+
+@pytest.fixture
+def person(made: Studio) -> Iterator[Page]:
+    with served(made) as client, page(client) as here:
+        yield here
+
+
+def teach(person: Page, *states: str) -> None:
+    person.done("pause", paused=True)
+    for state in states:
+        person.done("press", state=state)
+        person.done("step")
+
+
+def names(stage: Stage) -> list[str]:
+    return [row["name"] for row in stage.library()["trained"]]
+
+
+def files(stage: Stage) -> list[str]:
+    folder = stage.shelf.folder
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*.json"))
+
+
+def test_unsaved_work_is_not_left_by_accident(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward")
+    assert "not saved" in person.send({**GOTO, "name": "other"})["error"]
+    assert made.stage.trained.name == "goto"
+    person.done("save")
+    person.done(**{**GOTO, "name": "other"})
+    teach(person, "rotate_left")
+    assert "not saved" in person.say("open", name="goto")["error"]
+    person.done("open", name="goto", discard=True)
+    assert made.stage.trained.screen.examples == 2
+    assert "goto is open again" in made.stage.said.text
+
+
+def test_a_copy_under_another_name(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward")
+    person.done("save", name="goto 2")
+    assert names(made.stage) == ["goto 2"]
+    assert made.stage.trained.name == "goto"
+    assert made.stage.trained.unsaved
+    assert "already" in person.say("save", name="Goto 2")["error"]
+    person.done("save")
+    person.done("open", name="goto 2")
+    assert made.stage.trained.name == "goto 2"
+    assert made.stage.trained.screen.examples == 2
+
+
+def test_nothing_leaves_the_folder(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward")
+    person.done("save", name="../../escaped")
+    person.done("save", name="/etc/understudy")
+    assert files(made.stage) == ["%2E%2E%2F%2E%2E%2Fescaped.json", "%2Fetc%2Funderstudy.json"]
+    person.done("remove", name="../../escaped")
+    assert files(made.stage) == ["%2Fetc%2Funderstudy.json", ".trash/%2E%2E%2F%2E%2E%2Fescaped.json"]
+    assert made.stage.library()["trash"] == ["../../escaped"]
+    assert sorted(path.name for path in made.stage.shelf.folder.parent.iterdir()) == ["library"]
+
+
+def test_the_trash_gives_back_what_was_removed_last(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    assert "being trained" in person.say("remove", name="goto")["error"]
+    for states in (["forward"], ["forward", "rotate_left"]):
+        teach(person, *states)
+        person.done("save", name="copy")
+        person.done("remove", name="copy")
+    assert files(made.stage) == [".trash/copy.json", ".trash/copy~2.json"]
+    person.done("restore", name="copy")
+    assert "already" in person.say("restore", name="copy")["error"]
+    assert files(made.stage) == [".trash/copy.json", "copy.json"]
+    (row,) = made.stage.library()["trained"]
+    assert row["examples"] == made.stage.trained.screen.examples
+
+
+def test_what_is_run_by_others_is_not_removed(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward")
+    person.done("save")
+    person.done(**CARRY)
+    assert "which is being trained, runs goto" in person.say("remove", name="goto")["error"]
+    teach(person, "goto")
+    person.done("save")
+    assert [row["runs"] for row in made.stage.library()["trained"]] == [
+        ["goto(station)", "unload_food"],
+        ["forward", "rotate_left", "rotate_right"],
+    ]
+    person.done(**{**GOTO, "name": "third"})
+    assert "is run by carry" in person.say("remove", name="goto")["error"]
+    person.done("remove", name="carry")
+    person.done("remove", name="goto")
+    person.done("restore", name="carry")
+    (row,) = made.stage.library()["trained"]
+    assert not row["complete"]
+    assert "goto" in row["why_not"]
+
+
+def test_a_broken_document_hides_nothing(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward")
+    person.done("save")
+    (made.stage.shelf.folder / "broken.json").write_text("{")
+    person.done("save")
+    rows = {row["name"]: row for row in made.stage.library()["trained"]}
+    assert rows["goto"]["complete"]
+    assert not rows["broken"]["complete"]
+    assert rows["broken"]["why_not"] in person.say("open", name="broken")["error"]
+    assert "already" in person.send({**GOTO, "name": "broken"})["error"]
+    person.done("remove", name="broken")
+
+
+def test_which_robot_is_trained(made: Studio, person: Page) -> None:
+    person.done("agent", agent=1)
+    person.done(**GOTO)
+    assert made.stage.trained.robot == 1
+    person.done("agent", agent=2)
+    assert made.stage.trained.robot == 2
+    assert made.stage.trained.name == "goto"
+    teach(person, "forward")
+    assert "robot 3" in person.say("agent", agent=0)["error"]
+    person.done("save")
+    person.done("open", name="goto")
+    person.done("agent", agent=0)
+    assert made.stage.trained.robot == 0
+    assert made.stage.trained.screen.examples == 2
+
+
+def test_the_world_by_hand(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    person.done("pause", paused=True)
+    discs = len(person.scene["discs"])
+    person.done("place", agent=1, x=2.0, y=2.0, heading=None)
+    person.done("add_obstacle", x=5.0, y=9.0, radius=0.3)
+    while len(person.scene["discs"]) == discs:
+        person.hear()
+    assert person.scene["discs"][-1:] == [{"x": 5.0, "y": 9.0, "radius": 0.3, "color": None}]
+    slots = [row[0] for row in person.frame.objects] if person.frame else []
+    person.done("move_object", slot=slots[0], x=9.0, y=9.5)
+    person.done("remove_object", slot=slots[1])
+    person.done("step")
+    while person.frame is None or person.frame.tick != 1:
+        person.hear()
+    assert person.frame.robots[1][:2] == (2.0, 2.0)
+    assert (slots[0], 9.0, 9.5) in [(row[0], *row[2:4]) for row in person.frame.objects]
+    assert slots[1] not in [row[0] for row in person.frame.objects]
+    assert "overlaps" in person.say("place", agent=0, x=5.0, y=9.0)["error"]
+    person.done("move_obstacle", index=discs, x=5.0, y=11.0)
+    person.done("place", agent=0, x=5.0, y=9.0)
+    person.done("remove_obstacle", index=discs)
+    while len(person.scene["discs"]) > discs:
+        person.hear()
+
+
+def test_choosing_anew_keeps_the_examples(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward", "rotate_left")
+    person.done(
+        "choose", states=["forward", "rotate_left"], features=["angle_to(A)"], flags=[], reaction_s=0.2
+    )
+    desk = made.stage.picture()
+    assert desk is not None
+    assert [state["name"] for state in desk["states"]] == ["start", "forward", "rotate_left"]
+    assert [feature["label"] for feature in desk["features"]] == ["angle_to(A)"]
+    assert (desk["reaction_s"], desk["watched"], desk["taught"]) == (0.2, False, 4)
+    person.done("edit", number=1, next="rotate_left")
+    assert person.done("why")["levels"]
+    person.done("delete", number=2)
+    person.done("undo")
+    person.done("redo")
+    assert [each["number"] for each in (made.stage.picture() or {})["examples"]] == [1, 3, 4]
+
+
+def test_the_automata_it_runs_are_told_with_their_states_and_transitions(made: Studio, person: Page) -> None:
+    person.done(**GOTO)
+    teach(person, "forward", "done")
+    person.done("save")
+    person.done(**CARRY)
+    desk = made.stage.picture() or {}
+    assert [state["automaton"] for state in desk["states"]] == [None, "goto", None]
+    goto = desk["nested"]["goto"]
+    assert [state["name"] for state in goto["states"]][-1] == "done"
+    assert goto["states"][-1]["flag"]
+    assert ("start", "forward") in [(edge["from"], edge["to"]) for edge in goto["edges"]]
+    assert all(edge["when"] for edge in goto["edges"])
+
+
+def test_contradictions_are_marked(made: Studio, person: Page) -> None:
+    person.done(**{**GOTO, "features": ["at_station"], "parameters": [], "targets": {}})
+    teach(person, "forward")
+    person.done("restart")
+    teach(person, "rotate_left")
+    desk = made.stage.picture() or {}
+    assert [(each["number"], each["contradicts"]) for each in desk["examples"]] == [
+        (1, True),
+        (2, False),
+        (3, True),
+        (4, False),
+    ]
+    (edge,) = desk["edges"]
+    assert edge == {"from": "start", "to": "forward", "when": ["always"], "examples": [1]}
+
+
+def test_speed_and_time(made: Studio, person: Page) -> None:
+    person.done("speed", speed=4)
+    person.done(**GOTO)
+    assert made.stage.trained.pace.speed == 4
+    assert not made.stage.paused
+    made.stage.wall.now += 0.2  # type: ignore[attr-defined]
+    while person.frame is None or person.frame.tick < 8:
+        person.hear()
+    assert person.frame.tick == 8
+
+
+def test_a_session_that_was_cut_off_is_offered(tmp_path: Path) -> None:
+    folder = tmp_path / "library"
+    with served(studio(folder, seed=3)) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("place", agent=0, x=6.0, y=6.5, heading=1.0)
+        teach(person, "forward", "rotate_left")
+    assert files(studio(folder).stage) == []  # not saved
+    again = studio(folder)
+    with served(again) as client, page(client) as person:
+        (left,) = person.desk["library"]["cut_off"]
+        assert (left["name"], left["examples"]) == ("goto", 4)
+        assert "cut off with 4 examples" in person.send(GOTO)["error"]
+        person.done("open", name="goto")
+        assert again.stage.seed == 3
+        assert again.stage.library()["cut_off"] == []
+        robots = again.stage.world.view().robots
+        assert (robots.x[0], robots.y[0]) == pytest.approx((6.0, 6.5), abs=0.1)
+        assert again.stage.paused
+        person.done("reset", seed=None)
+        assert again.stage.seed == 3
+    last = studio(folder)
+    with served(last) as client, page(client) as person:
+        person.done(**{**GOTO, "discard": True})
+        assert last.stage.library()["cut_off"] == []
+        assert sorted(path.suffix for path in (folder / ".journals").iterdir()) == [".ended", ".journal"]
+
+
+def test_a_session_that_was_saved_is_not_offered(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as person:
+        person.done(**GOTO)
+        teach(person, "forward")
+        person.done("save")
+    assert studio(tmp_path).stage.cut_off == {}
+    assert [path.suffix for path in (tmp_path / ".journals").iterdir()] == [".ended"]
+
+
+def test_a_session_that_was_cut_off_is_thrown_away(tmp_path: Path) -> None:
+    """What was saved can be opened then; and there is a way back."""
+    folder = tmp_path / "library"
+    with served(studio(folder)) as client, page(client) as person:
+        person.done(**GOTO)
+        teach(person, "forward")
+        person.done("save")
+        teach(person, "rotate_left")
+    again = studio(folder)
+    with served(again) as client, page(client) as person:
+        assert list(again.stage.cut_off) == ["goto"]
+        assert "no automaton 'reach'" in person.say("discard", name="reach")["error"]
+        person.done("discard", name="goto")
+        assert again.stage.library()["cut_off"] == []
+        person.done("recall", name="goto")
+        assert list(again.stage.cut_off) == ["goto"]
+        assert "goto" in person.say("recall", name="goto")["error"]
+        person.done("discard", name="goto")
+        person.done("open", name="goto")
+        assert again.stage.trained.screen.examples == 2

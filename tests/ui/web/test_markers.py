@@ -1,0 +1,116 @@
+"""Markers in the studio: placed, moved and removed, taught with, and still there after a kill and in the library."""
+
+from __future__ import annotations
+
+from math import isnan, nan
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.ui.cli.commands import run, said
+from tests.ui.web.pages import GOTO, Page, page, served, studio
+
+from understudy.robots.twin import drawn
+from understudy.sim.finding import place_of
+from understudy.sim.scenario.files import builtin_scenarios
+from understudy.sim.scenario.markers import TARGET
+from understudy.storage.library_folder import open_document
+
+TO_MARKER = {**GOTO, "states": ["forward", "rotate_left"], "targets": {"A": TARGET}}
+"""A lesson about going to the marker."""
+
+
+def slots(somebody: Page) -> list[int]:
+    """Where the frame has markers."""
+    names = [each["name"] for each in somebody.scene["classes"]]
+    assert somebody.frame is not None
+    return [slot for slot, kind, *_ in somebody.frame.objects if names[kind] == "marker"]
+
+
+@pytest.mark.parametrize("world", builtin_scenarios())
+def test_placed_moved_and_removed_in_any_world(tmp_path: Path, world: str) -> None:
+    made = studio(tmp_path, world=world)
+    with served(made) as client, page(client) as somebody:
+        kinds = {each["name"]: each for each in somebody.scene["classes"]}
+        assert (kinds["marker"]["marker"], kinds["marker"]["offered"]) == (True, True)
+        assert not kinds["mouse"]["offered"]
+        assert somebody.scene["targets"][-1] == TARGET, "what is there already comes first"
+        somebody.done("add_object", kind="marker", x=1.0, y=1.0)
+        while not (there := slots(somebody)):
+            somebody.hear()
+        somebody.done("move_object", slot=there[0], x=2.0, y=1.5)
+        assert place_of(drawn(made.stage.world), TARGET) == (2.0, 1.5)
+        somebody.done("remove_object", slot=there[0])
+        assert place_of(drawn(made.stage.world), TARGET) is None
+
+
+def shown(somebody: Page, *states: str) -> list[dict[str, Any]]:
+    """Press and step; the examples there are then."""
+    for state in states:
+        somebody.done("press", state=state)
+        somebody.done("step")
+    somebody.until_desk()
+    examples: list[dict[str, Any]] = somebody.desk["desk"]["examples"]
+    return examples
+
+
+def test_a_lesson_about_markers_outlasts_its_studio(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as somebody:
+        somebody.send(TO_MARKER)
+        somebody.done("pause", paused=True)
+        assert shown(somebody, "rotate_left")[0]["values"] == ["–", "–"], "none is placed yet"
+        somebody.done("add_object", kind="marker", x=3.0, y=4.0)
+        assert "–" not in shown(somebody, "forward")[2]["values"]
+    made = studio(tmp_path)
+    with served(made) as client, page(client) as somebody:
+        somebody.done("open", name="goto")
+        assert place_of(drawn(made.stage.world), TARGET) == pytest.approx((3.0, 4.0))
+        assert made.stage.trained.screen.targets == {"A": TARGET}
+        assert "–" not in shown(somebody, "done")[-1]["values"]
+        somebody.done("save")
+        somebody.done("new", name="trip", states=["goto(nearest_marker)"], features=["done"], flags=["there"])
+        shown(somebody, "goto", "there")
+        somebody.done("save")
+    first = open_document(tmp_path / "goto.json", made.stage.kit).taught.lesson
+    assert first is not None
+    assert first.examples[0].values == pytest.approx((nan, nan), nan_ok=True)
+    told = said("run", "forage", "--library", tmp_path, "--behavior", "trip", "--seconds", "2")
+    assert told["path"] == ["there"]
+    told = said(
+        "run", "arena", "--library", tmp_path, "--behavior", "goto", "--bind", f"A={TARGET}", "--seconds", "2"
+    )
+    assert told["behavior"] == "goto"
+
+
+def test_where_there_is_no_such_target_it_is_said(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as somebody:
+        somebody.send(TO_MARKER)
+        somebody.done("pause", paused=True)
+        shown(somebody, "forward")
+        somebody.done("save")
+        somebody.done(
+            "new", name="trip", states=["goto(nearest_marker)"], features=["food_left"], flags=["there"]
+        )
+        shown(somebody, "goto")
+        somebody.done("save")
+    plain = "understudy.sim.forage:kit"
+    result = run(
+        "run", "forage", "--kit", plain, "--library", tmp_path, "--behavior", "trip", "--seconds", "2"
+    )
+    assert result.exit_code == 2
+    assert "no target 'nearest_marker'" in " ".join(result.stderr.split()), result.stderr
+
+
+def test_what_a_parameter_stands_for_is_shown_at_once_while_time_stands_still(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as somebody:
+        somebody.send(GOTO)
+        somebody.done("pause", paused=True)
+        while somebody.frame is None or len(somebody.frame.features) != 2:
+            somebody.hear()
+        assert not isnan(somebody.frame.features[0])
+        somebody.done("stand_for", targets={"A": TARGET})
+        while not isnan(somebody.frame.features[0]):
+            somebody.hear()
+        somebody.done("choose", states=["forward"], features=["food_left"])
+        while len(somebody.frame.features) != 1:
+            somebody.hear()

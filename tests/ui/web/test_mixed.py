@@ -1,0 +1,36 @@
+"""In the studio a robot of another type has a library of its own: choosing it opens that."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tests.ui.web.pages import page, served, studio
+
+ROAM: dict[str, Any] = {
+    "do": "new",
+    "name": "roam",
+    "states": ["forward"],
+    "features": ["sonar_front"],
+    "flags": [],
+}
+
+
+def test_choosing_a_robot_opens_the_library_of_its_type(tmp_path: Path) -> None:
+    made = studio(tmp_path / "library", world="salvage")
+    with served(made) as client, page(client) as person:
+        assert "load" not in made.stage.kit.behaviors
+        person.done(**ROAM)
+        person.done("pause", paused=True)
+        person.done("press", state="forward")
+        person.done("step")
+        assert "not saved" in str(person.say("agent", agent=5)["error"])
+        person.done("save")
+        assert (tmp_path / "library" / "scout" / "roam.json").is_file()
+        person.done("agent", agent=5)
+        assert (made.stage.agent, list(made.stage.shelf.library.taught)) == (5, [])
+        assert {"load", "unload"} <= {each["name"] for each in made.stage.scene()["behaviors"]}
+        person.done("agent", agent=2)
+        assert list(made.stage.shelf.library.taught) == ["roam"]
+        person.done("agent", agent=0, sort="crew")
+        assert {"roam", "load", "forward"} <= set(made.stage.kit.behaviors)

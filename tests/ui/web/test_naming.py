@@ -1,0 +1,167 @@
+"""Other names, copies and former versions of what is in the library."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.ui.web.pages import GOTO, Page, page, served, studio
+from tests.ui.web.test_library import CARRY, files, names, teach
+
+from understudy.storage.library_folder import versions
+from understudy.ui.web.server import Studio
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Studio:
+    return studio(tmp_path / "library")
+
+
+@pytest.fixture
+def person(made: Studio) -> Iterator[Page]:
+    with served(made) as client, page(client) as here:
+        here.done(**GOTO)
+        teach(here, "forward")
+        here.done("save")
+        yield here
+
+
+def test_what_is_trained_has_another_name(made: Studio, person: Page) -> None:
+    """It goes on under the new one, its former versions with it."""
+    teach(person, "rotate_left")
+    assert "save it first" in person.say("rename", name="goto", to="reach")["error"]
+    person.done("save")
+    person.done("stand_for", targets={"A": "nearest_food"})
+    examples = made.stage.trained.screen.examples
+    person.done("rename", name="goto", to="reach")
+    assert names(made.stage) == ["reach"]
+    assert [path[:19] for path in files(made.stage)] == ["reach.json", "versions/reach/0001"]
+    desk = made.stage.trained
+    assert (desk.name, desk.screen.examples, desk.screen.targets["A"]) == ("reach", examples, "nearest_food")
+    assert (desk.unsaved, desk.paused, desk.said.text) == (False, True, "goto is called reach now")
+    teach(person, "forward")
+    person.done("save")
+    assert names(made.stage) == ["reach"]
+    assert [each.number for each in versions(made.stage.shelf.folder, "reach")] == [1, 2]
+
+
+def test_versions_go_behind_those_of_a_former_one(made: Studio, person: Page) -> None:
+    person.done("duplicate", name="goto", to="reach")
+    person.done("open", name="reach")
+    teach(person, "rotate_left")
+    person.done("save")
+    person.done(**{**GOTO, "name": "other"})
+    person.done("remove", name="reach")
+    person.done("open", name="goto")
+    teach(person, "rotate_right")
+    person.done("save")
+    person.done("rename", name="goto", to="reach")
+    kept = person.done("versions", name="reach")["versions"]
+    assert [each["number"] for each in kept] == [2, 1]
+    assert all(each["saved"] for each in kept)
+
+
+def test_what_others_run_keeps_its_name(made: Studio, person: Page) -> None:
+    person.done(**{**CARRY, "states": ["goto(station)"]})
+    assert "goto is run by carry" in person.say("rename", name="goto", to="reach")["error"]
+    teach(person, "goto")
+    person.done("save")
+    assert "goto is run by carry" in person.say("rename", name="goto", to="reach")["error"]
+    person.done("rename", name="carry", to="bring")
+    assert names(made.stage) == ["bring", "goto"]
+
+
+@pytest.mark.parametrize("do", ["rename", "duplicate"])
+def test_names_that_cannot_be(made: Studio, person: Page, do: str) -> None:
+    person.done("duplicate", name="goto", to="twin")
+    before = files(made.stage)
+    assert "twin already" in person.say(do, name="goto", to="Twin")["error"]
+    assert "basic behavior" in person.say(do, name="goto", to="forward")["error"]
+    assert "no automaton" in person.say(do, name="nobody", to="body")["error"]
+    (made.stage.shelf.folder / "broken.json").write_text("{")
+    assert "broken.json" in person.say(do, name="broken", to="whole")["error"]
+    (made.stage.shelf.folder / "broken.json").unlink()
+    assert files(made.stage) == before
+
+
+def test_a_copy_is_as_the_library_has_it(made: Studio, person: Page) -> None:
+    teach(person, "rotate_left")
+    person.done("duplicate", name="goto", to="../twin")
+    assert files(made.stage) == ["%2E%2E%2Ftwin.json", "goto.json"]
+    rows = {row["name"]: row["examples"] for row in made.stage.library()["trained"]}
+    assert rows["../twin"] == rows["goto"] == 2
+    assert made.stage.trained.unsaved
+
+
+def test_versions_and_what_changed(made: Studio, person: Page) -> None:
+    assert person.done("versions", name="goto")["versions"] == []
+    for state in ("rotate_left", "rotate_right"):
+        teach(person, state)
+        person.done("save")
+    assert [each["number"] for each in person.done("versions", name="goto")["versions"]] == [2, 1]
+    ((topic, lines),) = [
+        (each["topic"], each["lines"])
+        for each in person.done("changes", name="goto", version=1, to=2)["changes"]
+        if each["topic"] == "examples"
+    ]
+    assert topic == "examples"
+    assert [line[:2] for line in lines] == ["+ ", "+ "]
+    assert "go to rotate_left (directive)" in lines[0]
+    since = person.done("changes", name="goto", version=1)
+    assert len(next(each for each in since["changes"] if each["topic"] == "examples")["lines"]) == 4
+    (appeared,) = (
+        each for each in since["moved"] if (each["from"], each["to"]) == ("forward", "rotate_left")
+    )
+    assert (appeared["what"], appeared["gone"], len(appeared["new"])) == ("appeared", [], 1)
+    assert {"number": 3, "happened": "new", "how": "shows it"} in appeared["examples"], appeared
+    assert "no version '7'" in person.say("changes", name="goto", version=7)["error"]
+
+
+def test_back_to_a_version_and_forth(made: Studio, person: Page) -> None:
+    teach(person, "rotate_left")
+    assert "save it first" in person.say("go_back", name="goto", version=1)["error"]
+    person.done("save")
+    person.done("go_back", name="goto", version=1)
+    assert made.stage.trained.screen.examples == 2
+    assert not made.stage.trained.unsaved
+    assert "version 1" in made.stage.said.text
+    person.done("go_back", name="goto", version=2)
+    assert made.stage.trained.screen.examples == 4
+    assert [each.number for each in versions(made.stage.shelf.folder, "goto")] == [1, 2, 3]
+    person.done("rename", name="goto", to="reach")
+    person.done("go_back", name="reach", version=1)
+    assert (made.stage.trained.name, made.stage.trained.screen.examples) == ("reach", 2)
+    assert names(made.stage) == ["reach"]
+
+
+def test_who_looks_on_may_read_versions(made: Studio, person: Page) -> None:
+    with served(made) as client, page(client) as other:
+        assert other.done("versions", name="goto")["versions"] == []
+        assert "only watches" in other.say("rename", name="goto", to="reach")["error"]
+
+
+def test_a_copy_can_be_used_at_once(made: Studio, person: Page) -> None:
+    person.done(**{**CARRY, "states": ["goto(station)"]})
+    assert "twin" in person.say("choose", states=["twin(station)"], features=["done"])["error"]
+    person.done("duplicate", name="goto", to="twin")
+    person.done("choose", states=["twin(station)", "goto(station)"], features=["done"])
+    teach(person, "twin", "goto")
+    person.done("save")
+    assert made.stage.library()["trained"][0]["runs"] == ["twin(station)", "goto(station)"]
+
+
+@pytest.mark.parametrize("name", ["goto 2", "go to it", "x" * 150])
+def test_any_name_can_be_chosen_as_a_state(made: Studio, person: Page, name: str) -> None:
+    person.done("duplicate", name="goto", to=name)
+    person.done(**{**CARRY, "states": [f"{name}(nearest_food)"]})
+    teach(person, name)
+    assert made.stage.trained.screen.state == name
+
+
+@pytest.mark.parametrize("name", ["goto(A)", "a,b", "a=b"])
+def test_a_name_that_could_not_is_refused(made: Studio, person: Page, name: str) -> None:
+    for way in ({"do": "duplicate", "name": "goto", "to": name}, {"do": "save", "name": name}):
+        assert "could not be chosen as a state" in person.send(way)["error"]
+    assert "could not be chosen as a state" in person.send({**GOTO, "name": name})["error"]
+    assert names(made.stage) == ["goto"]

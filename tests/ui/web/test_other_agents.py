@@ -1,0 +1,193 @@
+"""What the other robots do meanwhile, and whether somebody watches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.ui.web.pages import GOTO, Page, Wall, page, served, studio
+from tests.ui.web.test_library import teach
+
+from understudy.ui.web.server import Studio
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Studio:
+    return studio(tmp_path / "library", world="forage-team")
+
+
+@pytest.fixture
+def person(made: Studio) -> Iterator[Page]:
+    with served(made) as client, page(client) as here:
+        here.done(**GOTO)
+        here.done("pause", paused=True)
+        yield here
+
+
+def places(made: Studio) -> list[tuple[float, float]]:
+    robots = made.stage.world.view().robots
+    return list(zip(robots.x.tolist(), robots.y.tolist(), strict=True))
+
+
+def test_the_others_idle_or_run_a_behavior(made: Studio, person: Page) -> None:
+    before = places(made)
+    person.done("step")
+    assert places(made) == before
+    person.done("others", behavior="forward")
+    for _ in range(5):
+        person.done("step")
+    moved = [now != then for now, then in zip(places(made), before, strict=True)]
+    assert moved == [False, *[True] * (len(before) - 1)]
+    assert (made.stage.picture() or {})["others"] == {"behavior": "forward", "targets": {}}
+    there = places(made)
+    person.done("others", behavior=None)
+    person.done("step")
+    assert places(made) == there
+    assert (made.stage.picture() or {})["others"] is None
+
+
+def test_the_others_run_what_was_just_saved(made: Studio, person: Page) -> None:
+    teach(person, "forward")
+    assert "goto" in person.say("others", behavior="goto", targets={"A": "station"})["error"]
+    person.done("save")
+    person.done("others", behavior="goto", targets={"A": "station"})
+    assert made.stage.said.text == "The others run goto(station) meanwhile"
+    before = places(made)
+    person.done("step")
+    assert places(made)[1:] != before[1:]
+    person.done("open", name="goto")
+    assert (made.stage.picture() or {})["others"] is None
+
+
+WRONG = [
+    ("fly", {}, "no behavior 'fly'"),
+    ("goto", {}, "need what A stands for"),
+    ("forward", {"A": "station"}, "need no targets"),
+    ("goto", {"A": "moon"}, "no target 'moon'"),
+]
+
+
+@pytest.mark.parametrize(("behavior", "targets", "said"), WRONG)
+def test_what_the_others_cannot_do(
+    made: Studio, person: Page, behavior: str, targets: dict[str, str], said: str
+) -> None:
+    teach(person, "forward")
+    person.done("save")
+    person.done("others", behavior="forward")
+    assert said in person.say("others", behavior=behavior, targets=targets)["error"]
+    assert made.stage.others == {"behavior": "forward", "targets": {}}
+    before = places(made)
+    person.done("step")
+    assert places(made)[1:] != before[1:]
+
+
+def test_one_robot_has_no_company(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as person:
+        assert "Nothing is being trained" in person.say("others", behavior=None)["error"].capitalize()
+        person.done(**GOTO)
+        assert "one robot" in person.say("others", behavior="forward")["error"]
+
+
+def test_nobody_watches(made: Studio, person: Page) -> None:
+    assert "presses only" in person.say("watch")["error"]
+    person.done("choose", states=["forward", "rotate_left"], features=["angle_to(A)"], watched=True)
+    teach(person, "forward")
+    for watching, state in ((False, "rotate_left"), (True, "forward")):
+        person.done("watch")
+        for _ in range(60):
+            person.done("step")
+        teach(person, state)
+        desk = made.stage.picture() or {}
+        kinds = [each["kind"] for each in desk["examples"]]
+        assert (desk["watching"], "watched" in kinds) == (watching, watching)
+
+
+def test_after_a_kill_the_others_go_on_and_who_did_not_watch_still_does_not(tmp_path: Path) -> None:
+    folder = tmp_path / "library"
+    with served(studio(folder, world="forage-team")) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        person.done("choose", states=["forward", "rotate_left"], features=["angle_to(A)"], watched=True)
+        teach(person, "forward")
+        person.done("others", behavior="rotate_left")
+        person.done("others", behavior="forward")
+        person.done("watch")
+    made = studio(folder, world="forage-team")
+    with served(made) as client, page(client) as person:
+        person.done("open", name="goto")
+        desk = made.stage.picture() or {}
+        assert desk["others"] == {"behavior": "forward", "targets": {}}
+        assert not desk["watching"]
+        before = places(made)
+        person.done("step")
+        assert all(now != then for now, then in zip(places(made)[1:], before[1:], strict=True))
+
+
+def test_others_that_the_library_has_no_more_idle_after_a_kill(tmp_path: Path) -> None:
+    folder = tmp_path / "library"
+    with served(studio(folder, world="forage-team")) as client, page(client) as person:
+        person.done(**{**GOTO, "name": "reach"})
+        person.done("pause", paused=True)
+        teach(person, "forward")
+        person.done("save")
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        teach(person, "forward")
+        person.done("others", behavior="reach", targets={"A": "station"})
+    (folder / "reach.json").unlink()
+    made = studio(folder, world="forage-team")
+    with served(made) as client, page(client) as person:
+        person.done("open", name="goto")
+        assert (made.stage.picture() or {})["others"] is None
+        person.done("step")
+
+
+def test_robots_are_counted_as_they_are_drawn(made: Studio, person: Page) -> None:
+    """The page writes 1 beside the first of them."""
+    person.done("agent", agent=1)
+    assert made.stage.said.text == "goto is trained with robot 2 now"
+    teach(person, "forward")
+    assert "by robot 2" in person.say("agent", agent=0)["error"]
+    x, y = places(made)[3]
+    error = person.say("place", agent=1, x=x, y=y)["error"]
+    assert "place of robot 2" in error
+    assert "overlaps robot 4" in error
+    assert (
+        "is (-1.52, 0.35, 0.4)"
+        in person.say("add_obstacle", x=-1.516483516483, y=0.35164835, radius=0.4)["error"]
+    )
+
+
+def test_the_robot_is_chosen_before_the_lesson(tmp_path: Path) -> None:
+    made = studio(tmp_path / "library", world="forage-team")
+    with served(made) as client, page(client) as here:
+        here.done("agent", agent=2)
+        assert made.stage.said.text == "Robot 3 is the one that will be trained"
+        here.done(**GOTO)
+        assert made.stage.trained.robot == 2
+
+
+def test_time_before_a_lesson(tmp_path: Path) -> None:
+    """It stands still until somebody lets it go; robots idle, and a lesson begins in the world as it is then."""
+    wall = Wall()
+    made = studio(tmp_path, world="patrol", wall=wall)
+    stage = made.stage
+    with served(made) as client, page(client) as person:
+        assert person.desk["paused"]
+        person.done("step")
+        assert stage.world.time_s == pytest.approx(stage.world.tick_s)
+        person.done("pause", paused=False)
+        before = stage.world.view().robots.x.tolist()
+        wall.now += 0.2
+        stage.beat()
+        assert stage.world.time_s == pytest.approx(0.2 + stage.world.tick_s)
+        assert stage.world.view().robots.x.tolist() == before
+        person.done("speed", speed=2.0)
+        wall.now += 0.2
+        stage.beat()
+        assert stage.world.time_s == pytest.approx(0.6 + stage.world.tick_s)
+        person.done("pause", paused=True)
+        wall.now += 0.2
+        stage.beat()
+        assert stage.world.time_s == pytest.approx(0.6 + stage.world.tick_s)

@@ -1,0 +1,363 @@
+"""Real robots on the studio's stage, over wires in memory: armed by a page, stopped by any, and where nobody looks."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+
+from tests.robots.twins import Rig
+from tests.ui.web.pages import GOTO, Wall
+
+from understudy.robots.recording.lesson import recorded_presses, taught_over
+from understudy.robots.recording.reader import read_recording
+from understudy.robots.recording.recorder import Recorder
+from understudy.sim.kit import kit_of
+from understudy.training.lesson_design import new_lesson
+from understudy.training.trainee import Mode
+from understudy.ui.web.clients import PER_SECOND, Viewer
+from understudy.ui.web.server import Studio
+from understudy.ui.web.session_host import Stage
+
+ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
+
+
+class Lab:
+    """A studio with one real robot, and a page that directs."""
+
+    def __init__(
+        self,
+        folder: Path,
+        recorder: Recorder | None = None,
+        *,
+        names: tuple[str, ...] = ("one",),
+        world: str = "arena",
+    ) -> None:
+        self.rig, self.wall = Rig(names, world=world, recorder=recorder), Wall()
+        twin = self.rig.twin
+        stage = Stage(twin.scenario, folder, kit_of(twin.scenario), wall=self.wall, twin=twin)
+        self.studio = Studio(stage, wall=self.wall)
+        self.page = self.studio.arrive(None)
+        self.rig.seen()
+
+    def say(self, viewer: Viewer | None = None, **message: Any) -> dict[str, Any]:
+        """Say something, and hear the answer."""
+        viewer = viewer or self.page
+        while viewer.next() is not None:
+            pass
+        self.studio.hear(viewer, json.dumps({"id": 7, **message}))
+        while (waiting := viewer.next()) is not None:
+            text, binary = waiting
+            if not binary and (answer := json.loads(text)).get("re") == 7:
+                return dict(answer)
+        raise AssertionError("no answer")
+
+    def shown(self) -> list[dict[str, Any]]:
+        """What the page is told of the robots."""
+        return list(self.studio.stage.robots.plain())
+
+    def wait(self, seconds: float, *, here: bool = True) -> None:
+        """Let time pass, a hundredth of a second at a time, with a page that is there or fell silent."""
+        for _ in range(round(seconds * 100)):
+            self.wall.now += 0.01
+            self.rig.now += 0.01
+            self.rig.seen(self.rig.last)
+            if here:
+                self.studio.stage.robots.hear(holding=False)
+            self.studio.beat()
+
+    def moves(self) -> bool:
+        return self.rig.sent(0) != (0.0, 0.0)
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Iterator[Lab]:
+    made = Lab(tmp_path)
+    yield made
+    made.studio.stage.close()
+
+
+def teaching(lab: Lab) -> Lab:
+    """A robot that is armed, and driven ahead by a press."""
+    assert "error" not in lab.say(**ARENA_GOTO)
+    assert "error" not in lab.say(do="arm")
+    lab.say(do="pause", paused=False)
+    lab.say(do="press", state="forward")
+    lab.wait(0.3)
+    assert lab.moves()
+    return lab
+
+
+def test_nothing_moves_before_a_person_arms_it(lab: Lab) -> None:
+    lab.say(**ARENA_GOTO)
+    lab.say(do="pause", paused=False)
+    lab.say(do="press", state="forward")
+    lab.wait(0.5)
+    assert not lab.moves()
+    assert lab.shown() == [{"name": "one", "armed": False, "stopped": "not armed"}]
+    assert [each["kind"] for each in lab.studio.stage.picture()["examples"]] == ["directive", "default"]  # type: ignore[index]
+
+
+def test_armed_it_is_taught_as_a_simulated_one(lab: Lab) -> None:
+    teaching(lab)
+    assert lab.shown() == [{"name": "one", "armed": True, "stopped": ""}]
+    features = lab.studio.stage.trained.screen.features
+    assert features["distance_to(A)"] == pytest.approx(2.0)
+
+
+def test_paused_it_stands_and_stays_armed(lab: Lab) -> None:
+    teaching(lab).say(do="pause", paused=True)
+    lab.wait(0.2)
+    assert not lab.moves()
+    assert lab.shown()[0]["armed"]
+
+
+@pytest.mark.parametrize("watching", [False, True])
+def test_any_page_stops_it(lab: Lab, watching: bool) -> None:
+    teaching(lab)
+    viewer = lab.studio.arrive(None) if watching else lab.page
+    assert "error" not in lab.say(viewer, do="stop")
+    assert not lab.moves()
+    assert lab.shown()[0] == {"name": "one", "armed": False, "stopped": "emergency: stopped in the studio"}
+    assert lab.studio.stage.paused
+
+
+def test_a_page_that_only_watches_arms_nothing(lab: Lab) -> None:
+    answer = lab.say(lab.studio.arrive(None), do="arm")
+    assert "only watches" in answer["error"]
+    assert not lab.shown()[0]["armed"]
+
+
+def test_it_stops_where_the_page_leaves(lab: Lab) -> None:
+    teaching(lab)
+    lab.studio.leave(lab.page)
+    assert not lab.moves()
+    assert lab.shown()[0]["stopped"] == "nobody directs in the studio"
+
+
+def test_it_stops_where_the_page_falls_silent(lab: Lab) -> None:
+    teaching(lab)
+    lab.wait(0.5, here=False)
+    assert lab.shown()[0]["armed"]
+    lab.wait(0.3, here=False)
+    assert not lab.moves()
+    assert lab.shown()[0]["stopped"] == "the studio was silent"
+
+
+def test_it_stops_where_the_page_is_loaded_again(lab: Lab) -> None:
+    """Its connection was lost, though nobody has noticed yet."""
+    teaching(lab)
+    again = lab.studio.arrive(lab.page.key)
+    assert lab.studio.viewers.director is again
+    assert not lab.moves()
+    assert not lab.shown()[0]["armed"]
+
+
+def test_the_time_that_arming_takes_is_no_silence(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet = lab.rig.twin.fleet
+    arm = fleet.arm
+
+    def slowly(by: str) -> None:
+        arm(by)
+        lab.wall.now += 2.0  # a watchdog is started for each
+
+    monkeypatch.setattr(fleet, "arm", slowly)
+    lab.say(do="arm")
+    lab.studio.beat()
+    assert lab.shown()[0]["armed"]
+
+
+def test_what_was_read_before_arming_is_not_decided_on(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else its first tick would be a stop, and logged."""
+    lab.say(**ARENA_GOTO)
+    lab.say(do="pause", paused=False)
+    lab.wait(0.3)
+    fleet = lab.rig.twin.fleet
+    arm = fleet.arm
+
+    def slowly(by: str) -> None:
+        lab.rig.now += 0.4
+        arm(by)
+
+    monkeypatch.setattr(fleet, "arm", slowly)
+    lab.say(do="arm")
+    lab.say(do="press", state="forward")
+    lab.wait(0.3)
+    assert lab.moves()
+    assert not lab.rig.robots[0].stops
+
+
+def test_a_page_that_says_too_much_still_stops_it(lab: Lab) -> None:
+    teaching(lab)
+    answers = [lab.say(do="here", holding=False) for _ in range(PER_SECOND + 1)]
+    assert "too many messages" in answers[-1]["error"]
+    assert "error" not in lab.say(do="stop")
+    assert not lab.shown()[0]["armed"]
+
+
+REFUSED = [
+    ({"do": "reset", "seed": 3}, "this body cannot be reset"),
+    ({"do": "speed", "speed": 4}, "real robots' time passes as it does; leave it at 1"),
+    (
+        {"do": "place", "agent": 0, "x": 1.0, "y": 1.0, "heading": None},
+        "real robots and things are not moved",
+    ),
+    ({"do": "rewind", "time_s": 0.0}, "nothing of this run is kept"),
+]
+
+
+@pytest.mark.parametrize(("message", "said"), REFUSED)
+def test_what_a_real_robot_cannot_do(lab: Lab, message: dict[str, Any], said: str) -> None:
+    assert said in teaching(lab).say(**message)["error"]
+
+
+def test_what_cannot_be_armed_says_why(lab: Lab) -> None:
+    lab.rig.hear(0, lab.rig.odometry(9.0))
+    assert "outside its geofence" in lab.say(do="arm")["error"]
+
+
+def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None:
+    path = tmp_path / "one.mcap"
+    with Recorder(path) as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        lab.say(do="press", state="rotate_left")
+        lab.wait(0.3)
+        lab.say(do="confirm")
+        lab.wait(0.3)
+        lab.say(do="turn")
+        lab.wait(0.3)
+        lab.say(do="press", state="done")  # a correction
+        lab.wait(0.3)
+        session = lab.studio.stage.trained.session
+        lab.studio.stage.close()
+    recording = read_recording(path)
+    assert recording.head.ran.binding == {"A": "red_flag"}
+    assert set(recording.head.files) == {"scenario"}
+    empty = new_lesson(
+        session.library,
+        "goto",
+        states=["forward", "rotate_left", "rotate_right"],
+        features=["distance_to(A)", "angle_to(A)"],
+        parameters=["A"],
+        flags=["done"],
+    )
+    again = taught_over(
+        recording, session.library, empty, recorded_presses(recording), targets={"A": "red_flag"}
+    )
+    assert [str(each) for each in again.examples] == [str(each) for each in session.examples]
+    assert len(again.examples) >= 4
+
+
+def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
+    """While it waits, it stands; the world goes on, and so does what it reads."""
+    path = tmp_path / "one.mcap"
+    with Recorder(path) as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        lab.say(do="press", state="rotate_left")
+        lab.wait(0.3)
+        lab.say(do="press", state="forward")
+        lab.wait(0.3)
+        lab.say(do="ask_when", when="pause")
+        lab.say(do="turn")
+        session = lab.studio.stage.trained.session
+        for tenths in range(1, 20):  # ever nearer to the flag
+            lab.rig.hear(0, lab.rig.odometry(tenths / 10))
+            lab.wait(0.2)
+            if session.paused:
+                break
+        assert "What is right?" in lab.studio.stage.said.text
+        assert not lab.moves()
+        known, state = len(session.examples), session.screen().state
+        lab.rig.hear(0, lab.rig.odometry(1.95))
+        lab.wait(0.2)
+        assert "error" not in lab.say(do="press", state="rotate_right")
+        assert len(session.examples) == known + 2
+        assert (session.examples[-2].state, session.examples[-2].correction) == (state, True)
+        assert (session.mode, session.paused, session.screen().state) == (Mode.TESTING, False, "rotate_right")
+        assert lab.shown()[0]["armed"]
+        lab.studio.stage.close()
+    assert [each.does for each in recorded_presses(read_recording(path))][-2:] == ["press", "resume"]
+
+
+def test_of_several_sessions_the_last_is_recorded_as_one(tmp_path: Path) -> None:
+    """Presses of another automaton would be none of its states."""
+    path = tmp_path / "one.mcap"
+    with Recorder(path) as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        other = {"name": "turns", "states": ["rotate_left"], "parameters": [], "targets": {}, "flags": []}
+        answer = lab.say(**{**ARENA_GOTO, **other, "features": ["distance_to(red_flag)"], "discard": True})
+        assert "error" not in answer
+        lab.wait(0.3)
+        assert not lab.moves()  # armed, and in its start state
+        assert lab.shown()[0]["armed"]
+        lab.say(do="press", state="rotate_left")
+        lab.wait(0.3)
+        assert lab.moves()
+        lab.studio.stage.close()
+    recording = read_recording(path)
+    assert recording.head.ran.binding == {}
+    assert [each.state for each in recorded_presses(recording)] == ["rotate_left"]
+
+
+def test_where_one_of_two_robots_falls_silent_the_other_goes_on(tmp_path: Path) -> None:
+    lab = teaching(Lab(tmp_path, names=("one", "two")))
+    for _ in range(80):
+        lab.wall.now += 0.01
+        lab.rig.now += 0.01
+        lab.rig.hear(0, lab.rig.last)
+        lab.studio.stage.robots.hear(holding=False)
+        lab.studio.beat()
+    assert [each["armed"] for each in lab.shown()] == [True, False]
+    assert lab.moves()
+    assert "stays disarmed" in lab.say(do="arm")["error"]  # all, or none
+    assert [each["armed"] for each in lab.shown()] == [False, False]
+    lab.studio.stage.close()
+
+
+def test_a_place_beyond_all_places_breaks_nothing(lab: Lab) -> None:
+    teaching(lab)
+    lab.rig.hear(0, lab.rig.odometry(1e308))
+    lab.wait(0.2)
+    assert lab.shown() == [{"name": "one", "armed": False, "stopped": "outside its geofence"}]
+    assert "broke" not in lab.studio.stage.said.text
+
+
+def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "one.mcap") as recorder:
+        lab = teaching(Lab(tmp_path / "library", recorder))
+        recorder._writer.problem = "no space left"
+        lab.wait(0.2)
+        assert not lab.moves()
+        assert not lab.shown()[0]["armed"]
+        assert "recording ended: no space left; make room" in lab.studio.stage.said.text
+        lab.studio.stage.close()
+        recorder._writer.problem = ""
+
+
+def test_a_coordinator_of_real_robots_is_taught(tmp_path: Path) -> None:
+    """Paper section 5.1, on four robots: who leads them is pressed from one order to the next."""
+    lab = Lab(tmp_path, names=("one", "two", "three", "four"), world="patrol")
+    assert "error" not in lab.say(do="agent", sort="patrol", agent=0)
+    opened = lab.say(
+        do="new",
+        name="lead",
+        states=["forwards", "left"],
+        features=["none_sees(intruder)"],
+        parameters=[],
+        flags=[],
+        targets={},
+    )
+    assert "error" not in opened, opened
+    assert "error" not in lab.say(do="arm")
+    lab.say(do="pause", paused=False)
+    lab.wait(0.2)
+    assert [lab.rig.sent(agent) for agent in range(4)] == [(0.0, 0.0)] * 4
+    lab.say(do="press", state=lab.studio.stage.trained.session.automaton.state_names[1])
+    lab.wait(0.3)
+    assert [lab.rig.sent(agent) for agent in range(4)] == [(0.4, 0.0)] * 4
+    lab.studio.stage.close()

@@ -1,0 +1,214 @@
+"""Looking back through messages: why on all levels, what lessons promise, what saving would break, simplifying."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.ui.web.pages import GOTO, Page, page, served, studio
+
+from understudy.robots.twin import drawn
+from understudy.ui.web.server import Studio
+
+FETCH: dict[str, Any] = {
+    "do": "new",
+    "name": "fetch",
+    "states": ["goto(station)"],
+    "features": ["done"],
+    "flags": ["done"],
+}
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Studio:
+    return studio(tmp_path / "library")
+
+
+@pytest.fixture
+def person(made: Studio) -> Iterator[Page]:
+    with served(made) as client, page(client) as here:
+        yield here
+
+
+def teach(person: Page, *states: str) -> None:
+    person.done("pause", paused=True)
+    for state in states:
+        person.done("press", state=state)
+        person.done("step")
+
+
+def begin(person: Page) -> None:
+    """A goto that drives off, whatever it sees, and is done at once."""
+    person.done(**GOTO)
+    teach(person, "forward", "done")
+    person.done("save")
+
+
+def desk(made: Studio) -> dict[str, Any]:
+    return made.stage.picture() or {}
+
+
+def test_why_names_every_level_and_who_showed_it(made: Studio, person: Page) -> None:
+    begin(person)
+    person.done(**FETCH)
+    teach(person, "goto")
+    person.done("step")  # goto is done
+    teach(person, "done")
+    person.done("turn")
+    first = person.done("why")
+    (level,) = first["levels"]
+    assert (level["automaton"], level["state"], level["since_s"]) == (
+        "fetch",
+        "start",
+        made.stage.world.time_s,
+    )
+    assert level["says"] == "It goes from start to goto, always."
+    assert [each["number"] for each in level["examples"]] == [1]
+    assert level["examples"][0]["time_s"] is not None
+    assert (level["here"], level["yours"]) == (True, False)
+    assert first["last"]["automaton"] == "goto(station)"  # before it was let go
+    person.done("step")
+    both = person.done("why")
+    assert [(each["automaton"], each["here"]) for each in both["levels"]] == [
+        ("fetch", True), ("goto(station)", False),
+    ]  # fmt: skip
+    inner = both["levels"][1]
+    assert inner["state"] == "forward"
+    assert inner["says"].startswith("It goes from forward to done because distance_to(A) is at least ")
+    assert inner["read"].startswith("distance_to(A) = ")
+    last = both["last"]
+    assert (last["automaton"], last["says"]) == ("fetch", "It went from start to goto, always.")
+    person.done("step")
+    assert person.done("why")["last"]["automaton"] == "goto(station)"
+
+
+def test_why_goes_back_with_time(made: Studio, person: Page) -> None:
+    """A switch that has not happened yet is no reason; the one before is one again."""
+    begin(person)
+    person.done("turn")
+    for _ in range(7):
+        person.done("step")
+    assert person.done("why")["levels"][0]["says"] == "done is raised, and never left by itself"
+    assert person.done("why")["last"]["says"].startswith("It went from forward to done")
+    person.done("rewind", time_s=made.stage.world.time_s - 0.1)
+    now = made.stage.world.time_s
+    assert person.done("why")["last"]["time_s"] < now, "what happened before then has happened"
+    began = made.stage.reel.at(0.0).time_s
+    person.done("rewind", time_s=began)
+    back = person.done("why")
+    assert back["levels"][0]["says"] == "It goes from start to forward, always."
+    assert back["last"] is None
+
+
+def test_in_training_somebody_else_decides(person: Page) -> None:
+    begin(person)
+    person.done("restart")
+    (level,) = person.done("why")["levels"]
+    assert level["yours"]
+    assert level["says"] == "It goes from start to forward, always."
+
+
+def test_a_promise_is_listed_withdrawn_and_undone(made: Studio, person: Page) -> None:
+    begin(person)
+    assert (desk(made)["flags"], desk(made)["outcomes"]) == (["done"], [])
+    edition = desk(made)["edition"]
+    person.done("promise", flag="done", within_s=5)
+    assert desk(made)["outcomes"] == ["done within 5 s in forage, A = station"]
+    assert desk(made)["edition"] > edition
+    assert desk(made)["unsaved"]
+    person.done("withdraw", outcome=0)
+    assert desk(made)["outcomes"] == []
+    person.done("undo")
+    assert desk(made)["outcomes"] == ["done within 5 s in forage, A = station"]
+    assert "has no outcome 2: it promises 1" in person.say("withdraw", outcome=1)["error"]
+    assert "its flags are done" in person.say("promise", flag="failed", within_s=5)["error"]
+
+
+def test_one_can_go_to_where_it_was_promised(made: Studio, person: Page) -> None:
+    begin(person)
+    person.done("reset", seed=3)
+    person.done("promise", flag="done", within_s=5)
+    promised = drawn(made.stage.world).snapshot()
+    person.done("reset", seed=4)
+    person.done("stand_for", targets={"A": "nearest_food"})
+    teach(person, "forward")
+    person.done("visit", outcome=0)
+    assert drawn(made.stage.world).snapshot() == promised
+    screen = made.stage.trained.screen
+    assert (screen.state, dict(screen.targets)) == ("start", {"A": "station"})
+    assert made.stage.paused
+
+
+def test_what_a_test_finds(made: Studio, person: Page) -> None:
+    """Whoever changes goto is told of fetch, which runs it and promised something."""
+    begin(person)
+    person.done(**FETCH)
+    teach(person, "goto")
+    person.done("step")
+    person.done("step")
+    teach(person, "done")
+    person.done("restart")
+    person.done("promise", flag="done", within_s=3)
+    person.done("save")
+    fetch = person.done("test", name="fetch")["tested"]
+    assert (fetch["works"], fetch["worse"]) == (True, [])
+    assert fetch["outcomes"][0]["said"] == "done within 3 s in forage"
+    assert fetch["outcomes"][0]["took_s"] > 0
+    person.done("open", name="goto")
+    person.done("delete", number=3)  # it is never done
+    goto = person.done("test", name="goto")["tested"]
+    assert goto["works"]
+    assert goto["else"] == ["changed since it was saved; fetch runs it"]
+    fetch = person.done("test", name="fetch")["tested"]
+    assert fetch["worse"] == [
+        "promised, and did not come: done within 3 s in forage; it does with the former version of goto"
+    ]
+    answer = person.done("save")
+    assert answer["worse"] == ["fetch no longer comes to done within 3 s in forage"]
+    assert desk(made)["unsaved"]
+    assert "not saved yet" in made.stage.said.text
+    assert "worse" not in person.done("save", anyway=True)
+    assert not desk(made)["unsaved"]
+    assert person.done("test", name="goto")["tested"]["else"] == ["changed since version 1; fetch runs it"]
+
+
+def test_nothing_is_simpler_before_it_is_kept(made: Studio, person: Page) -> None:
+    begin(person)
+    shown = person.done("simplify")["simpler"]
+    assert (shown["suggested"], shown["enough"], shown["pruning"]) == (None, 30, 1.0)
+    assert shown["leaves"] == {"before": 3, "after": 2}
+    (state,) = shown["states"]
+    assert state["state"] == "forward"
+    assert any(line.startswith("done when") for line in state["before"])
+    assert state["after"] == ["stays always"]
+    assert [(each["number"], each["before"], each["after"]) for each in shown["decisions"]] == [
+        (3, "done", "forward")
+    ]
+    assert not desk(made)["unsaved"]
+    assert desk(made)["pruning"] == 0
+    person.done("prune", pruning=1)
+    assert desk(made)["pruning"] == 1
+    assert [edge["to"] for edge in desk(made)["edges"]] == ["forward"]
+    person.done("undo")
+    assert desk(made)["pruning"] == 0
+    assert [edge["to"] for edge in desk(made)["edges"]] == ["forward", "done"]
+
+
+def test_those_who_look_on_may_ask_but_not_change(made: Studio) -> None:
+    with served(made) as client, page(client) as first, page(client) as second:
+        begin(first)
+        looking: list[tuple[str, dict[str, Any]]] = [
+            ("why", {}),
+            ("test", {"name": "goto"}),
+            ("simplify", {}),
+        ]
+        for do, fields in looking:
+            second.done(do, **fields)
+        changing: list[tuple[str, dict[str, Any]]] = [
+            ("promise", {"flag": "done", "within_s": 1}),
+            ("prune", {"pruning": 1}),
+        ]
+        for do, fields in changing:
+            assert "only watches" in second.say(do, **fields)["error"]

@@ -1,0 +1,151 @@
+"""Who directs: one page at a time, and what becomes of it when that page leaves, hands over or comes back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from starlette.testclient import TestClient
+from tests.ui.web.pages import GOTO, HOME, Wall, page, served, studio
+
+from understudy.ui.web.app import app
+
+
+def test_the_first_page_directs_and_the_second_watches(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as first, page(client) as second:
+        assert (first.hello["directs"], second.hello["directs"]) == (True, False)
+        first.done(**GOTO)
+        assert "only watches" in second.say("press", state="forward")["error"]
+        assert "another page directs" in second.say("take")["error"]
+        assert second.done("why")["levels"]
+        while not second.desk["desk"]:
+            second.hear()
+        assert second.desk["desk"]["waiting"] is None
+        assert (second.desk["directs"], second.desk["viewers"]) == (False, 2)
+
+
+def test_handing_over_pauses_and_lets_another_take(tmp_path: Path) -> None:
+    made = studio(tmp_path)
+    with served(made) as client, page(client) as first, page(client) as second:
+        first.done(**GOTO)
+        assert not made.stage.paused
+        first.done("hand_over")
+        assert made.stage.paused
+        assert "take over first" in first.say("press", state="forward")["error"]
+        second.done("take")
+        second.done("press", state="forward")
+        assert "only watches" in first.say("undo")["error"]
+
+
+def test_the_director_leaving_pauses_and_its_key_brings_it_back(tmp_path: Path) -> None:
+    made = studio(tmp_path)
+    with served(made) as client, page(client) as watcher:
+        watcher.done("hand_over")
+        with page(client) as person:
+            assert person.hello["directs"]
+            person.done(**GOTO)
+            person.done("press", state="forward")
+            key = person.hello["key"]
+        while not watcher.desk["paused"] or watcher.desk["viewers"] != 1:
+            watcher.hear()
+        assert made.stage.paused
+        with page(client, f"?key={key}") as again:
+            assert again.hello["directs"]
+            assert again.hello["key"] == key
+            assert again.desk["desk"]["waiting"] == "forward"  # what was acknowledged is there
+
+
+def test_a_page_cut_off_unnoticed_is_replaced_by_itself(tmp_path: Path) -> None:
+    with (
+        served(studio(tmp_path)) as client,
+        page(client) as lost,
+        page(client, f"?key={lost.hello['key']}") as back,
+    ):
+        assert back.hello["directs"]
+        back.done(**GOTO)
+        with pytest.raises(ConnectionError):
+            lost.answer(1)
+        with page(
+            client, f"?key={lost.hello['key']}"
+        ) as again:  # it does not throw out the one that came after
+            assert not again.hello["directs"]
+        back.done("confirm")
+
+
+def test_a_key_does_not_take_the_place_of_another(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client:
+        with page(client) as first:
+            key = first.hello["key"]
+        with page(client), page(client, f"?key={key}") as late, page(client, "?key=made-up") as stranger:
+            assert not late.hello["directs"]
+            assert stranger.hello["key"] != "made-up"
+
+
+def test_a_silent_director_can_be_replaced(tmp_path: Path) -> None:
+    wall = Wall()
+    made = studio(tmp_path, wall=wall)
+    with served(made) as client, page(client), page(client) as second:
+        wall.now += 29
+        assert "29 s so far" in second.say("take")["error"]
+        wall.now += 1
+        second.done("take")
+
+
+REFUSED = [  # query, headers, what it says
+    ("?token=secret", {"origin": "http://elsewhere.example"}, "another site"),
+    ("?token=secret", {"host": "elsewhere.example"}, "not called by this name"),
+    ("", {}, "token"),
+    ("?token=secre", {}, "token"),
+    ("?token=s%C3%A9cret", {}, "token"),
+]
+
+
+@pytest.mark.parametrize(("query", "headers", "said"), REFUSED)
+def test_who_may_not_connect(tmp_path: Path, query: str, headers: dict[str, str], said: str) -> None:
+    made = studio(tmp_path)
+    with TestClient(app(made, token="secret"), base_url=HOME) as client:
+        with client.websocket_connect(f"ws://127.0.0.1/ws{query}", headers=headers) as socket:
+            closed = socket.receive()
+        assert closed["type"] == "websocket.close"
+        assert said in closed["reason"]
+        assert len(made.viewers) == 0
+        with page(client, "?token=secret") as person:
+            assert person.hello["directs"]
+
+
+def test_too_many_pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("understudy.ui.web.app.MOST_PAGES", 2)
+    with (
+        served(studio(tmp_path)) as client,
+        page(client),
+        page(client),
+        client.websocket_connect("ws://127.0.0.1/ws") as third,
+    ):
+        assert "2 pages look on already" in third.receive()["reason"]
+
+
+def test_too_many_messages_are_refused_and_undone_by_waiting(tmp_path: Path) -> None:
+    wall = Wall()
+    made = studio(tmp_path, wall=wall)
+    with served(made) as client, page(client) as person:
+        answers = [person.say("pause", paused=False) for _ in range(210)]
+        assert [answer.get("ok", False) for answer in answers] == [True] * 200 + [False] * 10
+        assert "200 a second" in answers[-1]["error"]
+        wall.now += 0.1
+        person.done("pause", paused=True)
+
+
+def test_the_page_and_nothing_outside_of_it(tmp_path: Path) -> None:
+    static = tmp_path / "static"
+    made = studio(tmp_path / "library")
+    with TestClient(app(made, static=static), base_url=HOME) as client:
+        answer = client.get("/")
+        assert answer.status_code == 503
+        assert "not built" in answer.text
+    static.mkdir()
+    (static / "index.html").write_text("<title>Studio</title>")
+    (tmp_path / "secret").write_text("secret")
+    with TestClient(app(made, static=static), base_url=HOME) as client:
+        assert "Studio" in client.get("/").text
+        for path in ("/../secret", "/%2e%2e/secret", "/..%2fsecret", "/static/../../secret"):
+            assert client.get(path).status_code in (400, 404)

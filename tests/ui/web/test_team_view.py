@@ -1,0 +1,117 @@
+"""A coordinator is trained in the studio as a robot is: chosen in the team, its squad's statistics for features."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.sim.patrollers import ROBOTS
+from tests.ui.web.pages import Frame, Page, page, served, studio
+
+from understudy.model.library import Taught
+from understudy.storage.library_folder import save
+from understudy.ui.web.frames import NONE
+from understudy.ui.web.server import Studio
+
+LEAD: dict[str, Any] = {
+    "do": "new",
+    "name": "lead",
+    "states": ["out=wander", "attack=servo(intruder)"],
+    "features": ["someone_sees(intruder)", "present"],
+    "flags": [],
+}
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Studio:
+    folder = tmp_path / "library"
+    for name in ROBOTS.taught:
+        save(folder, Taught(ROBOTS.automaton(name)))
+    return studio(folder, world="patrol")
+
+
+@pytest.fixture
+def person(made: Studio) -> Iterator[Page]:
+    with served(made) as client, page(client) as here:
+        yield here
+
+
+def refused(person: Page, do: str, **fields: Any) -> str:
+    """The sentence of a refusal."""
+    return str(person.say(do, **fields)["error"])
+
+
+def test_the_team_is_told(made: Studio) -> None:
+    (patrol,) = made.stage.scene()["squads"]
+    assert (patrol["name"], patrol["squads"]) == ("patrol", [[0, 1, 2, 3]])
+
+
+def test_directing_a_coordinator_moves_its_squad(made: Studio, person: Page) -> None:
+    person.done("agent", agent=0, sort="patrol")
+    behaviors = {behavior["name"] for behavior in made.stage.scene()["behaviors"]}
+    assert {"wander", "servo", "forwards"} <= behaviors
+    person.done(**LEAD)
+    person.done("pause", paused=True)
+    person.done("press", state="out")
+    person.done("step")
+    frame = Frame.read(made.stage.frame())
+    desk = made.stage.picture() or {}
+    assert frame.agent == NONE
+    assert {desk["doing"][robot[4]] for robot in frame.robots} <= {"forwards", "left", "right"}
+    assert desk["state"] == "out"
+    assert desk["examples"][0]["values"] == ["no", "4"]
+
+
+def test_what_a_squad_was_taught_is_kept_in_its_folder(made: Studio, person: Page, tmp_path: Path) -> None:
+    person.done("agent", agent=0, sort="patrol")
+    person.done(**LEAD)
+    person.done("pause", paused=True)
+    person.done("press", state="out")
+    person.done("step")
+    assert "not saved" in refused(person, "agent", agent=0)
+    person.done("save")
+    assert (tmp_path / "library" / "patrol" / "lead.json").is_file()
+    person.done("agent", agent=2)
+    assert (made.stage.sort, made.stage.agent) == (None, 2)
+    assert "lead" not in made.stage.shelf.library.taught
+    assert "wander" in made.stage.shelf.library.taught
+
+
+def test_there_are_only_so_many(made: Studio, person: Page) -> None:
+    """And what is refused changes nothing."""
+    assert "from 1 to 1" in refused(person, "agent", agent=1, sort="patrol")
+    assert "patrol" in refused(person, "agent", agent=0, sort="scouts")
+    assert "from 1 to 4" in refused(person, "agent", agent=4)
+    assert (made.stage.sort, made.stage.agent) == (None, 0)
+
+
+def test_what_everybody_knows_has_what_is_trained_as_it_stands(made: Studio) -> None:
+    ranks, mine = made.stage.ranks, made.stage.shelf.library
+    robots = ranks.known(None, 0, mine)
+    assert [sort for sort, library in robots.items() if library is mine] == ["pioneer"]
+    assert set(ranks.known("patrol", 0, mine)) == set(robots)
+    assert ranks.known("patrol", 0, mine)["patrol"] is mine
+
+
+def test_a_coordinator_promises_and_says_why(made: Studio, person: Page) -> None:
+    person.done("agent", agent=0, sort="patrol")
+    person.done(
+        "new", name="out", states=["wander"], features=["someone_sees(intruder)"], flags=["done"], targets={}
+    )
+    person.done("pause", paused=True)
+    for state in ("wander", "done"):
+        person.done("press", state=state)
+        person.done("step")
+    person.done("restart")
+    person.done("promise", flag="done", within_s=1)
+    person.done("save")
+    tested = person.done("test", name="out")["tested"]
+    assert (tested["works"], len(tested["outcomes"])) == (True, 1)
+    (level,) = person.done("why")["levels"]
+    assert (level["automaton"], level["says"]) == ("out", "It goes from start to wander, always.")
+    last = (made.stage.picture() or {})["examples"][-1]["number"]
+    person.done("delete", number=last)
+    (said,) = person.done("save")["worse"]
+    assert said.startswith("out no longer comes to done within 1 s in patrol")
