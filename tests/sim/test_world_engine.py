@@ -29,8 +29,8 @@ from understudy.sim import step as advancing
 from understudy.sim.layout import neighbor_grid
 from understudy.sim.scenario.schema import Camera, Locator, Objects, Robots, RobotType, Scenario, TargetOf
 from understudy.sim.world import World
-from understudy_lab.bench.programs import BASE, FULL, base, full
-from understudy_lab.bench.standard_task import full as full_task
+from understudy_lab.bench.programs import BASE, FULL, make_base_library, make_full_library
+from understudy_lab.bench.standard_task import make_full_scenario as full_task
 
 TICKS = 30
 
@@ -222,7 +222,7 @@ def test_worlds_side_by_side_run_as_alone(number: int, threads: int) -> None:
 @pytest.mark.parametrize("standard", ["base", "full"])
 def test_the_standard_programs(standard: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = full_task(150)
-    program = link(base(), BASE) if standard == "base" else link(full(), FULL)
+    program = link(make_base_library(), BASE) if standard == "base" else link(make_full_library(), FULL)
     run = Run.of(made(scenario, (1,)), program)
     for _ in range(60):
         run.tick()
@@ -238,7 +238,7 @@ def test_the_standard_programs(standard: str, monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize("standard", ["base", "full"])
 def test_robots_that_stay_sorted_while_they_go(standard: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Sorted in every tick, or so seldom that many have gone to other cells meanwhile: nobody is overlooked."""
-    program = link(base(), BASE) if standard == "base" else link(full(), FULL)
+    program = link(make_base_library(), BASE) if standard == "base" else link(make_full_library(), FULL)
     outcomes = []
     for drift, most in ((0.0, 1), (2.0, 7), (10.0, 40)):
         monkeypatch.setattr(neighbor_grid, "DRIFT", drift)
@@ -315,7 +315,7 @@ def test_two_features_of_one_reading() -> None:
 
 def test_an_interrupted_run_leaves_whole_ticks(small: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was put in another order is put back: robots, their automata and the clock are of the same tick."""
-    program = link(base(), BASE)
+    program = link(make_base_library(), BASE)
     engine, other = (Engine.of(made(full_task(50), (1,)), program) for _ in range(2))
 
     def interrupted(*args: Any, **more: Any) -> None:
@@ -369,7 +369,7 @@ def kit_feature(scenario: Scenario, name: str) -> Feature:
 def test_kernels_for_less_do_the_same() -> None:
     """Kernels are compiled for what a scenario has; those for everything do the same."""
     scenario = full_task(30)
-    program = link(full(), FULL)
+    program = link(make_full_library(), FULL)
     engines = [Engine.of(world, program) for world in (World(scenario, (1, 2)), made(scenario, (1, 2)))]
     for engine in engines:
         engine.run(60)

@@ -17,7 +17,7 @@ NEARBY = 0.15
 """So near, another example says the same: well within what is far from one."""
 MOST_FURTHER = 24
 """So many presses of a large lesson are left out one by one for this, beside those that were already."""
-MOST = 2
+MOST_ADVICE = 2
 """So many of one state."""
 
 
@@ -48,9 +48,9 @@ def single(survey: Survey) -> Iterator[Advice]:
         told: set[str] = set()
         for share, row, changed in sorted(found, key=lambda each: each[:2]):
             example = learner.examples[row]
-            if example.next not in told and len(told) < MOST:
+            if example.next not in told and len(told) < MOST_ADVICE:
                 told.add(example.next)
-                yield _advice(survey, state, example, changed, -share)
+                yield _make_isolated_press_advice(survey, state, example, changed, -share)
 
 
 def _without_fellows(survey: Survey, state: str) -> list[int]:
@@ -70,7 +70,9 @@ def _is_alone(survey: Survey, state: str, example: Example) -> bool:
     return len(said) == 1
 
 
-def _advice(survey: Survey, state: str, example: Example, changed: NDArray[np.bool_], share: float) -> Advice:
+def _make_isolated_press_advice(
+    survey: Survey, state: str, example: Example, changed: NDArray[np.bool_], share: float
+) -> Advice:
     cells = _cells(survey, example, changed)
     said = survey.said(state, cells)
     place = survey.place(state)

@@ -23,7 +23,7 @@ from understudy.model.tree_regions import Box, Region, boxes
 LEAST = 0.5
 """From so much farther on, as a share of what is twice as far as far, it is asked."""
 MOST_SITUATIONS = 48
-MOST = 2
+MOST_ADVICE = 2
 """So many of one state."""
 
 
@@ -35,8 +35,8 @@ def stretched(survey: Survey) -> Iterator[Advice]:
         tree = survey.transition(state)
         if isinstance(tree, Tree):
             found = [each for each in _leaves(survey, state, tree) if each[0] >= LEAST]
-            for amount, row, box, outcome, other in sorted(found, key=lambda each: -each[0])[:MOST]:
-                yield _advice(survey, state, amount, row, box, outcome, other)
+            for amount, row, box, outcome, other in sorted(found, key=lambda each: -each[0])[:MOST_ADVICE]:
+                yield _make_stretched_leaf_advice(survey, state, amount, row, box, outcome, other)
 
 
 def _leaves(
@@ -78,7 +78,7 @@ def _inside(region: Region) -> float:
     return low if high - low == 1.0 and low == int(low) else (low + high) / 2
 
 
-def _advice(
+def _make_stretched_leaf_advice(
     survey: Survey, state: str, amount: float, row: NDArray[np.float64], box: Box, outcome: int, other: int
 ) -> Advice:
     cells = {

@@ -69,7 +69,9 @@ def _answers(tree: Tree, shown: Shown) -> list[_Answer | None]:
     found = []
     for node, here in zip(tree.nodes, reaching(tree, shown.values), strict=True):
         outcome = node.yes if node.test == Test.LEAF else _outcome(here, shown)
-        found.append(None if outcome is None else _Answer(outcome, _wrong(outcome, here, shown, weights)))
+        found.append(
+            None if outcome is None else _Answer(outcome, _weigh_wrong(outcome, here, shown, weights))
+        )
     return found
 
 
@@ -99,7 +101,7 @@ def _outcome(rows: Rows, shown: Shown) -> int | None:
     return shown.current if shown.current in tied else int(tied[0])
 
 
-def _wrong(outcome: int, rows: Rows, shown: Shown, weights: NDArray[np.int64]) -> int:
+def _weigh_wrong(outcome: int, rows: Rows, shown: Shown, weights: NDArray[np.int64]) -> int:
     """The weight of the examples that show something else."""
     decided = shown.current if outcome == STAY else outcome
     return int(weights[rows[shown.outcomes[rows] != decided]].sum())

@@ -68,7 +68,7 @@ def suggestion(lesson: Lesson) -> Suggestion | None:
     for shown, rows in zip(states, pressed, strict=True):
         trials = -(-len(rows) // together)
         for first in range(trials):
-            wrong += _wrong(fit, shown, rows[first::trials], steps)
+            wrong += _count_wrong_by_pruning(fit, shown, rows[first::trials], steps)
     best = int(np.flatnonzero(wrong == wrong.min())[-1])
     return Suggestion(steps[best], count, int(wrong[0]), int(wrong[best]))
 
@@ -88,7 +88,7 @@ def _tree(fit: Fit, shown: Shown) -> Tree:
     return tree if isinstance(tree, Tree) else Tree((leaf(STAY),))
 
 
-def _wrong(fit: Fit, shown: Shown, out: Rows, steps: Sequence[float]) -> NDArray[np.int64]:
+def _count_wrong_by_pruning(fit: Fit, shown: Shown, out: Rows, steps: Sequence[float]) -> NDArray[np.int64]:
     """By pruning, how many of the examples that were left out are decided otherwise than shown."""
     kept = np.delete(np.arange(len(shown.outcomes)), out)
     rest = Shown((), shown.values[kept], shown.outcomes[kept], shown.groups[kept], shown.current)

@@ -17,16 +17,16 @@ def place_of(world: World, name: str, agent: int = 0) -> Place | None:
     target = world.scenario.targets[name]
     here = world.state.robots[agent]
     if target.object is not None or target.nearest is not None:
-        found = _objects(world, target, agent)
+        found = _list_target_objects(world, target, agent)
     else:
-        found = _robots(world, target, agent)
+        found = _list_target_robots(world, target, agent)
     if not len(found):
         return None
     nearest = found[np.argmin((found["x"] - here["x"]) ** 2 + (found["y"] - here["y"]) ** 2)]
     return float(nearest["x"]), float(nearest["y"])
 
 
-def _objects(world: World, target: TargetOf, agent: int) -> Any:
+def _list_target_objects(world: World, target: TargetOf, agent: int) -> Any:
     """The objects that a target may be."""
     of = agent // world.robots
     kind = world.rules.classes[world.names.classes.index(target.nearest or target.object)]
@@ -53,7 +53,7 @@ def _others(world: World, agent: int) -> Any:
     return np.delete(world.state.robots[first : first + world.robots], agent - first)
 
 
-def _robots(world: World, target: TargetOf, agent: int) -> Any:
+def _list_target_robots(world: World, target: TargetOf, agent: int) -> Any:
     """The robots that a target may be: others of the same world."""
     robots, types = _others(world, agent), world.rules.types["team"]
     teams, own = types[robots["type"]], types[world.state.robots["type"][agent]]

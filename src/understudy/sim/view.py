@@ -138,8 +138,8 @@ def view(state: State, rules: Rules, names: Names, world: int = 0) -> WorldView:
         width=rules.width,
         height=rules.height,
         time_s=int(state.tick[world]) * rules.tick_s,
-        robots=_robots(state.robots[world * rules.robots : (world + 1) * rules.robots], rules),
-        objects=_objects(state.objects[world], rules),
+        robots=_make_robots_view(state.robots[world * rules.robots : (world + 1) * rules.robots], rules),
+        objects=_make_objects_view(state.objects[world], rules),
         discs=_discs(state.discs[world]),
         walls=lines[wall],
         edges=lines[~wall],
@@ -148,7 +148,7 @@ def view(state: State, rules: Rules, names: Names, world: int = 0) -> WorldView:
     )
 
 
-def _robots(rows: Records, rules: Rules) -> RobotsView:
+def _make_robots_view(rows: Records, rules: Rules) -> RobotsView:
     own = ("x", "y", "heading", "type", "stored", "delivered")
     typed = ("radius", "reach", "color", "team", "capacity")
     return RobotsView(
@@ -160,7 +160,7 @@ def _robots(rows: Records, rules: Rules) -> RobotsView:
     )
 
 
-def _objects(rows: Records, rules: Rules) -> ObjectsView:
+def _make_objects_view(rows: Records, rules: Rules) -> ObjectsView:
     slot = np.flatnonzero(rows["present"])
     kind = rules.class_of[slot]
     return ObjectsView(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from understudy.sim.view import Frame
 
-MOST_FRAMES, LEAST_FRAMES, MOST_ROWS = 20_000, 600, 2_000_000
+MOST_BUFFERED_FRAMES, LEAST_FRAMES, MOST_ROWS = 20_000, 600, 2_000_000
 
 
 class Recording:
@@ -17,7 +17,9 @@ class Recording:
 
     def see(self, frame: Frame) -> None:
         """The next moment of the run."""
-        most = self._most or min(MOST_FRAMES, max(LEAST_FRAMES, MOST_ROWS // max(1, len(frame.doing))))
+        most = self._most or min(
+            MOST_BUFFERED_FRAMES, max(LEAST_FRAMES, MOST_ROWS // max(1, len(frame.doing)))
+        )
         if self._seen % self._every == 0:
             if len(self._frames) >= most:
                 self._frames, self._every = self._frames[::2], 2 * self._every

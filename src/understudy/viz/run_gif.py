@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 WIDE, TALL, LEAST, MARGIN = 440, 520, 300, 14
 """Pixels: of the picture and its arena at most, of its caption at least, and around the arena."""
-MOST_FRAMES = 300
+MOST_DRAWN_FRAMES = 300
 TRAIL = 60
 """How many frames a robot's trail is long; of several robots they share it."""
 DISCS, TAILS = 60, 2000
@@ -62,7 +62,7 @@ def run_gif(frames: Sequence[Frame], path: Path | str, *, speed: float = 8.0, pe
 def _chosen(frames: Sequence[Frame], every_s: float) -> list[Frame]:
     """Frames about `every_s` of simulated time apart, first and last among them, MOST_FRAMES at most."""
     length = frames[-1].view.time_s - frames[0].view.time_s
-    every_s = max(every_s, length / (MOST_FRAMES - 2))
+    every_s = max(every_s, length / (MOST_DRAWN_FRAMES - 2))
     chosen, due = [], frames[0].view.time_s
     for frame in frames[:-1]:
         if frame.view.time_s >= due - 1e-9:

@@ -13,11 +13,11 @@ from understudy.model.features import ReadingKey
 from understudy.sim.world import World
 from understudy_lab.baselines.recording_body import Robots
 from understudy_lab.behavior_suite.random_rooms import laid_out, room
-from understudy_lab.behavior_suite.rooms import FEATS, LIMIT_S, judged
+from understudy_lab.behavior_suite.rooms import WALL_LIMIT_S, WALL_TASKS, judge_wall_following
 from understudy_lab.behavior_suite.tracks import record
 from understudy_lab.behavior_suite.wall_following import LEFT
 
-(FEAT,) = (feat for feat in FEATS if feat.name == f"wall_{LEFT}")
+(FEAT,) = (feat for feat in WALL_TASKS if feat.name == f"wall_{LEFT}")
 
 
 class Rooms(World):
@@ -31,5 +31,5 @@ class Rooms(World):
 def closes_the_loop(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
     """Whether each robot goes all along the wall of its room in time, and never far from it."""
     rooms = cast(Rooms, world)
-    tracks = record(rooms, lambda: rooms.act(decide(rooms.sense(keys))), LIMIT_S)
-    return ~np.isnan(judged(tracks, rooms.plots, LEFT).seconds)
+    tracks = record(rooms, lambda: rooms.act(decide(rooms.sense(keys))), WALL_LIMIT_S)
+    return ~np.isnan(judge_wall_following(tracks, rooms.plots, LEFT).seconds)

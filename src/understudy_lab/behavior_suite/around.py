@@ -15,10 +15,10 @@ from understudy_lab.behavior_suite.task import Feat, Judged, Trial
 from understudy_lab.behavior_suite.tracks import Table, Tracks, gained, length_of, medians, turns
 from understudy_lab.behavior_suite.wall_following import LEFT, by_hand, follow
 
-NEAR_M, LIMIT_S = 1.0, 90.0
+NEAR_M, CIRCLING_LIMIT_S = 1.0, 90.0
 
 
-def judged(tracks: Tracks, plots: Sequence[Plot]) -> Judged:
+def judge_circling(tracks: Tracks, plots: Sequence[Plot]) -> Judged:
     """When it was once around since it was last a meter away from the obstacle; and how far away it was till then."""
     far, _ = apart(tracks.x, tracks.y, plots)
     middle = middles(len(plots))
@@ -29,7 +29,7 @@ def judged(tracks: Tracks, plots: Sequence[Plot]) -> Judged:
     return Judged(seconds, {"turns": gone.max(axis=0), "distance kept, m": medians(till_then)})
 
 
-def bound(tracks: Tracks, plots: Sequence[Plot]) -> Column:
+def compute_circling_bound(tracks: Tracks, plots: Sequence[Plot]) -> Column:
     """To within a meter, then around the obstacle's convex hull, the rover's radius away, less the meter that closing
     the loop may save, at full speed [W], s.
     """
@@ -57,17 +57,17 @@ def hull(corners: Table) -> Table:
     return np.array(half(points) + half(points[::-1]))
 
 
-def _trial(seeds: Sequence[int], make: Callable[[int], Plot]) -> Trial:
+def _make_circling_trial(seeds: Sequence[int], make: Callable[[int], Plot]) -> Trial:
     plots = [make(seed) for seed in seeds]
     return Trial(
         built(plots, solid=True),
-        LIMIT_S,
-        lambda tracks: judged(tracks, plots),
-        lambda tracks: bound(tracks, plots),
+        CIRCLING_LIMIT_S,
+        lambda tracks: judge_circling(tracks, plots),
+        lambda tracks: compute_circling_bound(tracks, plots),
     )
 
 
-def _feat(name: str, what: str, make: Callable[[int], Plot]) -> Feat:
+def _make_circling_task(name: str, what: str, make: Callable[[int], Plot]) -> Feat:
     return Feat(
         name=name,
         does=f"goes once around a {what}",
@@ -77,12 +77,12 @@ def _feat(name: str, what: str, make: Callable[[int], Plot]) -> Feat:
         topics=(follow(name, LEFT, "obstacle", cases=2, seconds=20.0),),
         options={name: Options(watched=True, reaction_s=0.2)},
         practice=lambda practice, seed: built([make(seed)], solid=True),
-        trial=lambda seeds: _trial(seeds, make),
+        trial=lambda seeds: _make_circling_trial(seeds, make),
         hand=by_hand(LEFT),
     )
 
 
-FEATS = (
-    _feat("around_convex", "convex obstacle", convex),
-    _feat("around_concave", "concave obstacle (an L or a U)", concave),
+CIRCLING_TASKS = (
+    _make_circling_task("around_convex", "convex obstacle", convex),
+    _make_circling_task("around_concave", "concave obstacle (an L or a U)", concave),
 )

@@ -15,10 +15,10 @@ from understudy_lab.behavior_suite.task import Feat, Judged, Trial
 from understudy_lab.behavior_suite.tracks import Table, Tracks, gained, medians
 from understudy_lab.behavior_suite.wall_following import LEFT, RIGHT, by_hand, follow
 
-AT_WALL_M, LIMIT_S = 1.0, 120.0
+AT_WALL_M, WALL_LIMIT_S = 1.0, 120.0
 
 
-def judged(tracks: Tracks, plots: Sequence[Plot], hand: str) -> Judged:
+def judge_wall_following(tracks: Tracks, plots: Sequence[Plot], hand: str) -> Judged:
     """When the loop was closed since the wall was last farther away than it may be; and how far it was till then."""
     far, along = apart(tracks.x, tracks.y, plots)
     way, whole = (1.0 if hand == RIGHT else -1.0), lengths(plots)
@@ -37,7 +37,7 @@ def _unwrapped(along: Table, whole: Column) -> Table:
     return np.unwrap(along / whole * tau, axis=0) * whole / tau
 
 
-def bound(tracks: Tracks, plots: Sequence[Plot]) -> Column:
+def compute_wall_following_bound(tracks: Tracks, plots: Sequence[Plot]) -> Column:
     """The straight line to within 1 m, then around the room shrunk by that, at full speed [W], s."""
     far, _ = apart(tracks.x[:1], tracks.y[:1], plots)
     inner = np.array([saved(plot.corners) for plot in plots])
@@ -53,17 +53,17 @@ def saved(corners: Table) -> float:
     return float(sum(2 * AT_WALL_M * np.tan(bend / 2) for bend in bends if bend > 0))
 
 
-def _trial(seeds: Sequence[int], hand: str) -> Trial:
+def _make_room_trial(seeds: Sequence[int], hand: str) -> Trial:
     plots = [room(seed) for seed in seeds]
     return Trial(
         built(plots, solid=False),
-        LIMIT_S,
-        lambda tracks: judged(tracks, plots, hand),
-        lambda tracks: bound(tracks, plots),
+        WALL_LIMIT_S,
+        lambda tracks: judge_wall_following(tracks, plots, hand),
+        lambda tracks: compute_wall_following_bound(tracks, plots),
     )
 
 
-def _feat(hand: str) -> Feat:
+def _make_wall_task(hand: str) -> Feat:
     name = f"wall_{hand}"
     return Feat(
         name=name,
@@ -74,9 +74,9 @@ def _feat(hand: str) -> Feat:
         topics=(follow(name, hand, "room", cases=2, seconds=20.0),),
         options={name: Options(watched=True, reaction_s=0.2)},
         practice=lambda practice, seed: built([room(seed)], solid=False),
-        trial=lambda seeds: _trial(seeds, hand),
+        trial=lambda seeds: _make_room_trial(seeds, hand),
         hand=by_hand(hand),
     )
 
 
-FEATS = (_feat(LEFT), _feat(RIGHT))
+WALL_TASKS = (_make_wall_task(LEFT), _make_wall_task(RIGHT))

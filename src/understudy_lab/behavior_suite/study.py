@@ -24,8 +24,8 @@ FEATS: Mapping[str, Feat] = {
     feat.name: feat
     for feat in (
         chase.FEAT,
-        *rooms.FEATS,
-        *around.FEATS,
+        *rooms.WALL_TASKS,
+        *around.CIRCLING_TASKS,
         figure_eight.FEAT,
         waypoints.FEAT,
         scavenge.FEAT,

@@ -6,20 +6,28 @@ from understudy_lab.bench import programs, standard_task
 from understudy_lab.bench.harness import Goal, Row, result, seconds
 from understudy_lab.bench.understudy_case import Ours
 
-ROBOTS, THREADS = 10_000, 2
+CROWDING_ROBOTS, CROWDING_THREADS = 10_000, 2
 PIECE = 100
 MOST = 2.0
 
 
-def run(robots: int = ROBOTS, ticks: int = standard_task.CROWDING_TICKS) -> Row:
+def run_crowding(robots: int = CROWDING_ROBOTS, ticks: int = standard_task.CROWDING_TICKS) -> Row:
     """The full task, and its crowd piece by piece: the two take turns, so that noise meets both.
 
     `slowed` compares the last ten pieces of the crowd, when all are there, with as many runs of the full task at
     the same time; `slowed_in_all` compares everything.
     """
-    spread = Ours(standard_task.full(robots), programs.full(), programs.FULL, threads=THREADS)
+    spread = Ours(
+        standard_task.make_full_scenario(robots),
+        programs.make_full_library(),
+        programs.FULL,
+        threads=CROWDING_THREADS,
+    )
     crowd = Ours(
-        standard_task.crowding(robots), programs.full(programs.CROWD), programs.FULL, threads=THREADS
+        standard_task.crowding(robots),
+        programs.make_full_library(programs.CROWD),
+        programs.FULL,
+        threads=CROWDING_THREADS,
     )
     for subject in (spread, crowd):
         subject.run(PIECE)
@@ -45,7 +53,7 @@ def _row(task: str, robots: int, measured: list[float]) -> Row:
     return {
         "task": task,
         "robots": robots,
-        "threads": THREADS,
+        "threads": CROWDING_THREADS,
         "robot_ticks_per_s": robots * PIECE * len(measured) / sum(measured),
         "ticks": PIECE * len(measured),
         "s": sum(measured),

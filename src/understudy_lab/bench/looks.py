@@ -100,7 +100,7 @@ def _former(lesson: Lesson) -> Taught:
     return Taught(learned(former), former)
 
 
-def run(*, rounds: int = ROUNDS) -> dict[str, Any]:
+def run_looks(*, rounds: int = ROUNDS) -> dict[str, Any]:
     """Medians, ms, and whether each is within the goal; scikit-learn's fit beside them, where it is installed."""
     lesson = two_hundred()
     asked = dict(looks(lesson))

@@ -9,21 +9,31 @@ from understudy_lab.bench import programs, standard_task
 from understudy_lab.bench.harness import Goal, Row, result, seconds
 from understudy_lab.bench.understudy_case import Ours
 
-ROBOTS, THREADS, TICKS = 1_000_000, 2, 10
+MILLION_ROBOTS, MILLION_THREADS, TICKS = 1_000_000, 2, 10
 MOST_BYTES = 1000.0
 
 
-def run(robots: int = ROBOTS, ticks: int = TICKS) -> Row:
+def run_million(robots: int = MILLION_ROBOTS, ticks: int = TICKS) -> Row:
     """The full task at full size. Memory is the process's peak less what it held before the world was made."""
-    Ours(standard_task.full(1_000), programs.full(), programs.FULL, threads=THREADS).run(5)  # compiles
+    Ours(
+        standard_task.make_full_scenario(1_000),
+        programs.make_full_library(),
+        programs.FULL,
+        threads=MILLION_THREADS,
+    ).run(5)  # compiles
     before = held()
-    subject = Ours(standard_task.full(robots), programs.full(), programs.FULL, threads=THREADS)
+    subject = Ours(
+        standard_task.make_full_scenario(robots),
+        programs.make_full_library(),
+        programs.FULL,
+        threads=MILLION_THREADS,
+    )
     subject.run(1)
     speed = robots * ticks / seconds(subject, ticks)
     row = {
         "task": "full",
         "robots": robots,
-        "threads": THREADS,
+        "threads": MILLION_THREADS,
         "robot_ticks_per_s": speed,
         "ticks": ticks,
         "bytes_per_robot": (peak() - before) / robots,

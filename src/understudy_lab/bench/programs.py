@@ -49,8 +49,8 @@ CROWD = Manners(personal=0.0, arrived=0.0)
 """Robots that give way to nobody and are never there: they press on to the beacon for ever."""
 
 
-def base() -> Library:
-    """`base`: toward the nearest beacon, but away from a robot that is near and ahead."""
+def make_base_library() -> Library:
+    """`make_base_library`: toward the nearest beacon, but away from a robot that is near and ahead."""
     decide = below(
         "robot_range",
         PERSONAL,
@@ -68,7 +68,7 @@ def _toward(angle: str, ahead: float) -> Question:
     return within(angle, ahead, "forward", on_the_left(angle, "left", "right"))
 
 
-def full(manners: Manners = Manners()) -> Library:
+def make_full_library(manners: Manners = Manners()) -> Library:
     """`errand`: visit beacon after beacon, around obstacles, and give way to robots that are near."""
     return _library(_steer(manners), _dodge(manners), _travel(manners), _give_way(manners), _errand(manners))
 

@@ -13,7 +13,7 @@ from understudy_lab.bench.harness import Case, Goal, Row, measure, result, speed
 from understudy_lab.tasks.swarm import EACH, SWARM, of_platoons
 from understudy_lab.tasks.swarm_expert import hand_coded
 
-TASK, PLATOONS, LARGE, ROUNDS = "three levels of squads", 8, 400, 5
+TASK, PLATOONS, LARGE, SQUAD_ROUNDS = "three levels of squads", 8, 400, 5
 AT_WORK = 150
 HERTZ, TIMES = 10, 10
 """How many ticks a second has, and how many times as fast as that it should go."""
@@ -37,7 +37,7 @@ class Swarm:
         self.team.run(ticks)
 
 
-def cases() -> list[Case]:
+def make_squad_cases() -> list[Case]:
     """The swarm that ships, and ten thousand robots."""
     return [
         Case(TASK, partial(Swarm, PLATOONS), 1, 1_000),
@@ -45,7 +45,7 @@ def cases() -> list[Case]:
     ]
 
 
-GOALS = (
+SQUAD_GOALS = (
     Goal(
         f"{EACH * LARGE} robots: times real time, at {HERTZ} Hz",
         lambda rows: speed(rows, TASK, EACH * LARGE) / (EACH * LARGE) / HERTZ,
@@ -54,6 +54,6 @@ GOALS = (
 )
 
 
-def run(*, rounds: int = ROUNDS) -> Row:
+def run_squads(*, rounds: int = SQUAD_ROUNDS) -> Row:
     """Both, and whether they are fast enough."""
-    return result(measure(cases(), rounds=rounds), GOALS)
+    return result(measure(make_squad_cases(), rounds=rounds), SQUAD_GOALS)

@@ -53,12 +53,12 @@ def side(robots: int) -> float:
     return 2.0 * sqrt(robots)
 
 
-def base(robots: int) -> Scenario:
+def make_base_scenario(robots: int) -> Scenario:
     """The base task's world: beacons and robots, each with a locator."""
     return _scenario("base", robots, sensors=_LOCATORS)
 
 
-def full(robots: int) -> Scenario:
+def make_full_scenario(robots: int) -> Scenario:
     """The full task's world: base with obstacles, and a sonar on each robot."""
     return _scenario("full", robots, sensors=(*_LOCATORS, _SONAR), obstacles=_OBSTACLES)
 

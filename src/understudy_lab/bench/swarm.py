@@ -13,7 +13,7 @@ from understudy_lab.bench.understudy_case import Ours
 from understudy_lab.bench.vmas_case import VmasBase
 
 ROUNDS = 7
-EACH = 10
+ROBOTS_PER_WORLD = 10
 """Robots in each world, where worlds lie side by side."""
 
 FULL, BASE, BASE_EACH = "full", "base", "base, 10 robots a world"
@@ -43,7 +43,7 @@ def groups() -> list[list[Case]]:
         ],
         [
             _base_each(1_000, threads=2),
-            Case(VMAS_EACH, partial(VmasBase, EACH, worlds=1_000, threads=2), 2, 10),
+            Case(VMAS_EACH, partial(VmasBase, ROBOTS_PER_WORLD, worlds=1_000, threads=2), 2, 10),
         ],
         [
             _base(100, threads=1),
@@ -55,28 +55,36 @@ def groups() -> list[list[Case]]:
 
 
 def _full(robots: int, *, ticks: int) -> list[Case]:
-    library = programs.full()
+    library = programs.make_full_library()
     cases = []
     for threads in (1, 2):
-        ours = partial(Ours, standard_task.full(robots), library, programs.FULL, threads=threads)
+        ours = partial(
+            Ours, standard_task.make_full_scenario(robots), library, programs.FULL, threads=threads
+        )
         by_hand = partial(Prototype, robots, library, programs.FULL, sonar=True, threads=threads)
         cases += [Case(FULL, ours, threads, ticks), Case(BY_HAND, by_hand, threads, ticks)]
     return cases
 
 
 def _base(robots: int, *, threads: int) -> Case:
-    ours = partial(Ours, standard_task.base(robots), programs.base(), programs.BASE, threads=threads)
+    ours = partial(
+        Ours,
+        standard_task.make_base_scenario(robots),
+        programs.make_base_library(),
+        programs.BASE,
+        threads=threads,
+    )
     return Case(BASE, ours, threads, standard_task.TICKS)
 
 
 def _base_each(worlds: int, *, threads: int) -> Case:
-    scenario, library = standard_task.base(EACH), programs.base()
+    scenario, library = standard_task.make_base_scenario(ROBOTS_PER_WORLD), programs.make_base_library()
     ours = partial(Ours, scenario, library, programs.BASE, worlds=worlds, threads=threads)
     return Case(BASE_EACH, ours, threads, standard_task.TICKS)
 
 
 def _base_by_hand(robots: int) -> Case:
-    made = partial(Prototype, robots, programs.base(), programs.BASE, sonar=False, threads=2)
+    made = partial(Prototype, robots, programs.make_base_library(), programs.BASE, sonar=False, threads=2)
     return Case(BASE_BY_HAND, made, 2, standard_task.TICKS)
 
 

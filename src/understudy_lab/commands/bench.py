@@ -13,6 +13,17 @@ from understudy.ui.cli.options import Json
 
 app = typer.Typer(help="Measure speed beside peers, in one run on this machine.", invoke_without_command=True)
 
+SOURCES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "looks": ("looks", "run_looks"),
+        "crowding": ("crowding", "run_crowding"),
+        "million": ("million", "run_million"),
+        "squads": ("squads", "run_squads"),
+        "robots": ("robot_latency", "run"),
+    }
+)
+"""The module and function of measurements that are not `run` in a module of their own name."""
+
 NOISE = "Medians; on a machine that does other things too, trust ratios to about 20 %."
 
 
@@ -78,12 +89,13 @@ def robots(as_json: Json = False) -> None:
 
 
 def _measure(*names: str, as_json: bool) -> None:
-    """Each measurement in a module of its name, which is loaded when its turn comes."""
+    """Run measurements; a module is loaded when its turn comes."""
     from understudy.ui.cli.output import console, print_json
 
     results: dict[str, dict[str, Any]] = {}
     for name in names:
-        results[name] = import_module(f"understudy_lab.bench.{name}").run()
+        module, function = SOURCES.get(name, (name, "run"))
+        results[name] = getattr(import_module(f"understudy_lab.bench.{module}"), function)()
         if not as_json:
             MEASUREMENTS[name](results[name])
     passed = all(result["passed"] for result in results.values())

@@ -68,7 +68,7 @@ def teach_all(seed: int, *, progress: Progress = lambda name, what, account: Non
     taught = teach(seed, patrol_teacher.TOPICS, garrison.PATROL_TOPICS, progress=progress)
     libraries = known(taught.robots.library, taught.coordinators.library)
     teacher = Teacher(libraries[TOP], troops(libraries), seed, options={}, progress=progress)
-    return Taught(taught.robots, taught.coordinators, teacher.teach(*garrison.TOPICS))
+    return Taught(taught.robots, taught.coordinators, teacher.teach(*garrison.GUARD_TOPICS))
 
 
 def guarding(taught: Taught, seeds: Sequence[int]) -> Team:

@@ -22,7 +22,7 @@ class Taught(NamedTuple):
 def teach(
     seed: int,
     topics: Sequence[Topic] = patrol_teacher.TOPICS,
-    squads: Sequence[Topic] = patrol_squad_teacher.TOPICS,
+    squads: Sequence[Topic] = patrol_squad_teacher.SQUAD_TOPICS,
     *,
     progress: Progress = lambda name, what, account: None,
 ) -> Taught:

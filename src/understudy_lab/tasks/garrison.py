@@ -38,11 +38,11 @@ def show_hunt(screen: Screen) -> str | None:
     return KEEP if seen["someone_sees(intruder)"] == NO else None
 
 
-def _seen(screen: Screen) -> bool:
+def _sees_intruder(screen: Screen) -> bool:
     return screen.features["someone_sees(intruder)"] == YES
 
 
-def _given_up(screen: Screen) -> bool:
+def _has_given_up(screen: Screen) -> bool:
     return screen.state == "disperse" and screen.time_s > 10.0
 
 
@@ -60,7 +60,7 @@ HUNT = Topic(
     lambda screen: raised(screen) or screen.time_s > 200.0,
     cases=(
         Case("on patrol"),
-        Case("an intruder that leaves", suits=_seen, enough=_given_up),
+        Case("an intruder that leaves", suits=_sees_intruder, enough=_has_given_up),
     ),
     tries=3,
     limit_s=240.0,
@@ -169,4 +169,4 @@ GUARD = Topic(
 )
 
 PATROL_TOPICS = (HUNT, COME, GATHER)
-TOPICS = (GUARD,)
+GUARD_TOPICS = (GUARD,)

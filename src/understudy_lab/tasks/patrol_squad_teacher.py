@@ -36,11 +36,11 @@ def complain_collective_patrol(screen: Screen) -> str | None:
     return None if wished == KEEP else wished
 
 
-def _seen(screen: Screen) -> bool:
+def _sees_intruder(screen: Screen) -> bool:
     return screen.features["someone_sees(intruder)"] == YES
 
 
-def _given_up(screen: Screen) -> bool:
+def _has_given_up(screen: Screen) -> bool:
     return screen.state == "disperse" and screen.time_s > 10.0
 
 
@@ -57,7 +57,7 @@ COLLECTIVE_PATROL = Topic(
     after(200.0),
     cases=(
         Case("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),
-        Case("an intruder that leaves", suits=_seen, enough=_given_up),
+        Case("an intruder that leaves", suits=_sees_intruder, enough=_has_given_up),
     ),
     tries=3,
     limit_s=240.0,
@@ -87,4 +87,4 @@ DEFER = Topic(
     patience_s=1000.0,
 )
 
-TOPICS = (COLLECTIVE_PATROL, DEFER)
+SQUAD_TOPICS = (COLLECTIVE_PATROL, DEFER)

@@ -59,7 +59,7 @@ def test_vmas_does_the_base_task(each: int, worlds: int) -> None:
 
 @pytest.mark.parametrize("robots", [60, 700])
 def test_the_prototype_does_the_base_task(robots: int) -> None:
-    made = Prototype(robots, programs.base(), programs.BASE, sonar=False)
+    made = Prototype(robots, programs.make_base_library(), programs.BASE, sonar=False)
     reference = Reference(robots)
     for _ in range(30):
         made.run(1)
@@ -72,7 +72,7 @@ def test_the_prototype_does_the_base_task(robots: int) -> None:
 def test_the_program_of_base_decides_as_peers_do() -> None:
     """On 2 000 random readings."""
     random = np.random.default_rng(0)
-    program = link(programs.base(), programs.BASE)
+    program = link(programs.make_base_library(), programs.BASE)
     interpreter = Interpreter(program)
     interpreter.start(0.0)
     for _ in range(2000):
@@ -86,7 +86,7 @@ def test_the_program_of_base_decides_as_peers_do() -> None:
 
 def test_the_prototype_decides_as_the_interpreter_does() -> None:
     """Ten robots that run the full task's three levels on random readings, for 300 ticks each."""
-    library = programs.full()
+    library = programs.make_full_library()
     program = link(library, programs.FULL)
     tests, numbers, roots, children, flags, starts, commands = table(library)
     columns = [_column(bound) for bound in program.features]
@@ -122,7 +122,7 @@ def _random_readings(random: np.random.Generator) -> Column:
 
 def test_sonar_of_the_prototype_equals_many_beams() -> None:
     """The nearest of 2 000 beams in a sector is what the sector reads."""
-    made = Prototype(80, programs.full(), programs.FULL, sonar=True)
+    made = Prototype(80, programs.make_full_library(), programs.FULL, sonar=True)
     side, radius, _, most, *_ = made.sizes
     for x, y, heading in made.place.T:
         values = np.zeros(len(READINGS))

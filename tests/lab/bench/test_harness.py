@@ -99,8 +99,8 @@ def test_goals_of_the_swarm_find_their_rows() -> None:
 
 
 LIBRARIES = [  # library, root, levels, states, nodes
-    (programs.base(), programs.BASE, 1, 5, 95),
-    (programs.full(), programs.FULL, 3, 23, 125),
+    (programs.make_base_library(), programs.BASE, 1, 5, 95),
+    (programs.make_full_library(), programs.FULL, 3, 23, 125),
     (patrol.library(), "patrol", 2, 13, 74),
 ]
 
@@ -125,5 +125,5 @@ def _levels(library: Library, name: str) -> int:
 
 def test_density_is_the_same_at_every_size() -> None:
     for robots in (100, 10_000, 1_000_000):
-        width, height = standard_task.full(robots).size
+        width, height = standard_task.make_full_scenario(robots).size
         assert robots / (width * height) == pytest.approx(0.25)

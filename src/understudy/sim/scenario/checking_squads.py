@@ -22,7 +22,7 @@ Read = Mapping[str, Reading]
 """What agents of a sort sense, by name."""
 
 
-def check(checker: Checker) -> None:
+def check_squad_sorts(checker: Checker) -> None:
     """SettingError where squads make no sense or cannot be dealt."""
     scenario = checker.scenario
     for name in scenario.squads:

@@ -13,7 +13,7 @@ from understudy.sim.sensing.plan import claimable
 NOT_BESIDE = ("home", "solid", "pushable", "presence", "capture", "walk")
 
 
-def check(checker: Checker) -> None:
+def check_boxes_and_signals(checker: Checker) -> None:
     """SettingError where a box cannot be pulled or gathered, or where nobody raises a signal that is looked for."""
     scenario = checker.scenario
     for index, thing in enumerate(scenario.objects):

@@ -27,8 +27,8 @@ def check(scenario: Scenario) -> None:
     validate_numbers.check(checker)
     validate_names.check(checker)
     validate_places.check(checker)
-    validate_teams.check(checker)
-    checking_squads.check(checker)
+    validate_teams.check_boxes_and_signals(checker)
+    checking_squads.check_squad_sorts(checker)
 
 
 def _check_types(checker: Checker) -> None:

@@ -20,7 +20,7 @@ from understudy.ui.web.views.scene import Plain
 SAVED = "it was saved"
 
 
-def told(stage: Stage, name: str) -> Plain:
+def describe_lesson_test(stage: Stage, name: str) -> Plain:
     """One automaton tested on its lesson, beside what it was: what is trained counts as it stands."""
     library = _present(stage)
     library.automaton(name)

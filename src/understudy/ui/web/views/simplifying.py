@@ -10,7 +10,7 @@ from understudy.ui.web.session_host import Stage
 from understudy.ui.web.views.scene import Plain
 
 
-def told(stage: Stage, pruning: float | None) -> Plain:
+def describe_simplification(stage: Stage, pruning: float | None) -> Plain:
     """Conditions before and after, and the decisions that would change; nothing is changed yet."""
     found = seen(stage.trained, pruning)
     before, after = found.leaves
