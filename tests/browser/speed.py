@@ -179,7 +179,7 @@ def serve_crowd(robots: int, folder: Path) -> None:
     """The studio: one robot is trained, the others drive in circles."""
     from understudy.sim.kit import kit_of
     from understudy.sim.scenario.files import parse_scenario
-    from understudy.ui.controller.plan import Choices
+    from understudy.ui.controller.training_plan import Choices
     from understudy.ui.web.actions import session
     from understudy.ui.web.server import Studio
     from understudy.ui.web.serving import listen, serve

@@ -23,8 +23,8 @@ from tests.robots.hostile import FILE, TOPICS, anything
 from tests.robots.routers import Router
 from tests.robots.rovers import TWIST, sonar
 
-from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.dds import DDS
 from understudy.robots.ros.messages import dds_name
 from understudy.robots.ros.transport import Transport

@@ -23,9 +23,9 @@ from tests.peers.building import cyclone, fast_dds, missing
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST
 from tests.ui.cli.commands import run
 
-from understudy.robots.body import Robot
 from understudy.robots.camera.decode import decode
-from understudy.robots.file import parse_robot
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.dds import DDS
 from understudy.robots.ros.messages import decode as message_of
 from understudy.robots.ros.messages import twist

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from tests.robots.rovers import ROVER, Wire, odometry, sonar
 
-from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import decode
 
 SONAR, ODOM, CMD = "/rover/sonar", "/rover/odom", "/rover/cmd_vel"

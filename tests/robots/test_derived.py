@@ -13,10 +13,10 @@ from tests.robots.twins import ARENA, Rig
 
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Continuous
-from understudy.robots.body import Robot
-from understudy.robots.derived import NOWHERE, Derived
-from understudy.robots.file import parse_robot
+from understudy.robots.derived_readings import NOWHERE, Derived
 from understudy.robots.places import located
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Reading
 from understudy.sim.kernels import motion
 from understudy.sim.scenario.schema import Chance, RobotType, Since, Stuck

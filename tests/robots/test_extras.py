@@ -13,8 +13,8 @@ from tests.robots.rovers import ROVER, Wire
 from tests.ui.cli.commands import ROOT
 
 from understudy.robots.camera.opencv import opencv
-from understudy.robots.file import parse_robot
 from understudy.robots.inputs import Senses
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.transport import ExtraMissing
 
 EXTRAS = ("cyclonedds", "rosbags", "mcap", "cv2", "mujoco", "zenoh")

@@ -15,7 +15,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import ODOMETRY, RANGE, SCAN
 
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
-from understudy.robots.file import ReadingOf
+from understudy.robots.robot_file import ReadingOf
 from understudy.robots.ros.fields import extraction, heading
 from understudy.robots.ros.messages import decode, encode, make
 from understudy.sim.scenario.toml_decode import Mismatch

@@ -19,8 +19,8 @@ from tests.robots.rigs import CMD, FENCED, HELD, ODOM, SONAR, STOP, Rig
 from tests.robots.rovers import ROVER, TWIST, Wire, odometry, sonar
 
 from understudy.errors import FileError
-from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import twist
 from understudy.robots.ros.transport import Peer, Publish
 from understudy.robots.safety.guard import ArmingRefused, Guard

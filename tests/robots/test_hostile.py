@@ -21,8 +21,8 @@ pytest.importorskip("cv2", reason="needs the extra camera")
 from tests.robots.hostile import FILE, LENGTHS, TOPICS, anything, message
 from tests.robots.rovers import Wire, sonar
 
-from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import LONGEST, MessageRefused, decode, encode, make
 from understudy.runtime.body import every_key
 

@@ -31,13 +31,13 @@ from tests.bodies import Scripted
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, Wire, odometry, sonar
 
 from understudy.errors import FileError
-from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
 from understudy.robots.recording import writer
 from understudy.robots.recording.header import Ran
 from understudy.robots.recording.message_types import READINGS, Readings, States, states_of
 from understudy.robots.recording.reader import Pressed, read_recording
 from understudy.robots.recording.recorder import Recorder, RecordingFailed, Taped
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import decode
 from understudy.robots.ros.transport import Peer
 from understudy.runtime.body import every_key

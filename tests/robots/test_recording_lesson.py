@@ -16,9 +16,9 @@ from tests.training.lessons import session as scripted
 
 from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.model.lesson import Options
-from understudy.robots.recording.lesson import read_presses, recorded_presses, taught_over
 from understudy.robots.recording.reader import Pressed, Recording, read_recording
 from understudy.robots.recording.recorder import Recorder
+from understudy.robots.recording.teach_from_recording import read_presses, recorded_presses, taught_over
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 

@@ -8,8 +8,8 @@ import pytest
 from tests.robots.rovers import ROVER, Wire
 
 from understudy.errors import FileError
-from understudy.robots.body import Robot
-from understudy.robots.file import load_robot, parse_robot
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import load_robot, parse_robot
 
 TOPICS = [  # namespace, name in the file, the topic
     ("", "odom", "/odom"),

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from understudy.robots.file import Limits
+from understudy.robots.robot_file import Limits
 from understudy.robots.safety.speed_limits import Speeds, within
 
 FAST = Limits(speed_m_s=0.5, turn_rad_s=1.0)

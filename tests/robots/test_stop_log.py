@@ -11,7 +11,7 @@ from tests.robots.rovers import ROVER
 from tests.ui.cli.commands import run, said
 
 from understudy.errors import FileError
-from understudy.robots.file import parse_robot
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.safety.stop_log import Stop, append, log_path, read_stops, stop_now
 
 NOON = datetime(2026, 5, 4, 12, tzinfo=UTC)

@@ -23,8 +23,8 @@ from tests.robots.routers import Router
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, odometry
 from tests.ui.cli.commands import run
 
-from understudy.robots.body import Robot, connect
-from understudy.robots.file import parse_robot
+from understudy.robots.robot import Robot, connect
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.dds import DDS
 from understudy.robots.ros.messages import twist
 from understudy.robots.ros.transport import Peer, Transport

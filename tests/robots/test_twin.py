@@ -16,12 +16,12 @@ from tests.robots.rovers import Wire, odometry
 from tests.robots.twins import ARENA, Rig
 
 from understudy.errors import SettingError, UnderstudyError
-from understudy.robots.body import Robot
-from understudy.robots.file import load_robot, parse_robot
 from understudy.robots.fleet import Fleet
 from understudy.robots.recording.header import Ran
 from understudy.robots.recording.reader import read_recording
 from understudy.robots.recording.recorder import Recorder
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import load_robot, parse_robot
 from understudy.robots.twin import Twin
 from understudy.runtime.body import every_key
 from understudy.testing import check_body

@@ -16,7 +16,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import ROVER
 
-from understudy.robots.file import RobotFile, parse_robot
+from understudy.robots.robot_file import RobotFile, parse_robot
 from understudy.robots.ros.transport import Peer
 from understudy.robots.safety.stop_log import read_stops
 from understudy.robots.safety.watchdog import ANEW, BYE, MOVING, RESTING, STOPPED, WELL, watch

@@ -21,8 +21,8 @@ from tests.robots.routers import Router, free_port
 from tests.robots.rovers import RANGE, ROVER, TWIST, sonar
 
 from understudy.errors import FileError
-from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import twist
 from understudy.robots.ros.transport import Peer, Unreachable
 from understudy.robots.ros.transports import open_transport
@@ -152,8 +152,8 @@ def test_who_forgets_to_close_ends_all_the_same(router: Router) -> None:
 ENDS = """
 import sys, time
 import numpy as np
-from understudy.robots.body import connect
-from understudy.robots.file import load_robot
+from understudy.robots.robot import connect
+from understudy.robots.robot_file import load_robot
 
 robot = connect(load_robot(sys.argv[1]), path=sys.argv[1])
 while robot.senses.missing(robot.now_s) is not None:

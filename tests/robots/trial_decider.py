@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from understudy.errors import UnderstudyError
-from understudy.robots.body import Robot, connect
-from understudy.robots.file import load_robot
+from understudy.robots.robot import Robot, connect
+from understudy.robots.robot_file import load_robot
 
 
 def obey(robot: Robot, line: str) -> str:

@@ -31,7 +31,7 @@ from threading import Thread
 
 from tests.robots.rovers import ROVER
 
-from understudy.robots.file import parse_robot
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.safety.stop_log import read_stops
 
 ROOT = Path(__file__).parents[2]

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 from tests.robots.rovers import Wire, odometry
 
-from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
 from understudy.robots.fleet import Fleet
 from understudy.robots.recording.recorder import Recorder
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import decode
 from understudy.robots.twin import Twin
 

@@ -26,8 +26,8 @@ from tests.ui.cli.commands import run
 
 from understudy.errors import SettingError
 from understudy.robots.camera.decode import decode as decode_image
-from understudy.robots.file import load_team, parse_robot
 from understudy.robots.inputs import Senses
+from understudy.robots.robot_file import load_team, parse_robot
 from understudy.robots.ros.messages import decode, twist
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario

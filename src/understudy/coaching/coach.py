@@ -21,7 +21,7 @@ from understudy.coaching.learning_curve import outlook
 from understudy.coaching.lesson_analysis import Survey
 from understudy.coaching.slipped import slipped
 from understudy.coaching.stretched import stretched
-from understudy.coaching.unused import idle, never_entered, never_left
+from understudy.coaching.unused_parts import idle, never_entered, never_left
 from understudy.model.automaton import Transition
 from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from math import inf, nan
 
 from understudy.model.features import ReadingKey
-from understudy.robots.body import Robot
 from understudy.robots.inputs import Latest
+from understudy.robots.robot import Robot
 from understudy.robots.ros.transport import Peer
 from understudy.robots.sources import Source
 from understudy.sim.kit import readings_of_type

@@ -12,9 +12,9 @@ import numpy as np
 
 from understudy.errors import SettingError, UnknownName
 from understudy.model.features import Percept, ReadingKey
-from understudy.robots.body import Robot, connect, parting
-from understudy.robots.file import load_robot, load_team
 from understudy.robots.recording.recorder import Recorder
+from understudy.robots.robot import Robot, connect, parting
+from understudy.robots.robot_file import load_robot, load_team
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.sim.kit import MOVING
 from understudy.sim.scenario.schema import Scenario

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 
 from understudy.errors import FileError
 from understudy.model.features import ReadingKey
-from understudy.robots.file import RobotFile
 from understudy.robots.places import located
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.messages import MessageRefused, decode
 from understudy.robots.ros.transport import Transport
 from understudy.robots.sources import PLACE, Source, eye_of, sources

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from math import atan2, hypot, isfinite, isnan, nan, tau
 
 from understudy.model.features import ReadingKey
-from understudy.robots.file import PlaceOf
+from understudy.robots.robot_file import PlaceOf
 from understudy.robots.sources import PLACE
 
 POSE = ("x", "y", "heading")

@@ -9,8 +9,8 @@ from typing import Any, TypeAlias
 from understudy.errors import UnderstudyError
 from understudy.model.features import ReadingKey
 from understudy.robots.camera.config import CAMERA, CameraOf
-from understudy.robots.camera.live import Eye
-from understudy.robots.file import RobotFile
+from understudy.robots.camera.live_camera import Eye
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.fields import Extract, extraction, place
 from understudy.robots.ros.transport import ExtraMissing
 from understudy.runtime.body import Reading

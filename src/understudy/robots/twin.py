@@ -13,11 +13,11 @@ import numpy as np
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kit import Kit
-from understudy.robots.file import PlaceOf
 from understudy.robots.fleet import Fleet
 from understudy.robots.places import POSE
 from understudy.robots.recording.header import SCENARIO, Ran
 from understudy.robots.recording.recorder import Recorder
+from understudy.robots.robot_file import PlaceOf
 from understudy.robots.ros.state_topic import Transitions
 from understudy.runtime.body import Channel, Commands, Reading, every_key
 from understudy.sim.params import Names

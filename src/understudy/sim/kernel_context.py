@@ -11,7 +11,7 @@ from understudy.sim.kernels.dtypes import CONTEXT, MOVE, OFFSET, PULL, PUSH, SEG
 from understudy.sim.kernels.seeing import THING, VIEW
 from understudy.sim.layout.neighbor_grid import Grid, Near
 from understudy.sim.scenario.schema import Bumper, Camera, Scenario, Sonar
-from understudy.sim.sensing.plan import CAMERA, TO_CLASS, TO_UNCLAIMED, Plan
+from understudy.sim.sensing.sense_plan import CAMERA, TO_CLASS, TO_UNCLAIMED, Plan
 from understudy.sim.state import Records, Rules, State
 
 BLOCK = 32

@@ -22,7 +22,7 @@ from understudy.sim.kernel_context import MOST_THREADS, Context, Stage, shared
 from understudy.sim.kernels import tick
 from understudy.sim.kit import COLUMNS
 from understudy.sim.layout.neighbor_grid import Grid, Near, grid_for
-from understudy.sim.sensing.plan import Plan
+from understudy.sim.sensing.sense_plan import Plan
 from understudy.sim.state import Rules, State
 
 ALONE = 2000

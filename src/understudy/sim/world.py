@@ -22,7 +22,7 @@ from understudy.model.kinds import Column
 from understudy.model.kit import Kit
 from understudy.runtime.body import Channel, Commands, FusedPlan, Reading
 from understudy.sim import snapshots
-from understudy.sim.commands import table_of
+from understudy.sim.command_table import table_of
 from understudy.sim.kernel_context import Context, Stage, has, shared
 from understudy.sim.kernels.dtypes import DISC
 from understudy.sim.kit import COLUMNS, channels_of, kit_of, readings_of, targets_of
@@ -32,7 +32,7 @@ from understudy.sim.layout.placement import lay_out
 from understudy.sim.params import names_of, rules_of
 from understudy.sim.scenario.schema import MOUSE, Scenario
 from understudy.sim.scenario.validation import check
-from understudy.sim.sensing.plan import Planner
+from understudy.sim.sensing.sense_plan import Planner
 from understudy.sim.state import State
 from understudy.sim.step import advance, obey, sense
 from understudy.sim.view import WorldView, view

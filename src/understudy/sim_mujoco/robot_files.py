@@ -11,12 +11,12 @@ from understudy.errors import SettingError
 from understudy.robots.camera.blobs import LEAST_PX
 from understudy.robots.camera.color import Color
 from understudy.robots.camera.config import HEADING, color_line
-from understudy.robots.file import FORMAT, TEAM
+from understudy.robots.robot_file import FORMAT, TEAM
 from understudy.sim.kit import readings_of_type
 from understudy.sim.params import names_of, robot_count, rules_of
 from understudy.sim.scenario.markers import TARGET as MARKER
 from understudy.sim.scenario.schema import Bumper, Cargo, Locator, RobotType, Scenario, Sonar
-from understudy.sim.sensing.plan import Planner
+from understudy.sim.sensing.sense_plan import Planner
 from understudy.sim_mujoco.materials import seen_as
 from understudy.sim_mujoco.robot_model import camera_of
 

@@ -30,7 +30,7 @@ from understudy.training.journal import (
 from understudy.training.journal_replay import Past, difference
 from understudy.training.sample_buffer import Moment, compact
 from understudy.training.trainee import Entry, Mode, Outcome, Press
-from understudy.training.watched import Agreed, Seen, Watching, vector
+from understudy.training.watched_examples import Agreed, Seen, Watching, vector
 
 RunState: TypeAlias = tuple[Level, ...]
 

@@ -53,7 +53,7 @@ def demo(
 
     from understudy.errors import UnknownName
     from understudy.ui.cli.output import console, print_json
-    from understudy_lab.commands.talking import make_room
+    from understudy_lab.commands.demo_report import make_room
 
     if task not in TASKS:
         raise UnknownName(what="task", name=task, where="the demo", known=TASKS)
@@ -62,6 +62,6 @@ def demo(
     make_room(folder)
     talk = console(err=as_json)
     talk.quiet = as_json
-    result = import_module(f"understudy_lab.commands.{task}").show(seed, folder, talk)
+    result = import_module(f"understudy_lab.commands.demo_{task}").show(seed, folder, talk)
     if as_json:
         print_json({**result, "seconds": round(perf_counter() - began, 2)})

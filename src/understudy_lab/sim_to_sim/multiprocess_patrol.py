@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from understudy.errors import UnderstudyError
-from understudy.robots.file import load_team
 from understudy.robots.fleet import Fleet, connect_team
+from understudy.robots.robot_file import load_team
 from understudy.robots.ros.dds import DDS
 from understudy.robots.ros.messages import decode
 from understudy.robots.twin import Twin

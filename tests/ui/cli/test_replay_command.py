@@ -24,12 +24,12 @@ from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Percept, TimeInState
 from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
-from understudy.robots.body import Robot
-from understudy.robots.file import parse_robot
 from understudy.robots.live_run import Live
 from understudy.robots.recording.header import Ran
 from understudy.robots.recording.reader import read_recording
 from understudy.robots.recording.recorder import Recorder, Taped
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Commands, every_key
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run

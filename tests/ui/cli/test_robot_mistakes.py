@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from tests.ui.cli.commands import run
 
-from understudy.robots.file import RobotFile
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.transport import Transport
 from understudy.ui.cli.robot_options import twin_of
 

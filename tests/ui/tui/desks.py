@@ -19,8 +19,8 @@ from understudy.storage.library_folder import open_library
 from understudy.training.session_view import Screen
 from understudy.training.trainee import Mode
 from understudy.ui.controller import journal_store
-from understudy.ui.controller.plan import Choices, Plan
 from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.training_plan import Choices, Plan
 from understudy.ui.tui.app import Ended, Trainer
 from understudy.ui.tui.main_screen import Teaching
 

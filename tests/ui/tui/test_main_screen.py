@@ -21,7 +21,7 @@ from understudy.sim.finding import place_of
 from understudy.sim.forage import kit
 from understudy.storage.library_folder import open_library, versions
 from understudy.training.trainee import Mode
-from understudy.ui.controller.plan import Choices
+from understudy.ui.controller.training_plan import Choices
 from understudy.ui.tui.app import Ended
 from understudy.ui.tui.main_screen import Teaching
 

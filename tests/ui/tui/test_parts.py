@@ -20,7 +20,7 @@ from understudy.sim.forage import Forage, kit
 from understudy.ui.controller import journal_store, key_bindings
 from understudy.ui.controller.clock import BUSY_S, FASTEST, Pace
 from understudy.ui.controller.formatting import clock, number, signed, spark, value
-from understudy.ui.controller.plan import Choices, checked
+from understudy.ui.controller.training_plan import Choices, checked
 from understudy.ui.tui import main_screen
 from understudy.ui.tui.world_view import ARROWS, facts, picture, size
 

@@ -15,7 +15,7 @@ from tests.ui.tui.test_main_screen import run
 
 from understudy.model.library import Library
 from understudy.sim.kit import kit_of
-from understudy.ui.controller.plan import Plan
+from understudy.ui.controller.training_plan import Plan
 
 
 def plan(rig: Rig, folder: Path) -> Plan:

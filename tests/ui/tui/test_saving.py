@@ -14,9 +14,9 @@ from understudy.sim.forage import kit
 from understudy.storage.library_folder import open_library
 from understudy.ui.controller.open_session import begun
 from understudy.ui.controller.outcomes import promise
-from understudy.ui.controller.plan import checked
 from understudy.ui.controller.saving import told
 from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.training_plan import checked
 
 
 @contextmanager

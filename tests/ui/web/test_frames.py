@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from tests.ui.web.pages import GOTO, Frame, studio
 
 from understudy.sim.scenario.files import builtin_scenarios
-from understudy.ui.controller.plan import Choices
+from understudy.ui.controller.training_plan import Choices
 from understudy.ui.web.actions import session
 from understudy.ui.web.frames import frame
 from understudy.ui.web.session_host import Stage

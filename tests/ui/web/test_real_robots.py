@@ -14,9 +14,9 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.twins import Rig
 from tests.ui.web.pages import GOTO, Wall
 
-from understudy.robots.recording.lesson import recorded_presses, taught_over
 from understudy.robots.recording.reader import read_recording
 from understudy.robots.recording.recorder import Recorder
+from understudy.robots.recording.teach_from_recording import recorded_presses, taught_over
 from understudy.sim.kit import kit_of
 from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode

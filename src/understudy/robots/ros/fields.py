@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
-from understudy.robots.file import PlaceOf, ReadingOf
+from understudy.robots.robot_file import PlaceOf, ReadingOf
 from understudy.robots.ros.messages import BASE, NAMED, fields, known
 from understudy.sim.scenario.toml_decode import Mismatch
 

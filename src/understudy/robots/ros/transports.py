@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from understudy.robots.file import RobotFile
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.dds import DDS
 from understudy.robots.ros.transport import Transport
 from understudy.robots.ros.zenoh import Zenoh

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from understudy.robots.file import RobotFile
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.messages import twist
 from understudy.robots.ros.transport import Transport
 from understudy.robots.ros.transports import open_transport

@@ -15,7 +15,7 @@ from threading import Event, Lock, RLock, Thread, current_thread
 from typing import NoReturn
 
 from understudy.errors import UnderstudyError
-from understudy.robots.file import RobotFile
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.transport import Peer
 from understudy.robots.safety.self_monitor import LOST_S, Danger, Vigil, hurry
 from understudy.robots.safety.speed_limits import STILL, Speeds, within

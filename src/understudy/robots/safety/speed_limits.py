@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isnan
 from typing import TypeAlias
 
-from understudy.robots.file import Limits
+from understudy.robots.robot_file import Limits
 
 Speeds: TypeAlias = tuple[float, float]
 """Driving, m/s, and turning to the left, rad/s."""

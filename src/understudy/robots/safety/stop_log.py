@@ -14,7 +14,7 @@ from pathlib import Path
 import msgspec
 
 from understudy.errors import FileError
-from understudy.robots.file import RobotFile
+from understudy.robots.robot_file import RobotFile
 
 ENDING = ".stops.jsonl"
 

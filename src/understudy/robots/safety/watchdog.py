@@ -17,7 +17,7 @@ from typing import TypeAlias
 
 import msgspec
 
-from understudy.robots.file import RobotFile
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.transport import Peer, Transport
 from understudy.robots.ros.transports import open_transport
 from understudy.robots.safety.emergency_stop import stopper

@@ -15,7 +15,7 @@ from threading import Lock, Thread
 import msgspec
 
 from understudy.errors import UnderstudyError
-from understudy.robots.file import RobotFile
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.transport import Peer
 from understudy.robots.safety.watchdog import BYE, READY, RESTING, STOPPED, Orders
 

@@ -20,8 +20,8 @@ from understudy.model.kinds import BOOLEAN, Column, Kind
 from understudy.model.squad import Duty, Order, Squad, Statistic
 from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading
 from understudy.runtime.team.comms import Radio, Traffic, traffic
-from understudy.runtime.team.dispatch import Ordering
 from understudy.runtime.team.members import Band
+from understudy.runtime.team.order_dispatch import Ordering
 from understudy.runtime.team.reports import Reports
 from understudy.runtime.team.roster import Roster
 from understudy.runtime.team.statistics import Memory, surveyed

@@ -8,7 +8,7 @@ from understudy.errors import listed
 from understudy.sim.params import SIGNAL, most_of, robot_count, signals_of
 from understudy.sim.scenario.checker import Checker
 from understudy.sim.scenario.schema import Claimed, Goal, Objects, Pull, RobotType, TargetOf
-from understudy.sim.sensing.plan import claimable
+from understudy.sim.sensing.sense_plan import claimable
 
 NOT_BESIDE = ("home", "solid", "pushable", "presence", "capture", "walk")
 

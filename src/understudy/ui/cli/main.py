@@ -23,7 +23,7 @@ from understudy.ui.cli.commands import (
     why,
     worlds,
 )
-from understudy.ui.cli.errors import Group
+from understudy.ui.cli.error_reporting import Group
 from understudy.ui.cli.plugins import LIBRARY, RUNNING, TEACHING, Command, load_plugins, order_commands
 
 app = typer.Typer(

@@ -14,9 +14,9 @@ from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.ui.controller.clock import Pace, Wall
 from understudy.ui.controller.journal_store import Lock, new_path
-from understudy.ui.controller.plan import Plan, Start
 from understudy.ui.controller.status import Said
 from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.training_plan import Plan, Start
 
 
 class Opened:

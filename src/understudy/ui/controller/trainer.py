@@ -27,10 +27,10 @@ from understudy.ui.controller.coach import Coach, wait
 from understudy.ui.controller.explainer import Why
 from understudy.ui.controller.journal_store import alike
 from understudy.ui.controller.key_bindings import Keys, drive_keys, state_keys
-from understudy.ui.controller.plan import Choices
-from understudy.ui.controller.recent import Memory
+from understudy.ui.controller.recent_history import Memory
 from understudy.ui.controller.saving import lost_since, told
 from understudy.ui.controller.status import Said
+from understudy.ui.controller.training_plan import Choices
 
 
 class Desk:

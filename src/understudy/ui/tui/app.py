@@ -21,7 +21,7 @@ from understudy.ui.controller import journal_store
 from understudy.ui.controller.clock import Wall
 from understudy.ui.controller.journal_store import Unfinished
 from understudy.ui.controller.open_session import Opened, begun, resumed
-from understudy.ui.controller.plan import Choices, Plan, Start, checked
+from understudy.ui.controller.training_plan import Choices, Plan, Start, checked
 from understudy.ui.tui.dialogs import Ask
 from understudy.ui.tui.lesson_form import Choose
 from understudy.ui.tui.main_screen import Teaching

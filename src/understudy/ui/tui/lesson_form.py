@@ -20,7 +20,7 @@ from understudy.model.binding import called
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.training.edits import Choice, rechosen
-from understudy.ui.controller.plan import Choices, Plan, new, targets
+from understudy.ui.controller.training_plan import Choices, Plan, new, targets
 from understudy.ui.tui.picks import Picks
 
 Check = Callable[[Choices], object]

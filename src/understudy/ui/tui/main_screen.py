@@ -17,9 +17,9 @@ from textual.widgets import Static
 from understudy.errors import UnderstudyError
 from understudy.ui.controller.arming import Robots
 from understudy.ui.controller.coach import set_up
-from understudy.ui.controller.plan import Choices
 from understudy.ui.controller.status import Said
 from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.training_plan import Choices
 from understudy.ui.tui import panels
 from understudy.ui.tui.dialogs import Ask, Help
 from understudy.ui.tui.lesson_form import Choose

@@ -9,7 +9,7 @@ from typing import TypeAlias
 from rich.text import Text
 
 from understudy.sim.view import WorldView
-from understudy.ui.tui.canvas import Canvas
+from understudy.ui.tui.braille_canvas import Canvas
 from understudy.viz.appearance import FEW, Thing, grouped, obstacle_colors, reach, things, total
 from understudy.viz.palette import FOOD, HOME, INK, PAINTS, SOLID, THING, paint
 

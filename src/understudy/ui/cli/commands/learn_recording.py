@@ -37,8 +37,8 @@ def recorded_lesson(path: Path, asked: Asked) -> Lesson:
     """The lesson, with what an automaton of the library was taught before where it goes on with that."""
     from understudy.errors import SettingError
     from understudy.model.library import Library
-    from understudy.robots.recording.lesson import read_presses, recorded_presses, taught_over
     from understudy.robots.recording.reader import read_recording
+    from understudy.robots.recording.teach_from_recording import read_presses, recorded_presses, taught_over
     from understudy.ui.cli.options import library_for, targets_in
     from understudy.ui.cli.recordings import kit_for, scenario_of
 
@@ -64,7 +64,7 @@ def _begun(library: Library, asked: Asked, presses: Sequence[Pressed]) -> Lesson
 
     from understudy.errors import SettingError
     from understudy.model.lesson import Options
-    from understudy.robots.recording.lesson import names_pressed
+    from understudy.robots.recording.teach_from_recording import names_pressed
     from understudy.training.lesson_design import new_lesson
     from understudy.ui.cli.options import names_in
 

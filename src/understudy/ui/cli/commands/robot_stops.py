@@ -26,7 +26,7 @@ def stop(
     """
     from concurrent.futures import ThreadPoolExecutor
 
-    from understudy.robots.file import load_robot, robots_in
+    from understudy.robots.robot_file import load_robot, robots_in
     from understudy.robots.safety import emergency_stop
     from understudy.ui.cli.output import console
 
@@ -58,7 +58,7 @@ def stops(
 
     [dim]understudy robots stops rover.toml[/]
     """
-    from understudy.robots.file import load_robot
+    from understudy.robots.robot_file import load_robot
     from understudy.robots.safety.stop_log import log_path, read_stops
     from understudy.ui.cli.output import console, print_json, table
 

@@ -47,8 +47,8 @@ def check(
     from time import sleep
 
     from understudy.robots.diagnostics import survey
-    from understudy.robots.file import is_team
     from understudy.robots.fleet import connect_robot, connect_team
+    from understudy.robots.robot_file import is_team
     from understudy.ui.cli.output import print_json
 
     team = is_team(file)

@@ -102,7 +102,7 @@ def _write(
     folder: Path, scenario: Scenario, *, world: str, domain: int, rate_hz: float, router: str | None
 ) -> None:
     """Write the files of all robots, and of the team; what is there and says something else is left, and told of."""
-    from understudy.robots.file import parse_robot
+    from understudy.robots.robot_file import parse_robot
     from understudy.sim_mujoco.robot_files import names_of_robots, robot_file, team_file
     from understudy.storage.atomic import failing, write
     from understudy.ui.cli.output import console

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from understudy.model.library import Library as Opened
     from understudy.robots.twin import Twin
     from understudy.sim.scenario.schema import Scenario
-    from understudy.ui.controller.plan import Plan
+    from understudy.ui.controller.training_plan import Plan
 
 
 def teach(
@@ -71,7 +71,7 @@ def teach(
     from contextlib import ExitStack
 
     from understudy.ui.cli.options import find_world, names_in, targets_in
-    from understudy.ui.controller.plan import Choices, Plan, checked
+    from understudy.ui.controller.training_plan import Choices, Plan, checked
 
     choices = Choices(
         states=names_in(states),
@@ -109,7 +109,7 @@ def _see_hold(twin: Twin) -> None:
 
 def _teach(plan: Plan, twin: Twin | None, *, as_json: bool) -> None:
     from understudy.errors import UnderstudyError
-    from understudy.ui.cli.errors import FAULT
+    from understudy.ui.cli.error_reporting import FAULT
     from understudy.ui.cli.output import console, count, print_json
     from understudy.ui.cli.progress import compile_once
     from understudy.ui.controller import journal_store

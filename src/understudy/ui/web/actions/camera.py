@@ -10,9 +10,9 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
 from understudy.errors import SessionError, SettingError
-from understudy.robots.body import Robot
 from understudy.robots.camera.config import write_color
-from understudy.robots.camera.live import Eye
+from understudy.robots.camera.live_camera import Eye
+from understudy.robots.robot import Robot
 from understudy.robots.twin import Twin
 from understudy.ui.controller.status import Said
 from understudy.ui.web.messages.session import PickColor

@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 from understudy.errors import SettingError, UnknownName
 from understudy.ui.controller import formatting, lesson_actions, outcomes
 from understudy.ui.controller.clock import FASTEST
-from understudy.ui.controller.plan import Choices
 from understudy.ui.controller.simplifying import prune
 from understudy.ui.controller.status import Said
+from understudy.ui.controller.training_plan import Choices
 from understudy.ui.web.actions import camera, coach, company, former, library, moments, naming, session
 from understudy.ui.web.messages import coach as c
 from understudy.ui.web.messages import review as r

@@ -6,8 +6,8 @@ from understudy.errors import SessionError, SettingError, UnderstudyError, Unkno
 from understudy.sim.world import World
 from understudy.ui.controller import journal_store
 from understudy.ui.controller.open_session import begun, resumed
-from understudy.ui.controller.plan import Choices, Plan, Start, checked
 from understudy.ui.controller.status import Said
+from understudy.ui.controller.training_plan import Choices, Plan, Start, checked
 from understudy.ui.web.session_host import Stage
 
 

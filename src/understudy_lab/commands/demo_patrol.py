@@ -20,7 +20,7 @@ FILM_S, SPEED = 150.0, 8.0
 def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
     from understudy.ui.cli.progress import compile_once
-    from understudy_lab.commands.talking import keep, live, taught_with, tell_lessons
+    from understudy_lab.commands.demo_report import keep, live, taught_with, tell_lessons
     from understudy_lab.patrol.practice import SQUAD, scenario
     from understudy_lab.patrol.teach import teach
 
@@ -110,7 +110,7 @@ def _eventful(tracks: Tracks) -> int:
 
 def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
     from understudy.ui.cli.output import table
-    from understudy_lab.commands.talking import lasted, tell_next, tell_numbers
+    from understudy_lab.commands.demo_report import lasted, tell_next, tell_numbers
 
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",

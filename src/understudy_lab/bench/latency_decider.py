@@ -16,8 +16,8 @@ from understudy.model.kinds import Continuous
 from understudy.model.kit import Kit
 from understudy.model.library import Library
 from understudy.model.tree_builder import automaton, below
-from understudy.robots.body import Robot
-from understudy.robots.file import load_robot
+from understudy.robots.robot import Robot
+from understudy.robots.robot_file import load_robot
 from understudy.robots.ros.transport import Peer, Publish, Received, Transport
 from understudy.robots.ros.transports import open_transport
 from understudy.robots.safety.stop_log import log_path

@@ -16,7 +16,7 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
     from understudy.ui.cli.options import find_world
     from understudy.ui.cli.progress import compile_once
-    from understudy_lab.commands.talking import keep, live, taught_with, tell_lessons
+    from understudy_lab.commands.demo_report import keep, live, taught_with, tell_lessons
     from understudy_lab.forage.teach import teach
 
     talk.print("\n[bold]A robot learns to forage by being shown.[/]")
@@ -62,7 +62,7 @@ def _judge(library: Library, seed: int, *, quiet: bool) -> tuple[Evaluation, dic
 
 
 def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
-    from understudy_lab.commands.talking import lasted, tell_next, tell_numbers
+    from understudy_lab.commands.demo_report import lasted, tell_next, tell_numbers
 
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",

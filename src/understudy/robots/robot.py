@@ -14,10 +14,10 @@ import numpy as np
 
 from understudy.errors import FileError, UnderstudyError, UnknownName, listed
 from understudy.model.features import Percept, ReadingKey
-from understudy.robots.derived import Derived
-from understudy.robots.file import RobotFile
+from understudy.robots.derived_readings import Derived
 from understudy.robots.inputs import Senses
 from understudy.robots.recording.recorder import Recorder, Taped
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.messages import twist
 from understudy.robots.ros.transport import Publish, Transport
 from understudy.robots.ros.transports import open_transport
@@ -28,7 +28,7 @@ from understudy.robots.safety.stop_log import Stop, StopLog, log_path
 from understudy.robots.safety.watchdog_client import Leash
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.sim.catalog import find_world
-from understudy.sim.commands import table_of
+from understudy.sim.command_table import table_of
 from understudy.sim.kit import COLUMNS, MOVING, readings_of_type
 from understudy.sim.scenario.schema import RobotType, Scenario
 

@@ -23,7 +23,7 @@ PLATOONS, LARGE_S, LARGE_EVERY = 400, 40.0, 20
 def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
     from understudy.ui.cli.progress import compile_once
-    from understudy_lab.commands.talking import keep, live, taught_with, tell_lessons
+    from understudy_lab.commands.demo_report import keep, live, taught_with, tell_lessons
     from understudy_lab.swarm.teaching import teach
     from understudy_lab.tasks.swarm import scenario
 
@@ -127,7 +127,7 @@ def _frame(team: Team) -> Frame:
 def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
     from understudy.ui.cli.output import table
     from understudy.viz.appearance import grouped
-    from understudy_lab.commands.talking import lasted, tell_next, tell_numbers
+    from understudy_lab.commands.demo_report import lasted, tell_next, tell_numbers
     from understudy_lab.swarm.evaluate import LOADS
     from understudy_lab.tasks.swarm import EACH
 
