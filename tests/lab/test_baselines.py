@@ -11,9 +11,9 @@ from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy_lab.baselines import study
 from understudy_lab.baselines.compare import BUDGETS, LEARNERS, WITH, worlds_of
 from understudy_lab.baselines.demonstrations import demonstrated
+from understudy_lab.baselines.flat_teachers import head_for
 from understudy_lab.baselines.inputs import Inputs, Lesson, Manner, Policy, lesson_of
 from understudy_lab.baselines.recording_body import RESTING, Ticks
-from understudy_lab.baselines.shown_flat import head_for
 from understudy_lab.baselines.sklearn_learners import CLASSICAL
 from understudy_lab.baselines.tasks import EXERCISES
 from understudy_lab.results import differences, published

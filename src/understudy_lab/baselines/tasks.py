@@ -22,8 +22,8 @@ from understudy.runtime.program import link
 from understudy.sim.forage import Forage, kit
 from understudy.sim.forage_settings import ForageSettings, practices
 from understudy_lab.baselines import walls
+from understudy_lab.baselines.flat_teachers import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING
 from understudy_lab.baselines.recording_body import Robots
-from understudy_lab.baselines.shown_flat import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING
 from understudy_lab.forage.teach import make_practice
 from understudy_lab.tasks import servo_teacher, soccer
 from understudy_lab.tasks.forage_baseline import judge_expert

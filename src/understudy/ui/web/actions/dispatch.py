@@ -221,7 +221,9 @@ ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
         r.Withdraw: _desk(lambda desk, message: outcomes.withdraw(desk, message.outcome)),
         r.Visit: lambda stage, message: lesson_test.visit(stage, message.outcome),
         r.Test: lambda stage, message: lesson_test.describe_lesson_test(stage, message.name),
-        r.Save: lambda stage, message: library.save(stage, message.name, anyway=message.anyway),
+        r.Save: lambda stage, message: library.save_current_automaton(
+            stage, message.name, anyway=message.anyway
+        ),
         r.Simplify: lambda stage, message: simplifying.describe_simplification(stage, message.pruning),
         r.Prune: _desk(lambda desk, message: prune(desk, message.pruning)),
         r.Versions: lambda stage, message: former.listed(stage, message.name),

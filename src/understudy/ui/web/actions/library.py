@@ -11,7 +11,7 @@ from understudy.ui.web.views import lesson_test, library
 from understudy.ui.web.views.scene import Plain
 
 
-def save(stage: Stage, name: str | None, *, anyway: bool = False) -> Plain:
+def save_current_automaton(stage: Stage, name: str | None, *, anyway: bool = False) -> Plain:
     """Save what is trained; under another name, a copy of it. Where something that worked no longer does, that is
     answered instead, unless it is to be saved `anyway`.
     """
