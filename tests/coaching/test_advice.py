@@ -14,7 +14,7 @@ from tests.learning.lessons import tables
 from tests.model.lessons import goto as recorded
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.coach import UNSURE, advice
+from understudy.coaching.give_advice import UNSURE, advice
 from understudy.learning.fit import learn
 from understudy.learning.sklearn_adapter import ALLOWED
 from understudy.model.example import Example, ExampleKind

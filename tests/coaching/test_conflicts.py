@@ -8,7 +8,7 @@ import numpy as np
 from tests.coaching.lessons import GOTO, Row, goto
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.coach import advice
+from understudy.coaching.give_advice import advice
 from understudy.coaching.slipped import MOST
 from understudy.learning.fit import learn
 from understudy.learning.mislabels import slips

@@ -9,8 +9,8 @@ import pytest
 from tests.learning.lessons import robocup, robocup_folder
 
 from understudy.coaching.advice import AdviceKind
-from understudy.coaching.coach import advice
 from understudy.coaching.cross_validation import learners, left_out, trials
+from understudy.coaching.give_advice import advice
 from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton, State
 from understudy.model.example import Example, ExampleKind

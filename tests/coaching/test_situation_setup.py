@@ -9,7 +9,7 @@ from tests.bodies import kit as scripted_kit
 from tests.coaching.lessons import ANGLE, DISTANCE, DONE, FOOD, A, goto
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.coach import advice
+from understudy.coaching.give_advice import advice
 from understudy.coaching.pose_sampling import situations_in
 from understudy.coaching.situation_setup import stage
 from understudy.errors import SessionError, SettingError

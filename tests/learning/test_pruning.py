@@ -12,10 +12,10 @@ from tests.learning.lessons import lesson, tables, tree_of
 from tests.learning.reference import Row
 
 from understudy.errors import DefinitionError
-from understudy.learning import simplify
+from understudy.learning import pruning_suggestions
 from understudy.learning.fit import learn
 from understudy.learning.pruning import links, pruned
-from understudy.learning.simplify import ENOUGH, suggestion, with_pruning
+from understudy.learning.pruning_suggestions import ENOUGH, suggestion, with_pruning
 from understudy.learning.training_set import Shown, arrays, teaching
 from understudy.model.example import ExampleKind
 from understudy.model.kinds import Categorical, Kind
@@ -216,7 +216,7 @@ def test_never_on_by_default() -> None:
 def test_of_a_larger_lesson_several_are_left_out_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each is left out just once, whoever is left out with it."""
     for most in (1, 7, 40):
-        monkeypatch.setattr(simplify, "MOST_TRIALS", most)
+        monkeypatch.setattr(pruning_suggestions, "MOST_TRIALS", most)
         found = suggestion(noisy())
         assert found is not None
         assert found.examples == 40

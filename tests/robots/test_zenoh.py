@@ -24,8 +24,8 @@ from understudy.errors import FileError
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import twist
+from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Peer, Unreachable
-from understudy.robots.ros.transports import open_transport
 from understudy.robots.ros.zenoh import Zenoh
 from understudy.robots.ros.zenoh_names import End, Session, attachment, end, keys
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tests.sim.random_scenarios import made
 
-from understudy.sim.finding import place_of
 from understudy.sim.layout import neighbor_grid
 from understudy.sim.scenario.schema import Claimed, Locator, Objects, Robots, RobotType, Scenario, TargetOf
+from understudy.sim.target_lookup import place_of
 from understudy.sim.world import World
 
 TARGETS = {

@@ -7,8 +7,8 @@ from math import atan2, hypot, pi, tau
 import pytest
 
 from understudy.sim.catalog import find_world
-from understudy.sim.finding import place_of
 from understudy.sim.scenario.schema import Locator, Objects, Robots, RobotType, Scenario, TargetOf
+from understudy.sim.target_lookup import place_of
 from understudy.sim.world import World
 
 RANGED = RobotType(sensors=(Locator(),), capacity=3)

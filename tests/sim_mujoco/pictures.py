@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim_mujoco.body import Physics
-from understudy.sim_mujoco.picture import save, with_eye
+from understudy.sim_mujoco.world_image import save, with_eye
 
 PICTURE = Path(__file__).parents[2] / "docs" / "pictures" / "physics.png"
 SEED, ROBOT = 54, 3

@@ -17,8 +17,8 @@ from understudy.sim.scenario.schema import Camera as Simulated
 from understudy.sim.scenario.schema import RobotType, Scenario, Sonar
 from understudy.sim_mujoco.body import Physics
 from understudy.sim_mujoco.materials import PAINTS, paint, seen_as
-from understudy.sim_mujoco.picture import INSET, SIZE_PX, save, with_eye
 from understudy.sim_mujoco.robot_files import colors_of
+from understudy.sim_mujoco.world_image import INSET, SIZE_PX, save, with_eye
 
 
 def plain(name: str) -> Scenario:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from understudy.analysis.lesson_replay import Decided, Replayed, replayed
 from understudy.errors import SettingError
 from understudy.learning.fit import learned
-from understudy.learning.simplify import Suggestion, suggestion, with_pruning
+from understudy.learning.pruning_suggestions import Suggestion, suggestion, with_pruning
 from understudy.model.automaton import Automaton
 from understudy.model.describe import conditions
 from understudy.model.lesson import Lesson, Trees

@@ -19,8 +19,8 @@ from understudy.robots.inputs import Senses
 from understudy.robots.recording.recorder import Recorder, Taped
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.messages import twist
+from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Publish, Transport
-from understudy.robots.ros.transports import open_transport
 from understudy.robots.safety.guard import Guard
 from understudy.robots.safety.self_monitor import Danger
 from understudy.robots.safety.speed_limits import Speeds

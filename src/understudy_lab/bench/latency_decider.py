@@ -18,8 +18,8 @@ from understudy.model.library import Library
 from understudy.model.tree_builder import automaton, below
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot
+from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Peer, Publish, Received, Transport
-from understudy.robots.ros.transports import open_transport
 from understudy.robots.safety.stop_log import log_path
 from understudy.robots.safety.watchdog_client import Leash
 from understudy.runtime.program import Program, link

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from understudy.analysis.lesson_replay import replayed
-from understudy.coaching.coach import advice
+from understudy.coaching.give_advice import advice
 from understudy.coaching.uncertainty import Doubts
 from understudy.learning.change_attribution import moved
 from understudy.learning.correction_diagnosis import judge
 from understudy.learning.explain import explain
 from understudy.learning.fit import learn, learned
 from understudy.learning.mislabels import slips
-from understudy.learning.simplify import suggestion
+from understudy.learning.pruning_suggestions import suggestion
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.diff import changes
 from understudy.model.example import Example, ExampleKind

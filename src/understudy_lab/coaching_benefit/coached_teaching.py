@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.coach import advice
+from understudy.coaching.give_advice import advice
 from understudy.coaching.pose_sampling import situations_in
 from understudy.coaching.queries import Asking, When
 from understudy.coaching.situation_setup import stage
@@ -23,7 +23,7 @@ from understudy.learning.mislabels import slips
 from understudy.model.library import Library, Taught
 from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import Exercise, drawn
-from understudy_lab.noisy_teachers.slipping import seen_at
+from understudy_lab.noisy_teachers.slipping_person import seen_at
 from understudy_lab.novices.novice import Novice
 from understudy_lab.teachers.teacher import FIRST_SEED
 

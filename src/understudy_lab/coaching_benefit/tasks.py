@@ -15,13 +15,13 @@ from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library, Taught
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
-from understudy.sim.finding import place_of
 from understudy.sim.forage import Forage
 from understudy.sim.forage import kit as forage_kit
 from understudy.sim.forage_settings import practices
+from understudy.sim.target_lookup import place_of
 from understudy.sim.world import World
 from understudy.training.session import Session
-from understudy_lab.coaching_benefit.going import Going
+from understudy_lab.coaching_benefit.goto_novice import Going
 from understudy_lab.novices.novice import BEARINGS_DEG, FIELD_M, Novice
 from understudy_lab.novices.study import judge as judge_servoing
 from understudy_lab.tasks import soccer

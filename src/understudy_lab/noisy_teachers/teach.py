@@ -18,7 +18,7 @@ from understudy.training.feature_values import steady_readings
 from understudy.training.reaction_time import lateness
 from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import EXERCISES
-from understudy_lab.noisy_teachers.slipping import Slipping
+from understudy_lab.noisy_teachers.slipping_person import Slipping
 from understudy_lab.novices.traits import ALIKE, RANGES
 from understudy_lab.servoing.trials import search_side
 from understudy_lab.tasks.forage_teacher import GOTO

@@ -17,8 +17,8 @@ from understudy.learning.fit import learn
 from understudy.model.example import ExampleKind
 from understudy.model.lesson import Lesson
 from understudy.robots.twin import drawn
-from understudy.sim.finding import place_of
 from understudy.sim.forage import kit
+from understudy.sim.target_lookup import place_of
 from understudy.storage.library_folder import open_library, versions
 from understudy.training.trainee import Mode
 from understudy.ui.controller.training_plan import Choices

@@ -15,8 +15,8 @@ from understudy.model.automaton import START, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library
-from understudy.sim.finding import place_of
 from understudy.sim.forage import Forage, kit
+from understudy.sim.target_lookup import place_of
 from understudy.ui.controller import journal_store, key_bindings
 from understudy.ui.controller.clock import BUSY_S, FASTEST, Pace
 from understudy.ui.controller.formatting import clock, number, signed, spark, value

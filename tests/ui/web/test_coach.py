@@ -12,7 +12,7 @@ import pytest
 from tests.ui.web.pages import GOTO, Page, page, served, studio
 from tests.ui.web.test_lesson import step
 
-from understudy.coaching.coach import advice
+from understudy.coaching.give_advice import advice
 from understudy.training.reaction_time import Lateness
 from understudy.ui.controller import coach as coaching
 from understudy.ui.controller.trainer import Desk

@@ -11,9 +11,9 @@ from tests.ui.cli.commands import run, said
 from tests.ui.web.pages import GOTO, Page, page, served, studio
 
 from understudy.robots.twin import drawn
-from understudy.sim.finding import place_of
 from understudy.sim.scenario.files import builtin_scenarios
 from understudy.sim.scenario.markers import TARGET
+from understudy.sim.target_lookup import place_of
 from understudy.storage.library_folder import open_document
 
 TO_MARKER = {**GOTO, "states": ["forward", "rotate_left"], "targets": {"A": TARGET}}

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.messages import twist
+from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.transports import open_transport
 from understudy.robots.safety.stop_log import append, log_path, stop_now
 
 HALTING_S = 2.0

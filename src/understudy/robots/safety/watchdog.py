@@ -18,8 +18,8 @@ from typing import TypeAlias
 import msgspec
 
 from understudy.robots.robot_file import RobotFile
+from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Peer, Transport
-from understudy.robots.ros.transports import open_transport
 from understudy.robots.safety.emergency_stop import stopper
 from understudy.robots.safety.stop_log import append, stop_now
 

@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 
 from understudy.errors import FileError, SettingError, listed
-from understudy.sim.scenario.checker import suggestion
+from understudy.sim.scenario.scenario_errors import suggestion
 from understudy.sim.scenario.schema import VERSION, Scenario
 from understudy.sim.scenario.toml_decode import Mismatch, convert
 from understudy.sim.scenario.toml_writer import toml_text

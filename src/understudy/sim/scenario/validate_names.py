@@ -18,7 +18,7 @@ from understudy.sim.kit import (
     targets_of,
 )
 from understudy.sim.params import SIGNAL, most_of, names_of
-from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.scenario_errors import Checker
 from understudy.sim.scenario.schema import (
     MOUSE,
     Bumper,
@@ -33,7 +33,7 @@ from understudy.sim.scenario.schema import (
     Sonar,
     TargetOf,
 )
-from understudy.sim.scenario.validate_teams import check_signal, raised_by
+from understudy.sim.scenario.validate_boxes import check_signal, raised_by
 
 NAME = re.compile(r"\w(?:[\w -]{0,58}\w)?")
 _REFERENCES = ("nearest", "object", "team", "robot", "color", "signal")

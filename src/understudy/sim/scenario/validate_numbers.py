@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from understudy.sim.scenario.checker import Checker
 from understudy.sim.scenario.part import Part
+from understudy.sim.scenario.scenario_errors import Checker
 from understudy.sim.scenario.schema import (
     Camera,
     Capture,

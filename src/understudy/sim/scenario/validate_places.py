@@ -18,7 +18,7 @@ from understudy.sim.layout.geometry import (
     wall_segments,
 )
 from understudy.sim.params import box_of, least_and_most
-from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.scenario_errors import Checker
 from understudy.sim.scenario.schema import Objects, Obstacle, Placing, Point, Region, Robots, Scenario
 
 DENSEST = pi / 12**0.5

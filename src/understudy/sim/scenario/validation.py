@@ -9,13 +9,13 @@ from __future__ import annotations
 import msgspec
 
 from understudy.sim.scenario import (
-    checking_squads,
+    validate_boxes,
     validate_names,
     validate_numbers,
     validate_places,
-    validate_teams,
+    validate_squads,
 )
-from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.scenario_errors import Checker
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.scenario.toml_decode import Mismatch, convert
 
@@ -27,8 +27,8 @@ def check(scenario: Scenario) -> None:
     validate_numbers.check(checker)
     validate_names.check(checker)
     validate_places.check(checker)
-    validate_teams.check_boxes_and_signals(checker)
-    checking_squads.check_squad_sorts(checker)
+    validate_boxes.check_boxes_and_signals(checker)
+    validate_squads.check_squad_sorts(checker)
 
 
 def _check_types(checker: Checker) -> None:

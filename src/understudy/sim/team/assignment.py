@@ -14,7 +14,7 @@ from understudy.model.squad import Squad
 from understudy.runtime.team.roster import Member
 from understudy.runtime.team.team import Tree
 from understudy.sim.params import robot_count
-from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.scenario_errors import Checker
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.scenario.squad_schema import MemberOf, SquadOf
 from understudy.sim.team.squads import squad_of

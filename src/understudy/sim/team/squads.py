@@ -8,7 +8,7 @@ from fractions import Fraction
 from understudy.errors import DefinitionError
 from understudy.model.binding import Binding
 from understudy.model.squad import Duty, Order, Role, Squad, Statistic
-from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.scenario_errors import Checker
 from understudy.sim.scenario.squad_schema import DutyOf, StatisticOf
 
 AXES = ("x", "y")

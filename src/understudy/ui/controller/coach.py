@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.coach import advice
+from understudy.coaching.give_advice import advice
 from understudy.coaching.queries import Asking, Question, When
 from understudy.coaching.situation_setup import Staged, stage
 from understudy.errors import SessionError

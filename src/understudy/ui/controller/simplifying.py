@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from understudy.analysis.simplify_preview import Simpler, simpler, simplifiable
-from understudy.learning.simplify import with_pruning
+from understudy.learning.pruning_suggestions import with_pruning
 from understudy.ui.controller.status import Said
 from understudy.ui.controller.trainer import Desk
 

@@ -15,7 +15,7 @@ from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
 from understudy.model.library import Taught
 from understudy.robots.twin import Ground, Twin, drawn, unnoted
-from understudy.sim.finding import place_of
+from understudy.sim.target_lookup import place_of
 from understudy.sim.view import WorldView
 from understudy.storage.library_folder import save
 from understudy.training.edits import Edit
@@ -28,7 +28,7 @@ from understudy.ui.controller.explainer import Why
 from understudy.ui.controller.journal_store import alike
 from understudy.ui.controller.key_bindings import Keys, drive_keys, state_keys
 from understudy.ui.controller.recent_history import Memory
-from understudy.ui.controller.saving import lost_since, told
+from understudy.ui.controller.save_report import lost_since, told
 from understudy.ui.controller.status import Said
 from understudy.ui.controller.training_plan import Choices
 

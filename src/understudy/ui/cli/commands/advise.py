@@ -31,7 +31,7 @@ def advise(
 
     [dim]understudy advise goto --library demo/library --world forage[/]
     """
-    from understudy.coaching.coach import advice
+    from understudy.coaching.give_advice import advice
     from understudy.learning.fit import learn
     from understudy.ui.cli.library_data import look
     from understudy.ui.cli.options import learner, some_kit

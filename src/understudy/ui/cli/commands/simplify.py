@@ -97,7 +97,7 @@ def _show(told: dict[str, Any], *, chosen: bool) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
-    from understudy.learning.simplify import ENOUGH
+    from understudy.learning.pruning_suggestions import ENOUGH
     from understudy.ui.cli.output import console, count
 
     out, found = console(), told["suggested"]

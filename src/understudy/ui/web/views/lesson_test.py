@@ -12,7 +12,7 @@ from understudy.sim.scenario.files import dump_scenario
 from understudy.storage.library_folder import load_version, versions
 from understudy.training.other_agents import Instant
 from understudy.ui.controller import outcomes
-from understudy.ui.controller.saving import lost_since
+from understudy.ui.controller.save_report import lost_since
 from understudy.ui.controller.status import Said
 from understudy.ui.web.session_host import Stage
 from understudy.ui.web.views.scene import Plain

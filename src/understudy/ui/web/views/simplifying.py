@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from understudy.analysis.simplify_preview import Simpler
-from understudy.learning.simplify import ENOUGH, Suggestion
+from understudy.learning.pruning_suggestions import ENOUGH, Suggestion
 from understudy.ui.controller import formatting
 from understudy.ui.controller.simplifying import seen
 from understudy.ui.web.session_host import Stage

@@ -12,7 +12,7 @@ from understudy.model.squad import Duty, Squad, Statistic
 from understudy.runtime.body import Reading
 from understudy.runtime.team.squad_body import readings_of as readings_of_squad
 from understudy.sim.kit import OWN_FEATURES, behaviors_of, readings_of, readings_of_type
-from understudy.sim.scenario.checker import Checker, suggestion
+from understudy.sim.scenario.scenario_errors import Checker, suggestion
 from understudy.sim.scenario.squad_schema import MemberOf
 from understudy.sim.scenario.validate_names import check_name
 from understudy.sim.team.assignment import bottom_up, how_many

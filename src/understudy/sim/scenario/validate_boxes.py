@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from understudy.errors import listed
 from understudy.sim.params import SIGNAL, most_of, robot_count, signals_of
-from understudy.sim.scenario.checker import Checker
+from understudy.sim.scenario.scenario_errors import Checker
 from understudy.sim.scenario.schema import Claimed, Goal, Objects, Pull, RobotType, TargetOf
 from understudy.sim.sensing.sense_plan import claimable
 
