@@ -17,6 +17,7 @@ from understudy.model.behaviors import (
     set_counter,
     set_timer,
 )
+from understudy.model.binding import Target
 from understudy.model.features import (
     Counter,
     Feature,
@@ -29,8 +30,7 @@ from understudy.model.features import (
     feature,
 )
 from understudy.model.kinds import BOOLEAN, Column, Continuous, Toroidal
-from understudy.model.kit import Kit
-from understudy.model.target import Target
+from understudy.model.library import Kit
 from understudy.runtime.body import Channel, Commands, Reading
 
 TICK_S = 0.1

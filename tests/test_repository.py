@@ -17,7 +17,7 @@ MODULES = sorted((ROOT / "src").rglob("*.py"))
 LOCKS = ("requirements.lock", "requirements-dev.lock", "requirements-bench.lock")
 PIN = re.compile(r"^(?P<name>[A-Za-z0-9._-]+)==(?P<version>\S+)( ; .+)? \\$")
 HASH = re.compile(r"^    --hash=sha256:[0-9a-f]{64}( \\)?$")
-MAX_LINES = 400
+MAX_LINES = 500
 
 NO_KERNELS = ("__init__", "dtypes", "seeing")
 """Files beside kernels that say what kernels find in memory."""

@@ -24,14 +24,11 @@ if TYPE_CHECKING:
         set_counter,
         set_timer,
     )
-    from understudy.model.binding import Binding
-    from understudy.model.example import Example, ExampleKind
+    from understudy.model.binding import Binding, Target
     from understudy.model.features import BoundFeature, Counter, Feature, Flag, TimeInState, Timer, feature
     from understudy.model.kinds import BOOLEAN, TAU, Categorical, Continuous, Toroidal
-    from understudy.model.kit import Kit
-    from understudy.model.lesson import Lesson, Options, Scikit, Trees
-    from understudy.model.library import Library, Taught
-    from understudy.model.target import Target
+    from understudy.model.lesson import Example, ExampleKind, Lesson, Options, Scikit, Trees
+    from understudy.model.library import Kit, Library, Taught
     from understudy.model.tree import Tree
     from understudy.runtime.body import Body, Channel, Reading
     from understudy.runtime.decision_trace import Trace
@@ -41,8 +38,7 @@ if TYPE_CHECKING:
     from understudy.runtime.run_loop import Run
     from understudy.runtime.team.coordinator_body import Troop
     from understudy.runtime.team.team import Team
-    from understudy.sim.forage import Forage
-    from understudy.sim.forage_settings import ForageSettings
+    from understudy.sim.forage import Forage, ForageSettings
     from understudy.sim.scenario.files import load_scenario
     from understudy.sim.team.libraries import libraries_of, team_of, troop_of
     from understudy.sim.world import World
@@ -55,13 +51,29 @@ if TYPE_CHECKING:
     from understudy.training.trainee import Mode
 
 _HOMES = {
+    "analysis.evaluation": (
+        "Evaluation",
+        "evaluate",
+    ),
     "errors": ("UnderstudyError",),
-    "analysis.evaluation": ("Evaluation", "evaluate"),
-    "learning.explain": ("Explanation", "explain"),
-    "learning.fit": ("learn", "learned"),
+    "learning.correction_diagnosis": (
+        "Judgement",
+        "judge",
+    ),
+    "learning.explain": (
+        "Explanation",
+        "explain",
+    ),
+    "learning.fit": (
+        "learn",
+        "learned",
+    ),
     "learning.mislabels": ("slips",),
-    "learning.correction_diagnosis": ("Judgement", "judge"),
-    "model.automaton": ("START", "Automaton", "State"),
+    "model.automaton": (
+        "START",
+        "Automaton",
+        "State",
+    ),
     "model.behaviors": (
         "Behavior",
         "Command",
@@ -72,33 +84,75 @@ _HOMES = {
         "set_counter",
         "set_timer",
     ),
-    "model.binding": ("Binding",),
-    "model.example": ("Example", "ExampleKind"),
-    "model.features": ("BoundFeature", "Counter", "Feature", "Flag", "TimeInState", "Timer", "feature"),
-    "storage.library_folder": ("open_library", "save_taught"),
-    "model.kinds": ("BOOLEAN", "TAU", "Categorical", "Continuous", "Toroidal"),
-    "model.kit": ("Kit",),
-    "model.lesson": ("Lesson", "Options", "Scikit", "Trees"),
-    "model.library": ("Library", "Taught"),
-    "model.target": ("Target",),
+    "model.binding": (
+        "Binding",
+        "Target",
+    ),
+    "model.features": (
+        "BoundFeature",
+        "Counter",
+        "Feature",
+        "Flag",
+        "TimeInState",
+        "Timer",
+        "feature",
+    ),
+    "model.kinds": (
+        "BOOLEAN",
+        "TAU",
+        "Categorical",
+        "Continuous",
+        "Toroidal",
+    ),
+    "model.lesson": (
+        "Example",
+        "ExampleKind",
+        "Lesson",
+        "Options",
+        "Scikit",
+        "Trees",
+    ),
+    "model.library": (
+        "Kit",
+        "Library",
+        "Taught",
+    ),
     "model.tree": ("Tree",),
-    "runtime.body": ("Body", "Channel", "Reading"),
+    "runtime.body": (
+        "Body",
+        "Channel",
+        "Reading",
+    ),
+    "runtime.decision_trace": ("Trace",),
     "runtime.engine.engine": ("Engine",),
     "runtime.interpreter": ("Interpreter",),
     "runtime.program": ("link",),
     "runtime.run_loop": ("Run",),
-    "runtime.team.team": ("Team",),
-    "runtime.decision_trace": ("Trace",),
     "runtime.team.coordinator_body": ("Troop",),
-    "training.lesson_design": ("new_lesson",),
-    "training.reaction_time": ("Lateness", "lateness"),
-    "training.session_view": ("Screen",),
-    "training.session": ("Session",),
-    "training.trainee": ("Mode",),
-    "sim.forage": ("Forage", "ForageSettings"),
+    "runtime.team.team": ("Team",),
+    "sim.forage": (
+        "Forage",
+        "ForageSettings",
+    ),
     "sim.scenario.files": ("load_scenario",),
-    "sim.team.libraries": ("libraries_of", "team_of", "troop_of"),
+    "sim.team.libraries": (
+        "libraries_of",
+        "team_of",
+        "troop_of",
+    ),
     "sim.world": ("World",),
+    "storage.library_folder": (
+        "open_library",
+        "save_taught",
+    ),
+    "training.lesson_design": ("new_lesson",),
+    "training.reaction_time": (
+        "Lateness",
+        "lateness",
+    ),
+    "training.session": ("Session",),
+    "training.session_view": ("Screen",),
+    "training.trainee": ("Mode",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -12,8 +12,7 @@ from typing import Any
 import msgspec
 
 from understudy.storage.atomic import failing, write
-from understudy_lab.catalog import folder_of
-from understudy_lab.study import Experiment, Findings, Row
+from understudy_lab.study import Experiment, Findings, Row, folder_of
 
 EXPECTED = "expected.json"
 CLOSE = 1e-6

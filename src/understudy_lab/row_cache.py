@@ -11,8 +11,7 @@ from typing import Any
 import msgspec
 
 from understudy.storage.atomic import failing
-from understudy_lab.catalog import FOLDERS
-from understudy_lab.study import Row, Task
+from understudy_lab.study import FOLDERS, Row, Task
 
 NAME = "rows.jsonl"
 FORMER = "rows.former.jsonl"

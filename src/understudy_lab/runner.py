@@ -13,9 +13,8 @@ from typing import TypeAlias
 
 import msgspec
 
-from understudy_lab.catalog import find_experiment
 from understudy_lab.row_cache import Kept
-from understudy_lab.study import Experiment, Plan, Row, Task
+from understudy_lab.study import Experiment, Plan, Row, Task, find_experiment
 
 Progress: TypeAlias = Callable[[int, int], None]
 """Called with how many pieces are done, and of how many."""

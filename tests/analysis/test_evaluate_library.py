@@ -20,8 +20,7 @@ from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.sim.catalog import find_world
-from understudy.sim.forage import kit
-from understudy.sim.forage_settings import ForageSettings
+from understudy.sim.forage import ForageSettings, kit
 from understudy.sim.kit import kit_of
 from understudy.sim.scenario.files import dump_scenario
 from understudy.sim.scenario.schema import Goal, Scenario

@@ -11,8 +11,7 @@ import pytest
 
 from understudy.analysis.evaluation import Outcomes, measure
 from understudy.errors import SettingError
-from understudy.sim.forage import Forage
-from understudy.sim.forage_settings import ForageSettings, corner_cases
+from understudy.sim.forage import Forage, ForageSettings, corner_cases
 from understudy_lab.tasks.forage_expert import HandForager, lower_bound
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "hand_forager.json"

@@ -12,10 +12,9 @@ from understudy.analysis.lesson_replay import Change, replayed
 from understudy.analysis.lesson_tests import sentences
 from understudy.learning.fit import learned
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature, Feature, Flag, TimeInState
 from understudy.model.kinds import Continuous
-from understudy.model.lesson import Lesson, Record
+from understudy.model.lesson import Example, ExampleKind, Lesson, Record
 from understudy.model.library import Taught
 
 NEAR = Feature("near", Continuous(), reading="range", unit="m")

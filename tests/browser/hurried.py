@@ -8,8 +8,8 @@ from time import monotonic
 
 from understudy.sim.catalog import find_world
 from understudy.sim.kit import kit_of
+from understudy.ui.web.app import listen, serve
 from understudy.ui.web.server import Studio
-from understudy.ui.web.serving import listen, serve
 from understudy.ui.web.session_host import Stage
 
 

@@ -181,8 +181,8 @@ def serve_crowd(robots: int, folder: Path) -> None:
     from understudy.sim.scenario.files import parse_scenario
     from understudy.ui.controller.training_plan import Choices
     from understudy.ui.web.actions import session
+    from understudy.ui.web.app import listen, serve
     from understudy.ui.web.server import Studio
-    from understudy.ui.web.serving import listen, serve
     from understudy.ui.web.session_host import Stage
 
     scenario = parse_scenario(SCENARIO.format(robots=robots, size=ceil(sqrt(robots) * 1.2)))

@@ -15,7 +15,7 @@ from tests.browser.teacher import KEYS, Teacher
 from tests.browser.test_doubt import show
 
 from understudy.learning.fit import learned
-from understudy.model.example import Example, ExampleKind
+from understudy.model.lesson import Example, ExampleKind
 from understudy.model.library import Library, Taught
 from understudy.sim.forage import Forage, kit
 from understudy.storage.library_folder import save

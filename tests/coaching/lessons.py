@@ -7,9 +7,8 @@ from typing import Any, TypeAlias
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.sim.forage import kit
 
 ABSENT = nan

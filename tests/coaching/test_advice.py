@@ -17,9 +17,8 @@ from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.give_advice import UNSURE, advice
 from understudy.learning.fit import learn
 from understudy.learning.sklearn_adapter import ALLOWED
-from understudy.model.example import Example, ExampleKind
 from understudy.model.kinds import Categorical, Kind
-from understudy.model.lesson import Lesson, Options, Scikit
+from understudy.model.lesson import Example, ExampleKind, Lesson, Options, Scikit
 from understudy.sim.forage import kit
 
 

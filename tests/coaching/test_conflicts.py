@@ -8,8 +8,8 @@ import numpy as np
 from tests.coaching.lessons import GOTO, Row, goto
 
 from understudy.coaching.advice import Advice, AdviceKind
+from understudy.coaching.conflicts import MOST
 from understudy.coaching.give_advice import advice
-from understudy.coaching.slipped import MOST
 from understudy.learning.fit import learn
 from understudy.learning.mislabels import slips
 from understudy.model.lesson import Lesson

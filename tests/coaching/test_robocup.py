@@ -13,9 +13,8 @@ from understudy.coaching.cross_validation import learners, left_out, trials
 from understudy.coaching.give_advice import advice
 from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton, State
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, ExampleKind, Lesson
 
 PATHS = sorted(robocup_folder().glob("*.json"))
 pytestmark = pytest.mark.skipif(not PATHS, reason="the RoboCup lessons are not at hand")

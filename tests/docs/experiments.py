@@ -11,9 +11,8 @@ from textwrap import fill
 from tests.docs.pages import ROOT
 
 from understudy_lab import figures
-from understudy_lab.catalog import QUESTIONS, find_experiment
 from understudy_lab.results import Result, published
-from understudy_lab.study import Findings, Table
+from understudy_lab.study import QUESTIONS, Findings, Table, find_experiment
 
 PAGE = ROOT / "docs" / "experiments.md"
 PICTURES = ROOT / "docs" / "pictures" / "experiments"

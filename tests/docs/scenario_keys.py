@@ -12,7 +12,6 @@ from msgspec.structs import FieldInfo, fields
 from tests.docs.pages import ROOT
 from tests.docs.renew import put_between
 
-from understudy.sim.scenario.part import Part
 from understudy.sim.scenario.schema import (
     Bumper,
     Camera,
@@ -42,7 +41,7 @@ from understudy.sim.scenario.schema import (
     Walk,
     Wall,
 )
-from understudy.sim.scenario.squad_schema import DutyOf, MemberOf, Radio, SquadOf, StatisticOf
+from understudy.sim.scenario.squad_schema import DutyOf, MemberOf, Part, Radio, SquadOf, StatisticOf
 
 PAGE = ROOT / "docs" / "scenarios.md"
 KEYS = (

@@ -13,7 +13,7 @@ from understudy.sim.kit import kit_of
 from understudy.sim.layout.placement import lay_out
 from understudy.sim.params import rules_of
 from understudy.sim.scenario.files import parse_scenario, scenario_text
-from understudy.sim.scenario.part import Part
+from understudy.sim.scenario.squad_schema import Part
 from understudy.sim.team.assignment import deal
 
 RENEW = "the keys changed; bring the page up to date with: python -m tests.docs.scenario_keys"

@@ -7,8 +7,8 @@ import pytest
 from tests.learning.lessons import lesson
 
 from understudy.learning.fit import learned
-from understudy.model.example import ExampleKind
 from understudy.model.features import Percept, Readings
+from understudy.model.lesson import ExampleKind
 from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY
 from understudy.sim.forage import kit

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from understudy_lab.behavior_suite import (
-    around,
     chase,
     figure_eight,
     random_rooms,
-    rooms,
     scavenge,
     triangle,
+    wall_following,
     waypoints,
 )
 from understudy_lab.behavior_suite.study import EXPERIMENT, FEATS, TEACHINGS, goals_of, overall, thrown_away
@@ -142,12 +141,14 @@ def test_a_triangle_is_right_where_sides_and_angles_are() -> None:
 
 def test_around_the_hull() -> None:
     dented = np.array([[0.0, 0.0], [2.0, 0.0], [1.0, 0.5], [2.0, 2.0], [0.0, 2.0]])
-    assert length_of(around.hull(dented)) == 8.0
+    assert length_of(wall_following.hull(dented)) == 8.0
 
 
 def test_what_a_room_saves_at_its_corners() -> None:
-    assert rooms.saved(SQUARE) == pytest.approx(8 * rooms.AT_WALL_M)
-    assert rooms.saved(random_rooms.rotated(SQUARE, 1.0)) == pytest.approx(8 * rooms.AT_WALL_M)
+    assert wall_following.saved(SQUARE) == pytest.approx(8 * wall_following.AT_WALL_M)
+    assert wall_following.saved(random_rooms.rotated(SQUARE, 1.0)) == pytest.approx(
+        8 * wall_following.AT_WALL_M
+    )
 
 
 @pytest.mark.parametrize("make", [random_rooms.room, random_rooms.convex, random_rooms.concave])

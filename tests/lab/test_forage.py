@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from understudy.sim.forage_settings import corner_cases
+from understudy.sim.forage import corner_cases
 from understudy.storage.document import encode
 from understudy_lab.forage import study
 from understudy_lab.forage.teach import Judged, summary, teach, teach_and_judge, worlds_of

@@ -15,8 +15,7 @@ from understudy_lab.hierarchy import study
 from understudy_lab.hierarchy.forage_variants import OneLayer, homeward, show_two_layers
 from understudy_lab.hierarchy.learning_curves import Curve, needed, success_at
 from understudy_lab.hierarchy.servo_variants import topics
-from understudy_lab.hierarchy.teach import MOST_LOOKS, unseen
-from understudy_lab.hierarchy.thorough import Thorough
+from understudy_lab.hierarchy.teach import MOST_LOOKS, Thorough, unseen
 from understudy_lab.results import differences, published
 from understudy_lab.runner import row_of
 from understudy_lab.tasks.soccer import Soccer

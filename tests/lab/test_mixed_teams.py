@@ -17,8 +17,8 @@ from understudy_lab.mixed_teams.practice import (
     robots_world,
     squad_practices,
     squads_library,
+    teach,
 )
-from understudy_lab.mixed_teams.teaching import teach
 
 
 @pytest.mark.parametrize("name", [*practices(), *squad_practices()])

@@ -12,8 +12,16 @@ from tests.learning.lessons import lesson
 
 from understudy.learning.fit import learned
 from understudy.model.library import Taught
-from understudy_lab.chances import pairs_differ, remaining, shares_differ
 from understudy_lab.novices import study
+from understudy_lab.novices.failure_causes import (
+    FINDS,
+    RESTS,
+    SWINGS,
+    WALKS_ON,
+    does_unseeing,
+    states_unseeing,
+    turned_back,
+)
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.sensitivity import SAID
 from understudy_lab.novices.success import everywhere, succeeded
@@ -28,17 +36,9 @@ from understudy_lab.novices.traits import (
     drawn,
     habits,
 )
-from understudy_lab.novices.unseen import (
-    FINDS,
-    RESTS,
-    SWINGS,
-    WALKS_ON,
-    does_unseeing,
-    states_unseeing,
-    turned_back,
-)
 from understudy_lab.results import differences, published
 from understudy_lab.runner import row_of
+from understudy_lab.statistics import pairs_differ, remaining, shares_differ
 from understudy_lab.tasks.soccer import POSITIONS
 
 TASKS = [{"seed": study.SEEDS[0]}, {"seed": study.SEEDS[1], "trait": "lapses", "factor": 1.5}]

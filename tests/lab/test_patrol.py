@@ -12,8 +12,7 @@ from understudy.model.library import Library
 from understudy.sim.kit import kit_of
 from understudy.sim.world import World
 from understudy_lab.lesson_stats import lessons_of
-from understudy_lab.patrol.evaluate import DEFER
-from understudy_lab.patrol.flattened import flattened, states_of
+from understudy_lab.patrol.evaluate import DEFER, flattened, states_of
 from understudy_lab.patrol.metrics import (
     captures,
     cycles,
@@ -22,10 +21,9 @@ from understudy_lab.patrol.metrics import (
     joined_at_once,
     residual_s,
 )
-from understudy_lab.patrol.orders import ATTACK, DISPERSE, HOME, RUN_AWAY
 from understudy_lab.patrol.practice import coordinated, practices, squad_practices, squads_library
 from understudy_lab.patrol.teach import teach
-from understudy_lab.patrol.tracks import Thing, Tracks, watch
+from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, RUN_AWAY, Thing, Tracks, watch
 from understudy_lab.results import published
 
 TICK_S = 1.0

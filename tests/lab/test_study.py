@@ -10,11 +10,10 @@ import pytest
 from tests.docs import experiments as docs
 
 from understudy.errors import UnknownName
-from understudy_lab.catalog import QUESTIONS, find_experiment, folder_of
 from understudy_lab.results import differences, published, read, save, uncompared
 from understudy_lab.row_cache import FORMER, NAME, Kept, used_by
 from understudy_lab.runner import run
-from understudy_lab.study import Experiment, Findings, Plan, Row, Task
+from understudy_lab.study import QUESTIONS, Experiment, Findings, Plan, Row, Task, find_experiment, folder_of
 
 
 @pytest.mark.parametrize("name", QUESTIONS)

@@ -6,7 +6,7 @@ import pytest
 
 from understudy_lab.swarm.evaluate import ALONE, FAILING, FAILS_TICK, WAYS, failing, gathered
 from understudy_lab.swarm.practice import SPECS, led, robots_world
-from understudy_lab.tasks.swarm_expert import hand_coded
+from understudy_lab.tasks.swarm_world import hand_coded
 
 
 def test_coordinators_bring_more_home_than_robots_by_themselves() -> None:

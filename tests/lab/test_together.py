@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from understudy_lab.patrol.four_patrols import HOMES, TOP, guarding, teach_all
+from understudy_lab.patrol.four_patrols import HOMES, TOP, goal, guarding, judged, table, teach_all
 from understudy_lab.patrol.metrics import captures, cycles
-from understudy_lab.patrol.orders import ATTACK, DISPERSE, HOME, OTHER, Told
-from understudy_lab.patrol.together import goal, judged, table
-from understudy_lab.patrol.tracks import Thing, Tracks, watch
+from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, OTHER, Thing, Told, Tracks, watch
 
 A, D, H = ATTACK, DISPERSE, HOME
 GONE = 2  # the first tick without the intruder

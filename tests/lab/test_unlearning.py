@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from understudy.learning.correction_diagnosis import Judgement, judge
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson, Scikit
+from understudy.model.lesson import Example, Lesson, Scikit
 from understudy_lab.study import Findings
 from understudy_lab.unlearning import correct, study
 from understudy_lab.unlearning.correct import LEARNERS, compared, corrected

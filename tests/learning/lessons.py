@@ -14,10 +14,9 @@ from tests.learning.reference import Row
 
 from understudy.learning.tree_growth import grow
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.tree import STAY, Tree
 
 ABSENT = nan

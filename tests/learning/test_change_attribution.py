@@ -12,10 +12,9 @@ from understudy.learning import change_attribution
 from understudy.learning.change_attribution import moved
 from understudy.learning.fit import learned
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
-from understudy.model.lesson import Lesson, Options, Scikit
+from understudy.model.lesson import Example, ExampleKind, Lesson, Options, Scikit
 from understudy.model.library import Taught
 
 FAR = BoundFeature(Feature("far", Continuous(), reading="range"))

@@ -15,8 +15,7 @@ from tests.learning.lessons import lesson, tables
 from understudy.errors import DefinitionError
 from understudy.learning._linalg_kernels import inverse
 from understudy.learning.correction_diagnosis import Judgement, Verdict, judge
-from understudy.learning.leave_one_out import hindsight
-from understudy.learning.likeness import unlikeness
+from understudy.learning.leave_one_out import hindsight, unlikeness
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.lesson import Lesson, Options, Scikit
 

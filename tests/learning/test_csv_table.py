@@ -10,10 +10,9 @@ import pytest
 
 from understudy.errors import FileError
 from understudy.learning.csv_table import read_lesson_table, read_rows
-from understudy.learning.fit import learn
-from understudy.learning.predict import predict
-from understudy.model.example import ExampleKind
+from understudy.learning.fit import learn, predict
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.model.lesson import ExampleKind
 
 HEADER = "state,next,kind,distance:continuous,bearing:toroidal(6.283185307179586),ready:categorical(no|yes)"
 LESSON = f"""{HEADER}

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
 
-from understudy.learning.reaching import reaching
+from understudy.learning.explain import reaching
 from understudy.model.kinds import Kind
 from understudy.model.tree import STAY
 

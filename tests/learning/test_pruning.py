@@ -17,9 +17,8 @@ from understudy.learning.fit import learn
 from understudy.learning.pruning import links, pruned
 from understudy.learning.pruning_suggestions import ENOUGH, suggestion, with_pruning
 from understudy.learning.training_set import Shown, arrays, teaching
-from understudy.model.example import ExampleKind
 from understudy.model.kinds import Categorical, Kind
-from understudy.model.lesson import Lesson, Options, Scikit, Trees
+from understudy.model.lesson import ExampleKind, Lesson, Options, Scikit, Trees
 from understudy.model.tree import Test, Tree
 
 

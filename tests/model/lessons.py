@@ -11,13 +11,11 @@ from hypothesis import strategies as st
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.example import Example, ExampleKind
 from understudy.model.expectation import Outcome
 from understudy.model.features import AnyFeature, BoundFeature, Counter, Feature, Flag, TimeInState, Timer
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
-from understudy.model.kit import Kit
-from understudy.model.lesson import LONGEST_REACTION_S, Lesson, Options, Record, Trees
-from understudy.model.library import Taught
+from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, Lesson, Options, Record, Trees
+from understudy.model.library import Kit, Taught
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 
 names = st.one_of(

@@ -15,8 +15,7 @@ from understudy.model.features import BoundFeature, Feature, Flag
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 from understudy.model.tree_regions import ABSENT_ONLY, Region, boxes
-from understudy.model.tree_text import conditions, path_conditions, sentences, simplified
-from understudy.model.words import Words
+from understudy.model.tree_text import Words, conditions, path_conditions, sentences, simplified
 
 DISTANCE = BoundFeature(
     Feature("distance_to", Continuous(), reading="range", of="A", unit="m"), Binding(A="A")

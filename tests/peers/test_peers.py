@@ -23,7 +23,7 @@ from tests.peers.building import cyclone, fast_dds, missing
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST
 from tests.ui.cli.commands import run
 
-from understudy.robots.camera.decode import decode
+from understudy.robots.camera.image_decoding import decode
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.dds import DDS

@@ -11,8 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from understudy.robots.camera.blobs import Image
-from understudy.robots.camera.decode import CHANNELS, decode, decode_compressed
-from understudy.robots.camera.image_files import ImageError
+from understudy.robots.camera.image_decoding import CHANNELS, ImageError, decode, decode_compressed
 
 cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
 

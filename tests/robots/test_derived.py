@@ -14,7 +14,7 @@ from tests.robots.twins import ARENA, Rig
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Continuous
 from understudy.robots.derived_readings import NOWHERE, Derived
-from understudy.robots.places import located
+from understudy.robots.inputs import located
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Reading

@@ -22,7 +22,7 @@ from understudy.model.behaviors import (
     set_counter,
     set_timer,
 )
-from understudy.model.binding import Binding
+from understudy.model.binding import Binding, Target
 from understudy.model.features import (
     BoundFeature,
     Counter,
@@ -34,9 +34,7 @@ from understudy.model.features import (
     Timer,
 )
 from understudy.model.kinds import BOOLEAN, Categorical, Column, Continuous, Toroidal
-from understudy.model.kit import Kit
-from understudy.model.library import Library
-from understudy.model.target import Target
+from understudy.model.library import Kit, Library
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 from understudy.runtime.body import Channel, Commands, Reading, every_key
 from understudy.runtime.interpreter import Interpreter

@@ -18,7 +18,7 @@ from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
 from understudy.model.tree import Node, Test, Tree, leaf
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.engine.flattening import flat
+from understudy.runtime.engine.tables import flat
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import Program
 

@@ -21,8 +21,7 @@ from understudy.model.behaviors import Behavior, Change, Command, behavior, incr
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Percept, Readings, feature
 from understudy.model.kinds import BOOLEAN, Column, Continuous
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, Test, Tree, leaf
 from understudy.runtime.body import FusedPlan
 from understudy.runtime.engine import _pulse_kernels, tables

@@ -13,7 +13,7 @@ from understudy.model.automaton import State
 from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.squad import Duty, Order, Role, Squad
-from understudy.runtime.team.roster import Member
+from understudy.runtime.team.members import Member
 from understudy.runtime.team.squad_kit import squad_kit
 from understudy.runtime.team.team import Team, Tree
 

@@ -13,8 +13,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, behavior
 from understudy.model.features import BoundFeature, Feature, Readings, feature
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.model.tree import Tree, leaf
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run

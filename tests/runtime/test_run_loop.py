@@ -11,12 +11,10 @@ from tests.runtime.automata import automaton, linked
 
 from understudy.errors import DefinitionError, SettingError, UnknownName
 from understudy.model.behaviors import Behavior, Command, behavior
-from understudy.model.binding import Binding
+from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature, Readings
 from understudy.model.kinds import Column, Continuous, Toroidal
-from understudy.model.kit import Kit
-from understudy.model.library import Library
-from understudy.model.target import Target
+from understudy.model.library import Kit, Library
 from understudy.runtime.feature_columns import Sensing
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, link

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.squad import TELLING, Measuring, Statistic
-from understudy.runtime.team.roster import Member, Roster
+from understudy.runtime.team.members import Member, Roster
 from understudy.runtime.team.statistics import Memory, surveyed
 
 FIVE = Roster.of([[Member(0, 0, 0), Member(0, 1, 1), Member(0, 2, 0)], [Member(0, 3, 0), Member(0, 4, 1)]])

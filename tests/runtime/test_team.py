@@ -24,8 +24,7 @@ from understudy.runtime.engine import _pulse_kernels
 from understudy.runtime.engine.engine import Engine  # before the kernels, which it finds a cache for
 from understudy.runtime.program import Program
 from understudy.runtime.team import _squad_kernels
-from understudy.runtime.team.members import Runner
-from understudy.runtime.team.roster import Member
+from understudy.runtime.team.members import Member, Runner
 from understudy.runtime.team.squad_kit import squad_kit
 from understudy.runtime.team.team import Team, Tree, interpreted
 

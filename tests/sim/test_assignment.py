@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from understudy.errors import SettingError
 from understudy.model.squad import Duty, Order, Squad, Statistic
-from understudy.runtime.team.roster import Member
+from understudy.runtime.team.members import Member
 from understudy.runtime.team.team import Tree
 from understudy.sim.scenario.files import dump_scenario, load_scenario, parse_scenario
 from understudy.sim.scenario.schema import Robots, RobotType, Scenario

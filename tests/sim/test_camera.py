@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from understudy.sim.kernels.camera import blob, project, screen
-from understudy.sim.kernels.dtypes import SEGMENT
-from understudy.sim.kernels.seeing import THING, VIEW
+from understudy.sim.kernels.dtypes import SEGMENT, THING, VIEW
 
 Floats: TypeAlias = NDArray[np.float64]
 Thing: TypeAlias = tuple[float, float, float, float, int, int]

@@ -24,8 +24,7 @@ from understudy.model.behaviors import Behavior, Command, behavior
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, feature
 from understudy.model.kinds import BOOLEAN, Column, Continuous
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, Test, Tree, leaf
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program, link

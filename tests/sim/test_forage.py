@@ -14,8 +14,7 @@ from msgspec.structs import replace as replace_parts
 
 from understudy.errors import DefinitionError, FileError, SettingError, UnknownName
 from understudy.runtime.body import every_key
-from understudy.sim.forage import Forage, kit
-from understudy.sim.forage_settings import ForageSettings, corner_cases, practices, settings_of
+from understudy.sim.forage import Forage, ForageSettings, corner_cases, kit, practices, settings_of
 from understudy.sim.layout.rng import uniform
 from understudy.sim.scenario.files import load_scenario
 

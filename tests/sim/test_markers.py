@@ -11,8 +11,14 @@ from understudy.errors import UnderstudyError
 from understudy.runtime.engine.engine import Engine
 from understudy.sim.catalog import find_world
 from understudy.sim.kit import kit_of
-from understudy.sim.scenario.files import builtin_scenarios, load_scenario
-from understudy.sim.scenario.markers import MARKER, TARGET, with_markers, without_markers
+from understudy.sim.scenario.files import (
+    MARKER,
+    TARGET,
+    builtin_scenarios,
+    load_scenario,
+    with_markers,
+    without_markers,
+)
 from understudy.sim.scenario.schema import Locator, Objects, Scenario, TargetOf
 from understudy.sim.target_lookup import place_of
 from understudy.sim.world import World

@@ -10,7 +10,7 @@ from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.library import Library, Taught
 from understudy.model.tree import Tree, leaf
-from understudy.sim.kit import kit_of
+from understudy.sim.kit import kit_of, kits_of, mixed
 from understudy.sim.scenario.files import load_scenario, parse_scenario
 from understudy.sim.team.libraries import (
     Libraries,
@@ -21,7 +21,6 @@ from understudy.sim.team.libraries import (
     sort_of,
     team_of,
 )
-from understudy.sim.type_kits import kits_of, mixed
 from understudy.storage.library_folder import open_library, save
 from understudy.training.lesson_design import chosen_feature
 

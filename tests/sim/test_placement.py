@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from understudy.errors import SettingError
 from understudy.sim.kernels import clearance as space
 from understudy.sim.kernels import rng as draws
-from understudy.sim.layout.geometry import around, from_segment, is_inside, meet, placed_at, wall_segments
+from understudy.sim.layout.clearance import around, from_segment, is_inside, meet, placed_at, wall_segments
 from understudy.sim.layout.placement import lay_out
 from understudy.sim.layout.rng import uniform, whole
 from understudy.sim.params import rules_of

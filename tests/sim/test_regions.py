@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.sim.kit import kit_of
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario

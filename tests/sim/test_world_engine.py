@@ -18,8 +18,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import AnyFeature, BoundFeature, Feature
 from understudy.model.kinds import Toroidal
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, Test, Tree, leaf
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.interpreter import Interpreter
@@ -29,7 +28,7 @@ from understudy.sim import step as advancing
 from understudy.sim.layout import neighbor_grid
 from understudy.sim.scenario.schema import Camera, Locator, Objects, Robots, RobotType, Scenario, TargetOf
 from understudy.sim.world import World
-from understudy_lab.bench.programs import BASE, FULL, make_base_library, make_full_library
+from understudy_lab.bench.standard_task import BASE, FULL, make_base_library, make_full_library
 from understudy_lab.bench.standard_task import make_full_scenario as full_task
 
 TICKS = 30

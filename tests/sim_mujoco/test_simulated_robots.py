@@ -25,7 +25,7 @@ from tests.sim_mujoco.drawing import draws
 from tests.ui.cli.commands import run
 
 from understudy.errors import SettingError
-from understudy.robots.camera.decode import decode as decode_image
+from understudy.robots.camera.image_decoding import decode as decode_image
 from understudy.robots.inputs import Senses
 from understudy.robots.robot_file import load_team, parse_robot
 from understudy.robots.ros.messages import decode, twist

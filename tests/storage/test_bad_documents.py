@@ -16,7 +16,7 @@ from tests.model.lessons import ANGLE, READY, goto, kit_of
 from understudy.errors import FileError
 from understudy.model.features import Feature, Flag
 from understudy.model.kinds import Continuous
-from understudy.model.kit import Kit
+from understudy.model.library import Kit
 from understudy.storage.document import decode, encode
 from understudy.storage.library_folder import open_library
 

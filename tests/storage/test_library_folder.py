@@ -19,12 +19,18 @@ from tests.model.lessons import goto, kit_of
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior
-from understudy.model.kit import Kit
 from understudy.model.lesson import Options
-from understudy.model.library import Taught
+from understudy.model.library import Kit, Taught
 from understudy.storage import atomic
-from understudy.storage.filenames import LONGEST, stem
-from understudy.storage.library_folder import load_version, open_library, rename, save, versions
+from understudy.storage.library_folder import (
+    LONGEST,
+    load_version,
+    open_library,
+    rename,
+    save,
+    stem,
+    versions,
+)
 
 KIT = kit_of(goto().automaton)
 

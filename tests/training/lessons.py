@@ -10,8 +10,7 @@ from tests.bodies import Scripted, kit
 from tests.runtime.automata import automaton
 
 from understudy.model.automaton import Automaton
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson, Options
+from understudy.model.lesson import Example, Lesson, Options
 from understudy.model.library import Library
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session

@@ -11,8 +11,7 @@ from tests.training.lessons import play, session
 
 from understudy.learning.correction_diagnosis import Verdict
 from understudy.model.binding import Binding
-from understudy.model.example import Example, ExampleKind
-from understudy.model.lesson import Options
+from understudy.model.lesson import Example, ExampleKind, Options
 from understudy.model.library import Library
 from understudy.storage.document import decode, encode
 from understudy.training import corrections

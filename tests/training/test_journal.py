@@ -11,11 +11,9 @@ from tests.bodies import Scripted, kit
 from tests.training.lessons import WITH_GO, play, rows, session
 
 from understudy.errors import FileError
-from understudy.model.example import Example
 from understudy.model.kinds import Continuous
-from understudy.model.kit import Kit
-from understudy.model.lesson import Options
-from understudy.model.library import Library
+from understudy.model.lesson import Example, Options
+from understudy.model.library import Kit, Library
 from understudy.runtime.body import Reading, every_key
 from understudy.storage.append_log import Log
 from understudy.training.journal import MAGIC, Ticks, read_journal, unpacked_rows

@@ -18,8 +18,7 @@ from understudy.errors import (
     UnderstudyError,
     UnknownName,
 )
-from understudy.model.example import Example, ExampleKind
-from understudy.model.lesson import Lesson, Options, Scikit
+from understudy.model.lesson import Example, ExampleKind, Lesson, Options, Scikit
 from understudy.model.library import Library
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session

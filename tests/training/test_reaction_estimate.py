@@ -15,10 +15,9 @@ from tests.training.lessons import play, session
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature, Feature, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
-from understudy.model.lesson import Lesson, Options, Record
+from understudy.model.lesson import Example, ExampleKind, Lesson, Options, Record
 from understudy.training.feature_values import steady_readings
 from understudy.training.reaction_time import lateness
 from understudy_lab.novices.novice import Novice

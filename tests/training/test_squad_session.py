@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO
 
-from understudy.model.example import ExampleKind
+from understudy.model.lesson import ExampleKind
 from understudy.model.library import Library
 from understudy.runtime.team.coordinator_body import Troop
 from understudy.runtime.team.squad_body import readings_of

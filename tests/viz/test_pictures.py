@@ -17,14 +17,13 @@ from tests.sim.made import crossing
 from understudy.errors import SettingError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.sim.forage import Forage
-from understudy.sim.forage_settings import ForageSettings
+from understudy.sim.forage import Forage, ForageSettings
 from understudy.sim.view import Frame
 from understudy.viz import automaton_svg, path_png, run_gif
 from understudy.viz.appearance import gone, things, total
 from understudy.viz.graph_layout import BADGE, place_arrows, place_boxes
 from understudy.viz.palette import COLORS, FOOD, GROUND, INK, PAINTS, PAPER, SOLID, blend, paint
-from understudy.viz.recording import Recording
+from understudy.viz.run_gif import Recording
 from understudy.viz.sheet import scale
 from understudy_lab.tasks.forage_expert import HandForager
 

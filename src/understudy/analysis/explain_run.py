@@ -15,8 +15,7 @@ from understudy.analysis.run_trace import BETWEEN
 from understudy.analysis.tracing import Followed, Post, Query, Stood, command, followed
 from understudy.errors import UnderstudyError
 from understudy.learning.explain import Explanation, explain
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Taught
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.schema import Scenario

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from understudy.errors import UnderstudyError
 from understudy.learning.training_set import heeded, vectors
 from understudy.model.automaton import Automaton
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature, Flag, TimeInState, Timer
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Taught
 from understudy.model.tree import STAY
 from understudy.runtime.feature_columns import feature_column

@@ -18,7 +18,7 @@ from understudy.sim.scenario.files import dump_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
 from understudy.storage.atomic import failing
-from understudy.storage.fingerprint import digest, fingerprint
+from understudy.storage.document import digest, fingerprint
 
 SOON_S = 1e-6
 """Times this near are one: those of a trace are rounded."""

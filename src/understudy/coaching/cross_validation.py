@@ -14,8 +14,7 @@ from understudy.learning.fit import fitting
 from understudy.learning.sklearn_adapter import ScikitTransition
 from understudy.learning.training_set import Shown, arrays, teaching
 from understudy.model.automaton import Transition
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson, Scikit
+from understudy.model.lesson import Example, Lesson, Scikit
 from understudy.model.tree import STAY, Tree, leaf
 
 Chosen = NDArray[np.bool_]

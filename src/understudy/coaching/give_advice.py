@@ -14,17 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.conflicts import contradicting, disagreeing
+from understudy.coaching.conflicts import contradicting, disagreeing, slipped
 from understudy.coaching.coverage import gaps
-from understudy.coaching.fragile_boundaries import single
+from understudy.coaching.fragile_boundaries import single, stretched
 from understudy.coaching.learning_curve import outlook
 from understudy.coaching.lesson_analysis import Survey
-from understudy.coaching.slipped import slipped
-from understudy.coaching.stretched import stretched
 from understudy.coaching.unused_parts import idle, never_entered, never_left
 from understudy.model.automaton import Transition
-from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson
+from understudy.model.library import Kit
 
 UNSURE = 0.3
 """No advice on a lesson of hardly any examples weighs more."""

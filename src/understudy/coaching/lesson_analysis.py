@@ -21,8 +21,7 @@ from understudy.coaching.situation_text import (
     wordings,
 )
 from understudy.model.automaton import Transition
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, Lesson
 from understudy.model.tree_regions import Box
 
 ENOUGH = 3

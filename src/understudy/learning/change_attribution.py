@@ -16,14 +16,13 @@ from typing import TypeAlias
 import numpy as np
 
 from understudy.errors import listed
+from understudy.learning.explain import reaching
 from understudy.learning.fit import learn_state
-from understudy.learning.reaching import reaching
 from understudy.learning.training_set import teaching
 from understudy.model.automaton import Transition
 from understudy.model.describe import shown
-from understudy.model.example import Example
 from understudy.model.kinds import Toroidal
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Taught
 from understudy.model.tree import STAY, Node, Test, Tree
 from understudy.model.tree_regions import Box

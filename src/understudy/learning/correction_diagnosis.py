@@ -15,12 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
-from understudy.learning.leave_one_out import Hindsight, hindsight
-from understudy.learning.likeness import Square, unlikeness
-from understudy.learning.suspect import Suspect, evidence, named, noise
+from understudy.learning.leave_one_out import Hindsight, Square, hindsight, unlikeness
+from understudy.learning.mislabels import Suspect, evidence, named, noise
 from understudy.learning.training_set import arrays, heeded, vectors
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, Lesson
 
 ENOUGH = 6
 """Examples beside the correction that it takes to doubt one of them."""

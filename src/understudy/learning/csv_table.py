@@ -17,10 +17,9 @@ from typing import NamedTuple
 
 from understudy.errors import DefinitionError, FileError, KindError, UnknownName, listed
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import KIND_SPELLED, Kind, parse_kind, parse_value
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, ExampleKind, Lesson
 
 KINDS = tuple(kind.value for kind in ExampleKind)
 NAMED = ("state", "next", "kind")

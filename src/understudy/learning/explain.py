@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from understudy.learning.training_set import teaching
 from understudy.model.automaton import Transition
 from understudy.model.describe import shown as vectors_shown
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson
-from understudy.model.tree import STAY, Tree
+from understudy.model.kinds import Column
+from understudy.model.lesson import Example, Lesson
+from understudy.model.tree import STAY, Node, Test, Tree
 from understudy.model.tree_text import path_conditions
 
 
@@ -57,3 +60,40 @@ def explain(
     )
     held = path_conditions(transition, steps, automaton.features, vectors_shown(lesson, state))
     return Explanation(state, following, held, alike, shown=leaf != STAY)
+
+
+Rows = NDArray[np.intp]
+
+
+def reaching(tree: Tree, values: NDArray[np.float64]) -> list[Rows]:
+    """By node, the rows of feature vectors [n, F] that come by it, in order."""
+    passing = [np.zeros(len(values), np.bool_) for _ in tree.nodes]
+    passing[0][:] = True
+    found: list[Rows] = []
+    for node, here in zip(tree.nodes, passing, strict=True):  # children come after their parents
+        found.append(np.flatnonzero(here))
+        if node.test != Test.LEAF:
+            rows = found[-1]
+            for following, side in _sides(node, values[rows, node.feature]):
+                if following != STAY:
+                    passing[following][rows[side]] = True
+    return found
+
+
+def _sides(node: Node, column: Column) -> Iterator[tuple[int, NDArray[np.bool_]]]:
+    """Each child with those values that lead to it."""
+    absent = np.isnan(column)
+    if node.test == Test.LABEL:
+        yield node.absent, absent
+        yield from ((following, column == label) for label, following in enumerate(node.branches))
+        return
+    if node.test == Test.ABSENT:
+        inside = absent
+    else:
+        yield node.absent, absent
+        inside = column < node.high
+        if node.test == Test.ARC:
+            after = column >= node.low
+            inside = after & inside if node.low <= node.high else after | inside
+    yield node.yes, inside
+    yield node.no, ~inside & ~absent

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
+from understudy.learning.csv_table import Row
 from understudy.learning.pruning import pruned
 from understudy.learning.sklearn_adapter import fit
 from understudy.learning.training_set import Shown, arrays, heeded, teaching
 from understudy.learning.tree_growth import grow
 from understudy.model.automaton import Automaton, Transition
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson, Scikit
+from understudy.model.lesson import Example, Lesson, Scikit
+from understudy.model.tree import STAY
 
 
 def learn(lesson: Lesson) -> Mapping[str, Transition]:
@@ -62,3 +63,15 @@ def fitting(lesson: Lesson) -> Callable[[Shown], Transition]:
 
 def _watches(lesson: Lesson) -> bool:
     return lesson.options.watched or any(not example.pressed for example in heeded(lesson))
+
+
+def predict(
+    transitions: Mapping[str, Transition], state_names: Sequence[str], rows: Iterable[Row]
+) -> list[str]:
+    """The next state of each row; a state without a transition function keeps itself."""
+    found = []
+    for row in rows:
+        function = transitions.get(row.state)
+        outcome = STAY if function is None else function.decide(row.values)
+        found.append(row.state if outcome == STAY else state_names[outcome])
+    return found

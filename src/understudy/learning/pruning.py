@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.learning._tree_kernels import WATCHED
-from understudy.learning.reaching import Rows, reaching
+from understudy.learning.explain import Rows, reaching
 from understudy.learning.training_set import Shown
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.learning._tree_kernels import WATCHED
+from understudy.learning.explain import Rows
 from understudy.learning.fit import fitting
 from understudy.learning.pruning import SAME, links
-from understudy.learning.reaching import Rows
 from understudy.learning.training_set import Shown, arrays, teaching
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson, Trees

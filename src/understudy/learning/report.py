@@ -11,8 +11,7 @@ from understudy.learning.training_set import heeded, teaching, vectors
 from understudy.learning.tree_growth import prepare
 from understudy.model.automaton import Transition
 from understudy.model.describe import shown
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson, Trees
+from understudy.model.lesson import Example, Lesson, Trees
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import sentences
 

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
 from understudy.learning._tree_kernels import DEFAULT, SHOWN, WATCHED
-from understudy.model.example import Example, ExampleKind
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy.model.lesson import Lesson, Scikit
+from understudy.model.lesson import Example, ExampleKind, Lesson, Scikit
 from understudy.model.tree import STAY
 
 GROUPS = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 
@@ -47,3 +48,11 @@ NOTHING_BOUND = Binding()
 def called(name: str, binding: Mapping[str, str]) -> str:
     """How a bound name is written: distance_to(A), or just done where there is nothing to bind."""
     return f"{name}({', '.join(binding.values())})" if binding else name
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A thing the body can find by this name: station, nearest_food."""
+
+    name: str
+    doc: str = ""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from understudy.model.automaton import Automaton
 from understudy.model.describe import conditions, options, plain
-from understudy.model.example import Example
+from understudy.model.lesson import Example
 from understudy.model.library import Taught
 
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from math import inf, nan
 
 from understudy.model.features import ReadingKey
-from understudy.robots.inputs import Latest
+from understudy.robots.inputs import Latest, Source
 from understudy.robots.robot import Robot
 from understudy.robots.ros.transport import Peer
-from understudy.robots.sources import Source
 from understudy.sim.kit import readings_of_type
 
 SLOW = 0.8

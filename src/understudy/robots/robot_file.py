@@ -17,7 +17,7 @@ from msgspec import field
 from understudy.errors import FileError
 from understudy.robots.camera.config import CameraOf
 from understudy.sim.kit import CAMERA, LOCATOR
-from understudy.sim.scenario.part import Part
+from understudy.sim.scenario.squad_schema import Part
 from understudy.sim.scenario.toml_decode import Described, Mismatch, convert
 
 FORMAT = "understudy-robot/1"

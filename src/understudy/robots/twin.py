@@ -12,9 +12,9 @@ import numpy as np
 
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kit import Kit
+from understudy.model.library import Kit
 from understudy.robots.fleet import Fleet
-from understudy.robots.places import POSE
+from understudy.robots.inputs import POSE
 from understudy.robots.recording.header import SCENARIO, Ran
 from understudy.robots.recording.recorder import Recorder
 from understudy.robots.robot_file import PlaceOf

@@ -8,8 +8,7 @@ from understudy.errors import UnknownName
 from understudy.kernel_cache import undisturbed
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import IDLE_PROGRAM
-from understudy.sim.scenario.files import SUFFIX, builtin_scenarios, load_scenario
-from understudy.sim.scenario.markers import with_markers
+from understudy.sim.scenario.files import SUFFIX, builtin_scenarios, load_scenario, with_markers
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 

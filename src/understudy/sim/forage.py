@@ -5,15 +5,258 @@ One robot per world. It is the built-in scenario `forage`, with other numbers wh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import degrees, isfinite, pi, radians
+from types import MappingProxyType
+from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.sim.forage_settings import NAME, ForageSettings, corner_cases
+from understudy.errors import SettingError
 from understudy.sim.kit import kit_of
-from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.files import load_scenario, without_markers
+from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
+
+NAME = "forage"
+"""The built-in scenario that settings change."""
+WHERE = "the foraging world"
+BESIDE = 1.2
+"""How far food beside the station is from it, in reaches: one place serves both."""
+
+
+def wrong(setting: str, problem: str, remedy: str) -> SettingError:
+    """The error for a setting of the foraging world."""
+    return SettingError(where=WHERE, setting=setting, problem=problem, remedy=remedy)
+
+
+@dataclass(frozen=True, slots=True)
+class ForageSettings:
+    """Sizes in m, speeds in m/s and rad/s, times in s, food in whole units; (least, most) where drawn.
+
+    A tick turns the robot by 0.12 rad and drives it 5 cm, both well inside what a person would call facing it
+    and being there: switching behaviors need not chatter. The ways are long and loading slow beside that, so
+    that turning on the spot costs the yardstick only an eighth of its time.
+    """
+
+    width: float = 12.0
+    height: float = 12.0
+    sources: tuple[int, int] = (2, 4)
+    amounts: tuple[int, int] = (4, 16)
+    capacity: int = 12
+    stored: int = 0
+    starts_at_station: bool = False
+    food_beside_station: bool = False
+    forward_speed: float = 0.5
+    turning_speed: float = 1.2
+    load_s: float = 1.0
+    unload_s: float = 1.0
+    reach: float = 0.5
+    radius: float = 0.2
+    tick_s: float = 0.1
+
+    def __post_init__(self) -> None:
+        for name in _SIZES:
+            _check_size(name, getattr(self, name))
+        _check_count("capacity", self.capacity, least=1, most=None)
+        _check_count("stored", self.stored, least=0, most=self.capacity)
+        _check_pair("sources", self.sources, least=0)
+        _check_pair("amounts", self.amounts, least=1)
+        for name in ("load_s", "unload_s"):
+            ticks = getattr(self, name) / self.tick_s
+            if round(ticks) < 1 or abs(ticks - round(ticks)) > 1e-9:
+                raise wrong(
+                    name, f"is {getattr(self, name)} s", f"give a multiple of tick_s, {self.tick_s} s"
+                )
+        if self.forward_speed * self.tick_s > self.reach:
+            problem = f"drives {self.forward_speed * self.tick_s} m in a tick"
+            raise wrong(
+                "forward_speed", problem, f"give less, so that it is at most the reach, {self.reach} m"
+            )
+        if self.turning_speed * self.tick_s > pi / 2:
+            problem = f"turns {self.turning_speed * self.tick_s} rad in a tick"
+            raise wrong("turning_speed", problem, "give less, so that it is at most a quarter of a circle")
+        if self.radius > self.reach:
+            raise wrong("radius", f"is {self.radius} m", f"give at most the reach, {self.reach} m")
+        if self.food_beside_station and self.sources[0] == 0:
+            raise wrong("food_beside_station", "is asked for without food", "let sources begin at 1")
+        for name in ("width", "height"):
+            if getattr(self, name) <= 2 * self.margin:
+                problem, remedy = f"is {getattr(self, name)} m", f"give more than {2 * self.margin} m"
+                raise wrong(name, f"leaves no room between the walls: it {problem}", remedy)
+
+    @property
+    def apart(self) -> float:
+        """The free space around station and sources, m: no place is within reach of two of them."""
+        return round(2.0 * self.reach + 0.1 - 2.0 * self.radius, 9)
+
+    @property
+    def margin(self) -> float:
+        """How far the middles of station and food are from the walls at least, m."""
+        return self.radius + self.apart
+
+    def scenario(self) -> Scenario:
+        """The built-in foraging scenario with these numbers."""
+        usual = load_scenario(NAME)
+        (kind,), (robots,) = usual.types, usual.robots
+        beside, at_station = (
+            {"near": "station", "apart": 0.0},
+            {"near": "station", "near_m": 0.0, "apart": 0.0},
+        )
+        station, food = (
+            msgspec.structs.replace(thing, radius=self.radius, apart=self.apart) for thing in usual.objects
+        )
+        food = msgspec.structs.replace(food, count=self.sources, amount=self.amounts)
+        if self.food_beside_station:
+            food = msgspec.structs.replace(food, **beside, near_m=BESIDE * self.reach)
+        robots = msgspec.structs.replace(robots, apart=self.apart, stored=self.stored)
+        if self.starts_at_station:
+            robots = msgspec.structs.replace(robots, **at_station)
+        forager = msgspec.structs.replace(
+            usual.types[kind],
+            radius=self.radius,
+            speed=self.forward_speed,
+            turning_deg=degrees(self.turning_speed),
+            capacity=self.capacity,
+            reach=self.reach,
+            load_s=self.load_s,
+            unload_s=self.unload_s,
+        )
+        return msgspec.structs.replace(
+            usual,
+            size=(self.width, self.height),
+            tick_s=self.tick_s,
+            objects=(station, food),
+            types={kind: forager},
+            robots=(robots,),
+        )
+
+
+def settings_of(scenario: Scenario) -> ForageSettings | None:
+    """The settings that make a scenario, but for words, colors, markers and its limit; None where there are none."""
+    scenario = without_markers(scenario)
+    try:
+        (forager,), (robots,), (_, food) = scenario.types.values(), scenario.robots, scenario.objects
+        found = ForageSettings(
+            *scenario.size,
+            sources=_pair(food.count),
+            amounts=_pair(food.amount),
+            capacity=forager.capacity,
+            stored=robots.stored,
+            starts_at_station=robots.near is not None,
+            food_beside_station=food.near is not None,
+            forward_speed=forager.speed,
+            turning_speed=radians(forager.turning_deg),
+            load_s=forager.load_s,
+            unload_s=forager.unload_s,
+            reach=forager.reach,
+            radius=forager.radius,
+            tick_s=scenario.tick_s,
+        )
+    except (ValueError, SettingError):
+        return None
+    return found if _meant(found.scenario()) == _meant(scenario) else None
+
+
+def _pair(count: object) -> tuple[int, int]:
+    """A count as (least, most)."""
+    match count:
+        case (int(least), int(most)):
+            return least, most
+        case int(number):
+            return number, number
+    return 1, 1
+
+
+WORDS = ("about", "doc", "color", "limit_s")
+
+
+def _meant(scenario: Scenario) -> Any:
+    """What a scenario means for a robot that forages: without words and colors, counts as pairs, floats rounded."""
+    things = (
+        msgspec.structs.replace(each, count=_pair(each.count), amount=_pair(each.amount))
+        for each in scenario.objects
+    )
+    return _without_words(
+        msgspec.to_builtins(msgspec.structs.replace(scenario, name="", objects=tuple(things)))
+    )
+
+
+def _without_words(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _without_words(inside) for key, inside in value.items() if key not in WORDS}
+    if isinstance(value, list | tuple):
+        return [_without_words(inside) for inside in value]
+    return round(value, 9) if isinstance(value, float) else value
+
+
+_SIZES = (
+    "width",
+    "height",
+    "forward_speed",
+    "turning_speed",
+    "load_s",
+    "unload_s",
+    "reach",
+    "radius",
+    "tick_s",
+)
+
+
+def _check_size(name: str, value: object) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not (isfinite(value) and value > 0):
+        raise wrong(name, f"is {value!r}", "give a finite number above 0")
+
+
+def _check_count(name: str, value: object, *, least: int, most: int | None) -> None:
+    if type(value) is not int or value < least or (most is not None and value > most):
+        upto = "up" if most is None else f"to {most}"
+        raise wrong(name, f"is {value!r}", f"give a whole number from {least} {upto}")
+
+
+def _check_pair(name: str, pair: object, *, least: int) -> None:
+    low, high = pair if isinstance(pair, tuple) and len(pair) == 2 else (None, None)
+    if type(low) is not int or type(high) is not int or not least <= low <= high:
+        raise wrong(name, f"is {pair!r}", f"give (least, most), whole numbers from {least} up")
+
+
+def corner_cases(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:
+    """The paper's corner cases by name, otherwise as usual."""
+    usual = ForageSettings() if usual is None else usual
+    return MappingProxyType(
+        {
+            "source empties before the robot is full": replace(
+                usual, sources=(4, 5), amounts=(1, max(1, usual.capacity // 2))
+            ),
+            "robot starts full": replace(usual, stored=usual.capacity),
+            "starts empty at the station": replace(usual, starts_at_station=True),
+            "food beside the station": replace(usual, food_beside_station=True),
+            "one last unit left": replace(usual, sources=(1, 1), amounts=(1, 1)),
+            "no food at all": replace(usual, sources=(0, 0)),
+        }
+    )
+
+
+def practices(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:
+    """Smaller worlds by name, to teach one thing at a time in, otherwise as usual."""
+    usual = ForageSettings() if usual is None else usual
+    small = replace(usual, width=8.0, height=8.0)
+    nearly_full = usual.capacity - 3
+    return MappingProxyType(
+        {
+            "an arena": small,
+            "a small room": replace(usual, width=4.0, height=4.0, sources=(1, 1)),
+            "little food in many places": replace(small, stored=nearly_full, sources=(3, 3), amounts=(2, 2)),
+            "the last food": replace(small, stored=usual.capacity - 5, sources=(1, 1), amounts=(2, 3)),
+            "one unit to deposit": replace(small, stored=1),
+            "some food to deposit": replace(small, stored=4),
+            "food for two ways": replace(small, stored=nearly_full, sources=(2, 2), amounts=(3, 5)),
+        }
+    )
+
 
 __all__ = ["Forage", "ForageSettings", "corner_cases", "kit"]
 

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.sim.kernels.dtypes import CONTEXT, MOVE, OFFSET, PULL, PUSH, SEGMENT, SPOT, WORK
-from understudy.sim.kernels.seeing import THING, VIEW
+from understudy.sim.kernels.dtypes import CONTEXT, MOVE, OFFSET, PULL, PUSH, SEGMENT, SPOT, THING, VIEW, WORK
 from understudy.sim.layout.neighbor_grid import Grid, Near
 from understudy.sim.scenario.schema import Bumper, Camera, Scenario, Sonar
 from understudy.sim.sensing.sense_plan import CAMERA, TO_CLASS, TO_UNCLAIMED, Plan

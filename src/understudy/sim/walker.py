@@ -17,7 +17,7 @@ from understudy.errors import FileError, SettingError
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
-from understudy.sim import snapshots
+from understudy.sim import state
 from understudy.sim.layout.rng import uniform
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.view import WorldView
@@ -171,7 +171,7 @@ class Walker:
 
     def snapshot(self) -> bytes:
         """The whole state, for `restore`."""
-        own = snapshots.pack("walker", asdict(self.gait), {"step": self._step})
+        own = state.pack("walker", asdict(self.gait), {"step": self._step})
         return len(own).to_bytes(HEAD, "little") + own + self.world.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
@@ -181,6 +181,6 @@ class Walker:
                 path="snapshot", place="", problem="is not one of walkers", remedy="take it again"
             )
         end = HEAD + int.from_bytes(snapshot[:HEAD], "little")
-        own = snapshots.unpack(snapshot[HEAD:end], "walker", asdict(self.gait), {"step": self._step})
+        own = state.unpack(snapshot[HEAD:end], "walker", asdict(self.gait), {"step": self._step})
         self.world.restore(snapshot[end:])
         self._step = own["step"]

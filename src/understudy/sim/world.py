@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from understudy.errors import FileError, SettingError, UnknownName, listed
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.model.kit import Kit
+from understudy.model.library import Kit
 from understudy.runtime.body import Channel, Commands, FusedPlan, Reading
-from understudy.sim import snapshots
+from understudy.sim import state as snapshots
 from understudy.sim.command_table import table_of
 from understudy.sim.kernel_context import Context, Stage, has, shared
 from understudy.sim.kernels.dtypes import DISC

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from understudy.errors import FileError, SettingError
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.model.kit import Kit
+from understudy.model.library import Kit
 from understudy.robots.camera.blobs import Image
 from understudy.runtime.body import Channel, Commands, Reading
-from understudy.sim import snapshots
+from understudy.sim import state as snapshots
 from understudy.sim.kit import COLUMNS
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.view import WorldView

@@ -14,7 +14,7 @@ from understudy.robots.camera.config import HEADING, color_line
 from understudy.robots.robot_file import FORMAT, TEAM
 from understudy.sim.kit import readings_of_type
 from understudy.sim.params import names_of, robot_count, rules_of
-from understudy.sim.scenario.markers import TARGET as MARKER
+from understudy.sim.scenario.files import TARGET as MARKER
 from understudy.sim.scenario.schema import Bumper, Cargo, Locator, RobotType, Scenario, Sonar
 from understudy.sim.sensing.sense_plan import Planner
 from understudy.sim_mujoco.materials import seen_as

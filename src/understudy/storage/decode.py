@@ -11,7 +11,6 @@ from msgspec import UnsetType
 from understudy.errors import listed
 from understudy.model.automaton import Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.example import Example, ExampleKind
 from understudy.model.expectation import Outcome
 from understudy.model.features import (
     AnyFeature,
@@ -24,8 +23,9 @@ from understudy.model.features import (
     Timer,
 )
 from understudy.model.kinds import Categorical, Kind, parse_kind
-from understudy.model.kit import Kit
-from understudy.model.lesson import Learner, Lesson, Options, Record, Scikit, Trees
+from understudy.model.lesson import Example, ExampleKind, Learner, Lesson, Options, Record, Scikit, Trees
+from understudy.model.library import Kit
+from understudy.storage.json_text import Source, Steps
 from understudy.storage.packing import unpack, unpack_bytes
 from understudy.storage.schema import (
     AutomatonDoc,
@@ -38,7 +38,6 @@ from understudy.storage.schema import (
     Value,
     WatchedDoc,
 )
-from understudy.storage.source import Source, Steps
 
 OWN: dict[str, type[OwnFeature]] = {
     "flag": Flag,

@@ -9,6 +9,7 @@ from understudy.model.automaton import Automaton
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import STAY, Node, Test, Tree, leaf
 from understudy.storage.encode import EVERY_STATE
+from understudy.storage.json_text import Source, Steps
 from understudy.storage.schema import (
     AbsentDoc,
     ArcDoc,
@@ -20,7 +21,6 @@ from understudy.storage.schema import (
     NodeDoc,
     StayDoc,
 )
-from understudy.storage.source import Source, Steps
 
 
 def trees_of(doc: BuiltDoc, automaton: Automaton, source: Source) -> Mapping[str, Tree]:

@@ -18,15 +18,13 @@ import msgspec
 
 from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import Transition
-from understudy.model.kit import Kit
 from understudy.model.lesson import LEARNER_VERSION, Lesson
-from understudy.model.library import Taught
+from understudy.model.library import Kit, Taught
 from understudy.storage.decode import automaton_of, lesson_of
 from understudy.storage.decode_trees import trees_of
 from understudy.storage.encode import automaton_doc, built_doc, lesson_doc, ordered
-from understudy.storage.json_text import lay_out, repeated_key, steps_of
+from understudy.storage.json_text import Source, lay_out, repeated_key, steps_of
 from understudy.storage.schema import FORMAT, MIGRATIONS, Document, ScikitDoc, Versioned
-from understudy.storage.source import Source
 
 Learn: TypeAlias = Callable[[Lesson], Mapping[str, Transition]]
 """Builds the transition functions of a lesson: `understudy.learning.fit.learn`."""
@@ -199,3 +197,13 @@ def _unreadable(path: Path | str, place: str, problem: str) -> FileError:
 
 def _lower(text: str) -> str:
     return text[:1].lower() + text[1:]
+
+
+def fingerprint(taught: Taught) -> str:
+    """The same for two automata only if states, lessons and transition functions are all the same."""
+    return digest(encode(taught))
+
+
+def digest(content: bytes) -> str:
+    """The same for two contents only if they are the same."""
+    return hashlib.sha256(content).hexdigest()[:16]

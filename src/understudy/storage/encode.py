@@ -11,11 +11,10 @@ from msgspec import UNSET
 
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
-from understudy.model.example import Example
 from understudy.model.expectation import Outcome
 from understudy.model.features import BoundFeature, Counter, Feature, Flag, Timer
 from understudy.model.kinds import Categorical
-from understudy.model.lesson import Lesson, Options, Record, Trees
+from understudy.model.lesson import Example, Lesson, Options, Record, Trees
 from understudy.model.library import Taught
 from understudy.model.tree import STAY, Node, Test, Tree
 from understudy.storage.packing import pack, pack_bytes

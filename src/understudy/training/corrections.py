@@ -12,9 +12,8 @@ from understudy.learning.correction_diagnosis import Judgement, judge
 from understudy.learning.fit import learn_state
 from understudy.learning.training_set import teaching
 from understudy.model.binding import Binding
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import ReadingKey
-from understudy.model.lesson import Lesson, Record
+from understudy.model.lesson import Example, ExampleKind, Lesson, Record
 from understudy.model.tree import STAY
 from understudy.training.edits import counted, quarantined
 from understudy.training.feature_values import values_of

@@ -10,10 +10,9 @@ from understudy.errors import SessionError, UnknownName
 from understudy.learning.mislabels import same_press
 from understudy.model.automaton import State
 from understudy.model.binding import Binding
-from understudy.model.example import Example, ExampleKind
 from understudy.model.expectation import Outcome
 from understudy.model.features import BoundFeature
-from understudy.model.lesson import Lesson, Options
+from understudy.model.lesson import Example, ExampleKind, Lesson, Options
 from understudy.model.library import Library
 from understudy.training.lesson_design import check_names, chosen_feature, chosen_state
 

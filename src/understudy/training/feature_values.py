@@ -12,10 +12,9 @@ from math import nan
 import numpy as np
 
 from understudy.errors import SessionError
-from understudy.model.example import Example
 from understudy.model.features import AnyFeature, BoundFeature, Counter, Feature, Flag, Percept, Timer
 from understudy.model.kinds import NO, Categorical
-from understudy.model.lesson import Lesson, Record
+from understudy.model.lesson import Example, Lesson, Record
 from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import feature_column
 from understudy.runtime.interpreter import Machine, elapsed

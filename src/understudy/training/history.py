@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from understudy.errors import SessionError
-from understudy.model.example import Example
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, Lesson
 from understudy.runtime.interpreter import Level
 
 

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from understudy.errors import FileError
 from understudy.model.binding import Binding
-from understudy.model.example import Example
 from understudy.model.features import ReadingKey
-from understudy.model.lesson import Record
+from understudy.model.lesson import Example, Record
 from understudy.runtime.interpreter import Level
 from understudy.storage.append_log import Log, read_log
 from understudy.training.sample_buffer import Moment

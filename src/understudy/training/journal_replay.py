@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Self
 
 from understudy.errors import FileError
-from understudy.model.example import Example
 from understudy.model.features import ReadingKey
-from understudy.model.lesson import Lesson, Record
+from understudy.model.lesson import Example, Lesson, Record
 from understudy.model.library import Library, Taught
 from understudy.runtime.interpreter import Level
 from understudy.storage.document import decode, encode

@@ -11,8 +11,7 @@ from typing import TypeAlias
 
 from understudy.learning.correction_diagnosis import Judgement
 from understudy.model.binding import Binding
-from understudy.model.example import Example, ExampleKind
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.runtime.interpreter import Level
 from understudy.training.corrections import Switched, Unlearning
 from understudy.training.feature_values import valued, values_of

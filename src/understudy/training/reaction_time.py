@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import UnderstudyError
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature, Percept
 from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.lesson import LONGEST_REACTION_S, Lesson, Record
+from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, Lesson, Record
 from understudy.runtime.feature_columns import feature_column
 from understudy.training.feature_values import shifted_row
 

@@ -16,9 +16,8 @@ from understudy.learning.correction_diagnosis import Judgement
 from understudy.learning.fit import learned
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
-from understudy.model.example import Example
 from understudy.model.features import Percept
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Library, Taught
 from understudy.runtime.body import Body, Resettable, every_key, rewinds
 from understudy.runtime.interpreter import Interpreter, Level

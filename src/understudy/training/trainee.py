@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from understudy.errors import SessionError
-from understudy.model.example import ExampleKind
 from understudy.model.features import Percept
+from understudy.model.lesson import ExampleKind
 from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import Sensing
 from understudy.runtime.interpreter import Interpreter, Machine, Row

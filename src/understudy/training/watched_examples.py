@@ -11,9 +11,8 @@ from math import inf
 
 import numpy as np
 
-from understudy.model.example import Example
 from understudy.model.features import ReadingKey
-from understudy.model.lesson import Lesson, Record
+from understudy.model.lesson import Example, Lesson, Record
 from understudy.training.feature_values import values_of
 from understudy.training.sample_buffer import Moment
 

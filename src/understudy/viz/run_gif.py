@@ -23,6 +23,7 @@ from understudy.viz.team_colors import sides_of
 if TYPE_CHECKING:
     from PIL.Image import Image
 
+
 WIDE, TALL, LEAST, MARGIN = 440, 520, 300, 14
 """Pixels: of the picture and its arena at most, of its caption at least, and around the arena."""
 MOST_DRAWN_FRAMES = 300
@@ -207,3 +208,34 @@ class _Film:
             x = np.clip(center[:, :1] + dx, 0, wide - 1)
             y = np.clip(center[:, 1:] + dy, 0, tall - 1)
             pixels[y, x] = paints[rows][:, None]
+
+
+MOST_BUFFERED_FRAMES, LEAST_FRAMES, MOST_ROWS = 20_000, 600, 2_000_000
+
+
+class Recording:
+    """Frames of a run: when they become too many, every other one goes, and from then on half as many come."""
+
+    def __init__(self, most: int | None = None) -> None:
+        """`most` frames are kept; if left out, as many as are good for so many robots."""
+        self._most, self._frames, self._every, self._seen = most, list[Frame](), 1, 0
+        self._last: Frame | None = None
+
+    def see(self, frame: Frame) -> None:
+        """The next moment of the run."""
+        most = self._most or min(
+            MOST_BUFFERED_FRAMES, max(LEAST_FRAMES, MOST_ROWS // max(1, len(frame.doing)))
+        )
+        if self._seen % self._every == 0:
+            if len(self._frames) >= most:
+                self._frames, self._every = self._frames[::2], 2 * self._every
+            if self._seen % self._every == 0:
+                self._frames.append(frame)
+        self._seen += 1
+        self._last = frame
+
+    @property
+    def frames(self) -> list[Frame]:
+        """What was kept; the first moment and the last are always among it."""
+        late = self._last is not None and self._frames[-1] is not self._last
+        return [*self._frames, self._last] if late and self._last is not None else list(self._frames)

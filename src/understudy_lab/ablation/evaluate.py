@@ -13,14 +13,14 @@ from understudy.analysis.evaluation import LENIENCE, Outcomes, measure_program
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
-from understudy.sim.forage_settings import ForageSettings
+from understudy.sim.forage import ForageSettings
 from understudy.sim.world import World
 from understudy_lab.ablation.feature_variants import kit
 from understudy_lab.ablation.stochastic_leaves import drawn_by_votes, with_chances
 from understudy_lab.ablation.variants import VARIANTS, Variant
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.lesson_stats import lessons_of
-from understudy_lab.tasks.forage_baseline import judge_expert
+from understudy_lab.tasks.forage_expert import judge_expert
 from understudy_lab.teachers.teacher import Patience, Teacher, Teaching, Topic
 
 WORLDS, DRAWN_WORLDS = 40, 5

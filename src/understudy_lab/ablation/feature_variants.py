@@ -15,9 +15,8 @@ import numpy as np
 
 from understudy.model.features import Readings, feature
 from understudy.model.kinds import NO, YES, Column, Continuous
-from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.sim.forage import kit as usual_kit
 from understudy.training.lesson_design import chosen_feature
 from understudy.training.session_view import Screen

@@ -14,10 +14,9 @@ import msgspec
 
 from understudy.learning.training_set import teaching
 from understudy.model.automaton import Automaton
-from understudy.model.example import Example
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Library, Taught
 from understudy.model.tree import STAY, Step, Tree
 from understudy.sim.scenario.schema import Chance, Scenario

@@ -13,24 +13,43 @@ from numpy.typing import NDArray
 from understudy.analysis.evaluation import Decide
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column, Kind
-from understudy.model.kit import Kit
 from understudy.model.lesson import Options
-from understudy.model.library import Library, Taught
+from understudy.model.library import Kit, Library, Taught
 from understudy.runtime.body import Body, every_key
 from understudy.runtime.feature_columns import feature_key
 from understudy.runtime.program import link
-from understudy.sim.forage import Forage, kit
-from understudy.sim.forage_settings import ForageSettings, practices
-from understudy_lab.baselines import walls
+from understudy.sim.forage import Forage, ForageSettings, kit, practices
+from understudy.sim.world import World
 from understudy_lab.baselines.flat_teachers import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING
 from understudy_lab.baselines.recording_body import Robots
+from understudy_lab.behavior_suite.random_rooms import laid_out, room
+from understudy_lab.behavior_suite.tracks import record
+from understudy_lab.behavior_suite.wall_following import LEFT, WALL_LIMIT_S, WALL_TASKS, judge_wall_following
 from understudy_lab.forage.teach import make_practice
 from understudy_lab.tasks import servo_teacher, soccer
-from understudy_lab.tasks.forage_baseline import judge_expert
+from understudy_lab.tasks.forage_expert import judge_expert
 from understudy_lab.tasks.forage_teacher import GOTO, TOPICS, WATCHED
 from understudy_lab.tasks.servo_teacher import BASIC_STATES, PUSH_S
 from understudy_lab.tasks.soccer import PUSHED_LEFT, PUSHED_RIGHT, Soccer, approach, approach_by_hand
 from understudy_lab.teachers.teacher import Push, Topic
+
+(FEAT,) = (feat for feat in WALL_TASKS if feat.name == f"wall_{LEFT}")
+
+
+class Rooms(World):
+    """Random rooms side by side, a robot in each."""
+
+    def __init__(self, seeds: Sequence[int]) -> None:
+        self.plots = [room(seed) for seed in seeds]
+        super().__init__(laid_out(self.plots, solid=False), [0])
+
+
+def closes_the_loop(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+    """Whether each robot goes all along the wall of its room in time, and never far from it."""
+    rooms = cast(Rooms, world)
+    tracks = record(rooms, lambda: rooms.act(decide(rooms.sense(keys))), WALL_LIMIT_S)
+    return ~np.isnan(judge_wall_following(tracks, rooms.plots, LEFT).seconds)
+
 
 Judge: TypeAlias = Callable[[Robots, Decide, Sequence[ReadingKey]], NDArray[np.bool_]]
 """Whether each world [B] goes well under what decides."""
@@ -214,14 +233,14 @@ EXERCISES: Mapping[str, Exercise] = {
         ),
         Exercise(
             "walls",
-            walls.FEAT.kit,
-            walls.Rooms,
-            walls.closes_the_loop,
+            FEAT.kit,
+            Rooms,
+            closes_the_loop,
             FOLLOWING,
             FLAT_WALLS,
-            tuple(walls.FEAT.topics),
-            walls.FEAT.practice,
-            walls.FEAT.options,
+            tuple(FEAT.topics),
+            FEAT.practice,
+            FEAT.options,
         ),
     )
 }

@@ -16,8 +16,7 @@ from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario, Ta
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import Screen
-from understudy_lab.behavior_suite.rovers import SPEED, Turning, bearing, rover
-from understudy_lab.behavior_suite.task import Feat, Judged, Trial
+from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, Turning, bearing, rover
 from understudy_lab.behavior_suite.tracks import Table, Tracks, signed
 from understudy_lab.teachers.person import after
 from understudy_lab.teachers.teacher import Case, Push, Topic

@@ -15,8 +15,7 @@ from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario, Ta
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import Screen
-from understudy_lab.behavior_suite.rovers import SPEED, bearing, by_turns, rover
-from understudy_lab.behavior_suite.task import Feat, Judged, Trial
+from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, bearing, by_turns, rover
 from understudy_lab.behavior_suite.tracks import Table, Tracks, Yes, in_turn, signed
 from understudy_lab.teachers.person import Seen, after, raised
 from understudy_lab.teachers.teacher import Case, Push, Topic

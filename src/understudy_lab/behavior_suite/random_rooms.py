@@ -13,7 +13,7 @@ import numpy as np
 from understudy.model.kinds import Column
 from understudy.sim.scenario.schema import Obstacle, Robots, Scenario, Wall
 from understudy.sim.world import World
-from understudy_lab.behavior_suite.rovers import SONAR, rover
+from understudy_lab.behavior_suite.task import SONAR, rover
 from understudy_lab.behavior_suite.tracks import Table, distance_to_line, length_of
 
 WIDE_M = 11.0

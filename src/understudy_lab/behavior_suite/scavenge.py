@@ -17,8 +17,7 @@ from understudy.sim.scenario.schema import Capture, Objects, Robots, Scenario, T
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import Screen
-from understudy_lab.behavior_suite.rovers import CAMERA, SPEED, TICK_S, rover
-from understudy_lab.behavior_suite.task import Feat, Judged, Trial
+from understudy_lab.behavior_suite.task import CAMERA, SPEED, TICK_S, Feat, Judged, Trial, rover
 from understudy_lab.behavior_suite.tracks import Tracks
 from understudy_lab.teachers.person import Seen, after
 from understudy_lab.teachers.teacher import Case, Topic

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy_lab.behavior_suite import around, chase, figure_eight, rooms, scavenge, triangle, waypoints
+from understudy_lab.behavior_suite import (
+    chase,
+    figure_eight,
+    scavenge,
+    triangle,
+    wall_following,
+    waypoints,
+)
 from understudy_lab.behavior_suite.task import Feat
 from understudy_lab.behavior_suite.teach import WORLDS, row_of
 from understudy_lab.figures import dots, panels
@@ -24,8 +31,8 @@ FEATS: Mapping[str, Feat] = {
     feat.name: feat
     for feat in (
         chase.FEAT,
-        *rooms.WALL_TASKS,
-        *around.CIRCLING_TASKS,
+        *wall_following.WALL_TASKS,
+        *wall_following.CIRCLING_TASKS,
         figure_eight.FEAT,
         waypoints.FEAT,
         scavenge.FEAT,

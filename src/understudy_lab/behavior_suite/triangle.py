@@ -17,8 +17,7 @@ from understudy.sim.scenario.schema import Region, Robots, Scenario, TargetOf
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import Screen
-from understudy_lab.behavior_suite.rovers import SPEED, Turning, bearing, by_turns, rover
-from understudy_lab.behavior_suite.task import Feat, Judged, Trial
+from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, Turning, bearing, by_turns, rover
 from understudy_lab.behavior_suite.tracks import Table, Tracks, held, signed
 from understudy_lab.teachers.person import raised
 from understudy_lab.teachers.teacher import Case, Topic

@@ -22,12 +22,10 @@ from typing import Any
 from understudy.errors import UnderstudyError
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
-from understudy.model.binding import Binding
+from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature, Flag
 from understudy.model.kinds import Continuous, Toroidal
-from understudy.model.kit import Kit
-from understudy.model.library import Library
-from understudy.model.target import Target
+from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, Test, Tree, leaf
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link

@@ -13,8 +13,7 @@ from threading import Event
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.model.tree_builder import automaton, below
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot

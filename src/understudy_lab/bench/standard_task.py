@@ -8,13 +8,21 @@ within 4 m. *Full*: also three sonar sectors, against 20 round obstacles and the
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from math import degrees, sqrt
+from math import degrees, pi, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.kinds import TAU
+from understudy.model.automaton import Automaton
+from understudy.model.behaviors import Behavior, Command
+from understudy.model.binding import Binding, Target
+from understudy.model.features import BoundFeature, Feature
+from understudy.model.kinds import TAU, Continuous, Toroidal
+from understudy.model.library import Kit, Library
+from understudy.model.tree_builder import Question, automaton, below, on_the_left, raised, within
 from understudy.sim.scenario.schema import (
     Locator,
     Objects,
@@ -135,3 +143,158 @@ class Start:
             obstacle_x=column(OBSTACLES),
             obstacle_y=column(OBSTACLES),
         )
+
+
+BASE, FULL = "base", "errand"
+"""The names of the behaviors at the root."""
+
+PERSONAL, AHEAD, ARRIVED = 0.6, 0.3, 0.5
+"""Base: how near another robot may come (m), what counts as straight ahead (rad), and as being there (m)."""
+
+
+@dataclass(frozen=True)
+class Manners:
+    """What robots of the full task keep to: lengths in m, angles in rad."""
+
+    personal: float = 0.8
+    arrived: float = 0.5
+    away: float = 3.0
+    close: float = 0.5
+    free: float = 0.8
+    beside: float = 0.3
+
+
+CROWD = Manners(personal=0.0, arrived=0.0)
+"""Robots that give way to nobody and are never there: they press on to the beacon for ever."""
+
+
+def make_base_library() -> Library:
+    """`make_base_library`: toward the nearest beacon, but away from a robot that is near and ahead."""
+    decide = below(
+        "robot_range",
+        PERSONAL,
+        within("robot_angle", pi / 2, on_the_left("robot_angle", "right", "left"), _seek()),
+        _seek(),
+    )
+    return _library(_automaton(BASE, dict.fromkeys(("start", "there", *COMMANDS), decide), basics=COMMANDS))
+
+
+def _seek() -> Question:
+    return below("beacon_range", ARRIVED, "there", _toward("beacon_angle", AHEAD))
+
+
+def _toward(angle: str, ahead: float) -> Question:
+    return within(angle, ahead, "forward", on_the_left(angle, "left", "right"))
+
+
+def make_full_library(manners: Manners = Manners()) -> Library:
+    """`errand`: visit beacon after beacon, around obstacles, and give way to robots that are near."""
+    return _library(_steer(manners), _dodge(manners), _travel(manners), _give_way(manners), _errand(manners))
+
+
+def _errand(m: Manners) -> Automaton:
+    visit = below("robot_range", m.personal, within("robot_angle", pi / 2, "give_way", "visit"), "visit")
+    return _automaton(
+        FULL,
+        {
+            "start": below("robot_range", m.personal, "give_way", "visit"),
+            "visit": raised("arrived", "leave", visit),
+            "give_way": raised("clear", "visit", below("robot_range", 2 * m.personal, "give_way", "visit")),
+            "leave": below("front", m.close, "visit", below("beacon_range", m.away, "leave", "visit")),
+        },
+        runs={"visit": "travel", "give_way": "give_way", "leave": "forward"},
+    )
+
+
+def _travel(m: Manners) -> Automaton:
+    sides = below("left", m.beside, "skirt", below("right", m.beside, "skirt", "approach"))
+    near = below("beacon_range", m.arrived, "arrived", "skirt")
+    return _automaton(
+        "travel",
+        {
+            "start": below(
+                "front", m.close, "skirt", below("beacon_range", m.arrived, "arrived", "approach")
+            ),
+            "approach": raised("there", "arrived", below("front", m.close, "skirt", sides)),
+            "skirt": raised("past", below("front", m.close, "skirt", "approach"), near),
+        },
+        runs={"approach": "steer", "skirt": "dodge"},
+        flags=("arrived",),
+    )
+
+
+def _steer(m: Manners) -> Automaton:
+    """The way to keep is wider than the way to take, so that it does not swing."""
+    wide = {"start": 0.3, "forward": 0.45, "left": 0.15, "right": 0.15}
+    return _automaton(
+        "steer",
+        {
+            state: below("beacon_range", m.arrived, "there", _toward("beacon_angle", ahead))
+            for state, ahead in wide.items()
+        },
+        flags=("there",),
+        basics=COMMANDS,
+    )
+
+
+def _dodge(m: Manners) -> Automaton:
+    beside = below("left", m.beside, "forward", below("right", m.beside, "forward", "past"))
+    turn = below(
+        "left",
+        m.beside,
+        "right",
+        below("right", m.beside, "left", on_the_left("beacon_angle", "left", "right")),
+    )
+    return _automaton(
+        "dodge",
+        {
+            "start": below("front", m.close, turn, beside),
+            "forward": below("front", m.close, below("left", m.beside, "right", "left"), beside),
+            "left": below("front", m.free, below("left", m.beside / 2, "right", "left"), "forward"),
+            "right": below("front", m.free, below("right", m.beside / 2, "left", "right"), "forward"),
+        },
+        flags=("past",),
+        basics=COMMANDS,
+    )
+
+
+def _give_way(m: Manners) -> Automaton:
+    turn = on_the_left("robot_angle", "right", "left")
+
+    def aside(way: str) -> Question:
+        return below("robot_range", m.personal, within("robot_angle", pi / 2, way, "forward"), "clear")
+
+    pass_by = within("robot_angle", pi / 3, turn, below("front", m.close, "clear", "forward"))
+    return _automaton(
+        "give_way",
+        {
+            "start": below("robot_range", m.personal, turn, "clear"),
+            "forward": below("robot_range", m.personal, pass_by, "clear"),
+            "left": aside("left"),
+            "right": aside("right"),
+        },
+        flags=("clear",),
+        basics=COMMANDS,
+    )
+
+
+_READINGS = {
+    "beacon_range": BoundFeature(Feature("distance_to", Continuous(), "range", "A"), Binding(A="beacon")),
+    "beacon_angle": BoundFeature(Feature("angle_to", Toroidal(), "bearing", "A"), Binding(A="beacon")),
+    "robot_range": BoundFeature(Feature("distance_to", Continuous(), "range", "A"), Binding(A="robot")),
+    "robot_angle": BoundFeature(Feature("angle_to", Toroidal(), "bearing", "A"), Binding(A="robot")),
+    **{
+        name: BoundFeature(Feature(f"sonar_{name}", Continuous(), name))
+        for name in ("left", "front", "right")
+    },
+}
+
+
+def _library(*automata: Automaton) -> Library:
+    features = {bound.feature.name: bound.feature for bound in _READINGS.values()}
+    basics = [Behavior(name, Command(**channels)) for name, channels in COMMANDS.items()]
+    return Library.of(Kit.of(*features.values(), *basics, Target("beacon"), Target("robot")), *automata)
+
+
+def _automaton(name: str, asks: Mapping[str, Question], **more: Any) -> Automaton:
+    return automaton(name, asks, readings=_READINGS, **more)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 
-from understudy_lab.bench import programs, standard_task
+from understudy.sim.team.libraries import team_of
+from understudy_lab.bench import standard_task
 from understudy_lab.bench.handwritten_baseline import Prototype
-from understudy_lab.bench.harness import Case, Goal, Row, measure, result, speed
+from understudy_lab.bench.harness import Case, Goal, Row, measure, result, seconds, speed
 from understudy_lab.bench.mesa_case import MesaBase
 from understudy_lab.bench.understudy_case import Ours
 from understudy_lab.bench.vmas_case import VmasBase
+from understudy_lab.tasks.swarm_world import EACH, SWARM, hand_coded, of_platoons
 
 ROUNDS = 7
 ROBOTS_PER_WORLD = 10
@@ -55,13 +60,13 @@ def groups() -> list[list[Case]]:
 
 
 def _full(robots: int, *, ticks: int) -> list[Case]:
-    library = programs.make_full_library()
+    library = standard_task.make_full_library()
     cases = []
     for threads in (1, 2):
         ours = partial(
-            Ours, standard_task.make_full_scenario(robots), library, programs.FULL, threads=threads
+            Ours, standard_task.make_full_scenario(robots), library, standard_task.FULL, threads=threads
         )
-        by_hand = partial(Prototype, robots, library, programs.FULL, sonar=True, threads=threads)
+        by_hand = partial(Prototype, robots, library, standard_task.FULL, sonar=True, threads=threads)
         cases += [Case(FULL, ours, threads, ticks), Case(BY_HAND, by_hand, threads, ticks)]
     return cases
 
@@ -70,21 +75,23 @@ def _base(robots: int, *, threads: int) -> Case:
     ours = partial(
         Ours,
         standard_task.make_base_scenario(robots),
-        programs.make_base_library(),
-        programs.BASE,
+        standard_task.make_base_library(),
+        standard_task.BASE,
         threads=threads,
     )
     return Case(BASE, ours, threads, standard_task.TICKS)
 
 
 def _base_each(worlds: int, *, threads: int) -> Case:
-    scenario, library = standard_task.make_base_scenario(ROBOTS_PER_WORLD), programs.make_base_library()
-    ours = partial(Ours, scenario, library, programs.BASE, worlds=worlds, threads=threads)
+    scenario, library = standard_task.make_base_scenario(ROBOTS_PER_WORLD), standard_task.make_base_library()
+    ours = partial(Ours, scenario, library, standard_task.BASE, worlds=worlds, threads=threads)
     return Case(BASE_EACH, ours, threads, standard_task.TICKS)
 
 
 def _base_by_hand(robots: int) -> Case:
-    made = partial(Prototype, robots, programs.make_base_library(), programs.BASE, sonar=False, threads=2)
+    made = partial(
+        Prototype, robots, standard_task.make_base_library(), standard_task.BASE, sonar=False, threads=2
+    )
     return Case(BASE_BY_HAND, made, 2, standard_task.TICKS)
 
 
@@ -138,3 +145,159 @@ def fractions(rows: list[Row]) -> list[Row]:
         for row in rows
         if row["task"] in pairs
     ]
+
+
+CROWDING_ROBOTS, CROWDING_THREADS = 10_000, 2
+PIECE = 100
+MOST = 2.0
+
+
+def run_crowding(robots: int = CROWDING_ROBOTS, ticks: int = standard_task.CROWDING_TICKS) -> Row:
+    """The full task, and its crowd piece by piece: the two take turns, so that noise meets both.
+
+    `slowed` compares the last ten pieces of the crowd, when all are there, with as many runs of the full task at
+    the same time; `slowed_in_all` compares everything.
+    """
+    spread = Ours(
+        standard_task.make_full_scenario(robots),
+        standard_task.make_full_library(),
+        standard_task.FULL,
+        threads=CROWDING_THREADS,
+    )
+    crowd = Ours(
+        standard_task.crowding(robots),
+        standard_task.make_full_library(standard_task.CROWD),
+        standard_task.FULL,
+        threads=CROWDING_THREADS,
+    )
+    for subject in (spread, crowd):
+        subject.run(PIECE)
+        subject.reset()
+    times: dict[str, list[float]] = {"full": [], "crowding": []}
+    for _ in range(ticks // PIECE):
+        spread.reset()
+        times["full"].append(seconds(spread, PIECE))
+        times["crowding"].append(seconds(crowd, PIECE))
+    rows = [_row(task, robots, measured) for task, measured in times.items()]
+    goals = [
+        Goal(
+            "times slower, at the end",
+            lambda rows: rows[1]["s_at_the_end"] / rows[0]["s_at_the_end"],
+            most=MOST,
+        ),
+        Goal("times slower, in all", lambda rows: rows[1]["s"] / rows[0]["s"], most=MOST),
+    ]
+    return result(rows, goals)
+
+
+def _row(task: str, robots: int, measured: list[float]) -> Row:
+    return {
+        "task": task,
+        "robots": robots,
+        "threads": CROWDING_THREADS,
+        "robot_ticks_per_s": robots * PIECE * len(measured) / sum(measured),
+        "ticks": PIECE * len(measured),
+        "s": sum(measured),
+        "s_at_the_end": sum(measured[-10:]),
+        "slowest": robots * PIECE / max(measured),
+        "fastest": robots * PIECE / min(measured),
+    }
+
+
+MILLION_ROBOTS, MILLION_THREADS, TICKS = 1_000_000, 2, 10
+MOST_BYTES = 1000.0
+
+
+def run_million(robots: int = MILLION_ROBOTS, ticks: int = TICKS) -> Row:
+    """The full task at full size. Memory is the process's peak less what it held before the world was made."""
+    Ours(
+        standard_task.make_full_scenario(1_000),
+        standard_task.make_full_library(),
+        standard_task.FULL,
+        threads=MILLION_THREADS,
+    ).run(5)  # compiles
+    before = held()
+    subject = Ours(
+        standard_task.make_full_scenario(robots),
+        standard_task.make_full_library(),
+        standard_task.FULL,
+        threads=MILLION_THREADS,
+    )
+    subject.run(1)
+    speed = robots * ticks / seconds(subject, ticks)
+    row = {
+        "task": "full",
+        "robots": robots,
+        "threads": MILLION_THREADS,
+        "robot_ticks_per_s": speed,
+        "ticks": ticks,
+        "bytes_per_robot": (peak() - before) / robots,
+    }
+    return result([row], [Goal("bytes per robot", lambda rows: rows[0]["bytes_per_robot"], most=MOST_BYTES)])
+
+
+def held() -> int:
+    """Bytes of memory that the process holds now; its peak where the system does not say."""
+    try:
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        return pages * resource.getpagesize()
+    except (ImportError, OSError):
+        return peak()
+
+
+def peak() -> int:
+    """Bytes of memory that the process has held at most; 0 where the system does not say (Windows)."""
+    try:
+        import resource
+    except ImportError:
+        return 0
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return most if sys.platform == "darwin" else most * 1024
+
+
+TASK, PLATOONS, LARGE, SQUAD_ROUNDS = "three levels of squads", 8, 400, 5
+AT_WORK = 150
+HERTZ, TIMES = 10, 10
+"""How many ticks a second has, and how many times as fast as that it should go."""
+
+
+class Swarm:
+    """So many platoons, under their coordinators."""
+
+    def __init__(self, platoons: int) -> None:
+        self.robots = EACH * platoons
+        self._world = of_platoons(platoons)
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to where all are at work, past the ten seconds in which they spread out."""
+        self.team = team_of(self._world, [0], hand_coded(), {SWARM: ("swarm_work", {})})
+        self.team.run(AT_WORK)
+
+    def run(self, ticks: int) -> None:
+        """Run for so many ticks."""
+        self.team.run(ticks)
+
+
+def make_squad_cases() -> list[Case]:
+    """The swarm that ships, and ten thousand robots."""
+    return [
+        Case(TASK, partial(Swarm, PLATOONS), 1, 1_000),
+        Case(TASK, partial(Swarm, LARGE), os.cpu_count() or 1, 200),
+    ]
+
+
+SQUAD_GOALS = (
+    Goal(
+        f"{EACH * LARGE} robots: times real time, at {HERTZ} Hz",
+        lambda rows: speed(rows, TASK, EACH * LARGE) / (EACH * LARGE) / HERTZ,
+        least=TIMES,
+    ),
+)
+
+
+def run_squads(*, rounds: int = SQUAD_ROUNDS) -> Row:
+    """Both, and whether they are fast enough."""
+    return result(measure(make_squad_cases(), rounds=rounds), SQUAD_GOALS)

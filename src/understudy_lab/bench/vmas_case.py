@@ -17,8 +17,7 @@ import numpy as np
 from understudy.model.kinds import TAU
 from understudy_lab.bench import standard_task
 from understudy_lab.bench.harness import PeerMissing
-from understudy_lab.bench.programs import AHEAD, ARRIVED, PERSONAL
-from understudy_lab.bench.standard_task import Column
+from understudy_lab.bench.standard_task import AHEAD, ARRIVED, PERSONAL, Column
 
 
 class VmasBase:

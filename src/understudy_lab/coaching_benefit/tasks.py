@@ -10,14 +10,12 @@ from types import MappingProxyType
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson, Options
-from understudy.model.library import Library, Taught
+from understudy.model.library import Kit, Library, Taught
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
-from understudy.sim.forage import Forage
+from understudy.sim.forage import Forage, practices
 from understudy.sim.forage import kit as forage_kit
-from understudy.sim.forage_settings import practices
 from understudy.sim.target_lookup import place_of
 from understudy.sim.world import World
 from understudy.training.session import Session

@@ -15,10 +15,10 @@ app = typer.Typer(help="Measure speed beside peers, in one run on this machine."
 
 SOURCES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        "looks": ("looks", "run_looks"),
-        "crowding": ("crowding", "run_crowding"),
-        "million": ("million", "run_million"),
-        "squads": ("squads", "run_squads"),
+        "looks": ("learning", "run_looks"),
+        "crowding": ("swarm", "run_crowding"),
+        "million": ("swarm", "run_million"),
+        "squads": ("swarm", "run_squads"),
         "robots": ("robot_latency", "run"),
     }
 )

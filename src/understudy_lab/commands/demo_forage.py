@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
     from understudy.ui.cli.options import find_world
-    from understudy.ui.cli.progress import compile_once
+    from understudy.ui.cli.output import compile_once
     from understudy_lab.commands.demo_report import keep, live, taught_with, tell_lessons
     from understudy_lab.forage.teach import teach
 
@@ -54,7 +54,7 @@ def _path(library: Library, folder: Path, seed: int) -> Path:
 
 
 def _judge(library: Library, seed: int, *, quiet: bool) -> tuple[Evaluation, dict[str, float]]:
-    from understudy.ui.cli.progress import progress
+    from understudy.ui.cli.output import progress
     from understudy_lab.forage.teach import judge, judge_corners
 
     with progress("Foraging in unseen worlds", quiet=quiet) as report:

@@ -19,7 +19,7 @@ FILM_S, SPEED = 150.0, 8.0
 
 def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
-    from understudy.ui.cli.progress import compile_once
+    from understudy.ui.cli.output import compile_once
     from understudy_lab.commands.demo_report import keep, live, taught_with, tell_lessons
     from understudy_lab.patrol.practice import SQUAD, scenario
     from understudy_lab.patrol.teach import teach
@@ -75,7 +75,7 @@ def _frames(team: Any) -> list[Frame]:
 
 def _judge(taught: Taught, seed: int, *, quiet: bool) -> tuple[dict[str, Any], int]:
     """What they come to, and a world to film."""
-    from understudy.ui.cli.progress import progress
+    from understudy.ui.cli.output import progress
     from understudy_lab.patrol import evaluate
     from understudy_lab.patrol.practice import alone, coordinated
     from understudy_lab.patrol.tracks import watch
@@ -96,7 +96,7 @@ def _judge(taught: Taught, seed: int, *, quiet: bool) -> tuple[dict[str, Any], i
 def _eventful(tracks: Tracks) -> int:
     """The first world with a whole cycle and the boss while the film lasts; the first of all if there is none."""
     from understudy_lab.patrol.metrics import cycles
-    from understudy_lab.patrol.orders import RUN_AWAY
+    from understudy_lab.patrol.tracks import RUN_AWAY
 
     end = round(FILM_S / tracks.tick_s)
     met = (tracks.doing[:end] == RUN_AWAY).any(axis=(0, 2))

@@ -22,10 +22,10 @@ PLATOONS, LARGE_S, LARGE_EVERY = 400, 40.0, 20
 
 def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
-    from understudy.ui.cli.progress import compile_once
+    from understudy.ui.cli.output import compile_once
     from understudy_lab.commands.demo_report import keep, live, taught_with, tell_lessons
-    from understudy_lab.swarm.teaching import teach
-    from understudy_lab.tasks.swarm import scenario
+    from understudy_lab.swarm.practice import teach
+    from understudy_lab.tasks.swarm_world import scenario
 
     talk.print("\n[bold]Two hundred robots and three levels of coordinators learn by being shown.[/]")
     compile_once(learner=True, world=scenario(), quiet=talk.quiet)
@@ -54,10 +54,10 @@ def _judge(
     libraries: Libraries, seed: int, folder: Path, *, quiet: bool
 ) -> tuple[dict[str, Any], list[Path]]:
     """What they gather, taught, by hand and without coordinators, and how fast ten thousand run; film and picture."""
-    from understudy.ui.cli.progress import progress
+    from understudy.ui.cli.output import progress
     from understudy_lab.swarm.evaluate import ALONE, ANSWERING, THREE, WAYS, gathered, worlds_of
     from understudy_lab.swarm.practice import led
-    from understudy_lab.tasks.swarm_expert import hand_coded
+    from understudy_lab.tasks.swarm_world import hand_coded
 
     worlds = worlds_of(seed)[:WORLDS]
     teams = {
@@ -101,7 +101,7 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
     from understudy.storage.atomic import failing
     from understudy.viz import path_png
     from understudy_lab.swarm.practice import led
-    from understudy_lab.tasks.swarm import of_platoons
+    from understudy_lab.tasks.swarm_world import of_platoons
 
     team = led(libraries, [world], of_platoons(PLATOONS))
     team.run(LARGE_EVERY)
@@ -129,7 +129,7 @@ def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
     from understudy.viz.appearance import grouped
     from understudy_lab.commands.demo_report import lasted, tell_next, tell_numbers
     from understudy_lab.swarm.evaluate import LOADS
-    from understudy_lab.tasks.swarm import EACH
+    from understudy_lab.tasks.swarm_world import EACH
 
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from understudy.ui.cli.options import Json
-from understudy_lab.catalog import QUESTIONS
-from understudy_lab.study import Plan
+from understudy_lab.study import QUESTIONS, Plan
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,7 +54,7 @@ def experiment(
     """
     from understudy.ui.cli.commands.eval import parse_seeds
     from understudy.ui.cli.output import console, print_json
-    from understudy_lab.catalog import find_experiment
+    from understudy_lab.study import find_experiment
 
     if name == "list":
         _list(as_json=as_json)
@@ -96,8 +95,7 @@ def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool)
     from rich.markup import escape
 
     from understudy.ui.cli.options import find_world
-    from understudy.ui.cli.output import console
-    from understudy.ui.cli.progress import compile_once, progress
+    from understudy.ui.cli.output import compile_once, console, progress
     from understudy_lab import figures, results
     from understudy_lab.row_cache import Kept
     from understudy_lab.runner import missing, run

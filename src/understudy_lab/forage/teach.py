@@ -11,8 +11,7 @@ from understudy.model.lesson import Options
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
-from understudy.sim.forage import Forage, kit
-from understudy.sim.forage_settings import NAME, corner_cases, practices
+from understudy.sim.forage import NAME, Forage, corner_cases, kit, practices
 from understudy.sim.view import Frame
 from understudy_lab.tasks.forage_teacher import PLAIN, TOPICS, WATCHED
 from understudy_lab.teachers.teacher import Progress as TeachingProgress

@@ -10,8 +10,7 @@ import numpy as np
 from understudy.errors import SettingError
 from understudy.runtime.team.team import Team
 from understudy.sim.world import World
-from understudy_lab.mixed_teams.practice import CARRIER, SCOUT, all_of, by_themselves, led
-from understudy_lab.mixed_teams.teaching import Taught
+from understudy_lab.mixed_teams.practice import CARRIER, SCOUT, Taught, all_of, by_themselves, led
 
 WORLDS, TICKS = 50, 12_000
 """Worlds each teaching is judged on, and ticks of 0.1 s: twenty minutes."""

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from msgspec.structs import replace
 
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.lesson import Options
+from understudy.model.library import Kit, Library
 from understudy.runtime.team.coordinator_body import Troop
 from understudy.runtime.team.team import Team
-from understudy.sim.kit import kit_of
+from understudy.sim.kit import kit_of, kits_of
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Capture, Objects, Robots, Scenario
 from understudy.sim.team.libraries import Libraries, libraries_of, team_of, troop_of
-from understudy.sim.type_kits import kits_of
 from understudy.sim.world import World
+from understudy_lab.tasks import salvage_carrier_teacher, salvage_scout_teacher
 from understudy_lab.tasks.salvage_carrier_teacher import CAPACITY
+from understudy_lab.teachers.teacher import Progress, Teacher, Teaching
 
 SCOUT, CARRIER, SQUAD = "scout", "carrier", "crew"
 SIZE = (14.0, 14.0)
@@ -165,3 +166,33 @@ def all_of(kind: str, robots: Libraries, seeds: Sequence[int], behavior: str) ->
 def led(robots: Libraries, coordinator: Library, seeds: Sequence[int], behavior: str = "lead") -> Team:
     """The mixed team in a world per seed, whose coordinator runs a behavior."""
     return team_of(scenario(), seeds, {**robots, SQUAD: coordinator}, {SQUAD: (behavior, {})})
+
+
+TOPICS = {SCOUT: salvage_scout_teacher.SCOUTS, CARRIER: salvage_carrier_teacher.CARRIERS}
+OPTIONS = {"goto": Options(watched=True, reaction_s=0.2)}
+"""Of lessons about motion: silence is consent, and presses come late."""
+
+
+class Taught(NamedTuple):
+    """What each type of robots and what the coordinator was taught."""
+
+    robots: dict[str, Teaching]
+    coordinator: Teaching
+
+    @property
+    def libraries(self) -> Libraries:
+        """What each type knows."""
+        return {kind: teaching.library for kind, teaching in self.robots.items()}
+
+
+def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> Taught:
+    """Teach everything from nothing; the same seed, the same lessons."""
+    robots = {
+        kind: Teacher(Library(kits()[kind]), robots_world, seed, options=OPTIONS, progress=progress).teach(
+            *topics
+        )
+        for kind, topics in TOPICS.items()
+    }
+    known = {kind: teaching.library for kind, teaching in robots.items()}
+    teacher = Teacher(squads_library(known), troops(known), seed, options={}, progress=progress)
+    return Taught(robots, teacher.teach(*salvage_carrier_teacher.TOPICS))

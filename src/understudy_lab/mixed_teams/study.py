@@ -10,7 +10,7 @@ import numpy as np
 from understudy_lab.figures import dots, panels
 from understudy_lab.lesson_stats import examples_in, lessons_in, lessons_of
 from understudy_lab.mixed_teams.evaluate import FAILING, LED, MIXED, SINGLE, WORLDS, measured, worlds_of
-from understudy_lab.mixed_teams.teaching import teach
+from understudy_lab.mixed_teams.practice import teach
 from understudy_lab.statistics import told
 from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from understudy.learning.suspect import Suspect
+from understudy.learning.mislabels import Suspect
 from understudy.model.automaton import Automaton
-from understudy.model.example import Example
+from understudy.model.lesson import Example
 from understudy.training.session import Session
 from understudy.training.session_view import Screen
 from understudy.training.trainee import Mode

@@ -12,8 +12,7 @@ from understudy.learning.mislabels import slips
 from understudy.model.lesson import Options
 from understudy.model.library import Library, Taught
 from understudy.runtime.body import Body
-from understudy.sim.forage import Forage
-from understudy.sim.forage_settings import practices
+from understudy.sim.forage import Forage, practices
 from understudy.training.feature_values import steady_readings
 from understudy.training.reaction_time import lateness
 from understudy.training.session import Session

@@ -9,6 +9,7 @@ import numpy as np
 
 from understudy_lab.figures import COLORS, panels
 from understudy_lab.novices import failure_causes, sensitivity
+from understudy_lab.novices.failure_causes import FINDS, RESTS, SWINGS, WALKS_ON, does_unseeing
 from understudy_lab.novices.success import (
     TRIALS,
     base,
@@ -21,7 +22,6 @@ from understudy_lab.novices.success import (
     times,
 )
 from understudy_lab.novices.traits import MISTAKES, SITUATIONS, SUCCESS, UNDERSTOOD
-from understudy_lab.novices.unseen import FINDS, RESTS, SWINGS, WALKS_ON, does_unseeing
 from understudy_lab.statistics import interval_of_share, told
 from understudy_lab.study import Findings, Goal, Row, Table
 from understudy_lab.tasks.soccer import POSITIONS

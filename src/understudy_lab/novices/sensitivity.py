@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from understudy_lab.chances import pairs_differ, remaining
 from understudy_lab.figures import COLORS
 from understudy_lab.novices.success import base, both, everywhere, said, succeeded
 from understudy_lab.novices.traits import PARAMETERS
+from understudy_lab.statistics import pairs_differ, remaining
 from understudy_lab.study import Row, Table
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ import numpy as np
 from understudy.model.library import Library, Taught
 from understudy.runtime.program import link
 from understudy_lab.lesson_stats import described
+from understudy_lab.novices.failure_causes import states_unseeing, turned_back
 from understudy_lab.novices.findings import conclude, draw
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.sensitivity import FACTORS, SENSITIVITY
 from understudy_lab.novices.success import TRIALS
 from understudy_lab.novices.traits import MINUTES_S, PARAMETERS, drawn, habits
-from understudy_lab.novices.unseen import states_unseeing, turned_back
 from understudy_lab.study import Experiment, Plan, Row, Task
 from understudy_lab.tasks.soccer import POSITIONS, Soccer, approach_by, kit
 

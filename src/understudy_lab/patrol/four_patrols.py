@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
 from msgspec.structs import replace
 
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.runtime.team.coordinator_body import Troop
 from understudy.runtime.team.team import Team
 from understudy.sim.kit import kit_of
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries, libraries_of, team_of, troop_of
+from understudy_lab.lesson_stats import lessons_of
+from understudy_lab.patrol.evaluate import TICKS, rounds, worlds_of
+from understudy_lab.patrol.metrics import cycles
 from understudy_lab.patrol.practice import NEVER, SQUAD
 from understudy_lab.patrol.teach import teach
-from understudy_lab.tasks import garrison, patrol_teacher
+from understudy_lab.patrol.tracks import Tracks, watch
+from understudy_lab.statistics import told
+from understudy_lab.study import Goal, Row, Table
+from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher
 from understudy_lab.teachers.teacher import Progress, Teacher, Teaching
 
 TOP, BEHAVIOR = "garrison", "guard"
@@ -65,13 +71,73 @@ def troops(libraries: Libraries) -> Callable[[str, int], Troop]:
 
 def teach_all(seed: int, *, progress: Progress = lambda name, what, account: None) -> Taught:
     """Teach everything from nothing, bottom-up: robots and one patrol in the world `patrol`, their top in this one."""
-    taught = teach(seed, patrol_teacher.TOPICS, garrison.PATROL_TOPICS, progress=progress)
+    taught = teach(seed, patrol_teacher.TOPICS, patrol_squad_teacher.PATROL_TOPICS, progress=progress)
     libraries = known(taught.robots.library, taught.coordinators.library)
     teacher = Teacher(libraries[TOP], troops(libraries), seed, options={}, progress=progress)
-    return Taught(taught.robots, taught.coordinators, teacher.teach(*garrison.GUARD_TOPICS))
+    return Taught(taught.robots, taught.coordinators, teacher.teach(*patrol_squad_teacher.GUARD_TOPICS))
 
 
 def guarding(taught: Taught, seeds: Sequence[int]) -> Team:
     """The team of a teaching in a world per seed."""
     libraries = known(taught.robots.library, taught.patrols.library, taught.garrison.library)
     return team_of(scenario(), seeds, libraries, {TOP: (BEHAVIOR, {})})
+
+
+WORLDS = 50
+GOOD = 0.9
+NUMBERS: Mapping[str, str] = {
+    "cycles completed": "complete",
+    "cycles": "cycles",
+    "from capture to all told to hunt again, s": "cycle_s",
+    "captures an hour": "captures_per_hour",
+    "robots attacking when an intruder is caught, of 16": "attackers",
+    "gathered though nothing was captured": "false_captures",
+}
+SHARES = ("complete", "false_captures")
+
+
+def together(seed: int) -> Row:
+    """One teaching of everybody, judged on its own unseen worlds."""
+    taught = teach_all(seed)
+    return {
+        "together": judged(watch(guarding(taught, worlds_of(seed)[:WORLDS]), TICKS, homes=HOMES)),
+        "lessons": [*lessons_of(taught.patrols), *lessons_of(taught.garrison)],
+    }
+
+
+def judged(tracks: Tracks) -> dict[str, Any]:
+    """How four patrols do together: as one is judged, and how long cycles take, s (median, nine of ten)."""
+    seconds = [cycle.seconds for cycle in cycles(tracks) if not np.isnan(cycle.seconds)]
+    lasted = [round(float(each), 1) for each in np.quantile(seconds, (0.5, 0.9))] if seconds else None
+    return {**rounds(tracks), "cycle_s": lasted}
+
+
+def table(rows: Sequence[Row]) -> Table:
+    """What holds over all teachings."""
+    names = [lesson["name"] for lesson in rows[0]["lessons"]]
+    examples = told([sum(lesson["examples"] for lesson in row["lessons"]) for row in rows])
+    return Table(
+        f"Four patrols under a coordinator of coordinators, {WORLDS} unseen worlds each: median (worst–best)",
+        ("", "#together (C)"),
+        [
+            *((said, _told(rows, key)) for said, key in NUMBERS.items()),
+            (f"examples for {', '.join(names[:-1])} and {names[-1]}", examples),
+        ],
+    )
+
+
+def goal(rows: Sequence[Row]) -> Goal:
+    """Nine of ten cycles."""
+    complete = float(np.median(_values(rows, "complete")))
+    what = "cycles completed by four squads, each with its own home"
+    return Goal(what, f"{GOOD:.0%}", f"{complete:.1%}", complete >= GOOD)
+
+
+def _values(rows: Sequence[Row], key: str) -> list[float]:
+    found = [row["together"][key] for row in rows]
+    return [each[0] if isinstance(each, list) else each for each in found if each is not None]
+
+
+def _told(rows: Sequence[Row], key: str) -> str:
+    digits = 0 if key in ("cycles", "captures_per_hour") else 1
+    return told(_values(rows, key), digits, percent=key in SHARES)

@@ -9,8 +9,7 @@ from math import pi, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy_lab.patrol.orders import ATTACK, DISPERSE, HOME, RUN_AWAY
-from understudy_lab.patrol.tracks import Tracks
+from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, RUN_AWAY, Tracks
 
 AT_HOME_M = 3.0
 CYCLE_S = 120.0

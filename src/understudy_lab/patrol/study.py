@@ -9,7 +9,8 @@ import numpy as np
 
 from understudy_lab.figures import dots, panels
 from understudy_lab.lesson_stats import lessons_of
-from understudy_lab.patrol import paper, together
+from understudy_lab.patrol import four_patrols
+from understudy_lab.patrol import teach as paper
 from understudy_lab.patrol.evaluate import WORLDS, measured, worlds_of
 from understudy_lab.patrol.flat_automaton import SECONDS, lone, teach_undivided
 from understudy_lab.patrol.teach import teach
@@ -42,7 +43,7 @@ def work(task: Task) -> Row:
     if task["features"] == UNDIVIDED:
         return _in_one_piece(task["seed"])
     if task["features"] == TOGETHER:
-        return together.together(task["seed"])
+        return four_patrols.together(task["seed"])
     topics = (paper.ROBOTS, paper.SQUADS) if task["features"] == PAPERS else ()
     taught = teach(task["seed"], *topics)
     return {
@@ -107,9 +108,9 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 _lessons(own),
             ),
             *([_undivided(whole)] if whole else []),
-            *([together.table(four)] if four else []),
+            *([four_patrols.table(four)] if four else []),
         ),
-        goals=(*_goals(own), *([together.goal(four)] if four else [])),
+        goals=(*_goals(own), *([four_patrols.goal(four)] if four else [])),
         notes=_notes(own),
         numbers={"teachings": {way: len(of) for way, of in ways.items()}, "examples": _examples(own)},
     )

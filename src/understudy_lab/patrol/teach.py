@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from understudy.model.library import Library
 from understudy.sim.kit import kit_of
+from understudy.training.lesson_design import new_lesson
 from understudy_lab.patrol.practice import robots_world, scenario, squads_library, troops
-from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher
-from understudy_lab.teachers.teacher import Progress, Teacher, Teaching, Topic
+from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher, patrol_wander_teacher
+from understudy_lab.teachers.teacher import Case, Progress, Teacher, Teaching, Topic
 
 
 class Taught(NamedTuple):
@@ -32,3 +34,49 @@ def teach(
     library = robots.library
     teacher = Teacher(squads_library(library), troops(library), seed, options={}, progress=progress)
     return Taught(robots, teacher.teach(*squads))
+
+
+SERVO = replace(
+    patrol_teacher.SERVO,
+    choose=lambda library: new_lesson(
+        library,
+        "servo",
+        parameters=["A"],
+        states=["left", "right", "forward_left=forwards", "forward_right=forwards"],
+        features=["blob_x(A)"],
+    ),
+)
+
+ATTACK = replace(
+    patrol_teacher.ATTACK,
+    choose=lambda library: new_lesson(
+        library,
+        "attack",
+        parameters=["A"],
+        states=["servo(A)"],
+        flags=["done"],
+        features=["blob_size(A)"],
+    ),
+    cases=tuple(each for each in patrol_teacher.ATTACK.cases if each.practice in ("alone", "an intruder")),
+)
+
+COLLECTIVE_PATROL = replace(
+    patrol_squad_teacher.COLLECTIVE_PATROL,
+    choose=lambda library: new_lesson(
+        library,
+        "collective_patrol",
+        states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
+        features=["all_done", "someone_done", "someone_sees(intruder)"],
+    ),
+    cases=(Case("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),),
+)
+
+ROBOTS = (
+    patrol_wander_teacher.DISPERSE,
+    SERVO,
+    ATTACK,
+    patrol_teacher.SCATTER,
+    patrol_teacher.RUN_AWAY,
+    patrol_teacher.PATROL,
+)
+SQUADS = (COLLECTIVE_PATROL, patrol_squad_teacher.DEFER)

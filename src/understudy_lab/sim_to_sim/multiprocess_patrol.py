@@ -32,8 +32,7 @@ from understudy.sim_mujoco.processes import OBJECTS, POSES
 from understudy.sim_mujoco.shapes import AWAY_M
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.metrics import captures, cycles
-from understudy_lab.patrol.orders import Told
-from understudy_lab.patrol.tracks import Thing, Tracks
+from understudy_lab.patrol.tracks import Thing, Told, Tracks
 from understudy_lab.sim_to_sim.trials import teach_patrol
 
 SETTLES_S = 30.0

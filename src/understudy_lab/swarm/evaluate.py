@@ -12,8 +12,7 @@ from understudy.runtime.team.team import Team
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
 from understudy_lab.swarm.practice import led
-from understudy_lab.tasks.swarm import EACH, PLATOON, ROBOT, SQUAD, SWARM, of_platoons
-from understudy_lab.tasks.swarm_expert import hand_coded
+from understudy_lab.tasks.swarm_world import EACH, PLATOON, ROBOT, SQUAD, SWARM, hand_coded, of_platoons
 
 WORLDS, TICKS = 10, 6_000
 """Worlds that each teaching is judged on, and ticks of 0.1 s: ten minutes."""

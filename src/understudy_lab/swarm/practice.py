@@ -13,10 +13,13 @@ from understudy.model.library import Library
 from understudy.runtime.body import Commands
 from understudy.runtime.team.coordinator_body import Troop
 from understudy.runtime.team.team import Team
+from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Objects, Pull, Robots, Scenario
 from understudy.sim.team.libraries import Libraries, libraries_of, team_of, troop_of
 from understudy.sim.world import World
-from understudy_lab.tasks.swarm import ROBOT, SQUAD, SWARM, of_platoons, scenario
+from understudy_lab.tasks import swarm_squad_teacher, swarm_teacher
+from understudy_lab.tasks.swarm_world import PLATOON, ROBOT, SQUAD, SWARM, of_platoons, scenario
+from understudy_lab.teachers.teacher import Progress, Teacher, Teaching
 
 ROOM_M = 12.0
 ENOUGH = ("enough", None)
@@ -187,3 +190,39 @@ def led(
     """The swarm, in a world per seed: all agents of a sort do something by themselves; at first its coordinator."""
     sort, behavior = way
     return team_of(world or scenario(), seeds, libraries, {sort: (behavior, {})})
+
+
+TOPICS = {
+    SQUAD: swarm_squad_teacher.SQUAD,
+    PLATOON: swarm_squad_teacher.PLATOON,
+    SWARM: swarm_squad_teacher.SWARM,
+}
+
+
+class Taught(NamedTuple):
+    """What the robots and what each sort of coordinators were taught."""
+
+    robots: Teaching
+    squads: Mapping[str, Teaching]
+
+    @property
+    def libraries(self) -> Libraries:
+        """What everybody knows."""
+        return known(self.robots.library, {name: each.library for name, each in self.squads.items()})
+
+    @property
+    def teachings(self) -> tuple[Teaching, ...]:
+        """Of robots and all coordinators."""
+        return (self.robots, *self.squads.values())
+
+
+def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> Taught:
+    """Teach everything from nothing; the same seed, the same lessons."""
+    library = Library(kit_of(scenario()))
+    robots = Teacher(library, robots_world, seed, options={}, progress=progress).teach(*swarm_teacher.TOPICS)
+    taught = Taught(robots, {})
+    for sort, topic in TOPICS.items():
+        libraries = taught.libraries
+        teacher = Teacher(libraries[sort], troops(sort, libraries), seed, options={}, progress=progress)
+        taught = Taught(robots, {**taught.squads, sort: teacher.teach(topic)})
+    return taught

@@ -25,8 +25,8 @@ from understudy_lab.swarm.evaluate import (
     measured,
     worlds_of,
 )
-from understudy_lab.swarm.teaching import teach
-from understudy_lab.tasks.swarm import EACH, ROBOT
+from understudy_lab.swarm.practice import teach
+from understudy_lab.tasks.swarm_world import EACH, ROBOT
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

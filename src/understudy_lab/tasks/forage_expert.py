@@ -8,11 +8,12 @@ from typing import TypeAlias
 
 import numpy as np
 
+from understudy.analysis.evaluation import Baseline, Outcomes, measure_baseline
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
-from understudy.sim.forage_settings import ForageSettings
-from understudy.sim.scenario.schema import RobotType
+from understudy.sim.forage import ForageSettings, settings_of
+from understudy.sim.scenario.schema import RobotType, Scenario
 from understudy.sim.view import WorldView
 from understudy.sim.world import World
 
@@ -116,3 +117,23 @@ class _Route:
             (x, y), (to_x, to_y) = self.spot, place
             self.spot = (to_x + (x - to_x) * left, to_y + (y - to_y) * left)
         self._place, self._slack = place, self.reach
+
+
+def find_forage_baseline(scenario: Scenario) -> Baseline | None:
+    """Make the baseline of a scenario that differs from the foraging scenario in numbers only; else None."""
+    settings = settings_of(scenario)
+    return None if settings is None else make_baseline(settings)
+
+
+def make_baseline(settings: ForageSettings) -> Baseline:
+    """Make the baseline of foraging worlds with these settings."""
+    return Baseline(
+        settings.scenario(),
+        make_controller=lambda world: HandForager(world.agents, settings),
+        limits_s=lambda world: 10.0 * lower_bound(world) + 60.0,
+    )
+
+
+def judge_expert(settings: ForageSettings, seeds: Sequence[int]) -> Outcomes:
+    """Measure the forager written by hand on one world per seed."""
+    return measure_baseline(make_baseline(settings), seeds)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from understudy.model.kinds import NO, YES
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import Screen
-from understudy_lab.teachers.person import KEEP, after
+from understudy_lab.teachers.person import KEEP, Wish, after, raised
 from understudy_lab.teachers.teacher import Case, Topic
 
 
@@ -88,3 +88,158 @@ DEFER = Topic(
 )
 
 SQUAD_TOPICS = (COLLECTIVE_PATROL, DEFER)
+
+
+def content(show: Wish) -> Wish:
+    """A complaint wherever a patrol does not do as shown."""
+
+    def complain(screen: Screen) -> str | None:
+        wished = show(screen)
+        return None if wished == KEEP else wished
+
+    return complain
+
+
+# Hunt: one patrol looks for an intruder until one of its robots has it.
+
+
+def show_hunt(screen: Screen) -> str | None:
+    """All attack when one sees an intruder; done when one has it. Whom nobody has seen for a while is gone."""
+    seen = screen.features
+    if screen.state == "start":
+        return "disperse"
+    if screen.state == "disperse":
+        return "attack" if seen["someone_sees(intruder)"] == YES else None
+    if screen.state != "attack":
+        return None
+    if seen["someone_done"] == YES:
+        return "done"
+    if seen.get("seen_lately(intruder)") == NO:
+        return "disperse"
+    return KEEP if seen["someone_sees(intruder)"] == NO else None
+
+
+HUNT = Topic(
+    "hunt",
+    lambda library: new_lesson(
+        library,
+        "hunt",
+        states=["disperse", "attack=attack(intruder)"],
+        flags=["done"],
+        features=["someone_done", "someone_sees(intruder)", "seen_lately(intruder)"],
+    ),
+    show_hunt,
+    content(show_hunt),
+    lambda screen: raised(screen) or screen.time_s > 200.0,
+    cases=(
+        Case("on patrol"),
+        Case("an intruder that leaves", suits=_sees_intruder, enough=_has_given_up),
+    ),
+    tries=3,
+    limit_s=240.0,
+    patience_s=1000.0,
+)
+
+
+# Come(A): all go to A; where that takes long, some are in the others' way, and all make room before they go on.
+
+COMES_S, APART_S = 40.0, 6.0
+
+
+def _come(slack_s: float) -> Wish:
+    def wished(screen: Screen) -> str | None:
+        if screen.state == "start":
+            return "go"
+        limit, following = (COMES_S, "apart") if screen.state == "go" else (APART_S, "go")
+        return following if screen.features["time_in_state"] >= limit + slack_s else None
+
+    return wished
+
+
+COME = Topic(
+    "come",
+    lambda library: new_lesson(
+        library,
+        "come",
+        parameters=["A"],
+        states=["go=attack(A)", "apart=disperse"],
+        features=["time_in_state"],
+    ),
+    _come(0.0),
+    _come(2.0),
+    after(2.0 * COMES_S),
+    cases=(Case("on patrol", {"A": "home"}),),
+    tries=1,
+    limit_s=240.0,
+    patience_s=1000.0,
+)
+
+
+# Gather(A): all come to A, and it is done when all are there.
+
+
+def show_gather(screen: Screen) -> str | None:
+    """All come to A; done when all are there, not when some are."""
+    if screen.state == "start":
+        return "come"
+    if screen.state == "done":
+        return None
+    if screen.features["all_done"] == YES:
+        return "done"
+    return KEEP if screen.features["someone_done"] == YES else None
+
+
+GATHER = Topic(
+    "gather",
+    lambda library: new_lesson(
+        library,
+        "gather",
+        parameters=["A"],
+        states=["come(A)"],
+        flags=["done"],
+        features=["all_done", "someone_done"],
+    ),
+    show_gather,
+    content(show_gather),
+    raised,
+    cases=(Case("on patrol", {"A": "home"}),),
+    tries=2,
+    limit_s=240.0,
+    patience_s=1000.0,
+)
+
+
+# Guard: all patrols hunt together, and gather each at its own home.
+
+
+def show_guard(screen: Screen) -> str | None:
+    """All hunt until one patrol is done; all gather until all patrols are."""
+    seen = screen.features
+    if screen.state == "start":
+        return "hunt"
+    if screen.state == "hunt":
+        return "gather" if seen["someone_done"] == YES else None
+    if seen["all_done"] == YES:
+        return "hunt"
+    return KEEP if seen["someone_done"] == YES else None
+
+
+GUARD = Topic(
+    "guard",
+    lambda library: new_lesson(
+        library,
+        "guard",
+        states=["hunt", "gather=gather_all"],
+        features=["all_done", "someone_done"],
+    ),
+    show_guard,
+    content(show_guard),
+    after(120.0),
+    cases=(Case("on guard", enough=lambda screen: screen.state == "hunt" and screen.time_s > 60.0),),
+    tries=2,
+    limit_s=240.0,
+    patience_s=1000.0,
+)
+
+PATROL_TOPICS = (HUNT, COME, GATHER)
+GUARD_TOPICS = (GUARD,)

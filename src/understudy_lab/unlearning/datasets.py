@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
-from understudy.model.lesson import Learner, Lesson, Options
+from understudy.model.lesson import Example, ExampleKind, Learner, Lesson, Options
 
 DATA_SETS = ("iris", "wine", "breast_cancer", "digits")
 SIZES = ("4 a class", "60 in all")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from understudy_lab.bench import standard_task
-from understudy_lab.bench.programs import AHEAD, ARRIVED, PERSONAL
-from understudy_lab.bench.standard_task import Column, Start
+from understudy_lab.bench.standard_task import AHEAD, ARRIVED, PERSONAL, Column, Start
 
 TAU = 2 * np.pi
 

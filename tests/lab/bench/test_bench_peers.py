@@ -13,7 +13,7 @@ from tests.lab.bench.reference import Reference, decide
 from understudy.model.features import BoundFeature, Feature
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
-from understudy_lab.bench import programs, standard_task
+from understudy_lab.bench import standard_task
 from understudy_lab.bench._handwritten_kernels import decide as decide_flat
 from understudy_lab.bench._handwritten_kernels import sonar
 from understudy_lab.bench.handwritten_baseline import READINGS, Prototype, table
@@ -59,7 +59,7 @@ def test_vmas_does_the_base_task(each: int, worlds: int) -> None:
 
 @pytest.mark.parametrize("robots", [60, 700])
 def test_the_prototype_does_the_base_task(robots: int) -> None:
-    made = Prototype(robots, programs.make_base_library(), programs.BASE, sonar=False)
+    made = Prototype(robots, standard_task.make_base_library(), standard_task.BASE, sonar=False)
     reference = Reference(robots)
     for _ in range(30):
         made.run(1)
@@ -72,7 +72,7 @@ def test_the_prototype_does_the_base_task(robots: int) -> None:
 def test_the_program_of_base_decides_as_peers_do() -> None:
     """On 2 000 random readings."""
     random = np.random.default_rng(0)
-    program = link(programs.make_base_library(), programs.BASE)
+    program = link(standard_task.make_base_library(), standard_task.BASE)
     interpreter = Interpreter(program)
     interpreter.start(0.0)
     for _ in range(2000):
@@ -86,8 +86,8 @@ def test_the_program_of_base_decides_as_peers_do() -> None:
 
 def test_the_prototype_decides_as_the_interpreter_does() -> None:
     """Ten robots that run the full task's three levels on random readings, for 300 ticks each."""
-    library = programs.make_full_library()
-    program = link(library, programs.FULL)
+    library = standard_task.make_full_library()
+    program = link(library, standard_task.FULL)
     tests, numbers, roots, children, flags, starts, commands = table(library)
     columns = [_column(bound) for bound in program.features]
     random = np.random.default_rng(1)
@@ -95,7 +95,7 @@ def test_the_prototype_decides_as_the_interpreter_does() -> None:
     for _ in range(10):
         interpreter = Interpreter(program)
         interpreter.start(0.0)
-        made = Prototype(1, library, programs.FULL, sonar=True)
+        made = Prototype(1, library, standard_task.FULL, sonar=True)
         for tick in range(300):
             values = _random_readings(random)
             state = decide_flat(made.stack[0], tests, numbers, roots, children, flags, starts, values)
@@ -122,7 +122,7 @@ def _random_readings(random: np.random.Generator) -> Column:
 
 def test_sonar_of_the_prototype_equals_many_beams() -> None:
     """The nearest of 2 000 beams in a sector is what the sector reads."""
-    made = Prototype(80, programs.make_full_library(), programs.FULL, sonar=True)
+    made = Prototype(80, standard_task.make_full_library(), standard_task.FULL, sonar=True)
     side, radius, _, most, *_ = made.sizes
     for x, y, heading in made.place.T:
         values = np.zeros(len(READINGS))

@@ -9,7 +9,7 @@ import pytest
 
 from understudy.model.library import Library
 from understudy.runtime.program import link
-from understudy_lab.bench import harness, patrol, programs, standard_task, swarm
+from understudy_lab.bench import harness, patrol, standard_task, swarm
 from understudy_lab.bench.harness import Case, Goal, PeerMissing, Row, measure, result, speed
 
 
@@ -99,8 +99,8 @@ def test_goals_of_the_swarm_find_their_rows() -> None:
 
 
 LIBRARIES = [  # library, root, levels, states, nodes
-    (programs.make_base_library(), programs.BASE, 1, 5, 95),
-    (programs.make_full_library(), programs.FULL, 3, 23, 125),
+    (standard_task.make_base_library(), standard_task.BASE, 1, 5, 95),
+    (standard_task.make_full_library(), standard_task.FULL, 3, 23, 125),
     (patrol.library(), "patrol", 2, 13, 74),
 ]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from understudy_lab.bench.looks import GOAL_MS, looks, run_looks, two_hundred
+from understudy_lab.bench.learning import GOAL_MS, looks, run_looks, two_hundred
 
 
 def test_everything_that_looks_at_two_hundred_examples_is_measured() -> None:

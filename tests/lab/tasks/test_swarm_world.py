@@ -8,8 +8,7 @@ from understudy.runtime.team.team import Team
 from understudy.sim import step
 from understudy.sim.team.libraries import team_of
 from understudy.sim.world import World
-from understudy_lab.tasks.swarm import SWARM, of_platoons, scenario
-from understudy_lab.tasks.swarm_expert import hand_coded
+from understudy_lab.tasks.swarm_world import SWARM, hand_coded, of_platoons, scenario
 
 
 def test_eight_platoons_are_the_swarm_that_ships() -> None:

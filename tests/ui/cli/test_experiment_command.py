@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from tests.ui.cli.commands import run
 
-from understudy_lab import catalog
+from understudy_lab import study
 from understudy_lab.figures import panels
 from understudy_lab.results import Result, save
 from understudy_lab.study import Experiment, Findings, Goal, Row, Table, Task
@@ -27,7 +27,7 @@ def squares(*, share: float = 1.0) -> Experiment:
         held = all(row["share"] >= 1.0 for row in rows)
         return Findings("Squares.", [TABLE], [Goal("share", "1", f"{rows[0]['share']:g}", held)], ["A note."])
 
-    known = catalog.find_experiment("forage")
+    known = study.find_experiment("forage")
     return replace(
         known,
         seeds=range(4),
@@ -58,7 +58,7 @@ def use(experiment: Experiment, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_all_are_listed() -> None:
     assert [each["name"] for each in json.loads(run("experiment", "list", "--json").stdout)] == list(
-        catalog.QUESTIONS
+        study.QUESTIONS
     )
 
 

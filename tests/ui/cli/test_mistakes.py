@@ -123,7 +123,7 @@ def test_mistakes_are_told_before_anything_is_compiled(
     def compiled(**_: object) -> None:
         pytest.fail("compiled first")
 
-    monkeypatch.setattr("understudy.ui.cli.progress.compile_once", compiled)
+    monkeypatch.setattr("understudy.ui.cli.output.compile_once", compiled)
     result = run(*(argument.format(lib=library) for argument in arguments))
     assert result.exit_code == 2
     assert result.stderr.startswith("Error: ")

@@ -6,7 +6,7 @@ import asyncio
 
 from textual.app import App, ComposeResult
 
-from understudy.ui.tui.picks import Picks
+from understudy.ui.tui.lesson_form import Picks
 
 
 class Page(App[None]):

@@ -14,8 +14,7 @@ import pytest
 from tests.ui.tui.desks import GOTO, Hand, plan, trainer
 
 from understudy.learning.fit import learn
-from understudy.model.example import ExampleKind
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import ExampleKind, Lesson
 from understudy.robots.twin import drawn
 from understudy.sim.forage import kit
 from understudy.sim.target_lookup import place_of

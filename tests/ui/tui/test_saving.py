@@ -12,8 +12,8 @@ from tests.ui.tui.desks import GOTO, Wall, plan
 from understudy.errors import SessionError
 from understudy.sim.forage import kit
 from understudy.storage.library_folder import open_library
+from understudy.ui.controller.lesson_actions import promise
 from understudy.ui.controller.open_session import begun
-from understudy.ui.controller.outcomes import promise
 from understudy.ui.controller.save_report import told
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.controller.training_plan import checked

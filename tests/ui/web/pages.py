@@ -17,9 +17,8 @@ from starlette.testclient import TestClient, WebSocketTestSession
 
 from understudy.sim.catalog import find_world
 from understudy.sim.kit import kit_of
-from understudy.ui.web.app import app
+from understudy.ui.web.app import app, listen
 from understudy.ui.web.server import Studio
-from understudy.ui.web.serving import listen
 from understudy.ui.web.session_host import Stage
 
 HOME = "http://127.0.0.1"

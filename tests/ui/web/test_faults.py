@@ -11,7 +11,7 @@ from tests.ui.web.pages import GOTO, Wall, page, served
 
 from understudy.model.features import Readings, feature
 from understudy.model.kinds import Column, Continuous
-from understudy.model.kit import Kit
+from understudy.model.library import Kit
 from understudy.sim.catalog import find_world
 from understudy.sim.kit import kit_of
 from understudy.ui.web.actions import dispatch

@@ -174,7 +174,7 @@ def test_broken_and_boundless_zips(desk: Desk, monkeypatch: pytest.MonkeyPatch) 
     assert (
         "more than 1000 files" in desk.give(zipped(*((f"a{n}.json", "") for n in range(1_001))))[1]["error"]
     )
-    monkeypatch.setattr("understudy.ui.web.post.MOST_PACKED", 100)
+    monkeypatch.setattr("understudy.ui.web.library_zip.MOST_PACKED", 100)
     status, answer = desk.give(parcel)
     assert status == 413
     assert desk.contents() == before

@@ -11,8 +11,7 @@ from tests.ui.cli.commands import run, said
 from tests.ui.web.pages import GOTO, Page, page, served, studio
 
 from understudy.robots.twin import drawn
-from understudy.sim.scenario.files import builtin_scenarios
-from understudy.sim.scenario.markers import TARGET
+from understudy.sim.scenario.files import TARGET, builtin_scenarios
 from understudy.sim.target_lookup import place_of
 from understudy.storage.library_folder import open_document
 

@@ -17,9 +17,9 @@ from understudy.errors import SettingError
 from understudy.sim.catalog import find_world
 from understudy.sim.kit import kit_of
 from understudy.ui.web import clients
+from understudy.ui.web.app import is_loopback, listen
 from understudy.ui.web.clients import Viewer
 from understudy.ui.web.server import Studio
-from understudy.ui.web.serving import is_loopback, listen
 from understudy.ui.web.session_host import Stage
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from understudy.errors import SettingError
-from understudy.sim.scenario.part import Part
+from understudy.sim.scenario.squad_schema import Part
 
 Share: TypeAlias = tuple[float, float]
 """(least, most), each from 0 to 1."""

@@ -14,7 +14,7 @@ from msgspec import field
 from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.robots.camera.blobs import LEAST_PX, Camera
 from understudy.robots.camera.color import Color
-from understudy.sim.scenario.part import Part
+from understudy.sim.scenario.squad_schema import Part
 from understudy.storage.atomic import write
 
 CAMERA, COLORS = "camera", "colors"

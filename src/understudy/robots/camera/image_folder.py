@@ -9,8 +9,7 @@ from understudy.errors import FileError
 from understudy.robots.camera.blobs import Blob, Camera, Image, Mask
 from understudy.robots.camera.calibration import Shown, color_shown
 from understudy.robots.camera.color import Color
-from understudy.robots.camera.decode import decode_compressed
-from understudy.robots.camera.image_files import ImageError
+from understudy.robots.camera.image_decoding import ImageError, decode_compressed
 
 ENDINGS = (".png", ".jpg", ".jpeg")
 MASK = ".mask"

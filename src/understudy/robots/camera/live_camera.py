@@ -12,7 +12,7 @@ from understudy.robots.camera.blobs import Camera, Image
 from understudy.robots.camera.calibration import Point, color_at
 from understudy.robots.camera.color import Color
 from understudy.robots.camera.config import CameraOf, check_name
-from understudy.robots.camera.decode import decode, decode_compressed
+from understudy.robots.camera.image_decoding import decode, decode_compressed
 from understudy.robots.camera.opencv import opencv
 
 KEPT = 40

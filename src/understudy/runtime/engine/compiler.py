@@ -17,7 +17,6 @@ from understudy.model.behaviors import Change
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Counter, Feature, Flag, Timer
 from understudy.model.tree import STAY, Tree
-from understudy.runtime.engine.flattening import Row, check_tree, flat
 from understudy.runtime.engine.tables import (
     ADD,
     ASKED,
@@ -34,8 +33,11 @@ from understudy.runtime.engine.tables import (
     STATE,
     TIME,
     TIMER,
+    Row,
     Stacks,
     Tables,
+    check_tree,
+    flat,
 )
 from understudy.runtime.program import IDLE_PROGRAM, Child, Freshened, GroundBehavior, Program, Source
 

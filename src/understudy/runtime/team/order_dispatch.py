@@ -14,8 +14,7 @@ from understudy.model.kinds import Column
 from understudy.model.squad import Duty, Order, Squad
 from understudy.runtime.program import IDLE_PROGRAM
 from understudy.runtime.team.comms import DOWN, Delayed, Radio
-from understudy.runtime.team.members import Band
-from understudy.runtime.team.roster import Roster
+from understudy.runtime.team.members import Band, Roster
 
 SAME_S = 1e-6
 """Times this near are one: a run state that was gone back to knows when it began only by how long that was ago."""

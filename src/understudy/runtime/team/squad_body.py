@@ -19,11 +19,9 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import BOOLEAN, Column, Kind
 from understudy.model.squad import Duty, Order, Squad, Statistic
 from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading
-from understudy.runtime.team.comms import Radio, Traffic, traffic
-from understudy.runtime.team.members import Band
+from understudy.runtime.team.comms import Radio, Reports, Traffic, traffic
+from understudy.runtime.team.members import Band, Roster
 from understudy.runtime.team.order_dispatch import Ordering
-from understudy.runtime.team.reports import Reports
-from understudy.runtime.team.roster import Roster
 from understudy.runtime.team.statistics import Memory, surveyed
 
 SpelledDuty: TypeAlias = tuple[str, dict[str, str]]

@@ -8,8 +8,7 @@ from understudy.errors import DefinitionError
 from understudy.model.behaviors import Behavior
 from understudy.model.binding import Binding
 from understudy.model.features import Feature, Flag, TimeInState
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.model.squad import Duty, Order, Squad
 from understudy.runtime.body import Reading
 from understudy.runtime.team.squad_body import readings_of

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from understudy.model.kinds import BOOLEAN, YES, Column, Kind, Toroidal
 from understudy.model.squad import TELLING, YES_OR_NO, Statistic
-from understudy.runtime.team.roster import Roster
+from understudy.runtime.team.members import Roster
 
 Bools = NDArray[np.bool_]
 

@@ -25,9 +25,7 @@ from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.run_loop import Run
 from understudy.runtime.team.comms import Radio, radio_keys
 from understudy.runtime.team.compiled_squads import Leading
-from understudy.runtime.team.fitting import check_members, ordered
-from understudy.runtime.team.members import Band, Finds, Layer, Runner
-from understudy.runtime.team.roster import Member, Roster
+from understudy.runtime.team.members import Band, Finds, Layer, Member, Roster, Runner, check_members, ordered
 from understudy.runtime.team.squad_body import Squads
 
 

@@ -5,10 +5,43 @@ Whole numbers are 64 bits wide, as those in kernels are, so that no kernel is co
 for some of a robot, which so fits into 128 bytes, two lines of a processor's cache.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
-from understudy.sim.kernels.seeing import THING, VIEW
 from understudy.sim.sensing.sectors import SECTOR
+
+THING = np.dtype(
+    [
+        ("x", "f8"),
+        ("y", "f8"),
+        ("radius", "f8"),
+        ("height", "f8"),
+        ("color", "i4"),  # index, -1 none
+        ("opaque", "i4"),  # 1: hides what is behind it; 0: does not; -1: nothing hides it either
+    ],
+    align=True,
+)
+"""A disc."""
+
+VIEW = np.dtype(
+    [
+        ("left", "f8"),  # where it appears, cut by the frame
+        ("right", "f8"),
+        ("power", "f8"),  # of the camera with respect to a disc: its tangents' length squared
+        ("squared", "f8"),  # distance to a disc's center, squared
+        ("height_px", "f8"),
+        ("nearness", "f8"),  # of a segment: 1 / distance along the view, in the middle of the frame
+        ("slope", "f8"),  # and by how much that grows across the frame
+        ("cut_left", "f8"),  # memory for what hides one view: the list of cuts has no relation to this view
+        ("cut_right", "f8"),
+        ("color", "i4"),  # of a disc; -1: no blob, it only hides others
+        ("opaque", "i4"),
+    ],
+    align=True,
+)
+"""A disc or a segment in the frame."""
+
 
 ROBOT = np.dtype(
     [

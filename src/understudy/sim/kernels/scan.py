@@ -6,7 +6,7 @@ from typing import Any
 from numba import njit
 
 from understudy.sim.kernels.camera import blob, project, screen
-from understudy.sim.kernels.dtypes import NUMBER, PART, SEGMENT, SPOT
+from understudy.sim.kernels.dtypes import NUMBER, PART, SEGMENT, SPOT, THING, VIEW
 from understudy.sim.kernels.grid import big_cells, near_range, spots_of_line
 from understudy.sim.kernels.memory import (
     array_at,
@@ -20,7 +20,6 @@ from understudy.sim.kernels.memory import (
     segment_at,
     type_at,
 )
-from understudy.sim.kernels.seeing import THING, VIEW
 from understudy.sim.kernels.sonar import sector_to_bounds, sector_to_disc, sector_to_segment
 from understudy.sim.sensing.sectors import SECTOR
 

@@ -2,11 +2,95 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from math import cos, hypot, radians, sin
+from typing import TypeAlias
+
 import numpy as np
 
-from understudy.sim.layout.geometry import from_segment
 from understudy.sim.params import Names
+from understudy.sim.scenario.schema import Point, Scenario
 from understudy.sim.state import Records, Rules, State
+
+Segment: TypeAlias = tuple[Point, Point]
+
+
+def counter_clockwise(points: Sequence[Point]) -> tuple[Point, ...]:
+    """The corners of a polygon in counter-clockwise order."""
+    area = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in around(points))
+    return tuple(points) if area > 0 else tuple(reversed(points))
+
+
+def around(points: Sequence[Point]) -> tuple[Segment, ...]:
+    """The edges of a polygon."""
+    return tuple(zip(points, (*points[1:], *points[:1]), strict=True))
+
+
+def wall_segments(scenario: Scenario) -> Iterator[Segment]:
+    """The pieces of all inner walls."""
+    for wall in scenario.walls:
+        yield from around(wall.points) if wall.closed else around(wall.points)[:-1]
+
+
+def placed_at(points: Sequence[Point], place: Sequence[float]) -> tuple[Point, ...]:
+    """The corners of a polygon at a place (x, y), or (x, y, how far it is turned in degrees)."""
+    turned = radians(place[2]) if len(place) > 2 else 0.0
+    return tuple(
+        (place[0] + cos(turned) * x - sin(turned) * y, place[1] + sin(turned) * x + cos(turned) * y)
+        for x, y in counter_clockwise(points)
+    )
+
+
+def from_segment(point: Point, segment: Segment) -> float:
+    """The distance of a point from a segment."""
+    (x, y), ((x0, y0), (x1, y1)) = point, segment
+    dx, dy = x1 - x0, y1 - y0
+    squared = dx * dx + dy * dy
+    along = min(1.0, max(0.0, ((x - x0) * dx + (y - y0) * dy) / squared)) if squared else 0.0
+    return hypot(x - x0 - along * dx, y - y0 - along * dy)
+
+
+def is_inside(point: Point, corners: Sequence[Point]) -> bool:
+    """Whether a point lies inside a polygon."""
+    x, y = point
+    inside = False
+    for (x0, y0), (x1, y1) in around(corners):
+        if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
+            inside = not inside
+    return inside
+
+
+def meet(first: Segment, second: Segment) -> bool:
+    """Whether two segments have a point in common."""
+    touching = any(from_segment(end, second) == 0.0 for end in first)
+    touching = touching or any(from_segment(end, first) == 0.0 for end in second)
+    return touching or (_sides(first, second) and _sides(second, first))
+
+
+def _sides(line: Segment, ends: Segment) -> bool:
+    """Whether two ends lie on either side of a line."""
+    (x0, y0), (x1, y1) = line
+    left, right = ((x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) for x, y in ends)
+    return (left < 0 < right) or (right < 0 < left)
+
+
+def crossing_edges(points: Sequence[Point]) -> tuple[int, int] | None:
+    """Two edges of a polygon that have more in common than the corner of neighbors, or an edge without length."""
+    edges = around(points)
+    for a, first in enumerate(edges):
+        if first[0] == first[1]:
+            return a, a
+        for b, second in enumerate(edges[:a]):
+            if a - b == 1:
+                meeting = from_segment(first[1], second) == 0.0 or from_segment(second[0], first) == 0.0
+            elif a - b == len(edges) - 1:
+                meeting = from_segment(first[0], second) == 0.0 or from_segment(second[1], first) == 0.0
+            else:
+                meeting = meet(first, second)
+            if meeting:
+                return b, a
+    return None
+
 
 CLOSE = 1e-9
 """What rounding may do to a distance, m."""

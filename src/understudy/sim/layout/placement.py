@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.sim.kernels import _crowd_kernels as _crowd
 from understudy.sim.kernels import clearance as _space
+from understudy.sim.kernels import placement as _crowd
 from understudy.sim.kernels import placement as _kernels
 from understudy.sim.kernels.dtypes import DISC, OBJECT, ROBOT, SEGMENT
-from understudy.sim.layout.geometry import counter_clockwise, wall_segments
+from understudy.sim.layout.clearance import counter_clockwise, wall_segments
 from understudy.sim.layout.rng import Seeds
 from understudy.sim.params import Names, box_of, least_and_most, most_of, names_of, robot_count
 from understudy.sim.scenario.schema import Objects, Obstacle, Placing, Point, Robots, Scenario

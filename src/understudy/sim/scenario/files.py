@@ -10,10 +10,12 @@ from types import MappingProxyType
 from typing import Any
 
 import msgspec
+from msgspec.structs import replace
 
 from understudy.errors import FileError, SettingError, listed
+from understudy.sim.params import names_of
 from understudy.sim.scenario.scenario_errors import suggestion
-from understudy.sim.scenario.schema import VERSION, Scenario
+from understudy.sim.scenario.schema import VERSION, Objects, Scenario, TargetOf
 from understudy.sim.scenario.toml_decode import Mismatch, convert
 from understudy.sim.scenario.toml_writer import toml_text
 from understudy.sim.scenario.validate_names import NAME
@@ -142,3 +144,31 @@ def _migrated(document: Document) -> Document:
     for version in range(document["version"], VERSION):
         document = MIGRATIONS[version](document)
     return {key: value for key, value in document.items() if key not in ("understudy", "version")}
+
+
+MARKER = "marker"
+TARGET = "nearest_marker"
+COLORS = ("magenta", "orange", "cyan", "purple", "yellow", "white")
+"""What cameras know it by: the first that nothing else in the world has."""
+RADIUS = 0.15
+
+
+def with_markers(scenario: Scenario) -> Scenario:
+    """The scenario with a class of markers and the target of that name, as far as it has none of its own."""
+    objects, targets = scenario.objects, dict(scenario.targets)
+    if MARKER not in (thing.name for thing in objects):
+        taken = names_of(scenario).colors
+        color = next((color for color in COLORS if color not in taken), None)
+        objects = (*objects, Objects(name=MARKER, count=0, radius=RADIUS, color=color))
+    targets.setdefault(
+        TARGET, TargetOf(nearest=MARKER, doc="The nearest of the markers that somebody placed.")
+    )
+    return replace(scenario, objects=objects, targets=targets)
+
+
+def without_markers(scenario: Scenario) -> Scenario:
+    """The scenario as it was `with_markers`; as it is where its markers are its own."""
+    objects = tuple(thing for thing in scenario.objects if thing.name != MARKER)
+    targets = {name: target for name, target in scenario.targets.items() if name != TARGET}
+    stripped = replace(scenario, objects=objects, targets=targets)
+    return stripped if with_markers(stripped) == scenario else scenario

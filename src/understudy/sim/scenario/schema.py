@@ -11,8 +11,7 @@ from typing import Literal, TypeAlias
 
 from msgspec import UNSET, UnsetType, field
 
-from understudy.sim.scenario.part import Part
-from understudy.sim.scenario.squad_schema import Radio, SquadOf
+from understudy.sim.scenario.squad_schema import Part, Radio, SquadOf
 
 Point: TypeAlias = tuple[float, float]
 Range: TypeAlias = tuple[float, float]

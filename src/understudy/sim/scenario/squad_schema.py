@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-from msgspec import UNSET, UnsetType, field
+from msgspec import UNSET, Struct, UnsetType, field
 
 from understudy.model.squad import How
-from understudy.sim.scenario.part import Part
+
+
+class Part(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """What all parts of a scenario, or of a robot's file, have in common: frozen, keys by name, no unknown key."""
 
 
 class MemberOf(Part, frozen=True, kw_only=True):

@@ -9,8 +9,8 @@ from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, Union, get_args
 
 import msgspec
 
-from understudy.sim.scenario.part import Part
 from understudy.sim.scenario.scenario_errors import suggestion
+from understudy.sim.scenario.squad_schema import Part
 
 Steps: TypeAlias = tuple[str | int, ...]
 Described = TypeVar("Described", bound=Part)

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from understudy.sim.scenario.part import Part
 from understudy.sim.scenario.scenario_errors import Checker
 from understudy.sim.scenario.schema import (
     Camera,
@@ -33,7 +32,7 @@ from understudy.sim.scenario.schema import (
     TargetOf,
     Walk,
 )
-from understudy.sim.scenario.squad_schema import DutyOf, MemberOf, Radio, SquadOf, StatisticOf
+from understudy.sim.scenario.squad_schema import DutyOf, MemberOf, Part, Radio, SquadOf, StatisticOf
 
 MOST = 1e9
 """Whatever is larger is a slip, or breaks arithmetic."""

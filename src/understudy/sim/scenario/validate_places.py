@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from msgspec import UNSET
 
-from understudy.sim.layout.geometry import (
+from understudy.sim.layout.clearance import (
     Segment,
     around,
     crossing_edges,

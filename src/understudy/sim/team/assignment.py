@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from understudy.errors import listed
 from understudy.model.squad import Squad
-from understudy.runtime.team.roster import Member
+from understudy.runtime.team.members import Member
 from understudy.runtime.team.team import Tree
 from understudy.sim.params import robot_count
 from understudy.sim.scenario.scenario_errors import Checker

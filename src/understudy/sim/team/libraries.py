@@ -12,8 +12,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from understudy.errors import SettingError, listed
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.runtime.body import Body, Reading
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program
@@ -21,10 +20,9 @@ from understudy.runtime.team.coordinator_body import Troop
 from understudy.runtime.team.squad_body import readings_of as readings_of_squad
 from understudy.runtime.team.squad_kit import squad_kit
 from understudy.runtime.team.team import Team
-from understudy.sim.kit import readings_of
+from understudy.sim.kit import kits_of, mixed, readings_of
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.assignment import deal
-from understudy.sim.type_kits import kits_of, mixed
 from understudy.sim.world import World
 from understudy.storage.library_folder import documents
 

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from understudy.model.automaton import Transition
-    from understudy.model.kit import Kit
     from understudy.model.lesson import Lesson
+    from understudy.model.library import Kit
     from understudy.model.library import Library as Taught
     from understudy.sim.scenario.schema import Scenario
     from understudy.storage.document import Learn
@@ -100,7 +100,7 @@ def chosen_world(argument: str | None, option: str | None) -> str:
 
 def find_kit(named: str | None, world: str) -> Kit:
     """The kit named as MODULE:NAME, otherwise the scenario's."""
-    from understudy.model.kit import Kit
+    from understudy.model.library import Kit
 
     if named is None:
         from understudy.sim.kit import kit_of

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from datetime import datetime
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -11,6 +14,8 @@ import msgspec
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+
+    from understudy.sim.scenario.schema import Scenario
 
 
 def print_json(result: Any) -> None:
@@ -55,3 +60,37 @@ def count(number: int, one: str, many: str | None = None) -> str:
 def when(saved: datetime | None) -> str:
     """A moment in the reader's own time."""
     return "" if saved is None else f"{saved.astimezone():%Y-%m-%d %H:%M}"
+
+
+SLOW_S = 2.0
+
+
+@contextmanager
+def progress(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """A function to call with how many are done of how many; it shows a bar until the block ends."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    out = console(err=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=out, transient=True, disable=quiet or not out.is_terminal) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def compile_once(*, learner: bool = False, world: Scenario | None = None, quiet: bool = False) -> None:
+    """Have compiled what a command is going to need, and say so where that takes its time."""
+
+    out = console(err=True)
+    out.quiet = quiet
+    began = perf_counter()
+    with out.status("Compiling once; the next run starts at once …"):
+        if learner:
+            from understudy.learning.tree_growth import prepare as prepare_learner
+
+            prepare_learner()
+        if world is not None:
+            from understudy.sim.catalog import prepare as prepare_world
+
+            prepare_world(world)
+    if perf_counter() - began > SLOW_S:
+        out.print(f"[dim]Compiled in {perf_counter() - began:.0f} s; the next run starts at once.[/]")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from understudy.model.kit import Kit
+    from understudy.model.library import Kit
     from understudy.robots.recording.reader import Recording
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Scenario

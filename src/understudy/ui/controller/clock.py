@@ -7,6 +7,7 @@ from math import ceil, inf, isinf
 from typing import TypeAlias
 
 from understudy.errors import SettingError
+from understudy.robots.twin import Ground, Twin
 
 Wall: TypeAlias = Callable[[], float]
 """A clock that only goes forward, s."""
@@ -102,3 +103,27 @@ class Pace:
         if self._going:
             self._time_s += passed
             self._owed_s = 0.0 if isinf(self.speed) else self._owed_s + passed * self.speed
+
+
+class Idling:
+    """A world in real time, without a desk."""
+
+    def __init__(self, world: Ground, wall: Wall) -> None:
+        self._world, self.pace = world, Pace(wall, tick_s=world.tick_s, live=isinstance(world, Twin))
+        self.paused = True
+
+    def pause(self, paused: bool) -> None:
+        """Let time stand still, or go on."""
+        self.paused = paused
+        (self.pace.stop if paused else self.pace.go)()
+
+    def ticks(self) -> Iterator[None]:
+        """Take the ticks that are due, one after the other."""
+        for _ in self.pace.ticks():
+            self._world.act({})
+            yield
+
+    def step(self) -> None:
+        """One tick, then time stands still."""
+        self.pause(True)
+        self._world.act({})

@@ -13,8 +13,8 @@ from understudy.coaching.queries import Asking, Question, When
 from understudy.coaching.situation_setup import Staged, stage
 from understudy.errors import SessionError
 from understudy.model.automaton import Transition
-from understudy.model.kit import Kit
 from understudy.model.lesson import Lesson
+from understudy.model.library import Kit
 from understudy.runtime.body import rewinds
 from understudy.training.feature_values import steady_readings
 from understudy.training.reaction_time import Lateness, lateness

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from math import degrees, inf, isnan, nan, radians
 
 from understudy.errors import KindError
-from understudy.model.example import Example, ExampleKind
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.lesson import Example, ExampleKind
 from understudy.training.session_view import Screen
 
 SPARKS = "▁▂▃▄▅▆▇█"

@@ -20,7 +20,7 @@ from understudy.errors import UnderstudyError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.storage.atomic import failing
-from understudy.storage.filenames import stem
+from understudy.storage.library_folder import stem
 from understudy.training.journal_replay import Past
 
 try:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from understudy.errors import listed
+from understudy.analysis import expectations
+from understudy.analysis.simplify_preview import Simpler, simpler, simplifiable
+from understudy.errors import SessionError, listed
+from understudy.learning.pruning_suggestions import with_pruning
+from understudy.model.expectation import Outcome
 from understudy.ui.controller.status import Said
 from understudy.ui.controller.trainer import Desk
 
@@ -30,3 +34,42 @@ def release(desk: Desk, numbers: Sequence[int]) -> None:
 def _examples(numbers: Sequence[int]) -> str:
     """Examples by number, with the verb: "Example 3 is", "Examples 3 and 5 are"."""
     return f"Example {numbers[0]} is" if len(numbers) == 1 else f"Examples {listed(map(str, numbers))} are"
+
+
+def promise(desk: Desk, flag: str, within_s: float) -> None:
+    """Let the lesson promise that from here on, started afresh, the automaton raises a flag in time."""
+    outcome = expectations.promise(desk.session, flag=flag, within_s=within_s)
+    desk.said = Said(f"Promised from here: {outcome}; undo takes it back")
+    desk.changed()
+
+
+def withdraw(desk: Desk, number: int) -> None:
+    """Let the lesson no longer promise its outcome of this number, from 0."""
+    outcome = promised(desk, number)
+    kept = desk.session.lesson.outcomes
+    desk.session.choose(outcomes=(*kept[:number], *kept[number + 1 :]))
+    desk.said = Said(f"No longer promised: {outcome}; undo takes that back")
+    desk.changed()
+
+
+def promised(desk: Desk, number: int) -> Outcome:
+    """The outcome of this number; SessionError where there is none."""
+    kept = desk.session.lesson.outcomes
+    if not 0 <= number < len(kept):
+        raise SessionError(f"{desk.name} has no outcome {number + 1}: it promises {len(kept)}")
+    return kept[number]
+
+
+def seen(desk: Desk, pruning: float | None = None) -> Simpler:
+    """What pruning the lesson as it stands would come to; nothing is changed."""
+    return simpler(desk.session.taught(), pruning)
+
+
+def prune(desk: Desk, pruning: float) -> None:
+    """Learn the lesson with a pruning from now on; 0 takes it back."""
+    lesson = simplifiable(desk.session.taught())
+    desk.session.choose(options=with_pruning(lesson, pruning).options)
+    desk.said = Said(
+        "It is as simple as you saw; undo takes that back" if pruning else "Nothing is pruned now"
+    )
+    desk.changed()

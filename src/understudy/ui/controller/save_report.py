@@ -9,8 +9,7 @@ from understudy.errors import UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.library import Library, Taught
 from understudy.sim.team.libraries import Libraries
-from understudy.storage.filenames import stem
-from understudy.storage.library_folder import read_document
+from understudy.storage.library_folder import read_document, stem
 
 MOST_SAID = 2
 

@@ -13,7 +13,7 @@ from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson, Options
 from understudy.model.library import Library, Taught
 from understudy.sim.scenario.schema import Scenario
-from understudy.storage.filenames import alike, stem
+from understudy.storage.library_folder import alike, stem
 from understudy.training.edits import Choice, rechosen
 from understudy.training.lesson_design import chosen_feature, new_lesson
 

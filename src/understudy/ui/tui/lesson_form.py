@@ -12,7 +12,8 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
-from textual.widgets import Input, Label, Static
+from textual.widgets import Input, Label, OptionList, Static
+from textual.widgets.option_list import Option
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.model.automaton import START, State
@@ -21,7 +22,41 @@ from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.training.edits import Choice, rechosen
 from understudy.ui.controller.training_plan import Choices, Plan, new, targets
-from understudy.ui.tui.picks import Picks
+
+
+class Picks(OptionList):
+    """Some of a list of texts, in its order."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("space", "select", show=False)]
+
+    def __init__(self, *, id: str) -> None:
+        super().__init__(id=id, compact=True)
+        self._texts: list[str] = []
+        self._chosen: set[str] = set()
+
+    @property
+    def chosen(self) -> list[str]:
+        """What was chosen."""
+        return [text for text in self._texts if text in self._chosen]
+
+    def offer(self, texts: Iterable[str], *, chosen: Sequence[str]) -> None:
+        """Offer these, with some chosen."""
+        self._texts, self._chosen = list(texts), set(chosen)
+        self.clear_options()
+        self.add_options([Option(self._prompt(text)) for text in self._texts])
+        self.highlighted = 0 if self._texts else None  # so that space chooses at once
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        """Choose it, or not any more."""
+        event.stop()
+        text = self._texts[event.option_index]
+        self._chosen ^= {text}
+        self.replace_option_prompt_at_index(event.option_index, self._prompt(text))
+
+    def _prompt(self, text: str) -> Text:
+        mark, style = ("[x]", "bold") if text in self._chosen else ("[ ]", "")
+        return Text.assemble((f"{mark} {text}", style))
+
 
 Check = Callable[[Choices], object]
 NEW = (

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rich.text import Text
 
-from understudy.model.example import Example, ExampleKind
+from understudy.model.lesson import Example, ExampleKind
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting
 from understudy.ui.controller.clock import FASTEST

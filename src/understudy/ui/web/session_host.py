@@ -12,7 +12,7 @@ from time import monotonic
 
 from understudy.coaching.queries import When
 from understudy.errors import SessionError, SettingError, UnderstudyError
-from understudy.model.kit import Kit
+from understudy.model.library import Kit
 from understudy.robots.twin import Ground, Twin
 from understudy.runtime.team.coordinator_body import Troop
 from understudy.sim.scenario.schema import Scenario, Sonar
@@ -21,14 +21,12 @@ from understudy.training.other_agents import Instant
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting, journal_store
 from understudy.ui.controller.arming import Robots
-from understudy.ui.controller.clock import Wall, known_speed
-from understudy.ui.controller.idling import Idling
+from understudy.ui.controller.clock import Idling, Wall, known_speed
 from understudy.ui.controller.open_session import Opened
 from understudy.ui.controller.status import Said
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.web import frames
-from understudy.ui.web.rewind import Frame, Reel
-from understudy.ui.web.unsure import Unsure
+from understudy.ui.web.rewind import Frame, Reel, Unsure
 from understudy.ui.web.views.scene import Plain, scene
 from understudy.ui.web.views.session import Picture
 from understudy.ui.web.views.team import Doing, Ranks

@@ -35,8 +35,7 @@ def advise(
     from understudy.learning.fit import learn
     from understudy.ui.cli.library_data import look
     from understudy.ui.cli.options import learner, some_kit
-    from understudy.ui.cli.output import print_json
-    from understudy.ui.cli.progress import compile_once
+    from understudy.ui.cli.output import compile_once, print_json
 
     if bind and world is None:
         raise _refused("--bind", bind[0], "means nothing without a world", "add --world SCENARIO")

@@ -11,8 +11,7 @@ from understudy.ui.cli.options import LIBRARY, Json, KitName, Library, SomeWorld
 
 if TYPE_CHECKING:
     from understudy.learning.change_attribution import Moved
-    from understudy.model.kit import Kit
-    from understudy.model.library import Taught
+    from understudy.model.library import Kit, Taught
 
 
 def diff(
@@ -60,8 +59,7 @@ def diff(
 
 
 def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> Taught:
-    from understudy.storage.filenames import stem
-    from understudy.storage.library_folder import load_version, read_document
+    from understudy.storage.library_folder import load_version, read_document, stem
     from understudy.ui.cli.options import learner
 
     if which is None:

@@ -57,8 +57,7 @@ def evaluate(
         find_world,
         library_for,
     )
-    from understudy.ui.cli.output import print_json
-    from understudy.ui.cli.progress import compile_once, progress
+    from understudy.ui.cli.output import compile_once, print_json, progress
 
     chosen, named = parse_seeds(seeds), chosen_world(scenario, world)
     where, parts = find_world(named), find_kit(kit, named)

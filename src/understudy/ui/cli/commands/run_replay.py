@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.analysis.replay_diff import Again, Difference
-    from understudy.model.kit import Kit
+    from understudy.model.library import Kit
     from understudy.robots.recording.header import Ran
     from understudy.robots.recording.reader import Recording
     from understudy.sim.scenario.schema import Scenario
@@ -76,7 +76,7 @@ def _known(
 ) -> tuple[Libraries, dict[str, int]]:
     """What everybody knows: of a library that was named, as it is; else as it was, where there are versions of it."""
     from understudy.analysis.explain_run import CannotRepeat
-    from understudy.ui.cli.former import known_now, known_then
+    from understudy.ui.cli.library_data import known_now, known_then
 
     folder = library or Path(ran.library)
     if library is None and behavior == ran.behavior:
@@ -87,7 +87,7 @@ def _known(
 
 def _changed(ran: Ran, known: Libraries) -> list[str]:
     """Automata that are not what they were when it was recorded."""
-    from understudy.storage.fingerprint import fingerprint
+    from understudy.storage.document import fingerprint
 
     found = []
     for sort, marks in ran.automata.items():

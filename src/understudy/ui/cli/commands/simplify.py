@@ -39,8 +39,7 @@ def simplify(
     [dim]understudy simplify goto --library demo/library[/]
     """
     from understudy.analysis.simplify_preview import refused, simpler
-    from understudy.storage.filenames import stem
-    from understudy.storage.library_folder import read_document, save
+    from understudy.storage.library_folder import read_document, save, stem
     from understudy.ui.cli.options import learner, some_kit
     from understudy.ui.cli.output import print_json
 

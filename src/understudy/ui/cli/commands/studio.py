@@ -44,9 +44,9 @@ def studio(
 
     from understudy.sim.kit import kit_of
     from understudy.ui.cli.options import chosen_world, find_kit, find_world
-    from understudy.ui.cli.progress import compile_once
+    from understudy.ui.cli.output import compile_once
+    from understudy.ui.web.app import listen, serve
     from understudy.ui.web.server import Studio
-    from understudy.ui.web.serving import listen, serve
     from understudy.ui.web.session_host import Stage
     from understudy.ui.web.views.library import check_folder
 

@@ -110,8 +110,7 @@ def _see_hold(twin: Twin) -> None:
 def _teach(plan: Plan, twin: Twin | None, *, as_json: bool) -> None:
     from understudy.errors import UnderstudyError
     from understudy.ui.cli.error_reporting import FAULT
-    from understudy.ui.cli.output import console, count, print_json
-    from understudy.ui.cli.progress import compile_once
+    from understudy.ui.cli.output import compile_once, console, count, print_json
     from understudy.ui.controller import journal_store
     from understudy.ui.tui.app import Trainer
 

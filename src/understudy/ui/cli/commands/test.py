@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 
     from understudy.analysis.lesson_tests import Examined
     from understudy.errors import UnderstudyError
-    from understudy.model.kit import Kit
-    from understudy.model.library import Library, Taught
+    from understudy.model.library import Kit, Library, Taught
     from understudy.sim.scenario.schema import Scenario
 
 
@@ -53,8 +52,7 @@ def check(
 
     [dim]understudy test demo/library[/]
     """
-    from understudy.analysis.lesson_tests import examined
-    from understudy.analysis.wording import lines
+    from understudy.analysis.lesson_tests import examined, lines
     from understudy.errors import SettingError
     from understudy.storage.library_folder import documents
     from understudy.ui.cli.options import find_kit, find_world, team_for

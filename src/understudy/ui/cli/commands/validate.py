@@ -10,7 +10,7 @@ import typer
 from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName, Library, Names, World
 
 if TYPE_CHECKING:
-    from understudy.model.kit import Kit
+    from understudy.model.library import Kit
     from understudy.model.library import Library as LibraryOf
     from understudy.storage.document import Opened
     from understudy.ui.cli.library_data import Shelf

@@ -67,9 +67,9 @@ def _of_trace(
     from understudy.analysis.explain_run import CannotRepeat
     from understudy.analysis.explain_run import why as reasons
     from understudy.analysis.run_header import recorded, world_mark
-    from understudy.ui.cli.former import known_then
+    from understudy.ui.cli.library_data import known_then
     from understudy.ui.cli.options import find_kit, find_world
-    from understudy.ui.cli.progress import compile_once
+    from understudy.ui.cli.output import compile_once
 
     found = recorded(run, robot=robot, time_s=time_s)
     how = found.how
@@ -92,7 +92,7 @@ def _of_recording(run: Path, time_s: float, robot: int, library: Path | None) ->
     from understudy.analysis.run_trace import BETWEEN
     from understudy.errors import SettingError
     from understudy.robots.recording.reader import read_recording
-    from understudy.ui.cli.former import known_then
+    from understudy.ui.cli.library_data import known_then
     from understudy.ui.cli.recordings import kit_for, scenario_of
 
     recording = read_recording(run)

@@ -7,18 +7,18 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from understudy.errors import SettingError, UnknownName
-from understudy.ui.controller import formatting, lesson_actions, outcomes
+from understudy.ui.controller import formatting, lesson_actions
 from understudy.ui.controller.clock import FASTEST
-from understudy.ui.controller.simplifying import prune
+from understudy.ui.controller.lesson_actions import prune
 from understudy.ui.controller.status import Said
 from understudy.ui.controller.training_plan import Choices
-from understudy.ui.web.actions import camera, coach, company, former, library, moments, naming, session
+from understudy.ui.web.actions import camera, coach, library, session
 from understudy.ui.web.messages import coach as c
 from understudy.ui.web.messages import review as r
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Message
 from understudy.ui.web.session_host import Stage
-from understudy.ui.web.views import explanation, lesson_test, simplifying
+from understudy.ui.web.views import explanation, lesson_test
 from understudy.ui.web.views.scene import Plain
 
 FOOD = 10
@@ -53,7 +53,7 @@ def _rewind(stage: Stage, message: m.Rewind) -> None:
         problem, remedy = "says nothing, or two things", "give a time or an example"
         raise SettingError(where="the studio", setting="rewind", problem=problem, remedy=remedy)
     if message.example is not None:
-        moments.go_to_example(stage, message.example)
+        session.go_to_example(stage, message.example)
     elif message.time_s is not None:
         stage.rewind(stage.reel.at(message.time_s))
 
@@ -203,11 +203,11 @@ ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
         m.Restore: lambda stage, message: library.restore(stage, message.name),
         m.Discard: lambda stage, message: library.discard(stage, message.name),
         m.Recall: lambda stage, message: library.recall(stage, message.name),
-        m.Rename: lambda stage, message: naming.rename(stage, message.name, message.to),
-        m.Duplicate: lambda stage, message: naming.duplicate(stage, message.name, message.to),
-        m.GoBack: lambda stage, message: former.go_back(stage, message.name, message.version),
+        m.Rename: lambda stage, message: library.rename(stage, message.name, message.to),
+        m.Duplicate: lambda stage, message: library.duplicate(stage, message.name, message.to),
+        m.GoBack: lambda stage, message: library.go_back(stage, message.name, message.version),
         m.Agent: _agent,
-        m.Others: lambda stage, message: company.occupy(stage, message.behavior, message.targets),
+        m.Others: lambda stage, message: session.occupy(stage, message.behavior, message.targets),
         m.Watch: _desk(lambda desk, _: desk.watch()),
         m.Place: _place,
         m.MoveObject: _move_object,
@@ -217,17 +217,17 @@ ACTIONS: Mapping[type[Message], Action] = MappingProxyType(
         m.MoveObstacle: _move_obstacle,
         m.RemoveObstacle: _remove_obstacle,
         r.Why: lambda stage, _: explanation.told(stage),
-        r.Promise: _desk(lambda desk, message: outcomes.promise(desk, message.flag, message.within_s)),
-        r.Withdraw: _desk(lambda desk, message: outcomes.withdraw(desk, message.outcome)),
+        r.Promise: _desk(lambda desk, message: lesson_actions.promise(desk, message.flag, message.within_s)),
+        r.Withdraw: _desk(lambda desk, message: lesson_actions.withdraw(desk, message.outcome)),
         r.Visit: lambda stage, message: lesson_test.visit(stage, message.outcome),
         r.Test: lambda stage, message: lesson_test.describe_lesson_test(stage, message.name),
         r.Save: lambda stage, message: library.save_current_automaton(
             stage, message.name, anyway=message.anyway
         ),
-        r.Simplify: lambda stage, message: simplifying.describe_simplification(stage, message.pruning),
+        r.Simplify: lambda stage, message: lesson_test.describe_simplification(stage, message.pruning),
         r.Prune: _desk(lambda desk, message: prune(desk, message.pruning)),
-        r.Versions: lambda stage, message: former.listed(stage, message.name),
-        r.Changes: lambda stage, message: former.told(stage, message.name, message.version, message.to),
+        r.Versions: lambda stage, message: library.listed(stage, message.name),
+        r.Changes: lambda stage, message: library.told(stage, message.name, message.version, message.to),
         c.Advise: lambda stage, _: coach.told(stage),
         c.SetUp: coach.set_up,
         c.AskWhen: coach.ask_when,

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
+from understudy.model.binding import Binding, called
 from understudy.sim.world import World
+from understudy.training.journal import Pressed, Snapshot, Stepped, read_journal
+from understudy.training.other_agents import Instant
 from understudy.ui.controller import journal_store
 from understudy.ui.controller.open_session import begun, resumed
 from understudy.ui.controller.status import Said
@@ -155,3 +162,62 @@ def _refuse_unsaved(stage: Stage, *, discard: bool) -> None:
     desk = stage.desk
     if desk is not None and desk.unsaved and not discard:
         raise SessionError(f"{desk.name} is not saved as it is now: save it first, or discard it")
+
+
+def occupy(stage: Stage, behavior: str | None, targets: Mapping[str, str]) -> None:
+    """Let the others idle (None), or run a behavior of the library, its parameters standing for targets."""
+    desk, library = stage.trained, stage.shelf.library
+    if stage.world.robots < 2:
+        problem, remedy = "cannot be told: there is one robot", "open a world with more"
+        raise SettingError(where="the studio", setting="others", problem=problem, remedy=remedy)
+    wanted = () if behavior is None else library.parameters(behavior)
+    if set(wanted) != set(targets):
+        problem = f"need what {', '.join(wanted)} stands for" if wanted else "need no targets"
+        raise SettingError(where="the studio", setting="others", problem=problem, remedy="say exactly that")
+    known = list(stage.world.targets)
+    for target in targets.values():
+        if target not in known:
+            raise UnknownName(what="target", name=target, where="the world", known=known)
+    before = stage.others or {"behavior": None, "targets": {}}
+    try:
+        desk.session.others(behavior, targets, library=library)
+    except UnderstudyError:
+        desk.session.others(before["behavior"], before["targets"], library=library)
+        raise
+    doing = "idle" if behavior is None else f"run {called(behavior, Binding(targets))}"
+    desk.said = Said(f"The others {doing} meanwhile")
+    stage.moved += 1
+
+
+def go_to_example(stage: Stage, number: int) -> None:
+    """Go back to just before an example was shown; SessionError where that moment is not kept."""
+    desk = stage.trained
+    if all(example.number != number for example in desk.session.examples):
+        raise SessionError(f"{desk.name} has no example {number}")
+    frame = stage.reel.of(number)
+    if frame is not None:
+        stage.rewind(frame)
+        return
+    journal = stage.opened.journal if stage.opened else Path()
+    snapshot = _before(journal, number)
+    if snapshot is None:
+        raise SessionError(f"example {number} was not shown in this session: its moment is not kept")
+    others = desk.session.company.snapshot()  # what they did then is not kept: they go on
+    stage.go_back(Instant(zlib.decompress(snapshot.body), tuple(snapshot.run), snapshot.mode, others))
+
+
+def _before(journal: Path, number: int) -> Snapshot | None:
+    """The snapshot before the press that showed an example; the last such, as undo lets numbers go."""
+    snapshot = found = None
+    before: dict[int, Snapshot | None] = {}
+    for entry in read_journal(journal):
+        match entry:
+            case Snapshot():
+                snapshot = entry
+            case Pressed():
+                before[entry.press.number] = snapshot
+            case Stepped() if entry.press is not None and any(
+                each.number == number for each in entry.changed
+            ):
+                found = before.get(entry.press)
+    return found

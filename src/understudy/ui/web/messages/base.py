@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, TypeAlias
 
 from msgspec import Meta, Struct
@@ -23,3 +24,40 @@ class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag
     """What all messages have: a number that the answer repeats."""
 
     id: Id
+
+
+_FOUND = re.compile(r"(Expected .*) - at (`key` in )?`\$\.(\w+)(?:\[(\d+|\.\.\.)\])?`")
+_SENTENCES = (
+    (r"`str` of length <= (\d+)", "{what} has more than {0} letters: shorten it"),
+    (r"`str` of length >= 1", "{what} is empty: give one"),
+    (r"`str` matching regex .*", "{what} has a letter without a shape, such as a line break: leave it out"),
+    (r"`array` of length <= (\d+)", "{what} are more than {0}: leave some out"),
+    (r"`int` <= (\d+)", "{what} is more than {0}: give a smaller one"),
+    (r"`int` >= 0|`int.*, got .*", "{what} is no whole number of 0 or more: give one"),
+    (r"`float` > 0.0", "{what} is 0 or less: give more"),
+    (r"`float` <= ([\d.]+)", "{what} is more than {0}: give less"),
+    (r"`float.*, got .*", "{what} is no number: give one"),
+)
+_CALLED = {"to": "the new name", "reaction_s": "the reaction time", "within_s": "the time"}
+_KEYS = {"targets": "a parameter", "values": "a feature", "renamed": "a state"}
+
+
+def said(problem: str) -> str | None:
+    """What a schema found wrong, as a sentence; None where it is no mistake in typing."""
+    found = _FOUND.fullmatch(problem)
+    if found is None:
+        return None
+    expected, key, field, index = found.groups()
+    for pattern, sentence in _SENTENCES:
+        if match := re.fullmatch(f"Expected (?:{pattern})", expected):
+            return sentence.format(*match.groups(), what=_what(field, index, key=key is not None))
+    return None
+
+
+def _what(field: str, index: str | None, *, key: bool) -> str:
+    if key:
+        return _KEYS.get(field, "a name")
+    if index is None:
+        return _CALLED.get(field, f"the {field}")
+    one = field.removesuffix("s")
+    return f"a {one}" if index == "..." else f"{one} {int(index) + 1}"

@@ -19,9 +19,9 @@ from understudy.ui.web.messages.base import (
     Seed,
     Targets,
     Value,
+    said,
 )
 from understudy.ui.web.messages.coach import CoachMessage
-from understudy.ui.web.messages.mistakes import said
 from understudy.ui.web.messages.review import ReviewMessage
 
 MOST_BYTES = 64 * 1024

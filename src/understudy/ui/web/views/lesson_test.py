@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from understudy.analysis import wording
+from understudy.analysis import lesson_tests
 from understudy.analysis.expectations import Tried
 from understudy.analysis.lesson_tests import Examined, below, examined
+from understudy.analysis.simplify_preview import Simpler
 from understudy.errors import SessionError, UnderstudyError
 from understudy.learning.fit import learn
+from understudy.learning.pruning_suggestions import ENOUGH, Suggestion
 from understudy.model.library import Library, Taught
 from understudy.sim.scenario.files import dump_scenario
 from understudy.storage.library_folder import load_version, versions
 from understudy.training.other_agents import Instant
-from understudy.ui.controller import outcomes
+from understudy.ui.controller import formatting, lesson_actions
+from understudy.ui.controller.lesson_actions import seen
 from understudy.ui.controller.save_report import lost_since
 from understudy.ui.controller.status import Said
 from understudy.ui.web.session_host import Stage
@@ -57,8 +60,8 @@ def _plain(seen: Examined, former: str) -> Plain:
         "works": seen.works,
         "examples": seen.replayed.examples,
         "outcomes": [_outcome(each) for each in seen.outcomes],
-        "worse": list(wording.worse(seen)),
-        "else": list(wording.otherwise(seen, former)),
+        "worse": list(lesson_tests.worse(seen)),
+        "else": list(lesson_tests.otherwise(seen, former)),
     }
 
 
@@ -76,7 +79,7 @@ def worse(stage: Stage) -> tuple[str, ...]:
 def visit(stage: Stage, number: int) -> None:
     """Go to where an outcome was promised, the automaton afresh; nothing is recorded."""
     desk = stage.trained
-    outcome = outcomes.promised(desk, number)
+    outcome = lesson_actions.promised(desk, number)
     if outcome.scenario != dump_scenario(stage.world.scenario) or outcome.sort != (stage.sort or ""):
         raise SessionError(f"that was promised in another world, as {outcome.world} was then")
     if outcome.agent != desk.session.agent:
@@ -86,3 +89,56 @@ def visit(stage: Stage, number: int) -> None:
     if dict(outcome.targets) != dict(desk.screen.targets):
         desk.bind(outcome.targets)
     stage.said = Said(f"Here it was promised: {outcome}")
+
+
+def describe_simplification(stage: Stage, pruning: float | None) -> Plain:
+    """Conditions before and after, and the decisions that would change; nothing is changed yet."""
+    found = seen(stage.trained, pruning)
+    before, after = found.leaves
+    return {
+        "simpler": {
+            "pruning": found.pruning,
+            "suggested": _suggested(found.suggested),
+            "enough": ENOUGH,
+            "leaves": {"before": before, "after": after},
+            "states": [
+                {"state": state, "before": _signed(old), "after": _signed(new)}
+                for state, (old, new) in found.conditions.items()
+            ],
+            "decisions": [
+                {
+                    "number": each.number,
+                    "state": each.state,
+                    "shown": each.shown,
+                    "before": each.formerly,
+                    "after": each.now,
+                }
+                for each in found.decisions
+            ],
+            **_moments(found),
+        }
+    }
+
+
+def _suggested(found: Suggestion | None) -> Plain | None:
+    if found is None:
+        return None
+    return {
+        "pruning": found.pruning,
+        "left_out": found.examples,
+        "wrong": found.wrong,
+        "wrong_pruned": found.wrong_pruned,
+    }
+
+
+def _moments(found: Simpler) -> Plain:
+    """How many examples, and how many moments before presses, were replayed; at how many of these it changes."""
+    changed = sum(each.moments for each in found.replayed.changes)
+    return {
+        "examples": found.replayed.examples,
+        "moments": {"all": found.replayed.before, "changed": changed},
+    }
+
+
+def _signed(lines: list[str]) -> list[str]:
+    return list(map(formatting.signed, lines))

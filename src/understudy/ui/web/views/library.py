@@ -15,12 +15,10 @@ from urllib.parse import unquote
 from understudy.errors import FileError, SessionError, UnderstudyError, UnknownName
 from understudy.learning.fit import learn
 from understudy.model.binding import called
-from understudy.model.kit import Kit
-from understudy.model.library import Library, Taught
+from understudy.model.library import Kit, Library, Taught
 from understudy.runtime.program import link
 from understudy.storage.atomic import failing, locked, sync_folder
-from understudy.storage.filenames import alike, stem
-from understudy.storage.library_folder import documents, joined, open_document, save, versions
+from understudy.storage.library_folder import alike, documents, joined, open_document, save, stem, versions
 
 TRASH = ".trash"
 NOT_IN_NAMES = "(),="

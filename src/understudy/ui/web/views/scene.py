@@ -6,9 +6,9 @@ from math import isinf, isnan
 from typing import Any, TypeAlias
 
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy.model.kit import Kit
+from understudy.model.library import Kit
 from understudy.robots.twin import Ground, Twin
-from understudy.sim.scenario.markers import MARKER
+from understudy.sim.scenario.files import MARKER
 from understudy.sim.scenario.schema import MOUSE, Camera, RobotType, Sonar
 
 Plain: TypeAlias = dict[str, Any]

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from understudy.errors import UnknownName
-from understudy.model.kit import Kit
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library
 from understudy.robots.twin import Ground
 from understudy.runtime.team.coordinator_body import Troop
 from understudy.runtime.team.team import Team, Tree
