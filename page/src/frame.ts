@@ -53,7 +53,7 @@ export function decode(buffer: ArrayBuffer): Frame {
   const thingsAt = HEAD + robots * ROBOT;
   const featuresAt = thingsAt + things * THING;
   const sonarsAt = featuresAt + features * 4;
-  const sonars = view.getUint8(sonarsAt);
+  const sonars = view.getUint16(sonarsAt, true);
   return {
     paused: (bits & 1) !== 0,
     testing: (bits & 2) !== 0,
@@ -65,8 +65,8 @@ export function decode(buffer: ArrayBuffer): Frame {
     robots: robotsOf(view, HEAD, robots),
     things: thingsOf(view, thingsAt, things),
     features: floats(view, featuresAt, features),
-    sonars: floats(view, sonarsAt + 1, sonars),
-    delivered: view.getUint32(sonarsAt + 1 + sonars * 4, true),
+    sonars: floats(view, sonarsAt + 2, sonars),
+    delivered: view.getUint32(sonarsAt + 2 + sonars * 4, true),
   };
 }
 

@@ -1,9 +1,9 @@
 import { expect, test } from "vitest";
 import { decode, NONE } from "../src/frame";
 
-/** A frame of two robots, one object, two features and one sonar, as the server packs it. */
-function packed(): ArrayBuffer {
-  const buffer = new ArrayBuffer(24 + 2 * 16 + 16 + 2 * 4 + 1 + 4 + 4);
+/** A frame of two robots, one object, two features and so many sonars, as the server packs it. */
+function packed(sonars = 1): ArrayBuffer {
+  const buffer = new ArrayBuffer(24 + 2 * 16 + 16 + 2 * 4 + 2 + 4 * sonars + 4);
   const view = new DataView(buffer);
   const put16 = (at: number, value: number): void => view.setUint16(at, value, true);
   const put32 = (at: number, value: number): void => view.setFloat32(at, value, true);
@@ -31,9 +31,9 @@ function packed(): ArrayBuffer {
   put16(70, 16);
   put32(72, 3.5);
   put32(76, NaN);
-  view.setUint8(80, 1);
-  put32(81, 0.25);
-  view.setUint32(85, 70_000, true);
+  put16(80, sonars);
+  for (let index = 0; index < sonars; index += 1) put32(82 + 4 * index, 0.25 + index);
+  view.setUint32(82 + 4 * sonars, 70_000, true);
   return buffer;
 }
 
@@ -50,6 +50,13 @@ test("a frame is read as it was packed", () => {
   expect([frame.things.amount[0], frame.things.atFirst[0]]).toEqual([12, 16]);
   expect([...frame.features]).toEqual([3.5, NaN]);
   expect([...frame.sonars]).toEqual([0.25]);
+  expect(frame.delivered).toBe(70_000);
+});
+
+test("more sonars than a byte counts are read", () => {
+  const frame = decode(packed(300));
+  expect(frame.sonars.length).toBe(300);
+  expect([frame.sonars[0], frame.sonars[299]]).toEqual([0.25, 299.25]);
   expect(frame.delivered).toBe(70_000);
 });
 

@@ -79,9 +79,9 @@ class Frame:
         at += 16 * objects
         values = list(struct.unpack_from(f"<{features}f", data, at))
         at += 4 * features
-        (sonars,) = struct.unpack_from("<B", data, at)
-        sonar = list(struct.unpack_from(f"<{sonars}f", data, at + 1))
-        at += 1 + 4 * sonars
+        (sonars,) = struct.unpack_from("<H", data, at)
+        sonar = list(struct.unpack_from(f"<{sonars}f", data, at + 2))
+        at += 2 + 4 * sonars
         (delivered,) = struct.unpack_from("<I", data, at)
         assert len(data) == at + 4
         return cls(kind, bits, time_s, state, agent, tick, rows, things, values, sonar, delivered)

@@ -8,10 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.testing import assert_allclose
-from tests.ui.web.pages import GOTO, Frame, studio
+from tests.ui.web.pages import GOTO, Frame, Wall, studio
 
+from understudy.sim.catalog import find_world
+from understudy.sim.kit import kit_of
 from understudy.sim.scenario.files import builtin_scenarios
+from understudy.sim.scenario.schema import Sonar
 from understudy.ui.controller.training_plan import Choices
 from understudy.ui.web.actions import session
 from understudy.ui.web.frames import frame
@@ -84,6 +88,21 @@ def test_absent_values_and_numbers_that_are_too_large(tmp_path: Path) -> None:
     assert read.features[1] == 1.5
     assert isnan(read.sonar[0])
     assert {row[4] for row in read.objects} == {NONE}
+
+
+def test_a_robot_type_with_300_sonar_sectors(tmp_path: Path) -> None:
+    forage = find_world("forage")
+    sectors = {f"sonar_{degree}": (float(degree), float(degree)) for degree in range(300)}
+    forager = forage.types["forager"]
+    scanning = replace(forager, sensors=(*forager.sensors, Sonar(sectors=sectors)))
+    scenario = replace(forage, types={"forager": scanning})
+    stage = Stage(scenario, tmp_path, kit_of(scenario), seed=3, wall=Wall())
+    stage.world.state.robots["delivered"][0] = 7
+    read = Frame.read(stage.frame())
+    same(read, stage)
+    percept = stage.world.sense([(name, None) for name in sectors])
+    assert_allclose(read.sonar, [np.float32(percept[name, None][0]) for name in sectors], rtol=0, atol=0)
+    assert len(set(read.sonar)) > 100
 
 
 def test_food_that_is_home(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """Frames: the world at one moment as bytes a page reads without parsing; all little-endian.
 
-header, N robots, K objects, F feature values (f32, absent is NaN), the count of sonar readings (u8), those (f32),
+header, N robots, K objects, F feature values (f32, absent is NaN), the count of sonar readings (u16), those (f32),
 and how much food all robots brought home (u32)
 """
 
@@ -68,10 +68,8 @@ def frame(
     for name in ("slot", "kind", "amount", "at_first"):
         objects[name] = _small(getattr(view.objects, name))
     parts = (header, robots, objects, _floats(features))
-    home = int(view.robots.delivered.sum()).to_bytes(4, "little")
-    return b"".join(
-        [*(part.tobytes() for part in parts), bytes([len(sonar)]), _floats(sonar).tobytes(), home]
-    )
+    sonars, home = len(sonar).to_bytes(2, "little"), int(view.robots.delivered.sum()).to_bytes(4, "little")
+    return b"".join([*(part.tobytes() for part in parts), sonars, _floats(sonar).tobytes(), home])
 
 
 def _small(numbers: NDArray[np.integer[Any]]) -> NDArray[np.uint16]:
