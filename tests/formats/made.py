@@ -1,0 +1,113 @@
+"""What the tests of files written by 0.1.0 share: where they are, and how sessions and transcripts are made again."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from tests.bodies import Scripted
+from tests.training.lessons import WITH_GO, session
+from tests.training.steps import do, drawn
+from tests.training.test_squad_session import SQUAD, troop
+from tests.ui.web.pages import Frame
+
+from understudy.learning.fit import learn
+from understudy.model.lesson import Options
+from understudy.model.library import Library
+from understudy.runtime.body import Body
+from understudy.sim.forage import Forage, kit
+from understudy.storage.library_folder import open_library
+from understudy.training.session import Session
+from understudy.ui.web.server import Studio
+
+FOLDER = Path(__file__).parents[1] / "fixtures/v0_1_0"
+
+TAUGHT: Mapping[str, Callable[[], Body]] = {
+    "fetch": lambda: Forage([9]),
+    "killed": lambda: Scripted(3),
+    "random-1": lambda: Scripted(2),
+    "random-2": lambda: Scripted(2),
+    "random-3": lambda: Scripted(2),
+    "squad": troop,
+    "steps": lambda: Scripted(3),
+}
+"""The body of each journal's session."""
+
+
+def resumed(journal: Path, scratch: Path, *, library: Path) -> Session:
+    """The session of a copy of a journal, which goes on; `library` is where its robots forage from."""
+    known = {"fetch": lambda: open_library(library, kit, learn).library, "squad": lambda: SQUAD}
+    shutil.copy(journal, scratch / journal.name)
+    with_library: Library = known.get(journal.stem, lambda: WITH_GO)()
+    return Session.resume(scratch / journal.name, TAUGHT[journal.stem](), with_library)
+
+
+def play(path: Path, seed: int) -> None:
+    """Hold a random session and keep its journal."""
+    random = Random(seed)
+    made = session(
+        features=["range_of(ball)", "seen"],
+        flags=["done"],
+        library=WITH_GO,
+        options=Options(watched=True, reaction_s=0.2),
+        body=Scripted(2),
+        journal=path,
+    )
+    for _ in range(90):
+        do(made, drawn(random))
+    made.close()
+
+
+def transcript(made: Studio, folder: Path, messages: Sequence[str]) -> str:
+    """What a page said to a studio of this folder and what it then was sent, a line a message.
+
+    Frames are plain values, so that their layout may change; of a desk there is what differs from the last one.
+    """
+    place = str(folder).encode()
+    viewer, steps, former = made.arrive(None), list[dict[str, Any]](), dict[str, Any]()
+
+    def heard() -> list[dict[str, Any]]:
+        found = []
+        while (waiting := viewer.next()) is not None:
+            sent, binary = waiting
+            told = (
+                {"is": "frame", **asdict(Frame.read(sent))}
+                if binary
+                else json.loads(sent.replace(place, b"library"))
+            )
+            found.append(_changed(_timeless(told), former))
+        return found
+
+    steps.append({"say": None, "hear": heard()})
+    for text in messages:
+        made.hear(viewer, text)
+        steps.append({"say": text, "hear": heard()})
+    made.leave(viewer)
+    made.stage.close()
+    return "".join(json.dumps(step, ensure_ascii=False) + "\n" for step in steps)
+
+
+def _timeless(told: dict[str, Any]) -> dict[str, Any]:
+    """Without what is another each time."""
+    return {key: value for key, value in told.items() if key not in ("key", "version", "ms")}
+
+
+def _changed(told: dict[str, Any], former: dict[str, Any]) -> dict[str, Any]:
+    """Of a desk, what is another than in the last, two levels deep."""
+    if told.get("is") != "desk":
+        return told
+    last = former.copy()
+    former.clear()
+    former.update(told)
+    found = {
+        key: value for key, value in told.items() if key == "is" or key not in last or last[key] != value
+    }
+    inner, before = found.get("desk"), last.get("desk")
+    if isinstance(inner, dict) and isinstance(before, dict):
+        found["desk"] = {key: value for key, value in inner.items() if before.get(key) != value}
+    return found
