@@ -1,0 +1,72 @@
+"""Journals of 0.1.0 are resumed with the lesson they had, and the same session writes the same journal."""
+
+from __future__ import annotations
+
+import zlib
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from tests.formats.made import FOLDER, TAUGHT, play, resumed
+
+from understudy.storage.append_log import read_log
+from understudy.storage.document import encode
+from understudy.training.journal import MAGIC, read_journal
+
+JOURNALS = FOLDER / "journals"
+TAGS = [
+    "Accepted", "Acted", "Attended", "Began", "Occupied", "Placed", "Pressed", "Raised", "Snapshot", "Stepped",
+    "Ticks", "Turned", "Went",
+]  # fmt: skip
+"""Sorts of entries: part of the format, whatever their classes are called."""
+
+
+def plain(path: Path) -> list[Any]:
+    """The entries of a journal as plain data, unpacked, so that another zlib may have packed them."""
+    return [_unpacked(msgspec.msgpack.decode(payload)) for payload in read_log(path, MAGIC)]
+
+
+def _unpacked(value: Any) -> Any:
+    if isinstance(value, bytes):
+        with suppress(zlib.error):
+            return zlib.decompress(value)
+    if isinstance(value, dict):
+        return {key: _unpacked(each) for key, each in value.items()}
+    return [_unpacked(each) for each in value] if isinstance(value, list) else value
+
+
+@pytest.mark.parametrize("name", TAUGHT)
+def test_a_journal_is_resumed_with_its_lesson(name: str, tmp_path: Path) -> None:
+    if name == "fetch":
+        pytest.importorskip("sklearn", reason="needs the extra sklearn")
+    again = resumed(JOURNALS / f"{name}.journal", tmp_path, library=FOLDER / "library")
+    assert encode(again.taught()) == (JOURNALS / f"{name}.json").read_bytes()
+    again.tick()
+    again.close()
+    copied = tmp_path / f"{name}.journal"
+    assert len(list(read_journal(copied))) > len(list(read_journal(JOURNALS / f"{name}.journal")))
+
+
+def test_a_killed_session_goes_on_where_it_was(tmp_path: Path) -> None:
+    """Its last press waits, unless that was cut off."""
+    for name, waiting in (("steps", "right"), ("killed", None)):
+        again = resumed(JOURNALS / f"{name}.journal", tmp_path, library=FOLDER / "library")
+        screen = again.screen()
+        assert (screen.waiting, screen.state, str(screen.mode)) == (waiting, "left", "training")
+        assert (round(screen.time_s, 6), dict(screen.targets)) == (1.7, {"A": "goal"})
+        again.close()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_same_session_writes_the_same_journal(seed: int, tmp_path: Path) -> None:
+    play(tmp_path / "again.journal", seed)
+    pairs = zip(plain(tmp_path / "again.journal"), plain(JOURNALS / f"random-{seed}.journal"), strict=True)
+    for now, then in pairs:
+        assert repr(now) == repr(then)  # absent is NaN, which equals nothing
+
+
+def test_all_sorts_of_entries_are_in_them() -> None:
+    found = {entry["type"] for name in TAUGHT for entry in plain(JOURNALS / f"{name}.journal")}
+    assert sorted(found) == TAGS

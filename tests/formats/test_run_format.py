@@ -1,0 +1,112 @@
+"""Traces and recordings of 0.1.0 are read, and runs of the same seed leave the same trace."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+pytest.importorskip("mcap", reason="needs the extra ros2")
+pytest.importorskip("sklearn", reason="needs the extra sklearn")
+
+from tests.bodies import kit as scripted_kit
+from tests.formats.made import FOLDER
+from tests.training.lessons import ROBOT
+from tests.ui.cli.commands import run, said
+
+from understudy.learning.fit import learn
+from understudy.model.lesson import Options
+from understudy.robots.recording.reader import Pressed, read_recording
+from understudy.robots.recording.teach_from_recording import recorded_presses, taught_over
+from understudy.storage.document import decode, encode
+from understudy.training.lesson_design import new_lesson
+
+RUNS = FOLDER / "runs"
+PLACE = "/tmp/v0_1_0"
+"""Where the libraries were when the runs were made."""
+TRACES: list[tuple[str, list[object]]] = [
+    ("forage", ["-l", FOLDER / "library", "--behavior", "forage", "--seed", "1", "--seconds", "30"]),
+    ("patrol", ["patrol", "-l", FOLDER / "squad", "--behavior", "lead", "--seed", "2", "--seconds", "8"]),
+]
+
+
+def lines(path: Path, place: str) -> list[str]:
+    """A trace, with its library where it was."""
+    return path.read_text(encoding="utf-8").replace(place, PLACE).splitlines()
+
+
+@pytest.mark.parametrize(("name", "arguments"), TRACES)
+def test_the_same_run_leaves_the_same_trace(name: str, arguments: list[object], tmp_path: Path) -> None:
+    said("run", *arguments, "--trace", tmp_path / "again.jsonl")
+    again = lines(tmp_path / "again.jsonl", str(FOLDER))
+    assert again == lines(RUNS / f"{name}.jsonl", PLACE)
+    assert len(again) > 300
+
+
+def rows(path: Path) -> list[Any]:
+    duckdb = pytest.importorskip("duckdb", reason="needs the extra parquet")
+    found: list[Any] = duckdb.sql(f"SELECT * FROM read_parquet('{path}')").fetchall()
+    return found
+
+
+def about(path: Path) -> str:
+    duckdb = pytest.importorskip("duckdb", reason="needs the extra parquet")
+    ((value,),) = duckdb.sql(f"SELECT value FROM parquet_kv_metadata('{path}')").fetchall()
+    return bytes(value).decode().replace(str(FOLDER), PLACE)
+
+
+def test_the_same_run_leaves_the_same_table(tmp_path: Path) -> None:
+    said("run", *TRACES[0][1], "--trace", tmp_path / "again.parquet")
+    assert rows(tmp_path / "again.parquet") == rows(RUNS / "forage.parquet")
+    assert about(tmp_path / "again.parquet") == about(RUNS / "forage.parquet")
+    header = (RUNS / "forage.jsonl").read_text(encoding="utf-8").splitlines()[0]
+    assert json.loads(about(RUNS / "forage.parquet")) == json.loads(header)
+
+
+@pytest.mark.parametrize("ending", ["jsonl", "parquet"])
+def test_a_trace_is_explained(ending: str) -> None:
+    if ending == "parquet":
+        pytest.importorskip("duckdb", reason="needs the extra parquet")
+    told = said("why", RUNS / f"forage.{ending}", "--time", "12", "-l", FOLDER / "library")
+    assert [each["automaton"] for each in told["agents"][0]["levels"]] == ["forage", "harvest"]
+
+
+def test_a_recorded_run_is_decided_again() -> None:
+    told = said("run", "--replay", RUNS / "forage.mcap", "-l", FOLDER / "library")
+    assert (told["behavior"], told["ticks"], told["same"]) == ("forage", 200, 200)
+    assert (told["whole"], told["changed"], told["differences"]) == (True, [], [])
+    told = said("why", RUNS / "forage.mcap", "--time", "12", "-l", FOLDER / "library")
+    assert [each["automaton"] for each in told["agents"][0]["levels"]] == ["forage", "harvest"]
+
+
+def test_a_real_robots_recording_is_read() -> None:
+    found = read_recording(RUNS / "rover.mcap")
+    assert (found.ticks, found.whole, found.head.ran.behavior) == (4, True, "wander")
+    sonar = found.values[:, found.keys.index(("sonar_ahead", None)), 0]
+    assert sonar[[0, 3]].tolist() == [2.0, 0.25]
+    assert found.presses == [[Pressed(3, "backward"), Pressed(3, None)]]
+    assert found.paths[0] == [("wander", "forward")] * 3 + [("wander", "backward")]
+    assert list(found.head.files) == ["rover.toml"]
+
+
+def test_a_recorded_lesson_is_learned_again() -> None:
+    recording = read_recording(RUNS / "lesson.mcap")
+    lesson = new_lesson(
+        ROBOT, "taught", states=["forward", "left", "right"], features=["range_of(ball)", "load"],
+        options=Options(reaction_s=0.2),
+    )  # fmt: skip
+    again = taught_over(recording, ROBOT, lesson, recorded_presses(recording))
+    document = (RUNS / "lesson.json").read_bytes()
+    assert encode(again.taught()) == document
+    assert decode(document, scripted_kit, path=RUNS / "lesson.json", learn=learn).rebuilt is None
+
+
+def test_a_library_that_has_changed_is_said_to_have(tmp_path: Path) -> None:
+    """The fingerprints in traces and recordings are of documents as 0.1.0 wrote them."""
+    header = json.loads((RUNS / "forage.jsonl").read_text(encoding="utf-8").splitlines()[0])
+    assert sorted(header["run"]["automata"]["forager"]) == ["deposit", "forage", "goto", "harvest"]
+    gone = run("run", "--replay", RUNS / "forage.mcap", "-l", tmp_path, "--json")
+    assert gone.exit_code == 2
