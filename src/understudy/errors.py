@@ -8,13 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 
 class UnderstudyError(Exception):
     """Something the user gave cannot be used; nothing was changed."""
 
     exit_code = 2
+    json_type: ClassVar[str] = "UnderstudyError"
+    """What programs that read `--json` know it by: it stays, whatever the class is called."""
+
+    def __init_subclass__(cls, *, json_type: str = "", **rest: Any) -> None:
+        """Name the class for `--json`; one of somebody else's may leave that to the name of the class."""
+        super().__init_subclass__(**rest)
+        cls.json_type = json_type or cls.__name__
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Come whole out of another process: what is made of fields is not made again of its sentence."""
@@ -35,7 +42,7 @@ def listed(names: Iterable[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-class KindError(UnderstudyError):
+class KindError(UnderstudyError, json_type="KindError"):
     """A kind that makes no sense, or a value outside its kind."""
 
     def __init__(self, *, where: str, problem: str, remedy: str) -> None:
@@ -43,7 +50,7 @@ class KindError(UnderstudyError):
         super().__init__(f"{where}: {problem}; {remedy}")
 
 
-class DefinitionError(UnderstudyError):
+class DefinitionError(UnderstudyError, json_type="DefinitionError"):
     """A feature, behavior, automaton, lesson or kit whose definition contradicts itself."""
 
     def __init__(self, *, what: str, problem: str, remedy: str) -> None:
@@ -51,7 +58,7 @@ class DefinitionError(UnderstudyError):
         super().__init__(f"{what}: {problem}; {remedy}")
 
 
-class UnknownName(UnderstudyError):
+class UnknownName(UnderstudyError, json_type="UnknownName"):
     """A name that stands for nothing here."""
 
     def __init__(self, *, what: str, name: str, where: str, known: Sequence[str]) -> None:
@@ -59,7 +66,7 @@ class UnknownName(UnderstudyError):
         super().__init__(f"{where} has no {what} {name!r}; it has {listed(known)}")
 
 
-class RecursionRefused(UnderstudyError):
+class RecursionRefused(UnderstudyError, json_type="RecursionRefused"):
     """An automaton that contains itself."""
 
     def __init__(self, *, cycle: Sequence[str], path: Path | str | None = None) -> None:
@@ -70,7 +77,7 @@ class RecursionRefused(UnderstudyError):
         )
 
 
-class UnboundParameter(UnderstudyError):
+class UnboundParameter(UnderstudyError, json_type="UnboundParameter"):
     """A parameter with no target behind it where a run needs one."""
 
     def __init__(self, *, behavior: str, parameter: str, targets: Sequence[str]) -> None:
@@ -81,7 +88,7 @@ class UnboundParameter(UnderstudyError):
         )
 
 
-class FileError(UnderstudyError):
+class FileError(UnderstudyError, json_type="FileError"):
     """A file that cannot be read as what it should be."""
 
     def __init__(self, *, path: Path | str, place: str, problem: str, remedy: str) -> None:
@@ -90,7 +97,7 @@ class FileError(UnderstudyError):
         super().__init__(f"{path}{at}: {problem}; {remedy}")
 
 
-class SettingError(UnderstudyError):
+class SettingError(UnderstudyError, json_type="SettingError"):
     """A setting of a world, body or command that makes no sense."""
 
     def __init__(self, *, where: str, setting: str, problem: str, remedy: str) -> None:
@@ -98,5 +105,5 @@ class SettingError(UnderstudyError):
         super().__init__(f"{where}: {setting} {problem}; {remedy}")
 
 
-class SessionError(UnderstudyError):
+class SessionError(UnderstudyError, json_type="SessionError"):
     """A step that the session cannot take now."""

@@ -27,7 +27,7 @@ from understudy.runtime.body import Body, Commands, Rewindable, every_key
 TICKS = 60
 
 
-class LawBroken(UnderstudyError):
+class LawBroken(UnderstudyError, json_type="LawBroken"):
     """A part that breaks a law it has to keep."""
 
     def __init__(self, *, part: str, law: str, found: str) -> None:

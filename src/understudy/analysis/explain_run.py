@@ -27,7 +27,7 @@ NEAR = 2e-6
 """How far apart two numbers of a trace may be that are the same but for rounding."""
 
 
-class CannotRepeat(UnderstudyError):
+class CannotRepeat(UnderstudyError, json_type="CannotRepeat"):
     """A run that does not come out as it was recorded: something it was made with has changed since."""
 
     exit_code = 1

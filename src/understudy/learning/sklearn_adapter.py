@@ -68,7 +68,7 @@ ROWS_APART = ("DecisionTreeClassifier", "RandomForestClassifier")
 """Those that answer a row bit for bit as they would alone; matrix products of the others round by their size."""
 
 
-class ScikitMissing(UnderstudyError):
+class ScikitMissing(UnderstudyError, json_type="ScikitMissing"):
     """A lesson needs scikit-learn, which is not installed."""
 
     def __init__(self, *, classifier: str) -> None:

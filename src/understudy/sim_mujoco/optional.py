@@ -11,7 +11,7 @@ from understudy.errors import UnderstudyError
 from understudy.robots.ros.transport import ExtraMissing
 
 
-class NoDrawing(UnderstudyError):
+class NoDrawing(UnderstudyError, json_type="NoDrawing"):
     """Cameras cannot be rendered on this machine."""
 
     def __init__(self, *, problem: str) -> None:

@@ -37,7 +37,10 @@ class Rows(msgspec.Struct, frozen=True):
     packed: bytes
 
 
-class Began(msgspec.Struct, frozen=True, tag=True):
+# The tags of entries are part of the format: they stay, whatever the classes are called.
+
+
+class Began(msgspec.Struct, frozen=True, tag="Began"):
     """The session as it began."""
 
     lesson: bytes
@@ -48,7 +51,7 @@ class Began(msgspec.Struct, frozen=True, tag=True):
     about: dict[str, str | int | float | bool]
 
 
-class Ticks(msgspec.Struct, frozen=True, tag=True):
+class Ticks(msgspec.Struct, frozen=True, tag="Ticks"):
     """All readings of consecutive ticks, and the state of the taught automaton at each."""
 
     first: int
@@ -56,7 +59,7 @@ class Ticks(msgspec.Struct, frozen=True, tag=True):
     states: list[str]
 
 
-class Snapshot(msgspec.Struct, frozen=True, tag=True):
+class Snapshot(msgspec.Struct, frozen=True, tag="Snapshot"):
     """Body and automaton before a tick."""
 
     tick: int
@@ -65,13 +68,13 @@ class Snapshot(msgspec.Struct, frozen=True, tag=True):
     mode: Mode
 
 
-class Pressed(msgspec.Struct, frozen=True, tag=True):
+class Pressed(msgspec.Struct, frozen=True, tag="Pressed"):
     """A press, acknowledged once this is on disk."""
 
     press: Press
 
 
-class Stepped(msgspec.Struct, frozen=True, tag=True):
+class Stepped(msgspec.Struct, frozen=True, tag="Stepped"):
     """A step that changed the lesson; `press` is the press that made it, `design` the lesson without
     examples. Where it is a correction that takes back a switch, `stay` is what should have been decided then.
     """
@@ -87,34 +90,34 @@ class Stepped(msgspec.Struct, frozen=True, tag=True):
     stay: Example | None = None
 
 
-class Acted(msgspec.Struct, frozen=True, tag=True):
+class Acted(msgspec.Struct, frozen=True, tag="Acted"):
     """A press that acted and showed nothing."""
 
     press: int
     run: list[Level]
 
 
-class Accepted(msgspec.Struct, frozen=True, tag=True):
+class Accepted(msgspec.Struct, frozen=True, tag="Accepted"):
     """Watched examples: no step of their own."""
 
     examples: list[Example]
     rows: Rows
 
 
-class Raised(msgspec.Struct, frozen=True, tag=True):
+class Raised(msgspec.Struct, frozen=True, tag="Raised"):
     """What was learned raised a flag: where a correction of the flag would be recorded."""
 
     entry: Entry
     rows: Rows
 
 
-class Went(msgspec.Struct, frozen=True, tag=True):
+class Went(msgspec.Struct, frozen=True, tag="Went"):
     """An undo, or a redo."""
 
     back: bool
 
 
-class Turned(msgspec.Struct, frozen=True, tag=True):
+class Turned(msgspec.Struct, frozen=True, tag="Turned"):
     """A change of mode, a restart, or other targets: what is not a step of the lesson."""
 
     mode: Mode
@@ -123,20 +126,20 @@ class Turned(msgspec.Struct, frozen=True, tag=True):
     waiting: Press | None
 
 
-class Occupied(msgspec.Struct, frozen=True, tag=True):
+class Occupied(msgspec.Struct, frozen=True, tag="Occupied"):
     """What the agents do from here on that are not being taught: idle (None), or a behavior."""
 
     behavior: str | None
     targets: dict[str, str]
 
 
-class Attended(msgspec.Struct, frozen=True, tag=True):
+class Attended(msgspec.Struct, frozen=True, tag="Attended"):
     """Whether somebody watches from here on."""
 
     watching: bool
 
 
-class Placed(msgspec.Struct, frozen=True, tag=True):
+class Placed(msgspec.Struct, frozen=True, tag="Placed"):
     """The robot did not get by itself to where it is from here on."""
 
 

@@ -34,55 +34,55 @@ def everything(ctx: typer.Context, as_json: Json = False) -> None:
         _measure(*MEASUREMENTS, as_json=as_json)
 
 
-@app.command()
+@app.command("learning")
 def learning(as_json: Json = False) -> None:
     """Learning a tree, beside scikit-learn's DecisionTreeClassifier.fit."""
     _measure("learning", as_json=as_json)
 
 
-@app.command()
+@app.command("looks")
 def looks(as_json: Json = False) -> None:
     """Whatever looks at a lesson of 200 examples, beside a fit of scikit-learn."""
     _measure("looks", as_json=as_json)
 
 
-@app.command()
+@app.command("interpreter")
 def interpreter(as_json: Json = False) -> None:
     """A pulse of a three-level automaton, beside an 11-node py_trees tick."""
     _measure("interpreter", as_json=as_json)
 
 
-@app.command()
+@app.command("swarm")
 def swarm(as_json: Json = False) -> None:
     """Swarms of 100 to 100 000 robots, beside Mesa 3, VMAS and a prototype written by hand (minutes)."""
     _measure("swarm", as_json=as_json)
 
 
-@app.command()
+@app.command("patrol")
 def patrol(as_json: Json = False) -> None:
     """The paper's patrol world, one at a time and a thousand side by side."""
     _measure("patrol", as_json=as_json)
 
 
-@app.command()
+@app.command("squads")
 def squads(as_json: Json = False) -> None:
     """Two hundred and ten thousand robots in three levels of squads, beside real time."""
     _measure("squads", as_json=as_json)
 
 
-@app.command()
+@app.command("crowding")
 def crowding(as_json: Json = False) -> None:
     """Robots that all head for one point, beside the same task spread out (minutes)."""
     _measure("crowding", as_json=as_json)
 
 
-@app.command()
+@app.command("million")
 def million(as_json: Json = False) -> None:
     """A million robots: their speed, and the memory they take."""
     _measure("million", as_json=as_json)
 
 
-@app.command()
+@app.command("robots")
 def robots(as_json: Json = False) -> None:
     """From a reading to the command it causes, in another process, over DDS and Zenoh, beside a program in C."""
     _measure("robots", as_json=as_json)

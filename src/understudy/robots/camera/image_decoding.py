@@ -30,7 +30,7 @@ _JPEG_SEGMENT, _JPEG_SIZE = Struct(">BBH"), Struct(">xHH")
 _JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 
 
-class ImageError(UnderstudyError):
+class ImageError(UnderstudyError, json_type="ImageError"):
     """An image that cannot be read."""
 
     def __init__(self, *, problem: str, remedy: str) -> None:

@@ -42,7 +42,7 @@ STEPS = "understudy/session"
 """What else was done, as std_msgs/String: test, train or restart, with the body's time."""
 
 
-class RecordingFailed(UnderstudyError):
+class RecordingFailed(UnderstudyError, json_type="RecordingFailed"):
     """A recording that cannot go on; what was written until then can be read."""
 
     exit_code = 1

@@ -22,7 +22,7 @@ JAZZY, HUMBLE = "jazzy", "humble"
 """Releases of ROS 2 whose definitions are not all the same."""
 
 
-class MessageRefused(UnderstudyError):
+class MessageRefused(UnderstudyError, json_type="MessageRefused"):
     """Bytes that are no message of their type."""
 
     def __init__(self, *, type: str, problem: str) -> None:

@@ -40,7 +40,7 @@ class Transport(Protocol):
         ...
 
 
-class ExtraMissing(UnderstudyError):
+class ExtraMissing(UnderstudyError, json_type="ExtraMissing"):
     """Something needs an extra that is not installed."""
 
     def __init__(self, *, what: str, extra: str) -> None:
@@ -48,7 +48,7 @@ class ExtraMissing(UnderstudyError):
         super().__init__(f"{what} needs what is not installed here; pip install 'understudy[{extra}]'")
 
 
-class Unreachable(UnderstudyError):
+class Unreachable(UnderstudyError, json_type="Unreachable"):
     """A transport that cannot be joined."""
 
     def __init__(self, *, what: str, problem: str, remedy: str) -> None:

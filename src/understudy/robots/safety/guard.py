@@ -38,7 +38,7 @@ KEY_S = 1.0
 """No key counts as held for longer without a new sign."""
 
 
-class ArmingRefused(UnderstudyError):
+class ArmingRefused(UnderstudyError, json_type="ArmingRefused"):
     """A robot that cannot be armed now."""
 
     def __init__(self, *, robot: str, problem: str, remedy: str) -> None:

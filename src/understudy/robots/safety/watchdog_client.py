@@ -28,7 +28,7 @@ LEAVING_S = 3.0
 """For so long it may take to end, which it does after it sent stop for a while."""
 
 
-class WatchdogFailed(UnderstudyError):
+class WatchdogFailed(UnderstudyError, json_type="WatchdogFailed"):
     """The watchdog cannot be started."""
 
     def __init__(self, *, robot: str, problem: str) -> None:

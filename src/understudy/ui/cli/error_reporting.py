@@ -85,7 +85,7 @@ def report(error: UnderstudyError) -> int:
     if "--json" in sys.argv:
         from understudy.ui.cli.output import print_json
 
-        print_json({"error": {"type": type(error).__name__, "message": str(error), **_fields(error)}})
+        print_json({"error": {"type": error.json_type, "message": str(error), **_fields(error)}})
     return error.exit_code
 
 

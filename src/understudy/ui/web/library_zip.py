@@ -121,7 +121,7 @@ HEADERS = {
 }
 
 
-class AlreadyThere(SessionError):
+class AlreadyThere(SessionError, json_type="AlreadyThere"):
     """The library has other automata of these names."""
 
     def __init__(self, names: list[str]) -> None:

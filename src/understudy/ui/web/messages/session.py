@@ -346,7 +346,7 @@ AnyMessage: TypeAlias = (
 )
 
 
-class UnusableMessage(UnderstudyError):
+class UnusableMessage(UnderstudyError, json_type="UnusableMessage"):
     """A message that is not one of those a page may send."""
 
     def __init__(self, *, problem: str) -> None:
@@ -354,7 +354,7 @@ class UnusableMessage(UnderstudyError):
         super().__init__(f"the message cannot be used, and changed nothing: {problem}")
 
 
-class UnusableField(UnusableMessage):
+class UnusableField(UnusableMessage, json_type="UnusableField"):
     """A message with something that a person typed and that cannot be used."""
 
     def __init__(self, *, problem: str) -> None:

@@ -1,0 +1,226 @@
+"""Names that files and other programs know, written out: none of them changes because something is renamed."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from importlib import import_module
+from inspect import signature
+from pathlib import Path
+from pkgutil import walk_packages
+from typing import Any
+
+import msgspec
+import pytest
+import typer
+from tests.ui.cli.commands import run
+
+import understudy
+from understudy.errors import UnderstudyError
+from understudy.ui.cli.main import app
+from understudy_lab.ablation.feature_variants import kit as ablation_kit
+
+PAGE = Path(__file__).parents[2] / "page/src"
+ERRORS = {  # name, exit code, what it is made of
+    "AlreadyThere": (2, "names"),
+    "ArmingRefused": (2, "robot problem remedy"),
+    "CannotRepeat": (1, "problem remedy"),
+    "DefinitionError": (2, "what problem remedy"),
+    "ExtraMissing": (2, "what extra"),
+    "FileError": (2, "path place problem remedy"),
+    "ImageError": (2, "problem remedy"),
+    "KindError": (2, "where problem remedy"),
+    "LawBroken": (2, "part law found"),
+    "MessageRefused": (2, "type problem"),
+    "NoDrawing": (2, "problem"),
+    "PeerMissing": (2, "peer extra"),
+    "RecordingFailed": (1, "path problem"),
+    "RecursionRefused": (2, "cycle path"),
+    "ScikitMissing": (2, "classifier"),
+    "SessionError": (2, ""),
+    "SettingError": (2, "where setting problem remedy"),
+    "UnboundParameter": (2, "behavior parameter targets"),
+    "UnderstudyError": (2, ""),
+    "UnknownName": (2, "what name where known"),
+    "Unreachable": (2, "what problem remedy"),
+    "UnusableField": (2, "problem"),
+    "UnusableMessage": (2, "problem"),
+    "WatchdogFailed": (2, "robot problem"),
+}
+"""What `--json` says of an error: its name is its `type`, and what it is made of are further fields."""
+MESSAGES = [
+    "add_object", "add_obstacle", "advise", "agent", "arm", "ask_when", "changes", "choose", "confirm", "delete",
+    "discard", "duplicate", "edit", "go_back", "go_to_mark", "hand_over", "here", "mend", "move_object",
+    "move_obstacle", "new", "open", "others", "pause", "pick_color", "place", "press", "promise", "prune",
+    "quarantine", "recall", "redo", "release", "remove", "remove_object", "remove_obstacle", "rename", "reset",
+    "restart", "restore", "rewind", "save", "set_up", "simplify", "speed", "stand_by", "stand_for", "step", "stop",
+    "take", "test", "turn", "undo", "use_reaction", "versions", "visit", "watch", "why", "withdraw",
+]  # fmt: skip
+"""What a page may send, in its field `do`."""
+TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's
+    "do": MESSAGES,
+    "kind": [
+        "bumper", "camera", "cargo", "claimed", "holding", "locator", "pose", "random", "since", "sonar", "stuck",
+    ],
+    "learns": ["scikit-learn", "trees"],
+    "node": ["absent", "arc", "below", "go", "label", "stay"],
+    "type": [
+        "Accepted", "Acted", "Attended", "Began", "Occupied", "Placed", "Pressed", "Raised", "Snapshot", "Stepped",
+        "Ticks", "Turned", "Went",
+    ],
+}  # fmt: skip
+COMMANDS = {
+    "": "--version --debug",
+    "advise": "NAME --library -l --world -w --kit --bind -b --most --json",
+    "bench": "--json",
+    "bench crowding": "--json",
+    "bench interpreter": "--json",
+    "bench learning": "--json",
+    "bench looks": "--json",
+    "bench million": "--json",
+    "bench patrol": "--json",
+    "bench robots": "--json",
+    "bench squads": "--json",
+    "bench swarm": "--json",
+    "demo": "TASK --seed --out -o --json",
+    "diff": "NAME --from --to --library -l --world -w --kit --json",
+    "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --each --json",
+    "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --json",
+    "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "
+    "--parameters --targets --reaction --agent -a --session --kit --json",
+    "list": "--library -l --world -w --kit --json",
+    "rebuild": "[NAME]... --library -l --world -w --kit --json",
+    "robots": "",
+    "robots check": "FILE --seconds --json",
+    "robots color": "FOLDER --name -n --robot --json",
+    "robots simulate": "WORLD --seed --domain --rate --router --write-files --apart --only --parent --seconds",
+    "robots stop": "FILE",
+    "robots stops": "FILE --last --json",
+    "run": "[SCENARIO] --behavior --library -l --world -w --seed --record -r --trace --seconds --speed --replay "
+    "--bind -b --robot --team --no-record --kit --json",
+    "show": "NAME --library -l --world -w --kit --all --json",
+    "simplify": "NAME --library -l --pruning -p --keep --world -w --kit --json",
+    "studio": "[SCENARIO] --world -w --library -l --kit --host --port --token --no-browser --seed --robot --team "
+    "--no-record",
+    "teach": "NAME --world -w --library -l --states --features --parameters --targets --flags --watched --plain "
+    "--reaction --seed --robot --no-record --kit --json",
+    "test": "[LIBRARY] --library -l --world -w --kit --json",
+    "validate": "[NAME]... --library -l --world -w --kit --json",
+    "why": "RUN --time -t --agent -a --library -l --world -w --json",
+    "worlds": "[SCENARIO] --json",
+}
+"""Commands, their arguments as the help shows them, and their options."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def everything_imported() -> None:
+    """Import all modules, so that all classes are known; those of other people's packages may be missing."""
+    for module in walk_packages(understudy.__path__, f"{understudy.__name__}."):
+        if not module.name.endswith("__main__"):
+            with suppress(ImportError):
+                import_module(module.name)
+
+
+def below(kind: type[Any]) -> Iterator[type[Any]]:
+    """All classes derived from one, if they are part of the product."""
+    for each in kind.__subclasses__():
+        yield each
+        yield from below(each)
+
+
+def ours(kind: type[Any]) -> bool:
+    return kind.__module__.startswith("understudy")
+
+
+def test_names_of_errors() -> None:
+    kinds: set[type[UnderstudyError]] = {UnderstudyError, *filter(ours, below(UnderstudyError))}
+    assert {kind.json_type: (kind.exit_code, fields(kind)) for kind in kinds} == ERRORS
+
+
+def fields(kind: type[UnderstudyError]) -> str:
+    """What an error is made of: the arguments that it keeps by their names."""
+    if "__init__" not in vars(kind):
+        return ""
+    _, *arguments = signature(kind.__init__).parameters
+    return " ".join(arguments)
+
+
+def test_names_of_errors_are_written_out() -> None:
+    """The name of a class is not the name that programs know, so each class of ours says both."""
+    unsaid = []
+    for kind in filter(ours, below(UnderstudyError)):
+        source = Path(str(import_module(kind.__module__).__file__)).read_text(encoding="utf-8")
+        if not re.search(rf'class {kind.__name__}\([\w.]+, json_type="{kind.json_type}"\)', source):
+            unsaid.append(kind.__qualname__)
+    assert unsaid == []
+
+
+def test_an_error_of_somebody_elses_is_called_as_its_class() -> None:
+    class Theirs(UnderstudyError):
+        """An error of another package."""
+
+    assert Theirs.json_type == "Theirs"
+
+
+def test_what_the_commands_print(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = run("show", "nothing", "-l", "/nowhere", "--json", monkeypatch=monkeypatch)
+    error = json.loads(result.stdout)["error"]
+    assert list(error) == ["type", "message", "path", "place", "problem", "remedy"]
+    assert error["type"] == "FileError"
+
+
+def test_tags() -> None:
+    found: dict[str, set[str]] = {}
+    for kind in filter(ours, below(msgspec.Struct)):
+        config = kind.__struct_config__
+        if config.tag is not None and not kind.__subclasses__():
+            found.setdefault(config.tag_field, set()).add(config.tag)
+    assert {field: sorted(tags) for field, tags in found.items()} == TAGS
+
+
+def test_tags_are_written_out() -> None:
+    """Left to msgspec, a tag is the name of its class."""
+    unsaid = []
+    for kind in filter(ours, below(msgspec.Struct)):
+        config = kind.__struct_config__
+        source = Path(str(import_module(kind.__module__).__file__)).read_text(encoding="utf-8")
+        said = re.search(rf'class {kind.__name__}\([^)]*\btag="{config.tag}"', source)
+        if config.tag is not None and not kind.__subclasses__() and not said:
+            unsaid.append(kind.__qualname__)
+    assert unsaid == []
+
+
+def test_messages_of_the_page() -> None:
+    """All that the page says is understood, and all that is understood is said by the page."""
+    sources = [(PAGE / f"{name}.ts").read_text(encoding="utf-8") for name in ("protocol", "real", "review")]
+    said = re.findall(r"\bdo:((?:\s*\|?\s*\"\w+\")+)", "\n".join(sources))
+    assert sorted({tag for tags in said for tag in re.findall(r"\w+", tags)}) == MESSAGES
+
+
+def commands(command: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, str]]:
+    names = []
+    for each in command.params:
+        option = each.param_type_name == "option"
+        names += [*each.opts, *each.secondary_opts] if option else [each.metavar or each.name.upper()]
+    yield " ".join(path), " ".join(names)
+    for name, inner in getattr(command, "commands", {}).items():
+        yield from commands(inner, (*path, name))
+
+
+def test_commands_and_their_options() -> None:
+    assert dict(commands(typer.main.get_command(app))) == COMMANDS
+
+
+def test_features_that_are_functions() -> None:
+    """They are called as their functions, and published rows and documents name them."""
+    functions = {
+        name: each for name, each in ablation_kit.features.items() if getattr(each, "function", None)
+    }
+    assert {name: each.parameters for name, each in functions.items()} == {
+        "signed_angle_to": ("A",),
+        "round_angle_to": ("A",),
+        "sine_to": ("A",),
+        "cosine_to": ("A",),
+    }
