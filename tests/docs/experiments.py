@@ -12,7 +12,7 @@ from tests.docs.pages import ROOT
 
 from understudy_lab import figures
 from understudy_lab.results import Result, published
-from understudy_lab.study import QUESTIONS, Findings, Table, find_experiment
+from understudy_lab.study import FOLDERS, QUESTIONS, Findings, Table, find_experiment
 
 PAGE = ROOT / "docs" / "experiments.md"
 PICTURES = ROOT / "docs" / "pictures" / "experiments"
@@ -53,7 +53,7 @@ def told(result: Result) -> Iterator[str]:
         yield from as_markdown(goals(findings))
     for note in findings.notes:
         yield from wrapped(note)
-    where = f"../src/understudy_lab/{result.experiment}"
+    where = f"../src/understudy_lab/{FOLDERS.get(result.experiment, result.experiment)}"
     yield f"[How it is done]({where}/README.md),\n[all rows]({where}/expected.json)\n"
 
 

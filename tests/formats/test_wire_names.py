@@ -18,6 +18,7 @@ import typer
 from tests.ui.cli.commands import run
 
 import understudy
+import understudy_lab
 from understudy.errors import UnderstudyError
 from understudy.ui.cli.main import app
 from understudy_lab.ablation.feature_variants import kit as ablation_kit
@@ -117,8 +118,10 @@ COMMANDS = {
 @pytest.fixture(scope="module", autouse=True)
 def everything_imported() -> None:
     """Import all modules, so that all classes are known; those of other people's packages may be missing."""
-    for module in walk_packages(understudy.__path__, f"{understudy.__name__}."):
-        if not module.name.endswith("__main__"):
+    for package in (understudy, understudy_lab):
+        for module in walk_packages(package.__path__, f"{package.__name__}."):
+            if module.name.endswith("__main__"):
+                continue
             with suppress(ImportError):
                 import_module(module.name)
 

@@ -14,7 +14,7 @@ from understudy.errors import UnderstudyError
 Row = dict[str, Any]
 
 
-class PeerMissing(UnderstudyError):
+class PeerMissing(UnderstudyError, json_type="PeerMissing"):
     """A peer to be measured beside is not installed."""
 
     def __init__(self, *, peer: str, extra: str = "bench") -> None:

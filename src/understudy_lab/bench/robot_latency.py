@@ -98,7 +98,7 @@ def _decider(folder: Path, transport: str, endpoint: str = "") -> Sequence[str]:
     router = f'router = "{endpoint}"\n' if endpoint else ""
     text = FILE.format(space=SPACE, domain=DOMAIN, transport=transport, router=router)
     path.write_text(text, encoding="utf-8")
-    return [sys.executable, "-m", "understudy_lab.bench.decider", str(path)]
+    return [sys.executable, "-m", "understudy_lab.bench.latency_decider", str(path)]
 
 
 def measured(what: str, transport: Transport, command: Sequence[str], messages: int) -> Row:
