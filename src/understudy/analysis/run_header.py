@@ -12,6 +12,7 @@ import msgspec
 
 from understudy.analysis.run_trace import PARQUET
 from understudy.errors import FileError, SettingError
+from understudy.robots.recording.header import Ran
 from understudy.runtime.program import Child, Instance
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.files import dump_scenario
@@ -68,6 +69,11 @@ class Recorded:
     how: How
     row: Row
     ticks: int
+
+
+def how_of(ran: Ran, scenario: Scenario) -> How:
+    """How a simulated run was made, for its trace, which does not hold the scenario's file as a recording does."""
+    return msgspec.convert({**msgspec.to_builtins(ran), "world": world_mark(scenario)}, How)
 
 
 def world_mark(scenario: Scenario) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import re
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from understudy.model.library import Kit
     from understudy.model.library import Library as Taught
     from understudy.sim.scenario.schema import Scenario
+    from understudy.sim.team.libraries import Libraries
     from understudy.storage.document import Learn
     from understudy.storage.library_folder import OpenedLibrary
 
@@ -190,6 +192,44 @@ def behavior_of(library: Taught, named: str | None, folder: Path) -> str:
         problem="is missing",
         remedy=f"give --behavior NAME: {automata}, and the basic behaviors are {listed(library.kit.behaviors)}",
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """Which behavior is to run: of which `sort` of agents, what every sort knows, and what each runs (`roots`)."""
+
+    libraries: Libraries
+    sort: str
+    behavior: str
+    binding: dict[str, str]
+    roots: dict[str, tuple[str, dict[str, str]]]
+
+    @property
+    def flags(self) -> set[str]:
+        """The states of the behavior in which it ends."""
+        from understudy.model.automaton import Automaton
+
+        root = self.libraries[self.sort].behavior(self.behavior)
+        states = root.states if isinstance(root, Automaton) else ()
+        return {state.name for state in states if state.flag is not None}
+
+
+def assign(
+    scenario: Scenario, behavior: str | None, folder: Path, kit: Kit, bind: list[str] | None
+) -> Assignment:
+    """Find the behavior that options name, and who runs it; mistakes are reported before anything is compiled or moves.
+
+    Raises what `team_for`, `behavior_of` and linking raise.
+    """
+    from understudy.runtime.program import link
+    from understudy.sim.team.libraries import runners, sort_of
+
+    bound = bindings(bind)
+    known = team_for(scenario, behavior, folder, kit)
+    sort = sort_of(known, behavior)
+    found = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), folder)
+    link(known[sort], found, bound)
+    return Assignment(known, sort, found, bound, dict.fromkeys(runners(known, sort, found), (found, bound)))
 
 
 def learner() -> Learn:

@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from understudy.model.library import Kit
+    from understudy.robots.recording.header import Ran
     from understudy.robots.recording.reader import Recording
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Scenario
+    from understudy.ui.cli.options import Assignment
 
 SUFFIX = ".mcap"
 
 
 @contextmanager
-def recording(
-    path: Path | None, team: Team, *, how: Callable[[], Mapping[str, Any]], seed: int
-) -> Iterator[Callable[[], None]]:
-    """What makes a team's ticks, recorded if the path is one of a recording; `how` says what runs, as in traces."""
+def recording(path: Path | None, team: Team, *, ran: Callable[[], Ran]) -> Iterator[Callable[[], None]]:
+    """What makes a team's ticks, recorded if the path is one of a recording; `ran` says what runs."""
     if path is None or not is_recording(path):
         yield team.tick
         return
-    from understudy.robots.recording.header import SCENARIO, Ran
+    from understudy.robots.recording.header import SCENARIO
     from understudy.robots.recording.recorder import Recorder
     from understudy.runtime.body import every_key
     from understudy.sim.scenario.files import dump_scenario
@@ -35,10 +35,9 @@ def recording(
     body = team.ground
     if not isinstance(body, World):
         raise TypeError("a team of robots that are no simulation")
-    ran = {name: value for name, value in how().items() if name != "world"}  # its file is kept instead
     keys = every_key(body)
     with Recorder(path, clock=lambda: body.time_s) as recorder:
-        recorder.begin(body, ran=Ran(**ran, seed=seed), files={SCENARIO: dump_scenario(body.scenario)})
+        recorder.begin(body, ran=ran(), files={SCENARIO: dump_scenario(body.scenario)})
 
         def tick() -> None:
             time_s, percept = body.time_s, body.sense(keys)
@@ -46,6 +45,25 @@ def recording(
             recorder.decided(time_s, percept, team.paths, at_s=time_s)
 
         yield tick
+
+
+def ran_by(
+    team: Team, assigned: Assignment, library: Path, *, scenario: str | None, seed: int, kit: str | None
+) -> Ran:
+    """What runs on a team, for the header of a recording or a trace."""
+    from understudy.analysis.run_header import marks
+    from understudy.robots.recording.header import Ran
+
+    return Ran(
+        scenario=scenario,
+        seed=seed,
+        kit=kit,
+        library=str(library.resolve()),
+        sorts=list(assigned.roots),
+        behavior=assigned.behavior,
+        binding=assigned.binding,
+        automata=marks(team, assigned.libraries),
+    )
 
 
 def is_recording(path: Path) -> bool:

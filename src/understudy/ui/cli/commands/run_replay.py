@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,53 +23,67 @@ DIFFERENT = 1
 MOST_SHOWN = 12
 
 
-def replay(
-    path: Path,
-    *,
-    library: Path | None = None,
-    behavior: str | None = None,
-    bind: list[str] | None = None,
-    kit: str | None = None,
-    as_json: bool = False,
-) -> None:
-    """Decide again over a recording; what is not said is as it was recorded. Exit code 1 where anything differs."""
-    from understudy.analysis.replay_diff import decided_again
-    from understudy.analysis.rerun import Rerun
-    from understudy.errors import SettingError
-    from understudy.robots.recording.reader import read_recording
-    from understudy.sim.team.libraries import runners, sort_of
-    from understudy.ui.cli.options import behavior_of, bindings
-    from understudy.ui.cli.output import console, print_json
-    from understudy.ui.cli.recordings import kit_for, scenario_of
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayOptions:
+    """The options of deciding again over a recording; None for what is as it was recorded."""
 
-    recording = read_recording(path)
-    ran = recording.head.ran
-    if ran.behavior is None and (behavior is None or library is None):
-        missing = "--behavior" if behavior is None else "--library"
-        problem, remedy = (
-            "is missing: nothing ran, a person taught",
-            "say which automaton of which library to ask",
-        )
-        raise SettingError(where=str(path), setting=missing, problem=problem, remedy=remedy)
-    where = scenario_of(recording)
-    parts = kit_for(recording, kit, where)
-    named = behavior or ran.behavior
-    known, former = _known(ran, where, named, library, parts)
-    folder = library or Path(ran.library)
-    asked = named if behavior or not ran.sorts or ran.sorts[0] not in known else f"{ran.sorts[0]}/{named}"
-    sort = sort_of(known, asked)
-    name = behavior_of(known[sort], asked and asked.removeprefix(f"{sort}/"), folder)
-    bound = bindings(bind) if bind else dict(ran.binding) if name == ran.behavior else {}
-    sorts = [each for each in ran.sorts if each in known and name == ran.behavior]
-    rerun = Rerun(recording, known, sorts or runners(known, sort, name), name, binding=bound, scenario=where)
-    again = decided_again(rerun)
-    facts = _facts(recording, again, folder, name) | {"changed": _changed(ran, known), "former": former}
-    if as_json:
+    replay: Path
+    behavior: str | None
+    library: Path | None
+    bind: list[str] | None
+    kit: str | None
+    as_json: bool
+
+
+def run_replay(options: ReplayOptions) -> None:
+    """Decide again over a recording, and show where decisions differ. Exit code 1 where any does."""
+    from understudy.robots.recording.reader import read_recording
+    from understudy.ui.cli.output import console, print_json
+
+    recording = read_recording(options.replay)
+    _check_taught(recording, options)
+    facts = _decided_again(recording, options)
+    if options.as_json:
         print_json(facts)
     else:
         _show(facts, console())
-    if again.differences:
+    if facts["differences"]:
         raise typer.Exit(DIFFERENT)
+
+
+def _check_taught(recording: Recording, options: ReplayOptions) -> None:
+    """Refuse a recording of a person who taught, unless it is said which automaton to ask."""
+    from understudy.errors import SettingError
+
+    if recording.head.ran.behavior is None and (options.behavior is None or options.library is None):
+        missing = "--behavior" if options.behavior is None else "--library"
+        problem = "is missing: nothing ran, a person taught"
+        remedy = "say which automaton of which library to ask"
+        raise SettingError(where=str(options.replay), setting=missing, problem=problem, remedy=remedy)
+
+
+def _decided_again(recording: Recording, options: ReplayOptions) -> dict[str, Any]:
+    from understudy.analysis.replay_diff import decided_again
+    from understudy.analysis.rerun import Rerun
+    from understudy.sim.team.libraries import runners, sort_of
+    from understudy.ui.cli.options import behavior_of, bindings
+    from understudy.ui.cli.recordings import kit_for, scenario_of
+
+    ran, where = recording.head.ran, scenario_of(recording)
+    parts = kit_for(recording, options.kit, where)
+    named = options.behavior or ran.behavior
+    known, former = _known(ran, where, named, options.library, parts)
+    folder = options.library or Path(ran.library)
+    asked = (
+        named if options.behavior or not ran.sorts or ran.sorts[0] not in known else f"{ran.sorts[0]}/{named}"
+    )
+    sort = sort_of(known, asked)
+    name = behavior_of(known[sort], asked and asked.removeprefix(f"{sort}/"), folder)
+    bound = bindings(options.bind) if options.bind else dict(ran.binding) if name == ran.behavior else {}
+    sorts = [each for each in ran.sorts if each in known and name == ran.behavior]
+    rerun = Rerun(recording, known, sorts or runners(known, sort, name), name, binding=bound, scenario=where)
+    again = decided_again(rerun)
+    return _facts(recording, again, folder, name) | {"changed": _changed(ran, known), "former": former}
 
 
 def _known(

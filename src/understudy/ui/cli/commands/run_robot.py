@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from time import monotonic
@@ -16,74 +17,85 @@ if TYPE_CHECKING:
     from understudy.robots.fleet import Fleet
     from understudy.robots.live_run import Live
     from understudy.robots.twin import Twin
-    from understudy.sim.team.libraries import Libraries
+    from understudy.ui.cli.options import Assignment
 
 LISTEN_S = 2.0
 SHOWN_S = 0.1
 BY = "the terminal"
 
 
-def run_live(
-    twin: Twin,
-    behavior: str | None,
-    library: Path,
-    *,
-    kit: str | None,
-    bind: list[str] | None,
-    seconds: float | None,
-    as_json: bool,
-) -> None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotRunOptions:
+    """The options of a run on real robots."""
+
+    robot: Path | None
+    team: Path | None
+    record: Path | None
+    no_record: bool
+    seconds: float | None
+    behavior: str | None
+    library: Path
+    bind: list[str] | None
+    kit: str | None
+    as_json: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RobotRunResult:
+    """How a run on real robots ended, as --json prints it."""
+
+    behavior: str
+    robots: list[str]
+    seconds: float
+    ticks: int
+    late_ticks: int
+    ended: str
+    doing: list[tuple[str, ...]]
+
+
+def run_robots(options: RobotRunOptions) -> None:
     """Run a behavior on real robots until it is done, the time is over, or a key stops it."""
-    from understudy.analysis.run_header import marks
-    from understudy.robots.live_run import Live
-    from understudy.robots.recording.header import Ran
-    from understudy.runtime.program import link
-    from understudy.sim.kit import kit_of
-    from understudy.sim.team.libraries import runners, sort_of
-    from understudy.ui.cli.options import behavior_of, bindings, find_kit, team_for
     from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.robot_options import twin_of
+
+    with twin_of(options.robot, options.team, record=options.record, recorded=not options.no_record) as twin:
+        result = _run(twin, options)
+        if options.as_json:
+            print_json(result)
+        else:
+            late = f", {result.late_ticks} of them late" if result.late_ticks else ""
+            said = f"{result.behavior}: {result.ended} after {result.ticks} ticks{late}. Stopped."
+            console().print(said, markup=False)
+
+
+def _run(twin: Twin, options: RobotRunOptions) -> RobotRunResult:
+    from understudy.robots.live_run import Live
+    from understudy.sim.kit import kit_of
+    from understudy.ui.cli.options import assign, find_kit
+    from understudy.ui.cli.recordings import ran_by
 
     fleet = twin.fleet
     _see_person(fleet)
-    parts = kit_of(twin.scenario) if kit is None else find_kit(kit, twin.scenario.name)
-    bound = bindings(bind)
-    known = team_for(twin.scenario, behavior, library, parts)
-    sort = sort_of(known, behavior)
-    behavior = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), library)
-    link(known[sort], behavior, bound)  # mistakes are told before anything moves
-    roots = dict.fromkeys(runners(known, sort, behavior), (behavior, bound))
-    live = Live(twin, known, roots)
+    kit = kit_of(twin.scenario) if options.kit is None else find_kit(options.kit, twin.scenario.name)
+    assigned = assign(twin.scenario, options.behavior, options.library, kit, options.bind)
+    live = Live(twin, assigned.libraries, assigned.roots)
     twin.follow(lambda: live.team.paths)
     _looked_over(live)
-    _armed_by_a_person(fleet, behavior)
+    _armed_by_a_person(fleet, assigned.behavior)
     live.restart()
     began_s = twin.time_s
-    twin.record(
-        Ran(
-            kit=kit,
-            library=str(library.resolve()),
-            sorts=list(roots),
-            behavior=behavior,
-            binding=dict(bound),
-            automata=marks(live.team, known),
-        )
-    )
-    ended = _go(live, behavior, _flags(known, sort, behavior), sort, seconds)
+    twin.record(ran_by(live.team, assigned, options.library, scenario=None, seed=0, kit=options.kit))
+    ended = _go(live, assigned, options.seconds)
     fleet.disarm(f"the run ended: {ended}")
-    facts = {
-        "behavior": behavior,
-        "robots": [robot.file.name for robot in fleet],
-        "seconds": round(twin.time_s - began_s, 3),
-        "ticks": live.ticks,
-        "late_ticks": live.late,
-        "ended": ended,
-        "doing": [list(path) for path in live.team.paths],
-    }
-    if as_json:
-        print_json(facts)
-    else:
-        late = f", {live.late} of them late" if live.late else ""
-        console().print(f"{behavior}: {ended} after {live.ticks} ticks{late}. Stopped.", markup=False)
+    return RobotRunResult(
+        behavior=assigned.behavior,
+        robots=[robot.file.name for robot in fleet],
+        seconds=round(twin.time_s - began_s, 3),
+        ticks=live.ticks,
+        late_ticks=live.late,
+        ended=ended,
+        doing=list(live.team.paths),
+    )
 
 
 def _see_person(fleet: Fleet) -> None:
@@ -136,21 +148,13 @@ def _armed_by_a_person(fleet: Fleet, behavior: str) -> None:
     fleet.arm(BY)
 
 
-def _flags(known: Libraries, sort: str, behavior: str) -> set[str]:
-    from understudy.model.automaton import Automaton
-
-    root = known[sort].behavior(behavior)
-    states = root.states if isinstance(root, Automaton) else ()
-    return {state.name for state in states if state.flag is not None}
-
-
-def _go(live: Live, behavior: str, flags: set[str], sort: str, seconds: float | None) -> str:
+def _go(live: Live, assigned: Assignment, seconds: float | None) -> str:
     """Tick until something ends it, which is said."""
     from rich.live import Live as Screen
 
     from understudy.ui.cli.output import console
 
-    twin, until = live.twin, inf
+    twin, until, flags = live.twin, inf, assigned.flags
     with (
         _keys() as pressed,
         Screen(console=console(err=True), auto_refresh=False, transient=True) as screen,
@@ -167,13 +171,13 @@ def _go(live: Live, behavior: str, flags: set[str], sort: str, seconds: float | 
                 return "; ".join(
                     f"{robot.file.name}: {robot.stopped}" for robot in twin.fleet if robot.stopped
                 )
-            if flags and live.team.raised(sort, flags).all():
+            if flags and live.team.raised(assigned.sort, flags).all():
                 return "done"
             if twin.time_s >= until:
                 return "its time is over"
             if twin.time_s - shown >= SHOWN_S:
                 shown = twin.time_s
-                screen.update(_told(twin, live, behavior), refresh=True)
+                screen.update(_told(twin, live, assigned.behavior), refresh=True)
 
 
 def _told(twin: Twin, live: Live, rests: str) -> Any:

@@ -1,0 +1,281 @@
+"""`understudy run` in a simulated world: watched in the terminal, drawn, recorded or traced."""
+
+from __future__ import annotations
+
+from collections import Counter
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic, sleep
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from understudy.analysis.run_trace import TraceWriter
+    from understudy.robots.recording.header import Ran
+    from understudy.runtime.team.team import Team
+    from understudy.sim.scenario.schema import Goal
+    from understudy.sim.view import Frame
+    from understudy.ui.cli.options import Assignment
+
+PICTURES = (".gif", ".png")
+FRAMES_PER_S = 12.0
+IDLES = "idles"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulatedRunOptions:
+    """The options of a run in a simulated world."""
+
+    scenario: str | None
+    world: str | None
+    seed: int
+    seconds: float | None
+    speed: float
+    record: Path | None
+    trace: Path | None
+    behavior: str | None
+    library: Path
+    bind: list[str] | None
+    kit: str | None
+    as_json: bool
+
+
+def run_simulated(options: SimulatedRunOptions) -> None:
+    """Run a behavior in a simulated world: shown in the terminal as it goes, or drawn, recorded, traced."""
+    from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.recordings import is_recording, recording
+
+    record = options.record
+    _check_record(record)
+    running = Running.of(options)
+    shown = record is None and not options.as_json and console().is_terminal
+    with (
+        recording(record, running.team, ran=running.ran) as running.tick_team,
+        running.tracing(options.trace) as trace,
+    ):
+        frames = _watch(running, options.speed, trace) if shown else _record(running, trace)
+    if record is not None and not is_recording(record):
+        title = f"{running.behavior} in {running.body.scenario.name}, seed {options.seed}"
+        _draw(frames, record, title=title, speed=options.speed)
+    if options.as_json:
+        print_json(running.result())
+        return
+    console().print(_ending(running.result()))
+    if record is not None:
+        made = "Recorded" if is_recording(record) else "Drawn"
+        console().print(f"{made} in {record}", markup=False, soft_wrap=True)
+    if options.trace is not None:
+        console().print(f"Traced in {options.trace}", markup=False, soft_wrap=True)
+
+
+def _check_record(record: Path | None) -> None:
+    """Refuse a file that is neither a picture nor a recording."""
+    from understudy.errors import SettingError
+    from understudy.ui.cli.recordings import is_recording
+
+    if record is not None and not is_recording(record) and record.suffix.lower() not in PICTURES:
+        remedy = "name a file that ends in .gif (in motion), .png (its path) or .mcap (all readings)"
+        raise SettingError(
+            where="--record", setting=repr(str(record)), problem="is no picture or recording", remedy=remedy
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedRunResult:
+    """How a simulated run ended, as --json prints it; None for what does not apply."""
+
+    behavior: str
+    world: str
+    seed: int
+    robots: int
+    seconds: float
+    goal: str | None
+    success: bool | None
+    delivered: int
+    total: int
+    gathered: int
+    path: tuple[str, ...] | None
+    doing: dict[str, int]
+    record: str | None
+
+
+class Running:
+    """One world in which all agents of some sorts run a behavior: the robots, or coordinators who order them about."""
+
+    def __init__(self, options: SimulatedRunOptions, named: str, team: Team, assigned: Assignment) -> None:
+        from understudy.sim.world import World
+
+        if not isinstance(team.ground, World):
+            raise TypeError("a team of robots that are no simulation")
+        self.team, self.body, self.behavior = team, team.ground, assigned.behavior
+        self.tick_team = team.tick
+        self._options, self._named, self._assigned = options, named, assigned
+        self._limit_s = options.seconds or self.body.scenario.limit_s
+        sorts = list(assigned.roots)
+        self._sort = sorts[0]
+        alone = [name for name in sorts if name in team.tree.types]
+        kinds = [team.tree.types[kind] for kind in team.tree.type_of]
+        self._rests = [self.behavior if kind in alone else IDLES for kind in kinds]
+        self._flags = assigned.flags
+
+    @classmethod
+    def of(cls, options: SimulatedRunOptions) -> Running:
+        """What the options ask for, about to begin."""
+        from understudy.sim.team.libraries import team_of
+        from understudy.ui.cli.options import assign, chosen_world, find_kit, find_world
+        from understudy.ui.cli.output import compile_once
+
+        named = chosen_world(options.scenario, options.world)
+        where, kit = find_world(named), find_kit(options.kit, named)
+        assigned = assign(where, options.behavior, options.library, kit, options.bind)
+        compile_once(world=where, quiet=options.as_json)
+        team = team_of(where, [options.seed], assigned.libraries, assigned.roots)
+        return cls(options, named, team, assigned)
+
+    def ran(self) -> Ran:
+        """What it takes to run it again, for the header of its trace or recording."""
+        from understudy.sim.scenario.files import builtin_scenarios
+        from understudy.ui.cli.recordings import ran_by
+
+        named, options = self._named, self._options
+        scenario = named if named in builtin_scenarios() else str(Path(named).resolve())
+        return ran_by(
+            self.team, self._assigned, options.library, scenario=scenario, seed=options.seed, kit=options.kit
+        )
+
+    def tracing(self, path: Path | None) -> AbstractContextManager[TraceWriter | None]:
+        """Write its trace, where one is wanted."""
+        import msgspec
+
+        from understudy.analysis.run_header import how_of
+        from understudy.analysis.run_trace import write_trace
+
+        if path is None:
+            return nullcontext()
+        body, seed = self.body, self._options.seed
+        how = msgspec.to_builtins(how_of(self.ran(), body.scenario))
+        return write_trace(
+            path, scenario=body.scenario.name, seed=seed, tick_s=body.tick_s, robots=body.robots, run=how
+        )
+
+    @property
+    def paths(self) -> list[tuple[str, ...]]:
+        """What each robot is doing, outermost first; a basic behavior is all there is of itself, and others idle."""
+        return [path or (rests,) for path, rests in zip(self.team.paths, self._rests, strict=True)]
+
+    @property
+    def frame(self) -> Frame:
+        """This moment, for drawing."""
+        from understudy.sim.view import Frame
+
+        return Frame(self.body.view(), [path[0] for path in self.paths])
+
+    @property
+    def finished(self) -> bool:
+        """Whether the scenario's goal was reached."""
+        return bool(self.body.finished_s[0] >= 0)
+
+    @property
+    def ended(self) -> bool:
+        """Whether all is done: the goal is reached, the time is over, or every robot rests with its flag up."""
+        if self.finished or self.body.time_s >= self._limit_s - 1e-9:
+            return True
+        return bool(self._flags) and bool(self.team.raised(self._sort, self._flags).all())
+
+    def tick(self, trace: TraceWriter | None) -> None:
+        """One tick."""
+        self.tick_team()
+        if trace is not None:
+            trace.add(self.body.view(), self.paths)
+
+    def result(self) -> SimulatedRunResult:
+        """How it ended."""
+        body, paths, record = self.body, self.paths, self._options.record
+        goal = body.scenario.goal
+        return SimulatedRunResult(
+            behavior=self.behavior,
+            world=body.scenario.name,
+            seed=self._options.seed,
+            robots=body.robots,
+            seconds=round(body.time_s, 6),
+            goal=None if goal is None else _goal(goal),
+            success=None if goal is None else self.finished,
+            delivered=int(body.delivered[0]),
+            total=int(body.total[0]),
+            gathered=int(body.gathered[0]),
+            path=paths[0] if body.robots == 1 else None,
+            doing=dict(Counter(path[0] for path in paths).most_common()),
+            record=None if record is None else str(record),
+        )
+
+
+def _goal(goal: Goal) -> str | None:
+    """What is to be reached, in a word."""
+    return "delivered" if goal.delivered else "gathered" if goal.gathered else goal.target
+
+
+def _ending(result: SimulatedRunResult) -> str:
+    """How it ended, in a sentence."""
+    from rich.markup import escape
+
+    if result.success:
+        homes = {"delivered": "all food is home", "gathered": "enough boxes are home"}
+        ended = f"[green]{homes.get(result.goal or '', 'goal reached')}[/]"
+    elif result.path:
+        ended = f"[yellow]in {escape(result.path[-1])}[/]"
+    else:
+        doing = ", ".join(f"{name} {number}" for name, number in result.doing.items())
+        ended = f"[yellow]{result.robots} robots: {escape(doing)}[/]"
+    brought = f"; brought {result.delivered} of {result.total} units home" if result.total else ""
+    if result.gathered:
+        brought += f"; gathered {result.gathered} box{'es' * (result.gathered > 1)}"
+    where = "world" if result.world == "forage" else f"{result.world} world"
+    return f"{result.behavior} in {where} {result.seed}: {ended} after {result.seconds:.1f} s{brought}"
+
+
+def _record(running: Running, trace: TraceWriter | None) -> list[Frame]:
+    from understudy.viz.run_gif import Recording
+
+    recording = Recording()
+    recording.see(running.frame)
+    while not running.ended:
+        running.tick(trace)
+        recording.see(running.frame)
+    return recording.frames
+
+
+def _watch(running: Running, speed: float, trace: TraceWriter | None) -> list[Frame]:
+    """Show the run in the terminal as it goes; Ctrl-C ends it."""
+    from rich.live import Live
+
+    from understudy.ui.cli.commands.run import screen
+    from understudy.ui.cli.output import console
+
+    out, body = console(), running.body
+    step = speed / FRAMES_PER_S
+    with Live(console=out, auto_refresh=False, transient=False) as live:
+        due = monotonic()
+        while True:
+            view = body.view()
+            live.update(screen(view, running.paths, wide=out.width, tall=out.height - 6), refresh=True)
+            if running.ended:
+                return []
+            until = body.time_s + step
+            while body.time_s < until and not running.ended:
+                running.tick(trace)
+            due += 1.0 / FRAMES_PER_S
+            sleep(max(0.0, due - monotonic()))
+
+
+def _draw(frames: list[Frame], path: Path, *, title: str, speed: float) -> None:
+    from understudy.storage.atomic import failing
+    from understudy.viz.path_png import path_png
+    from understudy.viz.run_gif import run_gif
+
+    with failing(
+        path, "writing the picture", remedy="name a file in a folder that exists and that you may write to"
+    ):
+        if path.suffix.lower() == ".gif":
+            run_gif(frames, path, speed=speed)
+        else:
+            path_png(frames, path, title=title)
