@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from math import isnan
+import re
+from collections.abc import Sequence
+from math import degrees, isnan
 from typing import Any
 
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Categorical
+from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import Lesson
 from understudy.model.tree import Tree
 from understudy.model.tree_text import sentences
+
+ABSENT = "–"
+_DIGITS = {"m": 2, "s": 1}
+_DEGREES = re.compile(r"(\d+(?:\.\d+)?)°")
 
 
 def shown(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:
@@ -53,3 +59,45 @@ def plain(value: float, bound: BoundFeature) -> float | str | None:
     if isnan(value):
         return None
     return bound.kind.labels[int(value)] if isinstance(bound.kind, Categorical) else value
+
+
+def is_angle(bound: BoundFeature) -> bool:
+    """Whether its values are angles, said in degrees: left of ahead above 0, right below."""
+    return isinstance(bound.kind, Toroidal) and bound.feature.unit == "rad"
+
+
+def value(bound: BoundFeature, number: float, *, unit: bool = True) -> str:
+    """A value with its unit: 3.42 m, −31°, yes; a dash where it is absent."""
+    if isnan(number):
+        return ABSENT
+    if isinstance(bound.kind, Categorical):
+        return bound.kind.labels[int(number)]
+    if is_angle(bound):
+        text = f"{around_zero(round(degrees(number))):d}°"
+    else:
+        name = bound.feature.unit
+        digits = _DIGITS.get(name, 0 if float(number).is_integer() else 2)
+        text = f"{number:.{digits}f}{f' {name}' if name and unit else ''}"
+    return text.replace("-", "−")
+
+
+def around_zero(angle: float) -> int:
+    """An angle in degrees from −179 to 180, left of ahead above 0."""
+    return int((angle + 179) % 360 - 179)
+
+
+def signed(text: str) -> str:
+    """A condition whose angles are said like the readings: "between 350° and 10°" is between −10° and 10°."""
+
+    def turned(match: re.Match[str]) -> str:
+        angle = float(match[1])
+        return f"{angle - 360 if angle > 180 else angle:g}°".replace("-", "−")
+
+    return _DEGREES.sub(turned, text)
+
+
+def values(features: Sequence[BoundFeature], numbers: Sequence[float]) -> str:
+    """Labels and values: "distance_to(A) = 3.42 m, angle_to(A) = −31°"."""
+    return ", ".join(
+        f"{bound} = {value(bound, number)}" for bound, number in zip(features, numbers, strict=True)
+    )

@@ -13,13 +13,14 @@ from tests.ui.tui.desks import GOTO, Wall, plan
 from understudy.errors import KindError, UnderstudyError
 from understudy.model.automaton import START, State
 from understudy.model.binding import Binding
+from understudy.model.describe import signed, value
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library
 from understudy.sim.forage import Forage, kit
 from understudy.sim.target_lookup import place_of
 from understudy.ui.controller import journal_store, key_bindings
 from understudy.ui.controller.clock import BUSY_S, FASTEST, Pace
-from understudy.ui.controller.formatting import clock, number, signed, spark, value
+from understudy.ui.controller.formatting import clock, number, spark
 from understudy.ui.controller.training_plan import Choices, checked
 from understudy.ui.tui import main_screen
 from understudy.ui.tui.world_view import ARROWS, facts, picture, size

@@ -11,7 +11,7 @@ from understudy.analysis.tracing import Query
 from understudy.learning.explain import Explanation, explain
 from understudy.learning.fit import learn
 from understudy.model.automaton import Transition
-from understudy.model.describe import shown
+from understudy.model.describe import shown, signed
 from understudy.model.lesson import Lesson
 from understudy.model.library import Taught
 from understudy.model.tree import STAY, Tree
@@ -20,7 +20,6 @@ from understudy.runtime.interpreter import Interpreter, Machine
 from understudy.training.session import Session
 from understudy.training.session_view import Screen
 from understudy.training.trainee import Mode
-from understudy.ui.controller.formatting import signed
 
 MOST_EXAMPLES = 6
 MOST_SWITCHES = 1_000

@@ -151,8 +151,7 @@ def _level(level: Level) -> dict[str, Any]:
 
 def reason_facts(reason: Reason) -> dict[str, Any]:
     """A decision and what was behind it, as plain data."""
-    from understudy.model.describe import plain
-    from understudy.ui.controller.formatting import values
+    from understudy.model.describe import plain, values
 
     said, features = reason.explanation, reason.taught.automaton.features
     return {
@@ -219,7 +218,7 @@ def show_decision(said: dict[str, Any], out: Console) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
-    from understudy.ui.controller.formatting import signed
+    from understudy.model.describe import signed
 
     stays = said["before"] == said["after"]
     what = f"stays in {said['before']}" if stays else f"goes from {said['before']} to {said['after']}"
