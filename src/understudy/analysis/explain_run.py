@@ -59,7 +59,7 @@ class Reason:
 @dataclass(frozen=True, slots=True)
 class Level:
     """One automaton of an agent: where it is and since when, why it decided so in this tick (None: nothing was there
-    to decide, because `rests` says), and why it had gone there (None: it began there).
+    to decide), and why it had gone there (None: it began there). `flag` is the one that its state raises.
     """
 
     automaton: str
@@ -67,7 +67,7 @@ class Level:
     since_s: float
     decision: Reason | None
     entry: Reason | None
-    rests: str
+    flag: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,17 +166,13 @@ def _level(stood: Stood, taught: Mapping[str, Taught]) -> Level:
     machine = stood.machine
     automaton, name = machine.automaton, str(machine.instance)
     known = taught[automaton.name]
-    rests = ""
-    if stood.asked is None:
-        raised = automaton.states[machine.state].flag
-        rests = f"{raised} is raised, and never left by itself" if raised else "nothing was ever shown there"
     return Level(
         name,
         machine.state_name,
         stood.entered_s,
         None if stood.asked is None else reason(name, stood.asked, known),
         None if stood.entry is None else reason(name, stood.entry, known),
-        rests,
+        automaton.states[machine.state].flag,
     )
 
 

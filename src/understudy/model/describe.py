@@ -15,6 +15,8 @@ from understudy.model.tree import Tree
 from understudy.model.tree_text import sentences
 
 ABSENT = "–"
+BY_CLASSIFIER = "decided by a classifier of scikit-learn"
+"""What is said in place of conditions, where there are none."""
 _DIGITS = {"m": 2, "s": 1}
 _DEGREES = re.compile(r"(\d+(?:\.\d+)?)°")
 
@@ -36,7 +38,7 @@ def conditions(automaton: Automaton, lesson: Lesson | None) -> dict[str, list[st
             vectors = shown(lesson, state)
             said[state] = list(sentences(function, automaton.features, automaton.state_names, state, vectors))
         else:
-            said[state] = ["decided by a classifier of scikit-learn"]
+            said[state] = [BY_CLASSIFIER]
     return said
 
 

@@ -7,21 +7,25 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from understudy.analysis.explain_run import Level, Reason, reason
+from understudy.analysis.explanation_text import (
+    describe_intention,
+    describe_present,
+    describe_switch,
+    list_examples,
+)
 from understudy.analysis.tracing import Query
 from understudy.learning.explain import Explanation, explain
 from understudy.learning.fit import learn
 from understudy.model.automaton import Transition
-from understudy.model.describe import shown, signed
+from understudy.model.describe import conditions, signed
 from understudy.model.lesson import Lesson
 from understudy.model.library import Taught
-from understudy.model.tree import STAY, Tree
-from understudy.model.tree_text import sentences
+from understudy.model.tree import STAY
 from understudy.runtime.interpreter import Interpreter, Machine
 from understudy.training.session import Session
 from understudy.training.session_view import Screen
 from understudy.training.trainee import Mode
 
-MOST_EXAMPLES = 6
 MOST_SWITCHES = 1_000
 
 
@@ -100,17 +104,9 @@ class Why:
 
     def rules(self) -> list[tuple[str, str]]:
         """What was learned so far: (state, when it is left), a pair per condition."""
-        self.learned()
-        automaton = self._lesson.automaton
-        said = []
-        for state, function in self._transitions.items():
-            if not isinstance(function, Tree):
-                said.append((state, "decided by a classifier of scikit-learn"))
-                continue
-            vectors = shown(self._lesson, state)
-            found = sentences(function, automaton.features, automaton.state_names, state, vectors)
-            said.extend((state, signed(sentence)) for sentence in found)
-        return said
+        taught = self._taught(self.learned()[0].automaton.name)
+        found = conditions(taught.automaton, taught.lesson)
+        return [(state, signed(line)) for state, lines in found.items() for line in lines]
 
     def levels(self) -> tuple[Level, ...]:
         """What every level, from the automaton under training down, would decide now by what was learned, and why."""
@@ -120,13 +116,11 @@ class Why:
 
     def _level(self, machine: Machine, values: tuple[float, ...]) -> Level:
         name, call = machine.automaton.name, str(machine.instance)
-        decision, rests = None, ""
+        decision = None
         if machine.flag is None:
             query = Query(self._session.body.time_s, machine.state, machine.state, values)
             decision = reason(call, query, self._taught(name))
-        else:
-            rests = f"{machine.flag} is raised, and never left by itself"
-        return Level(call, machine.state_name, machine.entered, decision, None, rests)
+        return Level(call, machine.state_name, machine.entered, decision, None, machine.flag)
 
     def last(self) -> tuple[Switch, Reason] | None:
         """The last switch of any level, of several in a tick that of the highest; and why, by what is known now."""
@@ -149,44 +143,11 @@ class Why:
         values = tuple(screen.features.values())
         now = self.decision(screen.state, values) if screen.flag is None else None
         if screen.mode is Mode.TRAINING:
-            said = ["You decide: it is in training."]
-            said.append(f"In testing it {told(now)}." if now else "A raised flag is never left.")
+            said = ["You decide: it is in training.", describe_intention(now)]
         else:
-            said = [f"It {told(now)}." if now else f"It raised {screen.flag}, which is never left by itself."]
+            said = [describe_present(now, screen.flag)]
         if self.switch is not None:
             was = self.decision(self.switch.before, self.switch.query.values)
-            when = f"{screen.time_s - self.switch.time_s:.1f} s ago"
-            if was.next == self.switch.after:
-                said.append(f"{when} it went from {was.state} to {was.next}{because(was)}{_shown(was)}.")
-            else:  # the lesson changed since
-                said.append(f"{when} it went from {was.state} to {self.switch.after}; by now it {told(was)}.")
+            text = describe_switch(was.state, self.switch.after, was, list_examples(was))
+            said.append(f"{screen.time_s - self.switch.time_s:.1f} s ago it {text}.")
         return said
-
-
-def told(explanation: Explanation) -> str:
-    """What is decided, because of what, and who showed it."""
-    return decided(explanation) + _shown(explanation)
-
-
-def decided(explanation: Explanation) -> str:
-    """What is decided, and because of what: "goes from forward to done because distance_to(A) is below 0.35 m"."""
-    stays = explanation.next == explanation.state
-    what = (
-        f"stays in {explanation.state}" if stays else f"goes from {explanation.state} to {explanation.next}"
-    )
-    return what + because(explanation)
-
-
-def because(explanation: Explanation) -> str:
-    """The conditions that held, or that nothing was ever shown where they do."""
-    held = signed(" and ".join(explanation.conditions))
-    if explanation.shown:
-        return f" because {held}" if held else ", always"
-    return f": nothing was ever shown where {held}" if held else ": nothing was ever shown there"
-
-
-def _shown(explanation: Explanation) -> str:
-    numbers = [str(example.number) for example in explanation.examples if example.pressed]
-    more = "…" if len(numbers) > MOST_EXAMPLES else ""
-    shown = explanation.shown and numbers
-    return f" (shown by {', '.join(numbers[:MOST_EXAMPLES])}{more})" if shown else ""

@@ -5,13 +5,16 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rich.console import Console
 
+    from understudy.analysis.explanation_text import DecisionData
     from understudy.analysis.replay_diff import Again, Difference
     from understudy.model.library import Kit
     from understudy.robots.recording.header import Ran
@@ -35,6 +38,46 @@ class ReplayOptions:
     as_json: bool
 
 
+@dataclass(frozen=True, slots=True)
+class DifferenceData:
+    """Ticks in a row in which a robot is in other states than recorded, as --json prints them."""
+
+    robot: int
+    time_s: float
+    until_s: float
+    ticks: int
+    recorded: tuple[str, ...]
+    now: tuple[str, ...]
+    decision: DecisionData | None
+
+    @classmethod
+    def of(cls, each: Difference) -> DifferenceData:
+        """The data of a difference."""
+        from understudy.analysis.explanation_text import DIGITS, DecisionData
+
+        from_s, until_s = round(each.from_s, DIGITS), round(each.until_s, DIGITS)
+        decision = None if each.reason is None else DecisionData.of(each.reason)
+        return cls(each.agent, from_s, until_s, each.ticks, each.recorded, each.now, decision)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayResult:
+    """What deciding again came to, as --json prints it."""
+
+    recording: str
+    whole: bool
+    library: str
+    behavior: str
+    robots: int
+    ticks: int
+    seconds: float
+    decisions: int
+    same: int
+    differences: list[DifferenceData]
+    changed: list[str]
+    former: dict[str, int]
+
+
 def run_replay(options: ReplayOptions) -> None:
     """Decide again over a recording, and show where decisions differ. Exit code 1 where any does."""
     from understudy.robots.recording.reader import read_recording
@@ -42,12 +85,12 @@ def run_replay(options: ReplayOptions) -> None:
 
     recording = read_recording(options.replay)
     _check_taught(recording, options)
-    facts = _decided_again(recording, options)
+    result, again = _decided_again(recording, options)
     if options.as_json:
-        print_json(facts)
+        print_json(result)
     else:
-        _show(facts, console())
-    if facts["differences"]:
+        _show(result, again.differences, console())
+    if again.differences:
         raise typer.Exit(DIFFERENT)
 
 
@@ -62,7 +105,7 @@ def _check_taught(recording: Recording, options: ReplayOptions) -> None:
         raise SettingError(where=str(options.replay), setting=missing, problem=problem, remedy=remedy)
 
 
-def _decided_again(recording: Recording, options: ReplayOptions) -> dict[str, Any]:
+def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[ReplayResult, Again]:
     from understudy.analysis.replay_diff import decided_again
     from understudy.analysis.rerun import Rerun
     from understudy.sim.team.libraries import runners, sort_of
@@ -83,7 +126,22 @@ def _decided_again(recording: Recording, options: ReplayOptions) -> dict[str, An
     sorts = [each for each in ran.sorts if each in known and name == ran.behavior]
     rerun = Rerun(recording, known, sorts or runners(known, sort, name), name, binding=bound, scenario=where)
     again = decided_again(rerun)
-    return _facts(recording, again, folder, name) | {"changed": _changed(ran, known), "former": former}
+    times = recording.times
+    result = ReplayResult(
+        recording=str(recording.path),
+        whole=recording.whole,
+        library=str(folder),
+        behavior=name,
+        robots=len(recording.head.names),
+        ticks=recording.ticks,
+        seconds=round(float(times[-1] - times[0]) + recording.head.tick_s, 6),
+        decisions=again.decisions,
+        same=again.same,
+        differences=[DifferenceData.of(each) for each in again.differences],
+        changed=_changed(ran, known),
+        former=former,
+    )
+    return result, again
 
 
 def _known(
@@ -113,80 +171,49 @@ def _changed(ran: Ran, known: Libraries) -> list[str]:
     return found
 
 
-def _facts(recording: Recording, again: Again, library: Path, behavior: str) -> dict[str, Any]:
-    times = recording.times
-    return {
-        "recording": str(recording.path),
-        "whole": recording.whole,
-        "library": str(library),
-        "behavior": behavior,
-        "robots": len(recording.head.names),
-        "ticks": recording.ticks,
-        "seconds": round(float(times[-1] - times[0]) + recording.head.tick_s, 6),
-        "decisions": again.decisions,
-        "same": again.same,
-        "differences": [_difference(each) for each in again.differences],
-    }
-
-
-def _difference(each: Difference) -> dict[str, Any]:
-    from understudy.ui.cli.commands.why import reason_facts
-
-    return {
-        "robot": each.agent,
-        "time_s": round(each.from_s, 6),
-        "until_s": round(each.until_s, 6),
-        "ticks": each.ticks,
-        "recorded": list(each.recorded),
-        "now": list(each.now),
-        "decision": None if each.reason is None else reason_facts(each.reason),
-    }
-
-
-def _show(facts: dict[str, Any], out: Console) -> None:
+def _show(result: ReplayResult, differences: Sequence[Difference], out: Console) -> None:
     from rich.markup import escape
 
     from understudy.errors import listed
     from understudy.ui.cli.output import count
 
-    if not facts["whole"]:
+    if not result.whole:
         out.print(
             "[yellow]It was not closed:[/] what was recorded until then is all there is.", soft_wrap=True
         )
-    if facts["changed"]:
-        are = "is another" if len(facts["changed"]) == 1 else "are others"
-        out.print(f"[dim]{escape(listed(facts['changed']))} {are} since it was recorded[/]", soft_wrap=True)
-    for name, version in facts["former"].items():
+    if result.changed:
+        are = "is another" if len(result.changed) == 1 else "are others"
+        out.print(f"[dim]{escape(listed(result.changed))} {are} since it was recorded[/]", soft_wrap=True)
+    for name, version in result.former.items():
         out.print(f"[dim]{escape(name)} is another by now: this is its version {version}[/]", soft_wrap=True)
-    differences = facts["differences"]
-    head = f"{facts['behavior']} over {count(facts['ticks'], 'tick')} ({facts['seconds']:.1f} s)"
-    if facts["robots"] > 1:
-        head += f" of {facts['robots']} robots"
+    head = f"{result.behavior} over {count(result.ticks, 'tick')} ({result.seconds:.1f} s)"
+    if result.robots > 1:
+        head += f" of {result.robots} robots"
     if not differences:
         out.print(f"{escape(head)}: [green]every decision as recorded[/]", soft_wrap=True)
         return
-    other = facts["decisions"] - facts["same"]
+    other = result.decisions - result.same
     out.print(
-        f"{escape(head)}: [yellow]{other} of {count(facts['decisions'], 'decision')} differ[/], "
+        f"{escape(head)}: [yellow]{other} of {count(result.decisions, 'decision')} differ[/], "
         f"in {count(len(differences), 'stretch', 'stretches')}",
         soft_wrap=True,
     )
     for each in differences[:MOST_SHOWN]:
-        _show_difference(each, out, several=facts["robots"] > 1)
+        _show_difference(each, out, several=result.robots > 1)
     if len(differences) > MOST_SHOWN:
         out.print(f"\n[dim]and {len(differences) - MOST_SHOWN} more; --json has all[/]")
 
 
-def _show_difference(each: dict[str, Any], out: Console, *, several: bool) -> None:
+def _show_difference(each: Difference, out: Console, *, several: bool) -> None:
     from rich.markup import escape
 
-    from understudy.ui.cli.commands.why import show_decision
+    from understudy.ui.cli.commands.why import rounded, show_decision
 
-    robot = f"robot {each['robot']}, " if several else ""
-    until = f" to {each['until_s']:g}" if each["ticks"] > 1 else ""
-    recorded, now = (" > ".join(each[key]) or "nothing" for key in ("recorded", "now"))
+    robot = f"robot {each.agent}, " if several else ""
+    until = f" to {rounded(each.until_s)}" if each.ticks > 1 else ""
+    recorded, now = (" > ".join(path) or "nothing" for path in (each.recorded, each.now))
     said = f"recorded {recorded}, now {now}"
-    out.print(f"\n[bold]{robot}{each['time_s']:g}{until} s[/]: {escape(said)}", soft_wrap=True)
-    if each["decision"] is not None:
-        out.print(f"  [cyan]{escape(each['decision']['automaton'])}[/]", soft_wrap=True)
-        show_decision(each["decision"], out)
+    out.print(f"\n[bold]{robot}{rounded(each.from_s)}{until} s[/]: {escape(said)}", soft_wrap=True)
+    if each.reason is not None:
+        out.print(f"  [cyan]{escape(each.reason.automaton)}[/]", soft_wrap=True)
+        show_decision(each.reason, out)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -14,11 +14,21 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from understudy.analysis.explain_run import Level, Reason, Why
+    from understudy.analysis.explain_run import Asked, Reason, Why
 
-MOST_EXAMPLES = 6
 NEAR_S = 1e-6
 """Times this near are one."""
+
+
+class _Explained(NamedTuple):
+    """A moment of a run of a robot, explained; `former` has the versions of automata that are others by now."""
+
+    why: Why
+    scenario: str
+    seed: int
+    robot: int
+    doing: str
+    former: Mapping[str, int]
 
 
 def why(
@@ -47,6 +57,7 @@ def why(
 
     [dim]understudy why run.jsonl --time 12.5[/]
     """
+    from understudy.analysis.explanation_text import WhyData
     from understudy.ui.cli.output import console, print_json
     from understudy.ui.cli.recordings import is_recording
 
@@ -55,14 +66,14 @@ def why(
     else:
         told = _of_trace(run, time_s, robot, library, world, quiet=as_json)
     if as_json:
-        print_json(told)
+        print_json(WhyData.of(**told._asdict()))
     else:
         _show(told, console())
 
 
 def _of_trace(
     run: Path, time_s: float, robot: int, library: Path | None, world: str | None, *, quiet: bool
-) -> dict[str, Any]:
+) -> _Explained:
     """Of a simulated run, which is made again."""
     from understudy.analysis.explain_run import CannotRepeat
     from understudy.analysis.explain_run import why as reasons
@@ -81,11 +92,11 @@ def _of_trace(
     known, former = known_then(where, how.behavior, library or Path(how.library), parts, how.automata)
     compile_once(world=where, quiet=quiet)
     header, row = found.header, found.row
-    run_facts = {"scenario": header.scenario, "seed": header.seed, "robot": row.robot, "doing": row.doing}
-    return _facts(run_facts, reasons(found, where, known), former)
+    said = reasons(found, where, known)
+    return _Explained(said, header.scenario, header.seed, row.robot, row.doing, former)
 
 
-def _of_recording(run: Path, time_s: float, robot: int, library: Path | None) -> dict[str, Any]:
+def _of_recording(run: Path, time_s: float, robot: int, library: Path | None) -> _Explained:
     """Of a recording, whose readings are decided on again."""
     from understudy.analysis.replay_diff import why_recorded
     from understudy.analysis.rerun import Rerun
@@ -115,138 +126,65 @@ def _of_recording(run: Path, time_s: float, robot: int, library: Path | None) ->
     said = why_recorded(rerun, robot, tick)
     called = names[robot] if where is None else where.name
     doing = BETWEEN.join(recording.paths[robot][tick])
-    return _facts({"scenario": called, "seed": ran.seed, "robot": robot, "doing": doing}, said, former)
+    return _Explained(said, called, ran.seed, robot, doing, former)
 
 
-def _facts(run: dict[str, Any], said: Why, former: Mapping[str, int]) -> dict[str, Any]:
-    return {
-        **run,
-        "time_s": round(said.time_s, 6),
-        "decided_s": round(said.decided_s, 6),
-        "former": dict(former),
-        "switched": said.switched,
-        "agents": [
-            {
-                "sort": each.sort,
-                "agent": each.agent,
-                "ordered": each.ordered,
-                "levels": [_level(level) for level in each.levels],
-            }
-            for each in said.agents
-        ],
-        "last_switch": None if said.last is None else reason_facts(said.last),
-    }
-
-
-def _level(level: Level) -> dict[str, Any]:
-    return {
-        "automaton": level.automaton,
-        "state": level.state,
-        "since_s": round(level.since_s, 6),
-        "decision": None if level.decision is None else reason_facts(level.decision),
-        "rests": level.rests or None,
-        "entry": None if level.entry is None else reason_facts(level.entry),
-    }
-
-
-def reason_facts(reason: Reason) -> dict[str, Any]:
-    """A decision and what was behind it, as plain data."""
-    from understudy.model.describe import plain, values
-
-    said, features = reason.explanation, reason.taught.automaton.features
-    return {
-        "time_s": round(reason.time_s, 6),
-        "automaton": reason.automaton,
-        "before": said.state,
-        "after": said.next,
-        "conditions": list(said.conditions),
-        "shown": said.shown,
-        "values": {
-            label: plain(value, bound)
-            for bound, (label, value) in zip(features, reason.values.items(), strict=True)
-        },
-        "read": values(features, list(reason.values.values())),
-        "by_hand": reason.taught.lesson is None,
-        "examples": [
-            {
-                "number": example.number,
-                "kind": example.kind.value,
-                "correction": example.correction,
-                "next": example.next,
-                "shown_s": reason.moments.get(example.number),
-            }
-            for example in sorted(said.examples, key=lambda each: (not each.shown, each.number))
-        ],
-    }
-
-
-def _show(told: dict[str, Any], out: Console) -> None:
+def _show(told: _Explained, out: Console) -> None:
     from rich.markup import escape
 
-    head = f"robot {told['robot']} of {told['scenario']} {told['seed']} at {told['time_s']:g} s"
-    out.print(f"[bold]{escape(head)}[/]: {escape(told['doing'] or 'nothing')}", soft_wrap=True)
-    for name, version in told["former"].items():
+    head = f"robot {told.robot} of {told.scenario} {told.seed} at {rounded(told.why.time_s)} s"
+    out.print(f"[bold]{escape(head)}[/]: {escape(told.doing or 'nothing')}", soft_wrap=True)
+    for name, version in told.former.items():
         out.print(f"[dim]{escape(name)} is another by now: this is its version {version}[/]", soft_wrap=True)
-    for each in told["agents"]:
-        _agent(each, out, several=len(told["agents"]) > 1)
-    last = told["last_switch"]
-    if not told["switched"] and last is not None:
-        out.print(f"\n[bold]The last switch[/], at {last['time_s']:g} s, of {escape(last['automaton'])}")
+    for each in told.why.agents:
+        _show_agent(each, out, several=len(told.why.agents) > 1)
+    last = told.why.last
+    if not told.why.switched and last is not None:
+        out.print(
+            f"\n[bold]The last switch[/], at {rounded(last.time_s)} s, of {escape(last.automaton)}",
+        )
         show_decision(last, out)
 
 
-def _agent(each: dict[str, Any], out: Console, *, several: bool) -> None:
+def _show_agent(each: Asked, out: Console, *, several: bool) -> None:
     from rich.markup import escape
 
+    from understudy.analysis.explanation_text import describe_rest
+
     if several:
-        ordered = each["ordered"]
+        ordered = each.ordered
         under = "" if ordered is None else f", ordered to {ordered}" if ordered else ", without orders"
-        out.print(f"\n[bold]{escape(each['sort'])} {each['agent']}[/]{escape(under)}")
-    if not each["levels"]:
+        out.print(f"\n[bold]{escape(each.sort)} {each.agent}[/]{escape(under)}")
+    if not each.levels:
         out.print("  runs no automaton: nothing is decided", soft_wrap=True)
-    for level in each["levels"]:
-        since = f"in {level['state']} since {level['since_s']:g} s"
-        out.print(f"\n[cyan]{escape(level['automaton'])}[/] {escape(since)}")
-        if level["decision"] is None:
-            out.print(f"  stays: {escape(level['rests'])}", soft_wrap=True)
+    for level in each.levels:
+        since = f"in {level.state} since {rounded(level.since_s)} s"
+        out.print(f"\n[cyan]{escape(level.automaton)}[/] {escape(since)}")
+        if level.decision is None:
+            out.print(f"  stays: {escape(describe_rest(level))}", soft_wrap=True)
         else:
-            show_decision(level["decision"], out)
+            show_decision(level.decision, out)
 
 
-def show_decision(said: dict[str, Any], out: Console) -> None:
-    """Print the facts of a decision for people."""
+def show_decision(reason: Reason, out: Console) -> None:
+    """Print a decision and what was behind it for people."""
     from rich.markup import escape
     from rich.padding import Padding
 
-    from understudy.model.describe import signed
+    from understudy.analysis.explanation_text import describe_decision, describe_source, describe_values
 
-    stays = said["before"] == said["after"]
-    what = f"stays in {said['before']}" if stays else f"goes from {said['before']} to {said['after']}"
-    held = signed(" and ".join(said["conditions"]))
-    if said["shown"]:
-        what += f" because {held}" if held else ", always"
-    else:
-        what += f": nothing was ever shown where {held}" if held else ": nothing was ever shown there"
-    lines = [what, *([f"[dim]it read {escape(said['read'])}[/]"] if said["read"] else [])]
-    if said["by_hand"]:
-        lines.append("[dim]it was written by hand: no example is behind it[/]")
-    elif said["examples"]:
-        lines.append(f"shown by {_examples(said['examples'])}")
-    lines[0] = escape(lines[0])
+    read, source = describe_values(reason), describe_source(reason)
+    lines = [escape(describe_decision(reason.explanation))]
+    if read:
+        lines.append(f"[dim]it read {escape(read)}[/]")
+    if source:
+        lines.append(f"[dim]{source}[/]" if reason.taught.lesson is None else source)
     for line in lines:
         out.print(Padding(line, (0, 0, 0, 2), expand=False))
 
 
-def _examples(rows: list[dict[str, Any]]) -> str:
-    """Who showed it: "3 (directive at 12.3 s), 7 (correction at 40.1 s) and 5 more"."""
-    from understudy.errors import listed
+def rounded(time_s: float) -> str:
+    """A time, s, rounded as --json has it."""
+    from understudy.analysis.explanation_text import DIGITS
 
-    named = [_example(row) for row in rows[:MOST_EXAMPLES]]
-    more = len(rows) - len(named)
-    return listed([*named, f"{more} more"] if more else named)
-
-
-def _example(row: dict[str, Any]) -> str:
-    kind = "correction" if row["correction"] and row["kind"] != "default" else row["kind"]
-    when = "" if row["shown_s"] is None else f" at {row['shown_s']:.1f} s"
-    return f"{row['number']} ({kind}{when})"
+    return f"{round(time_s, DIGITS):g}"

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from understudy.analysis.explain_run import Level, Reason
-from understudy.learning.explain import Explanation
+from understudy.analysis.explanation_text import (
+    MOST_EXAMPLES,
+    DecisionData,
+    describe_decision,
+    describe_rest,
+    describe_switch,
+)
+from understudy.model.lesson import ExampleKind
 from understudy.training.trainee import Mode
-from understudy.ui.controller import formatting
-from understudy.ui.controller.explainer import because, decided
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.web.session_host import Stage
 from understudy.ui.web.views.scene import Plain
-
-MOST_EXAMPLES = 6
 
 
 def told(stage: Stage) -> Plain:
@@ -26,12 +29,13 @@ def told(stage: Stage) -> Plain:
 
 def _level(desk: Desk, level: Level, *, first: bool) -> Plain:
     decision = level.decision
-    says = level.rests if decision is None else decided(decision.explanation)
     return {
         "automaton": level.automaton,
         "state": level.state,
         "since_s": level.since_s,
-        "says": says if decision is None else f"It {says}.",
+        "says": describe_rest(level)
+        if decision is None
+        else f"It {describe_decision(decision.explanation)}.",
         "yours": first and desk.screen.mode is Mode.TRAINING,
         **_behind(desk, decision),
     }
@@ -42,39 +46,32 @@ def _last(desk: Desk) -> Plain | None:
     if last is None:
         return None
     switch, reason = last
-    says = f"It went from {switch.before} to {switch.after}"
-    if reason.explanation.next == switch.after:
-        says += because(reason.explanation)
-    else:  # the lesson changed since
-        says += f"; by now it {decided(reason.explanation)}"
-    return {"automaton": switch.call, "time_s": switch.time_s, "says": f"{says}.", **_behind(desk, reason)}
+    says = describe_switch(switch.before, switch.after, reason.explanation)
+    return {
+        "automaton": switch.call,
+        "time_s": switch.time_s,
+        "says": f"It {says}.",
+        **_behind(desk, reason),
+    }
 
 
 def _behind(desk: Desk, reason: Reason | None) -> Plain:
     """What a decision read, and the examples responsible: `here` are those of the lesson that is open."""
     if reason is None:
         return {"read": "", "by_hand": False, "here": False, "examples": [], "more": 0}
-    automaton = reason.taught.automaton
-    responsible = _examples(reason.explanation, reason)
+    data = DecisionData.of(reason)
     return {
-        "read": formatting.values(automaton.features, list(reason.values.values())),
-        "by_hand": reason.taught.lesson is None,
-        "here": automaton.name == desk.name,
-        "examples": responsible[:MOST_EXAMPLES],
-        "more": max(0, len(responsible) - MOST_EXAMPLES),
+        "read": data.read,
+        "by_hand": data.by_hand,
+        "here": reason.taught.automaton.name == desk.name,
+        "examples": _examples(data)[:MOST_EXAMPLES],
+        "more": max(0, len(data.examples) - MOST_EXAMPLES),
     }
 
 
-def _examples(explanation: Explanation, reason: Reason) -> list[Plain]:
-    """Those that were said first, then what was recorded by itself."""
+def _examples(data: DecisionData) -> list[Plain]:
+    """Those that were said first, then what was recorded by itself, what was watched last."""
     return [
-        {
-            "number": each.number,
-            "kind": each.kind.value,
-            "correction": each.correction,
-            "time_s": reason.moments.get(each.number),
-        }
-        for each in sorted(
-            explanation.examples, key=lambda each: (not each.shown, not each.pressed, each.number)
-        )
+        {"number": each.number, "kind": each.kind, "correction": each.correction, "time_s": each.shown_s}
+        for each in sorted(data.examples, key=lambda each: each.kind is ExampleKind.WATCHED)
     ]

@@ -8,7 +8,7 @@ from typing import Any
 from understudy.learning.report import contradictions
 from understudy.model.automaton import Automaton, State, Transition
 from understudy.model.binding import called
-from understudy.model.describe import shown
+from understudy.model.describe import BY_CLASSIFIER, shown
 from understudy.model.lesson import Example, Lesson, Trees
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
@@ -71,7 +71,7 @@ def ways(
     """Where a transition function learned from such vectors leads, and when; of a classifier, where it was directed."""
     if not isinstance(function, Tree):
         for following in directed:
-            yield following, ["decided by a classifier of scikit-learn"]
+            yield following, [BY_CLASSIFIER]
         return
     found: Mapping[int, Sequence[Any]] = conditions(function, automaton.features, vectors)
     for outcome, texts in found.items():
