@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from understudy.analysis.run_trace import PARQUET
+from understudy.analysis.run_trace import PARQUET, TraceRow
 from understudy.errors import FileError, SettingError
 from understudy.robots.recording.header import Ran
 from understudy.runtime.program import Child, Instance
@@ -50,24 +50,13 @@ class Header(msgspec.Struct, frozen=True):
     run: How | None = None
 
 
-class Row(msgspec.Struct, frozen=True):
-    """Where one robot was after a tick, and what it did in it."""
-
-    time_s: float
-    robot: int
-    x: float
-    y: float
-    heading: float
-    doing: str
-
-
 @dataclass(frozen=True, slots=True)
 class Recorded:
     """One robot of a recorded run at a moment: `ticks` had passed, and `row` is what the trace says of it then."""
 
     header: Header
     how: How
-    row: Row
+    row: TraceRow
     ticks: int
 
 
@@ -124,8 +113,8 @@ def recorded(path: Path, *, robot: int, time_s: float) -> Recorded:
     return Recorded(header, header.run, rows[ticks - 1], ticks)
 
 
-def _lines(path: Path, robot: int) -> tuple[Header, list[Row]]:
-    decode = msgspec.json.Decoder(Row).decode
+def _lines(path: Path, robot: int) -> tuple[Header, list[TraceRow]]:
+    decode = msgspec.json.Decoder(TraceRow).decode
     with path.open("rb") as lines:
         header = _header(next(lines, b""), path)
         try:
@@ -138,7 +127,7 @@ def _lines(path: Path, robot: int) -> tuple[Header, list[Row]]:
     return header, [row for row in rows if row.robot == robot]
 
 
-def _parquet(path: Path, robot: int) -> tuple[Header, list[Row]]:
+def _parquet(path: Path, robot: int) -> tuple[Header, list[TraceRow]]:
     try:
         duckdb = import_module("duckdb")
     except ImportError:
@@ -154,7 +143,7 @@ def _parquet(path: Path, robot: int) -> tuple[Header, list[Row]]:
             ).fetchall()
         except duckdb.Error as error:
             raise _no_trace(path, f"it cannot be read ({error})", "restore it") from None
-    return _header(about[0] if about else b"", path), [Row(*row) for row in found]
+    return _header(about[0] if about else b"", path), [TraceRow(*row) for row in found]
 
 
 def _header(line: bytes, path: Path) -> Header:

@@ -36,6 +36,17 @@ BETWEEN = " > "
 """Between the states of a path, outermost first."""
 
 
+class TraceRow(msgspec.Struct, frozen=True):
+    """Where one robot was after a tick, and the states it was in then, outermost first: a line of a trace."""
+
+    time_s: float
+    robot: int
+    x: float
+    y: float
+    heading: float
+    doing: str
+
+
 class TraceWriter:
     """Writes a trace that `write_trace` opened."""
 
@@ -54,7 +65,7 @@ class TraceWriter:
         )
         data = self._encoder.encode_lines(
             [
-                {"time_s": time_s, "robot": robot, "x": x, "y": y, "heading": heading, "doing": doing}
+                TraceRow(time_s, robot, x, y, heading, doing)
                 for robot, (x, y, heading, doing) in enumerate(rows)
             ]
         )
