@@ -72,13 +72,13 @@ def summary(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
     path = folder / f"{stem(automaton.name)}.json"
     return {
         "name": automaton.name,
-        "parameters": list(automaton.parameters),
+        "parameters": automaton.parameters,
         "states": len(automaton.states),
         "features": len(automaton.features),
         "examples": 0 if lesson is None else sum(example.pressed for example in lesson.examples),
         "watched": 0 if lesson is None else sum(not example.pressed for example in lesson.examples),
         "uses": uses(automaton, library),
-        "used_by": list(library.users(automaton.name)),
+        "used_by": library.users(automaton.name),
         "versions": len(versions(folder, automaton.name)),
         "saved": datetime.fromtimestamp(path.stat().st_mtime, UTC),
         "rebuilt": opened.rebuilt,
@@ -96,15 +96,7 @@ def whole(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     return {
         **summary(folder, library, opened),
-        "states": [
-            {
-                "name": state.name,
-                "behavior": state.behavior,
-                "binding": dict(state.binding),
-                "flag": state.flag,
-            }
-            for state in automaton.states
-        ],
+        "states": automaton.states,
         "features": [
             {"name": str(bound), "kind": str(bound.kind), "unit": bound.feature.unit, "own": bound.own}
             for bound in automaton.features
@@ -114,7 +106,7 @@ def whole(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
         "options": None if lesson is None else options(lesson),
         "examples": [] if lesson is None else [example_row(each, automaton) for each in lesson.examples],
         "versions": [
-            {"number": version.number, "saved": version.saved, "file": str(version.path)}
+            {"number": version.number, "saved": version.saved, "file": version.path}
             for version in versions(folder, automaton.name)
         ],
     }

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import datetime
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -19,12 +20,21 @@ if TYPE_CHECKING:
 
 
 def print_json(result: Any) -> None:
-    """One result for programs, on stdout; what is absent is null."""
-    text = msgspec.json.format(msgspec.json.encode(result), indent=2) + b"\n"
+    """Print one result for programs, on stdout: plain data, or a type's fields in order; what is absent is null."""
+    text = msgspec.json.format(msgspec.json.encode(result, enc_hook=_plain), indent=2) + b"\n"
     if sys.stdout is not None:  # it is none where a program was started without
         sys.stdout.flush()
         sys.stdout.buffer.write(text)  # UTF-8, whatever letters the terminal has
         sys.stdout.buffer.flush()
+
+
+def _plain(value: object) -> object:
+    """What msgspec does not know: mappings of our own, and paths."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    if isinstance(value, Path):
+        return str(value)
+    raise NotImplementedError(f"a {type(value).__name__} in a result")
 
 
 def console(*, err: bool = False) -> Console:

@@ -95,13 +95,10 @@ def _moved(each: Moved) -> dict[str, Any]:
         "state": each.state,
         "next": each.next,
         "what": each.what,
-        "gone": list(each.gone),
-        "new": list(each.new),
+        "gone": each.gone,
+        "new": each.new,
         "said": str(each),
-        "examples": [
-            {"number": example.number, "happened": example.happened, "how": example.how}
-            for example in each.examples
-        ],
+        "examples": each.examples,
     }
 
 

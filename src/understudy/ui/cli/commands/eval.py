@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -47,6 +48,8 @@ def evaluate(
 
     [dim]understudy eval arena --library mine --behavior goto --bind A=red_flag[/]
     """
+    from msgspec import to_builtins
+
     from understudy.analysis.evaluation import evaluate as judge
     from understudy.analysis.evaluation import judged as judged_program
     from understudy.ui.cli.options import (
@@ -61,19 +64,19 @@ def evaluate(
 
     chosen, named = parse_seeds(seeds), chosen_world(scenario, world)
     where, parts = find_world(named), find_kit(kit, named)
-    found = library_for(behavior, library, parts)
-    behavior = behavior_of(found, behavior, library)
+    taught = library_for(behavior, library, parts)
+    behavior = behavior_of(taught, behavior, library)
     bound = bindings(bind)
-    judged_program(found, behavior, where, bound)  # mistakes are told at once, not when all is compiled
+    judged_program(taught, behavior, where, bound)  # mistakes are told at once, not when all is compiled
     compile_once(world=where, quiet=as_json)
     began = perf_counter()
     with progress("Worlds run", quiet=as_json) as report:
-        judged = judge(found, behavior, where, chosen, binding=bound, progress=report)
-    facts = result(judged, seconds=perf_counter() - began)
+        judged = judge(taught, behavior, where, chosen, binding=bound, progress=report)
+    found = result(judged, seconds=perf_counter() - began)
     if as_json:
-        print_json({**facts, "results": rows(judged)} if each else facts)
+        print_json({**to_builtins(found), "results": rows(judged)} if each else found)
     else:
-        _show(facts, rows(judged) if each else [], named)
+        _show(found, rows(judged) if each else [], named)
     raise typer.Exit(0)
 
 
@@ -94,25 +97,42 @@ def parse_seeds(text: str) -> range:
     )
 
 
-def result(judged: Evaluation, *, seconds: float) -> dict[str, Any]:
-    """An evaluation as plain data."""
+@dataclass(frozen=True, slots=True)
+class EvaluationResult:
+    """What an evaluation came to, as --json prints it; None and NaN for what does not apply."""
+
+    behavior: str
+    world: str
+    seeds: tuple[int, int]
+    worlds: int
+    success: float
+    relative_to_expert: float
+    median_s: float | None
+    median_gathered: float
+    expert_median_s: float | None
+    failed_seeds: list[int]
+    seconds: float
+
+
+def result(judged: Evaluation, *, seconds: float) -> EvaluationResult:
+    """What an evaluation came to, without the single worlds."""
     import numpy as np
 
     taught, expert = judged.taught, judged.expert
     times = taught.seconds[taught.finished]
-    return {
-        "behavior": judged.behavior,
-        "world": judged.world,
-        "seeds": [judged.seeds[0], judged.seeds[-1] + 1],
-        "worlds": len(judged.seeds),
-        "success": judged.success,
-        "relative_to_expert": judged.relative_to_expert,
-        "median_s": float(np.median(times)) if len(times) else None,
-        "median_gathered": float(np.median(taught.gathered)),
-        "expert_median_s": None if expert is None else float(np.nanmedian(expert.seconds)),
-        "failed_seeds": [seed for seed, done in zip(judged.seeds, taught.finished, strict=True) if not done],
-        "seconds": round(seconds, 3),
-    }
+    return EvaluationResult(
+        behavior=judged.behavior,
+        world=judged.world,
+        seeds=(judged.seeds[0], judged.seeds[-1] + 1),
+        worlds=len(judged.seeds),
+        success=judged.success,
+        relative_to_expert=judged.relative_to_expert,
+        median_s=float(np.median(times)) if len(times) else None,
+        median_gathered=float(np.median(taught.gathered)),
+        expert_median_s=None if expert is None else float(np.nanmedian(expert.seconds)),
+        failed_seeds=[seed for seed, done in zip(judged.seeds, taught.finished, strict=True) if not done],
+        seconds=round(seconds, 3),
+    )
 
 
 def rows(judged: Evaluation) -> list[dict[str, Any]]:
@@ -128,31 +148,31 @@ def rows(judged: Evaluation) -> list[dict[str, Any]]:
     ]
 
 
-def _show(facts: dict[str, Any], each: list[dict[str, Any]], named: str) -> None:
+def _show(found: EvaluationResult, each: list[dict[str, Any]], named: str) -> None:
     from rich.markup import escape
 
     from understudy.ui.cli.output import console
 
-    out, seeds = console(), f"{facts['seeds'][0]}:{facts['seeds'][1]}"
+    out, seeds = console(), f"{found.seeds[0]}:{found.seeds[1]}"
     if each:
         _show_each(each)
-    out.print(f"[bold]{facts['behavior']}[/] on {facts['worlds']} {facts['world']} worlds, seeds {seeds}")
-    out.print(f"  finished in time    [bold]{facts['success']:.0%}[/]")
-    taken = _number(facts["median_s"], 0)
-    if facts["expert_median_s"] is not None:
-        relative, expert = _number(facts["relative_to_expert"], 3), facts["expert_median_s"]
+    out.print(f"[bold]{found.behavior}[/] on {found.worlds} {found.world} worlds, seeds {seeds}")
+    out.print(f"  finished in time    [bold]{found.success:.0%}[/]")
+    taken = _number(found.median_s, 0)
+    if found.expert_median_s is not None:
+        relative, expert = _number(found.relative_to_expert, 3), found.expert_median_s
         out.print(f"  food per second     [bold]{relative}[/] of the yardstick's (median)")
         out.print(f"  time to finish      {taken} s; the yardstick {expert:.0f} s (medians)")
-    elif facts["median_s"] is not None:
+    elif found.median_s is not None:
         out.print(f"  time to finish      {taken} s (median)")
-    if facts["median_gathered"]:
-        out.print(f"  boxes gathered      {facts['median_gathered']:.0f} (median)")
-    failed = facts["failed_seeds"]
+    if found.median_gathered:
+        out.print(f"  boxes gathered      {found.median_gathered:.0f} (median)")
+    failed = found.failed_seeds
     if failed:
         shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")
         out.print(f"  not finished        seeds {shown}")
         world = "" if named == WORLD else f"{named} "
-        watch = f"understudy run {world}--behavior {facts['behavior']} --seed {failed[0]}"
+        watch = f"understudy run {world}--behavior {found.behavior} --seed {failed[0]}"
         out.print(f"[dim]Watch one: {escape(watch)}[/]", soft_wrap=True)
 
 

@@ -152,24 +152,11 @@ def _facts(label: str, seen: Examined, former: int | None) -> dict[str, Any]:
         "moments_before": replay.before,
         "former": former,
         "changed": seen.changed,
-        "affected": list(seen.affected),
+        "affected": seen.affected,
         "no_longer": list(sentences(replay)),
-        "different": [
-            {
-                "number": each.number,
-                "kind": each.kind,
-                "state": each.state,
-                "shown": each.shown,
-                "now": each.now,
-                "formerly": each.formerly,
-            }
-            for each in replay.different
-        ],
+        "different": replay.different,
         "otherwise": [each.number for each in replay.otherwise],
-        "changes_before": [
-            {"state": each.state, "formerly": each.formerly, "now": each.now, "moments": each.moments}
-            for each in replay.changes
-        ],
+        "changes_before": replay.changes,
         "outcomes": [
             {"outcome": str(each.outcome), "took_s": each.took_s, "problem": each.problem or None}
             for each in seen.outcomes
@@ -178,7 +165,7 @@ def _facts(label: str, seen: Examined, former: int | None) -> dict[str, Any]:
             {
                 "outcome": str(each.tried.outcome),
                 "problem": each.tried.problem or None,
-                "comes_with_former": list(each.since),
+                "comes_with_former": each.since,
             }
             for each in seen.failed
         ],
