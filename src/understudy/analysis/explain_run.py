@@ -101,12 +101,12 @@ class Why:
 
 def why(run: Recorded, scenario: Scenario, libraries: Libraries) -> Why:
     """Why the robot did what the trace says of it then; CannotRepeat where it now comes out otherwise."""
-    how, world = run.how, World(scenario, [run.header.seed])
+    ran, world = run.ran, World(scenario, [run.header.seed])
     team = Team(
         world,
         deal(scenario),
         libraries,
-        dict.fromkeys(how.sorts, (how.behavior, how.binding)),
+        dict.fromkeys(ran.sorts, (run.behavior, ran.binding)),
         makes=followed,
         delay_s=scenario.radio.delay_s,
         loss=scenario.radio.loss,

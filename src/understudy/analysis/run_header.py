@@ -25,21 +25,6 @@ SOON_S = 1e-6
 """Times this near are one: those of a trace are rounded."""
 
 
-class How(msgspec.Struct, frozen=True):
-    """How a run was made. `scenario` is a name or the path of a file, `automata` has a fingerprint of each automaton
-    that was used, by the sort of agents that it was taught to.
-    """
-
-    scenario: str
-    world: str
-    kit: str | None
-    library: str
-    sorts: list[str]
-    behavior: str
-    binding: dict[str, str]
-    automata: dict[str, dict[str, str]]
-
-
 class Header(msgspec.Struct, frozen=True):
     """The first line of a trace."""
 
@@ -47,7 +32,7 @@ class Header(msgspec.Struct, frozen=True):
     seed: int
     tick_s: float
     robots: int
-    run: How | None = None
+    run: Ran | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,14 +40,18 @@ class Recorded:
     """One robot of a recorded run at a moment: `ticks` had passed, and `row` is what the trace says of it then."""
 
     header: Header
-    how: How
+    ran: Ran
+    scenario: str
+    behavior: str
     row: TraceRow
     ticks: int
 
 
-def how_of(ran: Ran, scenario: Scenario) -> How:
-    """How a simulated run was made, for its trace, which does not hold the scenario's file as a recording does."""
-    return msgspec.convert({**msgspec.to_builtins(ran), "world": world_mark(scenario)}, How)
+def trace_entry(ran: Ran, scenario: Scenario) -> dict[str, Any]:
+    """What the header of a trace says of what ran: the seed it has already, the scenario by its fingerprint."""
+    entry: dict[str, Any] = msgspec.to_builtins(msgspec.structs.replace(ran, world=world_mark(scenario)))
+    del entry["seed"]
+    return entry
 
 
 def world_mark(scenario: Scenario) -> str:
@@ -96,9 +85,12 @@ def recorded(path: Path, *, robot: int, time_s: float) -> Recorded:
     """
     with failing(path, "reading the trace", remedy="name a file that `understudy run --trace` wrote"):
         header, rows = _parquet(path, robot) if path.suffix.lower() == PARQUET else _lines(path, robot)
-    if header.run is None:
+    ran = header.run
+    if ran is None:
         problem = "it does not say how the run was made"
         raise _no_trace(path, problem, "run it again with `understudy run --trace`, of this version")
+    if ran.scenario is None or ran.behavior is None:
+        raise _other_file(path)
     if not 0 <= robot < header.robots:
         remedy = f"count from 0 to {header.robots - 1}"
         raise SettingError(where=str(path), setting="--agent", problem=f"is {robot}", remedy=remedy)
@@ -110,7 +102,7 @@ def recorded(path: Path, *, robot: int, time_s: float) -> Recorded:
         problem, remedy = f"is {time_s:g}, after the run had ended", f"give at most {rows[-1].time_s:g}"
         raise SettingError(where=str(path), setting="--time", problem=problem, remedy=remedy)
     ticks = max(1, sum(row.time_s <= time_s + SOON_S for row in rows))
-    return Recorded(header, header.run, rows[ticks - 1], ticks)
+    return Recorded(header, ran, ran.scenario, ran.behavior, rows[ticks - 1], ticks)
 
 
 def _lines(path: Path, robot: int) -> tuple[Header, list[TraceRow]]:
@@ -151,10 +143,15 @@ def _header(line: bytes, path: Path) -> Header:
         found: dict[str, Any] = msgspec.json.decode(line)
         if found.get("format") != "understudy trace":
             raise ValueError
+        if found.get("run") and not found["run"].keys() >= set(Ran.__struct_fields__) - {"seed"}:
+            raise ValueError
         return msgspec.convert(found, Header)
     except (ValueError, AttributeError):  # msgspec's own errors are ValueErrors, too
-        problem = "it is no trace of a run"
-        raise _no_trace(path, problem, "name a file that `understudy run --trace` wrote") from None
+        raise _other_file(path) from None
+
+
+def _other_file(path: Path) -> FileError:
+    return _no_trace(path, "it is no trace of a run", "name a file that `understudy run --trace` wrote")
 
 
 def _no_trace(path: Path, problem: str, remedy: str) -> FileError:

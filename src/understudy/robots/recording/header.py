@@ -21,10 +21,12 @@ SCENARIO = "scenario"
 
 class Ran(msgspec.Struct, frozen=True, kw_only=True):
     """What ran. `scenario` is a name or the path of a file, and `automata` has a fingerprint of each automaton that was
-    used, by the sort of agents that it was taught to. Where a person taught, nothing ran: `behavior` is None.
+    used, by the sort of agents that it was taught to. Where a person taught, nothing ran: `behavior` is None. `world`
+    is a fingerprint of the scenario, for a trace; a recording holds the scenario itself.
     """
 
     scenario: str | None = None
+    world: str | msgspec.UnsetType = msgspec.UNSET
     seed: int = 0
     kit: str | None = None
     library: str = "library"

@@ -145,17 +145,15 @@ class Running:
 
     def tracing(self, path: Path | None) -> AbstractContextManager[TraceWriter | None]:
         """Write its trace, where one is wanted."""
-        import msgspec
-
-        from understudy.analysis.run_header import how_of
+        from understudy.analysis.run_header import trace_entry
         from understudy.analysis.run_trace import write_trace
 
         if path is None:
             return nullcontext()
         body, seed = self.body, self._options.seed
-        how = msgspec.to_builtins(how_of(self.ran(), body.scenario))
+        ran = trace_entry(self.ran(), body.scenario)
         return write_trace(
-            path, scenario=body.scenario.name, seed=seed, tick_s=body.tick_s, robots=body.robots, run=how
+            path, scenario=body.scenario.name, seed=seed, tick_s=body.tick_s, robots=body.robots, run=ran
         )
 
     @property

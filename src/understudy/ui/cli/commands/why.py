@@ -83,13 +83,13 @@ def _of_trace(
     from understudy.ui.cli.output import compile_once
 
     found = recorded(run, robot=robot, time_s=time_s)
-    how = found.how
-    where = find_world(world or how.scenario)
-    if world_mark(where) != how.world:
+    ran = found.ran
+    where = find_world(world or found.scenario)
+    if world_mark(where) != ran.world:
         remedy = "run it again with --trace, or name the scenario as it was with --world"
         raise CannotRepeat(problem=f"the scenario {where.name} is another by now", remedy=remedy)
-    parts = find_kit(how.kit, world or how.scenario)
-    known, former = known_then(where, how.behavior, library or Path(how.library), parts, how.automata)
+    parts = find_kit(ran.kit, world or found.scenario)
+    known, former = known_then(where, found.behavior, library or Path(ran.library), parts, ran.automata)
     compile_once(world=where, quiet=quiet)
     header, row = found.header, found.row
     said = reasons(found, where, known)
