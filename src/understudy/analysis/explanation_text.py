@@ -146,6 +146,11 @@ class DecisionData:
             examples=list_example_data(reason),
         )
 
+    @classmethod
+    def of_any(cls, reason: Reason | None) -> DecisionData | None:
+        """The data of a decision, where there is one."""
+        return None if reason is None else cls.of(reason)
+
 
 @dataclass(frozen=True, slots=True)
 class LevelData:
@@ -161,14 +166,9 @@ class LevelData:
     @classmethod
     def of(cls, level: Level) -> LevelData:
         """The data of a level."""
-        return cls(
-            automaton=level.automaton,
-            state=level.state,
-            since_s=round(level.since_s, DIGITS),
-            decision=None if level.decision is None else DecisionData.of(level.decision),
-            rests=None if level.decision else describe_rest(level),
-            entry=None if level.entry is None else DecisionData.of(level.entry),
-        )
+        decision, entry = map(DecisionData.of_any, (level.decision, level.entry))
+        rests = describe_rest(level) if level.decision is None else None
+        return cls(level.automaton, level.state, round(level.since_s, DIGITS), decision, rests, entry)
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +186,7 @@ class AgentData:
         return cls(asked.sort, asked.agent, asked.ordered, [LevelData.of(each) for each in asked.levels])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class WhyData:
     """What all levels decided at a moment of a run, as --json prints it.
 
@@ -206,20 +206,13 @@ class WhyData:
 
     @classmethod
     def of(
-        cls, why: Why, *, scenario: str, seed: int, robot: int, doing: str, former: Mapping[str, int]
+        cls, why: Why, former: Mapping[str, int], scenario: str, seed: int, robot: int, doing: str
     ) -> WhyData:
         """The data of a moment."""
+        times = round(why.time_s, DIGITS), round(why.decided_s, DIGITS)
+        agents = [AgentData.of(each) for each in why.agents]
         return cls(
-            scenario=scenario,
-            seed=seed,
-            robot=robot,
-            doing=doing,
-            time_s=round(why.time_s, DIGITS),
-            decided_s=round(why.decided_s, DIGITS),
-            former=former,
-            switched=why.switched,
-            agents=[AgentData.of(each) for each in why.agents],
-            last_switch=None if why.last is None else DecisionData.of(why.last),
+            scenario, seed, robot, doing, *times, former, why.switched, agents, DecisionData.of_any(why.last)
         )
 
 

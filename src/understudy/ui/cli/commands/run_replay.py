@@ -56,7 +56,7 @@ class DifferenceData:
         from understudy.analysis.explanation_text import DIGITS, DecisionData
 
         from_s, until_s = round(each.from_s, DIGITS), round(each.until_s, DIGITS)
-        decision = None if each.reason is None else DecisionData.of(each.reason)
+        decision = DecisionData.of_any(each.reason)
         return cls(each.agent, from_s, until_s, each.ticks, each.recorded, each.now, decision)
 
 

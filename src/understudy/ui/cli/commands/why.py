@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from understudy.ui.cli.options import Json
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rich.console import Console
 
     from understudy.analysis.explain_run import Asked, Reason, Why
+    from understudy.analysis.explanation_text import WhyData
 
 NEAR_S = 1e-6
 """Times this near are one."""
-
-
-class _Explained(NamedTuple):
-    """A moment of a run of a robot, explained; `former` has the versions of automata that are others by now."""
-
-    why: Why
-    scenario: str
-    seed: int
-    robot: int
-    doing: str
-    former: Mapping[str, int]
 
 
 def why(
@@ -57,26 +45,26 @@ def why(
 
     [dim]understudy why run.jsonl --time 12.5[/]
     """
-    from understudy.analysis.explanation_text import WhyData
     from understudy.ui.cli.output import console, print_json
     from understudy.ui.cli.recordings import is_recording
 
     if is_recording(run):
-        told = _of_recording(run, time_s, robot, library)
+        said, data = _of_recording(run, time_s, robot, library)
     else:
-        told = _of_trace(run, time_s, robot, library, world, quiet=as_json)
+        said, data = _of_trace(run, time_s, robot, library, world, quiet=as_json)
     if as_json:
-        print_json(WhyData.of(**told._asdict()))
+        print_json(data)
     else:
-        _show(told, console())
+        _show(said, data, console())
 
 
 def _of_trace(
     run: Path, time_s: float, robot: int, library: Path | None, world: str | None, *, quiet: bool
-) -> _Explained:
+) -> tuple[Why, WhyData]:
     """Of a simulated run, which is made again."""
     from understudy.analysis.explain_run import CannotRepeat
     from understudy.analysis.explain_run import why as reasons
+    from understudy.analysis.explanation_text import WhyData
     from understudy.analysis.run_header import recorded, world_mark
     from understudy.ui.cli.library_data import known_then
     from understudy.ui.cli.options import find_kit, find_world
@@ -93,11 +81,12 @@ def _of_trace(
     compile_once(world=where, quiet=quiet)
     header, row = found.header, found.row
     said = reasons(found, where, known)
-    return _Explained(said, header.scenario, header.seed, row.robot, row.doing, former)
+    return said, WhyData.of(said, former, header.scenario, header.seed, row.robot, row.doing)
 
 
-def _of_recording(run: Path, time_s: float, robot: int, library: Path | None) -> _Explained:
+def _of_recording(run: Path, time_s: float, robot: int, library: Path | None) -> tuple[Why, WhyData]:
     """Of a recording, whose readings are decided on again."""
+    from understudy.analysis.explanation_text import WhyData
     from understudy.analysis.replay_diff import why_recorded
     from understudy.analysis.rerun import Rerun
     from understudy.analysis.run_trace import BETWEEN
@@ -126,20 +115,20 @@ def _of_recording(run: Path, time_s: float, robot: int, library: Path | None) ->
     said = why_recorded(rerun, robot, tick)
     called = names[robot] if where is None else where.name
     doing = BETWEEN.join(recording.paths[robot][tick])
-    return _Explained(said, called, ran.seed, robot, doing, former)
+    return said, WhyData.of(said, former, called, ran.seed, robot, doing)
 
 
-def _show(told: _Explained, out: Console) -> None:
+def _show(said: Why, data: WhyData, out: Console) -> None:
     from rich.markup import escape
 
-    head = f"robot {told.robot} of {told.scenario} {told.seed} at {rounded(told.why.time_s)} s"
-    out.print(f"[bold]{escape(head)}[/]: {escape(told.doing or 'nothing')}", soft_wrap=True)
-    for name, version in told.former.items():
+    head = f"robot {data.robot} of {data.scenario} {data.seed} at {data.time_s:g} s"
+    out.print(f"[bold]{escape(head)}[/]: {escape(data.doing or 'nothing')}", soft_wrap=True)
+    for name, version in data.former.items():
         out.print(f"[dim]{escape(name)} is another by now: this is its version {version}[/]", soft_wrap=True)
-    for each in told.why.agents:
-        _show_agent(each, out, several=len(told.why.agents) > 1)
-    last = told.why.last
-    if not told.why.switched and last is not None:
+    for each in said.agents:
+        _show_agent(each, out, several=len(said.agents) > 1)
+    last = said.last
+    if not data.switched and last is not None:
         out.print(
             f"\n[bold]The last switch[/], at {rounded(last.time_s)} s, of {escape(last.automaton)}",
         )
