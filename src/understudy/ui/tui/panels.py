@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from rich.text import Text
 
+from understudy.model import describe
 from understudy.model.lesson import Example, ExampleKind
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting
@@ -99,7 +100,7 @@ def readings(desk: Desk, width: int) -> Text:
     labels = [str(bound) for bound in desk.features]
     wide = max((len(label) for label in labels), default=0)
     for label, bound in zip(labels, desk.features, strict=True):
-        now = formatting.value(bound, desk.screen.features[label])
+        now = describe.value(bound, desk.screen.features[label])
         room = width - wide - 13
         bars = formatting.spark(bound, desk.memory.readings(label), room) if room >= 4 else ""
         lines.append(Text.assemble(f"{label:<{wide}} ", (f"{now:>10}", "bold"), (f"  {bars}", "cyan")))
@@ -125,7 +126,7 @@ def examples(desk: Desk, width: int, height: int) -> Text:
     if not presses:
         return lines[0]  # no room for any
     told = [
-        [formatting.value(*pair, unit=False) for pair in zip(desk.features, press[0].values, strict=True)]
+        [describe.value(*pair, unit=False) for pair in zip(desk.features, press[0].values, strict=True)]
         for press in presses
     ]
     wides = [max(map(len, column)) for column in zip(*told, strict=True)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,11 +11,13 @@ from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from understudy.analysis.run_trace import TraceWriter
     from understudy.robots.recording.header import Ran
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Goal
-    from understudy.sim.view import Frame
+    from understudy.sim.view import Frame, WorldView
     from understudy.ui.cli.options import Assignment
 
 PICTURES = (".gif", ".png")
@@ -246,7 +249,6 @@ def _watch(running: Running, speed: float, trace: TraceWriter | None) -> list[Fr
     """Show the run in the terminal as it goes; Ctrl-C ends it."""
     from rich.live import Live
 
-    from understudy.ui.cli.commands.run import screen
     from understudy.ui.cli.output import console
 
     out, body = console(), running.body
@@ -277,3 +279,30 @@ def _draw(frames: list[Frame], path: Path, *, title: str, speed: float) -> None:
             run_gif(frames, path, speed=speed)
         else:
             path_png(frames, path, title=title)
+
+
+def screen(view: WorldView, paths: Sequence[Sequence[str]], *, wide: int, tall: int) -> RenderableType:
+    """The world, what its robot is doing on every level (of several: how many do what), and what there is."""
+    from rich import box
+    from rich.console import Group
+    from rich.panel import Panel
+    from rich.text import Text
+
+    from understudy.ui.tui.world_view import facts, picture, size
+
+    columns, lines = size(view, wide - 2, max(tall - 2, 6))
+    drawn = picture(view, columns=columns, lines=lines, robot=0 if len(paths) == 1 else None)
+    known = Text.assemble((f"{view.time_s:6.1f} s", "bold"), "   ", facts(view, wide))
+    return Group(
+        Panel(drawn, box=box.ROUNDED, width=columns + 2, padding=0, border_style="dim"),
+        Text(_doing(paths), style="bold", no_wrap=True, overflow="ellipsis"),
+        known,
+        Text("Ctrl-C ends it", style="dim"),
+    )
+
+
+def _doing(paths: Sequence[Sequence[str]]) -> str:
+    if len(paths) == 1:
+        return " > ".join(paths[0]) or "idle"
+    counts = Counter(path[0] if path else "idle" for path in paths)
+    return "   ".join(f"{name} {count}" for name, count in sorted(counts.items()))

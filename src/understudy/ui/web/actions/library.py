@@ -5,11 +5,12 @@ from __future__ import annotations
 from understudy.errors import SessionError, UnknownName
 from understudy.learning.change_attribution import Moved, moved
 from understudy.learning.fit import learn
+from understudy.model import describe
 from understudy.model.diff import changes
 from understudy.model.library import Taught
 from understudy.storage import library_folder
 from understudy.storage.library_folder import alike, load_version, save, versions
-from understudy.ui.controller import formatting, journal_store
+from understudy.ui.controller import journal_store
 from understudy.ui.controller.status import Said
 from understudy.ui.web.actions import session
 from understudy.ui.web.session_host import Stage
@@ -113,8 +114,8 @@ def _moved(each: Moved) -> Plain:
         "from": each.state,
         "to": each.next,
         "what": each.what,
-        "gone": [formatting.signed(line) for line in each.gone],
-        "new": [formatting.signed(line) for line in each.new],
+        "gone": [describe.signed(line) for line in each.gone],
+        "new": [describe.signed(line) for line in each.new],
         "examples": [
             {"number": who.number, "happened": who.happened, "how": who.how} for who in each.examples
         ],

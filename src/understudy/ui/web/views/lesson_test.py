@@ -9,11 +9,12 @@ from understudy.analysis.simplify_preview import Simpler
 from understudy.errors import SessionError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, Suggestion
+from understudy.model import describe
 from understudy.model.library import Library, Taught
 from understudy.sim.scenario.files import dump_scenario
 from understudy.storage.library_folder import load_version, versions
 from understudy.training.other_agents import Instant
-from understudy.ui.controller import formatting, lesson_actions
+from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.lesson_actions import seen
 from understudy.ui.controller.save_report import lost_since
 from understudy.ui.controller.status import Said
@@ -141,4 +142,4 @@ def _moments(found: Simpler) -> Plain:
 
 
 def _signed(lines: list[str]) -> list[str]:
-    return list(map(formatting.signed, lines))
+    return list(map(describe.signed, lines))

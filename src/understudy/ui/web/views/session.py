@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from understudy.learning.report import contradictions
+from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
 from understudy.model.binding import called
 from understudy.model.describe import BY_CLASSIFIER, shown
@@ -13,7 +14,6 @@ from understudy.model.lesson import Example, Lesson, Trees
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import Vectors, conditions
-from understudy.ui.controller import formatting
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.web.views.scene import Plain, described
 
@@ -76,7 +76,7 @@ def ways(
     found: Mapping[int, Sequence[Any]] = conditions(function, automaton.features, vectors)
     for outcome, texts in found.items():
         if outcome != STAY:
-            yield automaton.state_names[outcome], [formatting.signed(text) for text in texts]
+            yield automaton.state_names[outcome], [describe.signed(text) for text in texts]
 
 
 class Picture:
@@ -177,7 +177,7 @@ def _examples(lesson: Lesson) -> list[Plain]:
             "state": example.state,
             "next": example.next,
             "values": [
-                formatting.value(bound, value) for bound, value in zip(features, example.values, strict=True)
+                describe.value(bound, value) for bound, value in zip(features, example.values, strict=True)
             ],
             "kind": example.kind.value,
             "correction": example.correction,
