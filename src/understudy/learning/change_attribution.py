@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -49,6 +49,9 @@ class Responsible:
     how: str
 
 
+HowMoved: TypeAlias = Literal["moved", "appeared", "vanished"]
+
+
 @dataclass(frozen=True, slots=True)
 class Moved:
     """When a state is left for another: the conditions that are gone and those that are new, and who is behind it."""
@@ -57,7 +60,7 @@ class Moved:
     next: str
     gone: tuple[str, ...]
     new: tuple[str, ...]
-    what: str
+    what: HowMoved
     examples: tuple[Responsible, ...]
 
     def __str__(self) -> str:
@@ -115,7 +118,7 @@ class _State:
             gone = {line: box for line, box in was.items() if line not in now}
             come = {line: box for line, box in now.items() if line not in was}
             if gone or come:
-                what = "moved" if was and now else "appeared" if now else "vanished"
+                what: HowMoved = "moved" if was and now else "appeared" if now else "vanished"
                 examples = self._responsible(following, gone, come)
                 yield Moved(self.state, following, tuple(gone), tuple(come), what, examples)
 

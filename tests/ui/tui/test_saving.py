@@ -66,7 +66,8 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         assert here.said.text.startswith("Promised from here: done within 1 s in forage, A = station")
         assert here.unsaved
         here.save()
-        assert here.said.tone == "recorded"
+        saved = here.said
+        assert saved.tone == "recorded"
         here.session.quarantine({1: "meant for later"})
         assert here.unsaved
         here.save()

@@ -12,6 +12,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import uvicorn
 from starlette.testclient import TestClient, WebSocketTestSession
 
@@ -42,6 +43,11 @@ class Wall:
     def __call__(self) -> float:
         self.now += self.glance
         return self.now
+
+
+def plain(data: object) -> Any:
+    """Data of the studio as a page gets it."""
+    return msgspec.to_builtins(data)
 
 
 def studio(folder: Path, *, world: str = "forage", seed: int = 0, wall: Wall | None = None) -> Studio:

@@ -9,7 +9,7 @@ from threading import Event
 from typing import Any
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, page, served, studio
+from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 from tests.ui.web.test_lesson import step
 
 from understudy.coaching.give_advice import advice
@@ -73,13 +73,13 @@ def test_advice_with_a_place_is_set_up(person: Page, made: Studio) -> None:
     state = chosen["sentence"].split("do in ")[1].split(" ")[0]
     person.done("pause", paused=False)
     taught = made.stage.trained.screen.examples
-    run = made.stage.run["number"]
+    run = made.stage.run.number
     answer = person.done("set_up", sentence=chosen["sentence"])
     assert answer["sentence"] == f"There it is, in {state}, as I meant it: show me what to do."
     desk = made.stage.trained
     assert (desk.screen.state, desk.screen.examples, made.stage.paused) == (state, taught, True)
     assert 2.3 < desk.screen.features["angle_to(A)"] < 4.0
-    assert made.stage.run["number"] == answer["run"] == run + 1  # one cannot go back beyond
+    assert made.stage.run.number == answer["run"] == run + 1  # one cannot go back beyond
     person.done("press", state="rotate_right")
     step(person)
     assert chosen["sentence"] not in sentences(person)
@@ -234,8 +234,8 @@ def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: Stu
     began = made.stage.world.time_s
     for _ in range(60):
         step(person)
-    marks = made.stage.picture()["asking"]["marks"]  # type: ignore[index]
-    assert [mark["run"] for mark in marks] == [made.stage.run["number"]] * len(marks)
+    marks = plain(made.stage.picture())["asking"]["marks"]
+    assert [mark["run"] for mark in marks] == [made.stage.run.number] * len(marks)
     first = marks[0]
     assert first["time_s"] == pytest.approx(began)
     person.done("go_to_mark", number=first["number"])
@@ -244,7 +244,7 @@ def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: Stu
     assert desk.coach.question is not None
     assert desk.coach.question.sentence == first["sentence"]
     person.done("press", state="rotate_right")
-    left = made.stage.picture()["asking"]["marks"]  # type: ignore[index]
+    left = plain(made.stage.picture())["asking"]["marks"]
     assert first["number"] not in [mark["number"] for mark in left]
     assert "no moment 99" in person.say("go_to_mark", number=99)["error"]
 
@@ -254,10 +254,10 @@ def test_marks_of_another_run_are_gone_back_to(person: Page, made: Studio) -> No
     person.done("turn")
     for _ in range(60):
         step(person)
-    number, run = made.stage.picture()["asking"]["marks"][0]["number"], made.stage.run["number"]  # type: ignore[index]
+    number, run = plain(made.stage.picture())["asking"]["marks"][0]["number"], made.stage.run.number
     person.done("reset", seed=9)
     person.done("go_to_mark", number=number)
-    assert (made.stage.seed, made.stage.run["number"]) == (4, run + 2)
+    assert (made.stage.seed, made.stage.run.number) == (4, run + 2)
     assert made.stage.trained.coach.question is not None
 
 
@@ -267,11 +267,11 @@ def test_what_was_left_by_going_back_is_in_no_run(person: Page, made: Studio) ->
     began = made.stage.world.time_s
     for _ in range(60):
         step(person)
-    before = made.stage.picture()["asking"]["marks"]  # type: ignore[index]
+    before = plain(made.stage.picture())["asking"]["marks"]
     assert len(before) > 1
     person.done("rewind", time_s=began + 0.5)
     step(person)
-    after = {mark["number"]: mark["run"] for mark in made.stage.picture()["asking"]["marks"]}  # type: ignore[index]
+    after = {mark["number"]: mark["run"] for mark in plain(made.stage.picture())["asking"]["marks"]}
     assert after[before[0]["number"]] == before[0]["run"]
     assert after[before[-1]["number"]] is None
 

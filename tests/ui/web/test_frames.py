@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from numpy.testing import assert_allclose
-from tests.ui.web.pages import GOTO, Frame, Wall, studio
+from tests.ui.web.pages import GOTO, Frame, Wall, plain, studio
 
 from understudy.sim.catalog import find_world
 from understudy.sim.kit import kit_of
@@ -50,7 +50,7 @@ def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
     read = Frame.read(stage.frame())
     same(read, stage)
     assert (read.kind, read.bits, read.state, read.agent, read.features) == (1, 1, NONE, 0, [])  # paused
-    scene: dict[str, Any] = stage.scene()
+    scene: dict[str, Any] = plain(stage.scene())
     sonars = scene["sonars"][scene["robot_type"][0]]
     percept = stage.world.sense([(sonar["name"], None) for sonar in sonars])
     expected = [percept[sonar["name"], None][0] for sonar in sonars]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, page, served, studio
+from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 
 from understudy.ui.web.server import Studio
 from understudy.ui.web.session_host import Stage
@@ -39,7 +39,7 @@ def teach(person: Page, *states: str) -> None:
 
 
 def names(stage: Stage) -> list[str]:
-    return [row["name"] for row in stage.library()["trained"]]
+    return [row["name"] for row in plain(stage.library())["trained"]]
 
 
 def files(stage: Stage) -> list[str]:
@@ -83,7 +83,7 @@ def test_nothing_leaves_the_folder(made: Studio, person: Page) -> None:
     assert files(made.stage) == ["%2E%2E%2F%2E%2E%2Fescaped.json", "%2Fetc%2Funderstudy.json"]
     person.done("remove", name="../../escaped")
     assert files(made.stage) == ["%2Fetc%2Funderstudy.json", ".trash/%2E%2E%2F%2E%2E%2Fescaped.json"]
-    assert made.stage.library()["trash"] == ["../../escaped"]
+    assert plain(made.stage.library())["trash"] == ["../../escaped"]
     assert sorted(path.name for path in made.stage.shelf.folder.parent.iterdir()) == ["library"]
 
 
@@ -98,7 +98,7 @@ def test_the_trash_gives_back_what_was_removed_last(made: Studio, person: Page) 
     person.done("restore", name="copy")
     assert "already" in person.say("restore", name="copy")["error"]
     assert files(made.stage) == [".trash/copy.json", "copy.json"]
-    (row,) = made.stage.library()["trained"]
+    (row,) = plain(made.stage.library())["trained"]
     assert row["examples"] == made.stage.trained.screen.examples
 
 
@@ -110,7 +110,7 @@ def test_what_is_run_by_others_is_not_removed(made: Studio, person: Page) -> Non
     assert "which is being trained, runs goto" in person.say("remove", name="goto")["error"]
     teach(person, "goto")
     person.done("save")
-    assert [row["runs"] for row in made.stage.library()["trained"]] == [
+    assert [row["runs"] for row in plain(made.stage.library())["trained"]] == [
         ["goto(station)", "unload_food"],
         ["forward", "rotate_left", "rotate_right"],
     ]
@@ -119,7 +119,7 @@ def test_what_is_run_by_others_is_not_removed(made: Studio, person: Page) -> Non
     person.done("remove", name="carry")
     person.done("remove", name="goto")
     person.done("restore", name="carry")
-    (row,) = made.stage.library()["trained"]
+    (row,) = plain(made.stage.library())["trained"]
     assert not row["complete"]
     assert "goto" in row["why_not"]
 
@@ -130,7 +130,7 @@ def test_a_broken_document_hides_nothing(made: Studio, person: Page) -> None:
     person.done("save")
     (made.stage.shelf.folder / "broken.json").write_text("{")
     person.done("save")
-    rows = {row["name"]: row for row in made.stage.library()["trained"]}
+    rows = {row["name"]: row for row in plain(made.stage.library())["trained"]}
     assert rows["goto"]["complete"]
     assert not rows["broken"]["complete"]
     assert rows["broken"]["why_not"] in person.say("open", name="broken")["error"]
@@ -186,7 +186,7 @@ def test_choosing_anew_keeps_the_examples(made: Studio, person: Page) -> None:
     person.done(
         "choose", states=["forward", "rotate_left"], features=["angle_to(A)"], flags=[], reaction_s=0.2
     )
-    desk = made.stage.picture()
+    desk = plain(made.stage.picture())
     assert desk is not None
     assert [state["name"] for state in desk["states"]] == ["start", "forward", "rotate_left"]
     assert [feature["label"] for feature in desk["features"]] == ["angle_to(A)"]
@@ -196,7 +196,7 @@ def test_choosing_anew_keeps_the_examples(made: Studio, person: Page) -> None:
     person.done("delete", number=2)
     person.done("undo")
     person.done("redo")
-    assert [each["number"] for each in (made.stage.picture() or {})["examples"]] == [1, 3, 4]
+    assert [each["number"] for each in plain(made.stage.picture())["examples"]] == [1, 3, 4]
 
 
 def test_the_automata_it_runs_are_told_with_their_states_and_transitions(made: Studio, person: Page) -> None:
@@ -204,7 +204,7 @@ def test_the_automata_it_runs_are_told_with_their_states_and_transitions(made: S
     teach(person, "forward", "done")
     person.done("save")
     person.done(**CARRY)
-    desk = made.stage.picture() or {}
+    desk = plain(made.stage.picture())
     assert [state["automaton"] for state in desk["states"]] == [None, "goto", None]
     goto = desk["nested"]["goto"]
     assert [state["name"] for state in goto["states"]][-1] == "done"
@@ -218,7 +218,7 @@ def test_contradictions_are_marked(made: Studio, person: Page) -> None:
     teach(person, "forward")
     person.done("restart")
     teach(person, "rotate_left")
-    desk = made.stage.picture() or {}
+    desk = plain(made.stage.picture())
     assert [(each["number"], each["contradicts"]) for each in desk["examples"]] == [
         (1, True),
         (2, False),
@@ -254,7 +254,7 @@ def test_a_session_that_was_cut_off_is_offered(tmp_path: Path) -> None:
         assert "cut off with 4 examples" in person.send(GOTO)["error"]
         person.done("open", name="goto")
         assert again.stage.seed == 3
-        assert again.stage.library()["cut_off"] == []
+        assert plain(again.stage.library())["cut_off"] == []
         robots = again.stage.world.view().robots
         assert (robots.x[0], robots.y[0]) == pytest.approx((6.0, 6.5), abs=0.1)
         assert again.stage.paused
@@ -263,7 +263,7 @@ def test_a_session_that_was_cut_off_is_offered(tmp_path: Path) -> None:
     last = studio(folder)
     with served(last) as client, page(client) as person:
         person.done(**{**GOTO, "discard": True})
-        assert last.stage.library()["cut_off"] == []
+        assert plain(last.stage.library())["cut_off"] == []
         assert sorted(path.suffix for path in (folder / ".journals").iterdir()) == [".ended", ".journal"]
 
 
@@ -289,7 +289,7 @@ def test_a_session_that_was_cut_off_is_thrown_away(tmp_path: Path) -> None:
         assert list(again.stage.cut_off) == ["goto"]
         assert "no automaton 'reach'" in person.say("discard", name="reach")["error"]
         person.done("discard", name="goto")
-        assert again.stage.library()["cut_off"] == []
+        assert plain(again.stage.library())["cut_off"] == []
         person.done("recall", name="goto")
         assert list(again.stage.cut_off) == ["goto"]
         assert "goto" in person.say("recall", name="goto")["error"]

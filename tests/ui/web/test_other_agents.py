@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, Wall, page, served, studio
+from tests.ui.web.pages import GOTO, Page, Wall, page, plain, served, studio
 from tests.ui.web.test_library import teach
 
 from understudy.ui.web.server import Studio
@@ -39,12 +39,12 @@ def test_the_others_idle_or_run_a_behavior(made: Studio, person: Page) -> None:
         person.done("step")
     moved = [now != then for now, then in zip(places(made), before, strict=True)]
     assert moved == [False, *[True] * (len(before) - 1)]
-    assert (made.stage.picture() or {})["others"] == {"behavior": "forward", "targets": {}}
+    assert plain(made.stage.picture())["others"] == {"behavior": "forward", "targets": {}}
     there = places(made)
     person.done("others", behavior=None)
     person.done("step")
     assert places(made) == there
-    assert (made.stage.picture() or {})["others"] is None
+    assert plain(made.stage.picture())["others"] is None
 
 
 def test_the_others_run_what_was_just_saved(made: Studio, person: Page) -> None:
@@ -57,7 +57,7 @@ def test_the_others_run_what_was_just_saved(made: Studio, person: Page) -> None:
     person.done("step")
     assert places(made)[1:] != before[1:]
     person.done("open", name="goto")
-    assert (made.stage.picture() or {})["others"] is None
+    assert plain(made.stage.picture())["others"] is None
 
 
 WRONG = [
@@ -76,7 +76,7 @@ def test_what_the_others_cannot_do(
     person.done("save")
     person.done("others", behavior="forward")
     assert said in person.say("others", behavior=behavior, targets=targets)["error"]
-    assert made.stage.others == {"behavior": "forward", "targets": {}}
+    assert plain(made.stage.others) == {"behavior": "forward", "targets": {}}
     before = places(made)
     person.done("step")
     assert places(made)[1:] != before[1:]
@@ -98,7 +98,7 @@ def test_nobody_watches(made: Studio, person: Page) -> None:
         for _ in range(60):
             person.done("step")
         teach(person, state)
-        desk = made.stage.picture() or {}
+        desk = plain(made.stage.picture())
         kinds = [each["kind"] for each in desk["examples"]]
         assert (desk["watching"], "watched" in kinds) == (watching, watching)
 
@@ -116,7 +116,7 @@ def test_after_a_kill_the_others_go_on_and_who_did_not_watch_still_does_not(tmp_
     made = studio(folder, world="forage-team")
     with served(made) as client, page(client) as person:
         person.done("open", name="goto")
-        desk = made.stage.picture() or {}
+        desk = plain(made.stage.picture())
         assert desk["others"] == {"behavior": "forward", "targets": {}}
         assert not desk["watching"]
         before = places(made)
@@ -139,7 +139,7 @@ def test_others_that_the_library_has_no_more_idle_after_a_kill(tmp_path: Path) -
     made = studio(folder, world="forage-team")
     with served(made) as client, page(client) as person:
         person.done("open", name="goto")
-        assert (made.stage.picture() or {})["others"] is None
+        assert plain(made.stage.picture())["others"] is None
         person.done("step")
 
 

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.twins import Rig
-from tests.ui.web.pages import GOTO, Wall
+from tests.ui.web.pages import GOTO, Wall, plain
 
 from understudy.robots.recording.reader import read_recording
 from understudy.robots.recording.recorder import Recorder
@@ -59,7 +59,8 @@ class Lab:
 
     def shown(self) -> list[dict[str, Any]]:
         """What the page is told of the robots."""
-        return list(self.studio.stage.robots.plain())
+        robots: list[dict[str, Any]] = plain(self.studio.stage.robots.statuses())
+        return robots
 
     def wait(self, seconds: float, *, here: bool = True) -> None:
         """Let time pass, a hundredth of a second at a time, with a page that is there or fell silent."""
@@ -100,7 +101,10 @@ def test_nothing_moves_before_a_person_arms_it(lab: Lab) -> None:
     lab.wait(0.5)
     assert not lab.moves()
     assert lab.shown() == [{"name": "one", "armed": False, "stopped": "not armed"}]
-    assert [each["kind"] for each in lab.studio.stage.picture()["examples"]] == ["directive", "default"]  # type: ignore[index]
+    assert [each["kind"] for each in plain(lab.studio.stage.picture())["examples"]] == [
+        "directive",
+        "default",
+    ]
 
 
 def test_armed_it_is_taught_as_a_simulated_one(lab: Lab) -> None:

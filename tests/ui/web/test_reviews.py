@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, page, served, studio
+from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 
 from understudy.robots.twin import drawn
 from understudy.ui.web.server import Studio
@@ -47,7 +47,8 @@ def begin(person: Page) -> None:
 
 
 def desk(made: Studio) -> dict[str, Any]:
-    return made.stage.picture() or {}
+    shown: dict[str, Any] = plain(made.stage.picture())
+    return shown
 
 
 def test_why_names_every_level_and_who_showed_it(made: Studio, person: Page) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.sim.patrollers import ROBOTS
-from tests.ui.web.pages import Frame, Page, page, served, studio
+from tests.ui.web.pages import Frame, Page, page, plain, served, studio
 
 from understudy.model.library import Taught
 from understudy.storage.library_folder import save
@@ -44,20 +44,20 @@ def refused(person: Page, do: str, **fields: Any) -> str:
 
 
 def test_the_team_is_told(made: Studio) -> None:
-    (patrol,) = made.stage.scene()["squads"]
+    (patrol,) = plain(made.stage.scene())["squads"]
     assert (patrol["name"], patrol["squads"]) == ("patrol", [[0, 1, 2, 3]])
 
 
 def test_directing_a_coordinator_moves_its_squad(made: Studio, person: Page) -> None:
     person.done("agent", agent=0, sort="patrol")
-    behaviors = {behavior["name"] for behavior in made.stage.scene()["behaviors"]}
+    behaviors = {behavior["name"] for behavior in plain(made.stage.scene())["behaviors"]}
     assert {"wander", "servo", "forwards"} <= behaviors
     person.done(**LEAD)
     person.done("pause", paused=True)
     person.done("press", state="out")
     person.done("step")
     frame = Frame.read(made.stage.frame())
-    desk = made.stage.picture() or {}
+    desk = plain(made.stage.picture())
     assert frame.agent == NONE
     assert {desk["doing"][robot[4]] for robot in frame.robots} <= {"forwards", "left", "right"}
     assert desk["state"] == "out"
@@ -111,7 +111,7 @@ def test_a_coordinator_promises_and_says_why(made: Studio, person: Page) -> None
     assert (tested["works"], len(tested["outcomes"])) == (True, 1)
     (level,) = person.done("why")["levels"]
     assert (level["automaton"], level["says"]) == ("out", "It goes from start to wander, always.")
-    last = (made.stage.picture() or {})["examples"][-1]["number"]
+    last = plain(made.stage.picture())["examples"][-1]["number"]
     person.done("delete", number=last)
     (said,) = person.done("save")["worse"]
     assert said.startswith("out no longer comes to done within 1 s in patrol")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from msgspec import Struct
 
 from understudy.errors import SessionError
 from understudy.robots.twin import Ground, Twin
@@ -13,6 +12,14 @@ SILENT_S = 0.6
 """Who directs armed robots says that they are there, several times a second; after so long they count as gone."""
 HELD_S = 0.4
 """How long a held key counts as held after that was said."""
+
+
+class RobotStatus(Struct, frozen=True, kw_only=True):
+    """A real robot: whether it may move, and why it does not."""
+
+    name: str
+    armed: bool
+    stopped: str
 
 
 class Robots:
@@ -34,12 +41,12 @@ class Robots:
         """Whether any of them may move."""
         return self._twin is not None and self._twin.fleet.armed
 
-    def plain(self) -> Sequence[dict[str, Any]]:
+    def statuses(self) -> list[RobotStatus]:
         """Each, whether it may move, and why it does not."""
         if self._twin is None:
             return []
         return [
-            {"name": robot.file.name, "armed": robot.armed, "stopped": robot.stopped}
+            RobotStatus(name=robot.file.name, armed=robot.armed, stopped=robot.stopped)
             for robot in self._twin.fleet
         ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 from understudy.errors import UnknownName
 from understudy.model.automaton import State
@@ -14,7 +15,8 @@ DIGITS = "123456789"
 LETTERS = "abefgijkmovxz"
 """What the commands of the teaching screen leave free; a test compares the two."""
 
-ARROWS = {"up": "↑", "down": "↓", "left": "←", "right": "→"}
+Arrow: TypeAlias = Literal["up", "down", "left", "right"]
+ARROWS: Mapping[str, str] = {"up": "↑", "down": "↓", "left": "←", "right": "→"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +24,7 @@ class Keys:
     """Keys by what they lead to; `arrows` are a second key for some. `leads` is the way back."""
 
     plain: Mapping[str, str]
-    arrows: Mapping[str, str]
+    arrows: Mapping[str, Arrow]
 
     @property
     def leads(self) -> dict[str, str]:
@@ -62,9 +64,9 @@ def _basic(library: Library, name: str | None) -> Behavior | None:
     return behavior if isinstance(behavior, Behavior) else None
 
 
-def _arrows(behaviors: Mapping[str, Behavior | None]) -> dict[str, str]:
+def _arrows(behaviors: Mapping[str, Behavior | None]) -> dict[str, Arrow]:
     """An arrow for the first name that drives or turns that way, and does nothing else."""
-    found: dict[str, str] = {}
+    found: dict[str, Arrow] = {}
     for name, behavior in behaviors.items():
         arrow = _arrow(behavior)
         if arrow and arrow not in found.values():
@@ -72,7 +74,7 @@ def _arrows(behaviors: Mapping[str, Behavior | None]) -> dict[str, str]:
     return found
 
 
-def _arrow(behavior: Behavior | None) -> str | None:
+def _arrow(behavior: Behavior | None) -> Arrow | None:
     if behavior is None or len(behavior.command) != 1:
         return None
     ((channel, amount),) = behavior.command.items()

@@ -29,7 +29,7 @@ from understudy.ui.controller.journal_store import alike
 from understudy.ui.controller.key_bindings import Keys, drive_keys, state_keys
 from understudy.ui.controller.recent_history import Memory
 from understudy.ui.controller.save_report import lost_since, told
-from understudy.ui.controller.status import Said
+from understudy.ui.controller.status import Said, Tone
 from understudy.ui.controller.training_plan import Choices
 
 
@@ -148,7 +148,7 @@ class Desk:
         self.memory.see(float(robot["x"]), float(robot["y"]), after)
         shown = [example for example in session.examples[known:] if example.pressed]
         if shown:
-            tone = "correction" if shown[0].correction else "recorded"
+            tone: Tone = "correction" if shown[0].correction else "recorded"
             self.said = Said(formatting.recorded(shown, self.features), tone)
         elif before.waiting is not None and before.state != after.state:
             self.said = Said(

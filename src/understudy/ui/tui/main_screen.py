@@ -246,10 +246,10 @@ class Teaching(Screen[str]):
 
     def _standing(self) -> str:
         """What real robots are up to, and the key that changes it."""
-        robot = self.robots.plain()[self.desk.robot]
-        if not robot["armed"]:
-            return f"{robot['name']}: not armed (y)"
-        return f"{robot['name']}: {'stands' if robot['stopped'] else 'armed'} (Esc)"
+        robot = self.robots.statuses()[self.desk.robot]
+        if not robot.armed:
+            return f"{robot.name}: not armed (y)"
+        return f"{robot.name}: {'stands' if robot.stopped else 'armed'} (Esc)"
 
     def _draw_side(self, width: int, lines: int) -> None:
         desk = self.desk

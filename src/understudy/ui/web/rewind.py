@@ -14,13 +14,21 @@ from understudy.model.lesson import Example
 from understudy.training.other_agents import Instant
 from understudy.training.session import Session
 from understudy.ui.controller.coach import Coach
-from understudy.ui.web.views.scene import Plain
+from understudy.ui.web.messages.base import Data
+from understudy.ui.web.messages.coach import AskWhenName
 
 EVERY_S = 0.5
 KEPT_S = 300.0
 """How long a moment is kept, s of the world's time."""
 MOST_BYTES = 64 * 1024 * 1024
 """What all moments together may take; of a large world fewer are kept."""
+
+
+class RunData(Data, frozen=True, kw_only=True):
+    """A run of the world: from when of its time one can go back in it."""
+
+    number: int
+    from_s: float
 
 
 class Frame(NamedTuple):
@@ -90,6 +98,31 @@ def _which(example: Example) -> tuple[int, int | None]:
     return example.number, example.moment
 
 
+class QuestionData(Data, frozen=True, kw_only=True):
+    """What waits for an answer, and the state that it would go to."""
+
+    sentence: str
+    next: str
+
+
+class UnsureMarkData(Data, frozen=True, kw_only=True):
+    """A moment at which it was unsure and went on."""
+
+    number: int
+    time_s: float
+    run: int | None
+    """Null where that run was left."""
+    sentence: str
+
+
+class AskingData(Data, frozen=True, kw_only=True):
+    """What it does where it is unsure, the question that waits, and the moments at which it would still be unsure."""
+
+    when: AskWhenName
+    question: QuestionData | None
+    marks: list[UnsureMarkData]
+
+
 @dataclass(frozen=True, slots=True)
 class Mark:
     """A question that was not waited at; `run` is the number of its run, None where that was left for another."""
@@ -99,15 +132,12 @@ class Mark:
     run: int | None
 
     @property
-    def plain(self) -> Plain:
+    def data(self) -> UnsureMarkData:
         """For a page."""
         question = self.question
-        return {
-            "number": self.number,
-            "time_s": question.time_s,
-            "run": self.run,
-            "sentence": question.sentence,
-        }
+        return UnsureMarkData(
+            number=self.number, time_s=question.time_s, run=self.run, sentence=question.sentence
+        )
 
 
 class Unsure:
@@ -131,15 +161,12 @@ class Unsure:
             self._number += 1
             self._marks = (*self._marks, Mark(self._number, marked[-1], run))[-len(marked) :]
 
-    def plain(self, coach: Coach) -> Plain:
-        """What it does where it is unsure, the question that waits, and the marks at which it would still be unsure."""
+    def data(self, coach: Coach) -> AskingData:
+        """For a page."""
         question = coach.question
-        asked = None if question is None else {"sentence": question.sentence, "next": question.next}
-        return {
-            "when": coach.asking.when.value,
-            "question": asked,
-            "marks": [mark.plain for mark in self._still(coach.asking)],
-        }
+        asked = None if question is None else QuestionData(sentence=question.sentence, next=question.next)
+        marks = [mark.data for mark in self._still(coach.asking)]
+        return AskingData(when=coach.asking.when.value, question=asked, marks=marks)
 
     def _still(self, asking: Asking) -> tuple[Mark, ...]:
         """Those at which it would be unsure now, too."""

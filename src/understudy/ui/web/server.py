@@ -7,16 +7,23 @@ from importlib.metadata import PackageNotFoundError, version
 from time import monotonic, perf_counter
 
 import msgspec
+from msgspec import UNSET, UnsetType
 
 from understudy.errors import SessionError
+from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST, Wall
+from understudy.ui.controller.status import Tone
 from understudy.ui.web.actions.dispatch import obey
 from understudy.ui.web.clients import PER_SECOND, Viewer, Viewers
 from understudy.ui.web.messages import review as r
 from understudy.ui.web.messages import session as m
+from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.messages.coach import Advise
+from understudy.ui.web.rewind import RunData
 from understudy.ui.web.session_host import Stage, explained
-from understudy.ui.web.views.scene import Plain
+from understudy.ui.web.views.library import LibraryData
+from understudy.ui.web.views.scene import SceneData
+from understudy.ui.web.views.session import SessionData
 
 FRAME_S = 1 / 60
 REST_S = 0.002
@@ -30,6 +37,61 @@ LOOKING = (r.Why, r.Test, r.Simplify, r.Versions, r.Changes, Advise, m.Stop)
 _encode = msgspec.json.Encoder().encode
 
 
+class StatusData(Data, frozen=True, kw_only=True):
+    """What was said last."""
+
+    text: str
+    tone: Tone
+
+
+class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
+    """What a page is told as it arrives."""
+
+    version: str
+    key: str
+    """What makes this page the director again after a lost connection."""
+    directs: bool
+    scene: SceneData
+
+
+class SceneNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="scene"):
+    """The scene changed."""
+
+    scene: SceneData
+
+
+class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk"):
+    """What is trained, and around it."""
+
+    library: LibraryData
+    desk: SessionData | None
+    said: StatusData
+    viewers: int
+    paused: bool
+    speed: m.SpeedFactor
+    seed: int | None
+    sort: str | None
+    """The sort of squads whose coordinator is trained; null: a robot is."""
+    robots: list[RobotStatus]
+    """The robots, where they are real."""
+    run: RunData
+    directed: bool
+    """Whether anybody directs."""
+    directs: bool
+    """Whether this page does."""
+
+
+class AnswerData(Data, frozen=True, kw_only=True):
+    """What answers a request: that it was done, or why not."""
+
+    re: int | None
+    """The number of the request; null where that could not be read."""
+    ok: bool | UnsetType = UNSET
+    error: str | UnsetType = UNSET
+    ms: float | UnsetType = UNSET
+    """How long a press took until it was in the journal."""
+
+
 class Studio:
     """One stage and the pages that look at it. `wall` is the pages' time, for how fast and when they speak."""
 
@@ -37,9 +99,8 @@ class Studio:
         self.stage, self.viewers, self._wall = stage, Viewers(wall), wall
         self._frame = b""
         self._moved = self._rebuilt = -1
-        self._scene: Plain = {}
-        self._library: Plain = {}
-        self._shown: Plain = {}
+        self._seen: tuple[SceneData, LibraryData] | None = None
+        self._shown: SessionNewsData | None = None
         self._directed: Viewer | None = None
         self._due_s = 0.0
 
@@ -51,17 +112,12 @@ class Studio:
         viewer = self.viewers.arrive(key)
         if former is not None and viewer is self.viewers.director:
             self.stage.robots.leave(LEFT_ROBOTS)  # it comes again since its connection was lost
-        self._see_rebuilt()
-        hello = {
-            "is": "hello",
-            "version": _version(),
-            "key": viewer.key,
-            "directs": viewer is self.viewers.director,
-            "scene": self._scene,
-        }
+        scene, library = self._see_rebuilt()
+        directs = viewer is self.viewers.director
+        hello = HelloData(version=_version(), key=viewer.key, directs=directs, scene=scene)
         viewer.tell(_encode(hello))
-        self._show_desk()
-        viewer.show(desk=self._desk_for(viewer), frame=self.stage.frame())
+        shown = self._show_desk(library)
+        viewer.show(desk=_encode(_to(shown, directs=directs)), frame=self.stage.frame())
         return viewer
 
     def leave(self, viewer: Viewer) -> None:
@@ -88,23 +144,24 @@ class Studio:
                 number = m.number_of(text)
                 raise
             number = message.id
-            answer = {"re": number, "ok": True, **self._do(viewer, message)}
-            if isinstance(message, m.Press | m.Confirm):
-                answer["ms"] = round((perf_counter() - began) * 1e3, 3)
+            reply = self._do(viewer, message)
+            timed = isinstance(message, m.Press | m.Confirm)
+            ms = round((perf_counter() - began) * 1e3, 3) if timed else UNSET
+            answer = AnswerData(re=number, ok=True, ms=ms)
         except Exception as error:
-            answer = {"re": number, "error": explained(error)}
-        viewer.tell(_encode(answer))
+            answer, reply = AnswerData(re=number, error=explained(error)), None
+        viewer.tell(_encode({**msgspec.to_builtins(answer), **msgspec.to_builtins(reply or {})}))
         self.show()
 
-    def _do(self, viewer: Viewer, message: m.AnyMessage) -> Plain:
+    def _do(self, viewer: Viewer, message: Message) -> Data | None:
         if isinstance(message, m.Take):
             self.viewers.take(viewer)
-            return {}
+            return None
         if isinstance(message, m.HandOver):
             self.viewers.hand_over(viewer)
             self.stage.robots.leave(LEFT_ROBOTS)
             self.stage.pause(True, LEFT)
-            return {}
+            return None
         if not isinstance(message, LOOKING):
             self.viewers.refuse_others(viewer)
         return obey(self.stage, message)
@@ -137,9 +194,9 @@ class Studio:
                 self.stage.halt(problem)
 
     def _show(self, *, desk: bool) -> None:
-        self._see_rebuilt()
+        _, library = self._see_rebuilt()
         if desk:
-            self._show_desk()
+            self._show_desk(library)
         if self.stage.moved != self._moved:
             self._moved = self.stage.moved
             frame = self.stage.frame()
@@ -148,43 +205,46 @@ class Studio:
                 for viewer in self.viewers:
                     viewer.show(frame=frame)
 
-    def _see_rebuilt(self) -> None:
-        if self.stage.rebuilt == self._rebuilt:
-            return
-        self._rebuilt = self.stage.rebuilt
-        scene, self._library = self.stage.scene(), self.stage.library()
-        if scene != self._scene:
-            self._scene = scene
-            for viewer in self.viewers:
-                viewer.show(scene=_encode({"is": "scene", "scene": scene}))
+    def _see_rebuilt(self) -> tuple[SceneData, LibraryData]:
+        """The scene and the library as they are; pages are shown a scene that changed."""
+        if self._seen is None or self.stage.rebuilt != self._rebuilt:
+            self._rebuilt = self.stage.rebuilt
+            before, self._seen = self._seen, (self.stage.scene(), self.stage.library())
+            scene, _ = self._seen
+            if before is None or scene != before[0]:
+                for viewer in self.viewers:
+                    viewer.show(scene=_encode(SceneNewsData(scene=scene)))
+        return self._seen
 
-    def _show_desk(self) -> None:
+    def _show_desk(self, library: LibraryData) -> SessionNewsData:
+        """Show what is trained to every page, where that changed."""
         self._due_s = self._wall() + DESK_S
-        stage = self.stage
-        shown = {
-            "is": "desk",
-            "library": self._library,
-            "desk": stage.picture(),
-            "said": {"text": stage.said.text, "tone": stage.said.tone},
-            "viewers": len(self.viewers),
-            "paused": stage.paused,
-            "speed": "fastest" if stage.speed == FASTEST else stage.speed,
-            "seed": stage.seed,
-            "sort": stage.sort,
-            "robots": stage.robots.plain(),
-            "run": stage.run,
-            "directed": self.viewers.director is not None,
-        }
-        director = self.viewers.director
-        if shown == self._shown and director is self._directed:
-            return
-        self._shown, self._directed = shown, director
-        watching = _encode({**shown, "directs": False})
-        for viewer in self.viewers:
-            viewer.show(desk=self._desk_for(viewer) if viewer is director else watching)
+        stage, director = self.stage, self.viewers.director
+        shown = SessionNewsData(
+            library=library,
+            desk=stage.picture(),
+            said=StatusData(text=stage.said.text, tone=stage.said.tone),
+            viewers=len(self.viewers),
+            paused=stage.paused,
+            speed="fastest" if stage.speed == FASTEST else stage.speed,
+            seed=stage.seed,
+            sort=stage.sort,
+            robots=stage.robots.statuses(),
+            run=stage.run,
+            directed=director is not None,
+            directs=False,
+        )
+        if shown != self._shown or director is not self._directed:
+            self._shown, self._directed = shown, director
+            watching = _encode(shown)
+            for viewer in self.viewers:
+                viewer.show(desk=_encode(_to(shown, directs=True)) if viewer is director else watching)
+        return shown
 
-    def _desk_for(self, viewer: Viewer) -> bytes:
-        return _encode({**self._shown, "directs": viewer is self.viewers.director})
+
+def _to(shown: SessionNewsData, *, directs: bool) -> SessionNewsData:
+    """The same for a page that directs, or does not."""
+    return msgspec.structs.replace(shown, directs=directs)
 
 
 def _stops(text: str | bytes) -> bool:

@@ -26,9 +26,10 @@ from understudy.ui.controller.open_session import Opened
 from understudy.ui.controller.status import Said
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.web import frames
-from understudy.ui.web.rewind import Frame, Reel, Unsure
-from understudy.ui.web.views.scene import Plain, scene
-from understudy.ui.web.views.session import Picture
+from understudy.ui.web.rewind import Frame, Reel, RunData, Unsure
+from understudy.ui.web.views.library import CutOffData, LibraryData
+from understudy.ui.web.views.scene import SceneData, scene
+from understudy.ui.web.views.session import BehaviorCallData, Picture, SessionData
 from understudy.ui.web.views.team import Doing, Ranks
 
 NOTHING = "Nothing is being trained: begin a new automaton, or open one of the library"
@@ -83,7 +84,7 @@ class Stage:
         self._picture: Picture | None = None
         self.reel, self.unsure = Reel(), Unsure()
         self.beside = ThreadPoolExecutor(1)  # for what takes longer than a tick may
-        self.run: Plain = {"number": 0, "from_s": 0.0}
+        self.run = RunData(number=0, from_s=0.0)
         self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
         self.look_for_cut_off()
         if self.cut_off:
@@ -116,12 +117,12 @@ class Stage:
             self.desk.said = said
 
     @property
-    def others(self) -> Plain | None:
+    def others(self) -> BehaviorCallData | None:
         """What the robots run that are not trained; None: they idle."""
         doing = None if self.desk is None else self.desk.session.company.occupied
         if doing is None or doing.behavior is None:
             return None
-        return {"behavior": doing.behavior, "targets": dict(doing.targets)}
+        return BehaviorCallData(behavior=doing.behavior, targets=dict(doing.targets))
 
     @property
     def paused(self) -> bool:
@@ -138,28 +139,24 @@ class Stage:
         """The seed of the world as it is."""
         return self.world.seeds[0]
 
-    def scene(self) -> Plain:
+    def scene(self) -> SceneData:
         """What does not change from tick to tick."""
-        return {**scene(self.world, self.kit), "squads": self.ranks.plain()}
+        return scene(self.world, self.kit, self.ranks.data())
 
-    def library(self) -> Plain:
+    def library(self) -> LibraryData:
         """The library's folder, as it was looked at last."""
         left = [
-            {"name": name, "examples": each.examples, "began": each.began.isoformat()}
+            CutOffData(name=name, examples=each.examples, began=each.began.isoformat())
             for name, each in self.cut_off.items()
         ]
-        return {**self.shelf.plain(), "cut_off": left}
+        return self.shelf.data(left)
 
-    def picture(self) -> Plain | None:
-        """The desk as plain data."""
+    def picture(self) -> SessionData | None:
+        """What is trained, as a page shows it."""
         if self._picture is None:
             return None
-        return {
-            **self._picture.take(),
-            "others": self.others,
-            "doing": list(self.doing.names),
-            "asking": self.unsure.plain(self.trained.coach),
-        }
+        asking = self.unsure.data(self.trained.coach)
+        return self._picture.take(others=self.others, doing=list(self.doing.names), asking=asking)
 
     def frame(self) -> bytes:
         """The moment, for drawing."""
@@ -229,7 +226,7 @@ class Stage:
         """A tick passed."""
         if self.desk is not None:
             self._keep_moment()
-            self.unsure.see(self.desk.coach.asking.marked, self.run["number"], self.world.time_s)
+            self.unsure.see(self.desk.coach.asking.marked, self.run.number, self.world.time_s)
 
     def halt(self, problem: str) -> None:
         """Something went wrong, which is said; time stands still, and real robots have to be armed again."""
@@ -269,7 +266,7 @@ class Stage:
 
     def _begin_reel(self) -> None:
         self.reel.forget(() if self.desk is None else self.desk.session.examples)
-        self.run = {"number": self.run["number"] + 1, "from_s": self.world.time_s}
+        self.run = RunData(number=self.run.number + 1, from_s=self.world.time_s)
         self._keep_moment()
 
     def _keep_moment(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from msgspec import structs
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, Response
@@ -15,9 +16,9 @@ from understudy.robots.camera.live_camera import Eye
 from understudy.robots.robot import Robot
 from understudy.robots.twin import Twin
 from understudy.ui.controller.status import Said
+from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.session import PickColor
 from understudy.ui.web.session_host import Stage
-from understudy.ui.web.views.scene import Plain
 
 PATH = "/camera/{robot:int}.jpg"
 NUMBER = "X-Image"
@@ -46,14 +47,28 @@ def sight(stage: Stage, refusal: Callable[[HTTPConnection], str | None]) -> Rout
     return Route(PATH, serve)
 
 
-def pick(stage: Stage, message: PickColor) -> Plain:
+class ColorData(Data, frozen=True, kw_only=True):
+    """The colors of a thing: hues (degrees; from > to crosses red), shares of saturation and of value."""
+
+    hue_deg: tuple[float, float]
+    saturation: tuple[float, float]
+    value: tuple[float, float]
+
+
+class ColorReply(Data, frozen=True, kw_only=True):
+    """The color that was learned."""
+
+    color: ColorData
+
+
+def pick(stage: Stage, message: PickColor) -> ColorReply:
     """Learn a color from clicks, look for it from now on, and write it into the robot's file."""
     robot, eye = _eye(stage, message.robot)
     color = eye.learn(message.name, message.image, [(x, y) for x, y in message.points])
     if robot.path.is_file():
         write_color(robot.path, message.name, color)
     stage.said = Said(f"{message.name} is looked for by this color, in {robot.path.name} too", "recorded")
-    return {"color": {each: getattr(color, each) for each in color.__struct_fields__}}
+    return ColorReply(color=ColorData(**structs.asdict(color)))
 
 
 def _eye(stage: Stage, number: int) -> tuple[Robot, Eye]:

@@ -1,6 +1,8 @@
-"""The coach on the stage: advice as plain data, situations set up, questions answered, marks gone back to."""
+"""The coach on the stage: advice as data, situations set up, questions answered, marks gone back to."""
 
 from __future__ import annotations
+
+from msgspec import UNSET, UnsetType
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.pose_sampling import Placeable
@@ -11,41 +13,83 @@ from understudy.ui.controller.coach import Advised
 from understudy.ui.controller.status import Said
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.web.messages import coach as m
+from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import Frame
 from understudy.ui.web.session_host import Stage
-from understudy.ui.web.views.scene import Plain
 
 PATIENCE_S = 0.05
 """So long a page's question is waited at; a large lesson takes longer, and is looked over beside the world."""
 
 
-def told(stage: Stage) -> Plain:
+class PressSaysData(Data, frozen=True, kw_only=True):
+    """The state and the next state of a press."""
+
+    state: str
+    next: str
+
+
+class AdviceData(Data, frozen=True, kw_only=True):
+    """One thing the coach says of a lesson."""
+
+    kind: str
+    sentence: str
+    weight: float
+    """From 0 to 1; above 0.5 it is plainly worth following."""
+    examples: list[int]
+    says: PressSaysData | None
+    """What a press says that looks like a slip."""
+    place: bool
+    """Whether it can be set up."""
+
+
+class LateData(Data, frozen=True, kw_only=True):
+    """How late presses seem to come."""
+
+    reaction_s: float
+    sentence: str
+
+
+class AdviceReply(Data, frozen=True, kw_only=True):
+    """What the lesson lacks, most useful first; or that the page is to ask again in a moment."""
+
+    later: bool | UnsetType = UNSET
+    advice: list[AdviceData] | UnsetType = UNSET
+    late: LateData | UnsetType | None = UNSET
+
+
+class SituationReply(Data, frozen=True, kw_only=True):
+    """What came of setting up a situation, and the number of the run that begins there."""
+
+    sentence: str
+    run: int
+
+
+def told(stage: Stage) -> AdviceReply:
     """What the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
     desk = stage.trained
     said = desk.coach.advised(stage.beside, patience_s=PATIENCE_S)
     if said is None:
-        return {"later": True}
-    return {"advice": [_advice(desk, each) for each in said.advice], "late": _late(said)}
+        return AdviceReply(later=True)
+    return AdviceReply(advice=[_advice(desk, each) for each in said.advice], late=_late(said))
 
 
-def _advice(desk: Desk, advice: Advice) -> Plain:
-    return {
-        "kind": advice.kind.value,
-        "sentence": advice.sentence,
-        "weight": round(advice.weight, 3),
-        "examples": list(advice.examples),
-        "says": _says(desk, advice) if advice.kind is AdviceKind.SLIP else None,
-        "place": advice.region is not None and isinstance(desk.session.body, Placeable),
-    }
+def _advice(desk: Desk, advice: Advice) -> AdviceData:
+    return AdviceData(
+        kind=advice.kind.value,
+        sentence=advice.sentence,
+        weight=round(advice.weight, 3),
+        examples=list(advice.examples),
+        says=_says(desk, advice) if advice.kind is AdviceKind.SLIP else None,
+        place=advice.region is not None and isinstance(desk.session.body, Placeable),
+    )
 
 
-def _says(desk: Desk, advice: Advice) -> Plain:
-    """The state and the next state of the press that looks like a slip."""
+def _says(desk: Desk, advice: Advice) -> PressSaysData:
     example = next(each for each in desk.session.examples if each.number == advice.examples[0])
-    return {"state": example.state, "next": example.next}
+    return PressSaysData(state=example.state, next=example.next)
 
 
-def _late(said: Advised) -> Plain | None:
+def _late(said: Advised) -> LateData | None:
     late, now = said.news, said.lesson.options.reaction_s
     if late is None:
         return None
@@ -55,10 +99,10 @@ def _late(said: Advised) -> Plain | None:
         if late.reaction_s
         else "You seem to press in time."
     )
-    return {"reaction_s": late.reaction_s, "sentence": f"{seems} {late.evidence}"}
+    return LateData(reaction_s=late.reaction_s, sentence=f"{seems} {late.evidence}")
 
 
-def set_up(stage: Stage, message: m.SetUp) -> Plain:
+def set_up(stage: Stage, message: m.SetUp) -> SituationReply:
     """Put the robot where the advice of a sentence is about, and let time stand still there."""
     desk = stage.trained
     said = desk.coach.said
@@ -70,7 +114,7 @@ def set_up(stage: Stage, message: m.SetUp) -> Plain:
     stage.pause(True)
     desk.said = Said("The robot is set up; nothing recorded")
     stage.anew()
-    return {"sentence": staged.sentence, "run": stage.run["number"]}
+    return SituationReply(sentence=staged.sentence, run=stage.run.number)
 
 
 def ask_when(stage: Stage, message: m.AskWhen) -> None:
@@ -98,7 +142,7 @@ def go_to_mark(stage: Stage, message: m.GoToMark) -> None:
     question = mark.question
     if question.instant is None:  # pragma: no cover - worlds can be rewound
         raise SessionError("this moment is not kept")
-    if mark.run == stage.run["number"]:
+    if mark.run == stage.run.number:
         stage.rewind(Frame(question.time_s, question.instant, 0))
     else:
         stage.go_back(question.instant)

@@ -16,20 +16,19 @@ from understudy.ui.web.actions import camera, coach, library, session
 from understudy.ui.web.messages import coach as c
 from understudy.ui.web.messages import review as r
 from understudy.ui.web.messages import session as m
-from understudy.ui.web.messages.base import Message
+from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.session_host import Stage
 from understudy.ui.web.views import explanation, lesson_test
-from understudy.ui.web.views.scene import Plain
 
 FOOD = 10
 """Units in a source of food that somebody adds."""
 
-Action: TypeAlias = Callable[[Stage, Any], Plain | None]
+Action: TypeAlias = Callable[[Stage, Any], Data | None]
 
 
-def obey(stage: Stage, message: m.AnyMessage) -> Plain:
+def obey(stage: Stage, message: Message) -> Data | None:
     """Do what a message says; UnderstudyError where it cannot be done, and nothing is changed."""
-    return ACTIONS[type(message)](stage, message) or {}
+    return ACTIONS[type(message)](stage, message)
 
 
 def _pause(stage: Stage, message: m.Pause) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from msgspec import field
+
 from understudy.errors import SessionError, UnknownName
-from understudy.learning.change_attribution import Moved, moved
+from understudy.learning.change_attribution import HowMoved, Moved, moved
 from understudy.learning.fit import learn
 from understudy.model import describe
 from understudy.model.diff import changes
@@ -13,12 +15,18 @@ from understudy.storage.library_folder import alike, load_version, save, version
 from understudy.ui.controller import journal_store
 from understudy.ui.controller.status import Said
 from understudy.ui.web.actions import session
+from understudy.ui.web.messages.base import Data
 from understudy.ui.web.session_host import Stage
 from understudy.ui.web.views import lesson_test, library
-from understudy.ui.web.views.scene import Plain
 
 
-def save_current_automaton(stage: Stage, name: str | None, *, anyway: bool = False) -> Plain:
+class NotSavedReply(Data, frozen=True, kw_only=True):
+    """What worked and no longer does, so that nothing was saved."""
+
+    worse: list[str]
+
+
+def save_current_automaton(stage: Stage, name: str | None, *, anyway: bool = False) -> NotSavedReply | None:
     """Save what is trained; under another name, a copy of it. Where something that worked no longer does, that is
     answered instead, unless it is to be saved `anyway`.
     """
@@ -28,7 +36,7 @@ def save_current_automaton(stage: Stage, name: str | None, *, anyway: bool = Fal
         worse = () if anyway else lesson_test.worse(stage)
         if worse:
             desk.said = Said(f"{desk.name} is not saved yet: something that worked no longer does")
-            return {"worse": list(worse)}
+            return NotSavedReply(worse=list(worse))
         desk.keep(desk.session.taught())
         desk.said = Said(f"{desk.name} is saved", "recorded")
     else:
@@ -37,7 +45,7 @@ def save_current_automaton(stage: Stage, name: str | None, *, anyway: bool = Fal
         library.save_copy(stage.shelf, desk.session.taught(), name)
         desk.said = Said(f"A copy of {desk.name} is saved as {name}", "recorded")
     stage.look()
-    return {}
+    return None
 
 
 def remove(stage: Stage, name: str) -> None:
@@ -83,18 +91,66 @@ def recall(stage: Stage, name: str) -> None:
     stage.said = Said(f"The lesson of {name} that was cut off can go on again")
 
 
-def listed(stage: Stage, name: str) -> Plain:
+class VersionData(Data, frozen=True, kw_only=True):
+    """A former version of a behavior, and when it was saved."""
+
+    number: int
+    saved: str | None
+
+
+class VersionsReply(Data, frozen=True, kw_only=True):
+    """The former versions of a behavior, the latest first."""
+
+    versions: list[VersionData]
+
+
+class ChangeData(Data, frozen=True, kw_only=True):
+    """What changed in one respect."""
+
+    topic: str
+    lines: list[str]
+    """Lines that begin with + (new), - (gone), or neither."""
+
+
+class InvolvedData(Data, frozen=True, kw_only=True):
+    """An example that is behind a change."""
+
+    number: int
+    happened: str
+    how: str
+
+
+class MovedData(Data, frozen=True, kw_only=True):
+    """When it goes from one state to another: what is gone of that, what is new, and because of which examples."""
+
+    from_: str = field(name="from")
+    to: str
+    what: HowMoved
+    gone: list[str]
+    new: list[str]
+    examples: list[InvolvedData]
+
+
+class ChangesReply(Data, frozen=True, kw_only=True):
+    """What changed between two versions."""
+
+    changes: list[ChangeData]
+    moved: list[MovedData]
+
+
+def listed(stage: Stage, name: str) -> VersionsReply:
     """The former versions, the latest first, and when each was saved."""
     stage.shelf.of(name)
     found = reversed(versions(stage.shelf.folder, name))
-    return {
-        "versions": [
-            {"number": each.number, "saved": each.saved.isoformat() if each.saved else None} for each in found
+    return VersionsReply(
+        versions=[
+            VersionData(number=each.number, saved=each.saved.isoformat() if each.saved else None)
+            for each in found
         ]
-    }
+    )
 
 
-def told(stage: Stage, name: str, number: int, to: int | None) -> Plain:
+def told(stage: Stage, name: str, number: int, to: int | None) -> ChangesReply:
     """What changed from a former version to another, or to the present one: lines by topic, and how switches moved,
     with the examples responsible.
     """
@@ -103,23 +159,23 @@ def told(stage: Stage, name: str, number: int, to: int | None) -> Plain:
     found, switches = changes(before, after), moved(before, after)
     if switches:
         found.pop("conditions", None)  # they say which, and why
-    return {
-        "changes": [{"topic": topic, "lines": lines} for topic, lines in found.items()],
-        "moved": [_moved(each) for each in switches],
-    }
+    return ChangesReply(
+        changes=[ChangeData(topic=topic, lines=lines) for topic, lines in found.items()],
+        moved=[_moved(each) for each in switches],
+    )
 
 
-def _moved(each: Moved) -> Plain:
-    return {
-        "from": each.state,
-        "to": each.next,
-        "what": each.what,
-        "gone": [describe.signed(line) for line in each.gone],
-        "new": [describe.signed(line) for line in each.new],
-        "examples": [
-            {"number": who.number, "happened": who.happened, "how": who.how} for who in each.examples
+def _moved(each: Moved) -> MovedData:
+    return MovedData(
+        from_=each.state,
+        to=each.next,
+        what=each.what,
+        gone=[describe.signed(line) for line in each.gone],
+        new=[describe.signed(line) for line in each.new],
+        examples=[
+            InvolvedData(number=who.number, happened=who.happened, how=who.how) for who in each.examples
         ],
-    }
+    )
 
 
 def go_back(stage: Stage, name: str, number: int) -> None:

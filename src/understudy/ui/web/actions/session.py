@@ -178,11 +178,12 @@ def occupy(stage: Stage, behavior: str | None, targets: Mapping[str, str]) -> No
     for target in targets.values():
         if target not in known:
             raise UnknownName(what="target", name=target, where="the world", known=known)
-    before = stage.others or {"behavior": None, "targets": {}}
+    before = stage.others
     try:
         desk.session.others(behavior, targets, library=library)
     except UnderstudyError:
-        desk.session.others(before["behavior"], before["targets"], library=library)
+        former = (None, {}) if before is None else (before.behavior, before.targets)
+        desk.session.others(*former, library=library)
         raise
     doing = "idle" if behavior is None else f"run {called(behavior, Binding(targets))}"
     desk.said = Said(f"The others {doing} meanwhile")

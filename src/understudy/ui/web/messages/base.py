@@ -7,6 +7,7 @@ from typing import Annotated, TypeAlias
 
 from msgspec import Meta, Struct
 
+Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Call: TypeAlias = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
@@ -16,8 +17,12 @@ Value: TypeAlias = Annotated[str, Meta(max_length=150, pattern=r"^[^\x00-\x1f\x7
 Calls: TypeAlias = Annotated[list[Call], Meta(max_length=200)]
 Names: TypeAlias = Annotated[list[Name], Meta(max_length=200)]
 Targets: TypeAlias = dict[Name, Name]
-Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
+"""What parameters stand for, by parameter."""
 Index: TypeAlias = Annotated[int, Meta(ge=0, le=2**31 - 1)]
+
+
+class Data(Struct, frozen=True):
+    """Something that the studio shows; a struct `ExampleData` is the type `Example` on the page."""
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="do"):

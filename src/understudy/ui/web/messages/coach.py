@@ -11,6 +11,10 @@ from understudy.ui.web.messages.base import Call, Index, Message
 Sentence: TypeAlias = Annotated[str, Meta(min_length=1, max_length=10_000)]
 
 
+AskWhenName: TypeAlias = Literal["never", "pause", "mark"]
+"""What the robot does in testing where it is unsure: nothing, wait for an answer, or go on and mark the moment."""
+
+
 class Advise(Message, frozen=True, kw_only=True, tag="advise"):
     """Say what the lesson lacks, and how late presses seem to come."""
 
@@ -24,7 +28,7 @@ class SetUp(Message, frozen=True, kw_only=True, tag="set_up"):
 class AskWhen(Message, frozen=True, kw_only=True, tag="ask_when"):
     """What the robot does in testing where it is unsure."""
 
-    when: Literal["never", "pause", "mark"]
+    when: AskWhenName
 
 
 class GoToMark(Message, frozen=True, kw_only=True, tag="go_to_mark"):
@@ -50,6 +54,3 @@ class StandBy(Message, frozen=True, kw_only=True, tag="stand_by"):
     """Say that the press of an example was meant, odd as it looks."""
 
     number: Index
-
-
-CoachMessage: TypeAlias = Advise | SetUp | AskWhen | GoToMark | UseReaction | Mend | StandBy

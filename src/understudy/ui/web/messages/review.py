@@ -76,8 +76,3 @@ class Changes(Message, frozen=True, kw_only=True, tag="changes"):
     name: Name
     version: Index
     to: Index | None = None
-
-
-ReviewMessage: TypeAlias = (
-    Why | Promise | Withdraw | Visit | Test | Save | Simplify | Prune | Versions | Changes
-)

@@ -1,6 +1,8 @@
-"""Reasons: why what is trained does what it does, on all levels, as plain data."""
+"""Reasons: why what is trained does what it does, on all levels, as data for a page."""
 
 from __future__ import annotations
+
+from typing import Any
 
 from understudy.analysis.explain_run import Level, Reason
 from understudy.analysis.explanation_text import (
@@ -13,50 +15,89 @@ from understudy.analysis.explanation_text import (
 from understudy.model.lesson import ExampleKind
 from understudy.training.trainee import Mode
 from understudy.ui.controller.trainer import Desk
+from understudy.ui.web.messages.base import Data
 from understudy.ui.web.session_host import Stage
-from understudy.ui.web.views.scene import Plain
+from understudy.ui.web.views.session import ExampleKindName
 
 
-def told(stage: Stage) -> Plain:
+class ResponsibleData(Data, frozen=True, kw_only=True):
+    """An example that is behind a decision."""
+
+    number: int
+    kind: ExampleKindName
+    correction: bool
+    time_s: float | None
+
+
+class BehindData(Data, frozen=True, kw_only=True):
+    """What a decision read, and the examples responsible."""
+
+    automaton: str
+    says: str
+    read: str
+    """What it read, in words."""
+    by_hand: bool
+    here: bool
+    """Whether its examples are those of the lesson that is open."""
+    examples: list[ResponsibleData]
+    more: int
+    """How many examples there are beyond these."""
+
+
+class LevelData(BehindData, frozen=True, kw_only=True):
+    """What an automaton decides now."""
+
+    state: str
+    since_s: float
+    yours: bool
+    """It is in training: somebody else decides."""
+
+
+class SwitchedData(BehindData, frozen=True, kw_only=True):
+    """The last switch of any level."""
+
+    time_s: float
+
+
+class ReasonsReply(Data, frozen=True, kw_only=True):
+    """What every level decides now, the topmost first, and the last switch of any of them."""
+
+    levels: list[LevelData]
+    last: SwitchedData | None
+
+
+def told(stage: Stage) -> ReasonsReply:
     """What every level decides now, what held and who showed it; and the last switch of any of them."""
     desk = stage.trained
     levels = desk.why.levels()
-    return {
-        "levels": [_level(desk, level, first=level is levels[0]) for level in levels],
-        "last": _last(desk),
-    }
+    return ReasonsReply(
+        levels=[_level(desk, level, first=level is levels[0]) for level in levels], last=_last(desk)
+    )
 
 
-def _level(desk: Desk, level: Level, *, first: bool) -> Plain:
+def _level(desk: Desk, level: Level, *, first: bool) -> LevelData:
     decision = level.decision
-    return {
-        "automaton": level.automaton,
-        "state": level.state,
-        "since_s": level.since_s,
-        "says": describe_rest(level)
-        if decision is None
-        else f"It {describe_decision(decision.explanation)}.",
-        "yours": first and desk.screen.mode is Mode.TRAINING,
+    return LevelData(
+        automaton=level.automaton,
+        state=level.state,
+        since_s=level.since_s,
+        says=describe_rest(level) if decision is None else f"It {describe_decision(decision.explanation)}.",
+        yours=first and desk.screen.mode is Mode.TRAINING,
         **_behind(desk, decision),
-    }
+    )
 
 
-def _last(desk: Desk) -> Plain | None:
+def _last(desk: Desk) -> SwitchedData | None:
     last = desk.why.last()
     if last is None:
         return None
     switch, reason = last
-    says = describe_switch(switch.before, switch.after, reason.explanation)
-    return {
-        "automaton": switch.call,
-        "time_s": switch.time_s,
-        "says": f"It {says}.",
-        **_behind(desk, reason),
-    }
+    says = f"It {describe_switch(switch.before, switch.after, reason.explanation)}."
+    return SwitchedData(automaton=switch.call, time_s=switch.time_s, says=says, **_behind(desk, reason))
 
 
-def _behind(desk: Desk, reason: Reason | None) -> Plain:
-    """What a decision read, and the examples responsible: `here` are those of the lesson that is open."""
+def _behind(desk: Desk, reason: Reason | None) -> dict[str, Any]:
+    """The fields of `BehindData` beside what is said."""
     if reason is None:
         return {"read": "", "by_hand": False, "here": False, "examples": [], "more": 0}
     data = DecisionData.of(reason)
@@ -69,9 +110,11 @@ def _behind(desk: Desk, reason: Reason | None) -> Plain:
     }
 
 
-def _examples(data: DecisionData) -> list[Plain]:
+def _examples(data: DecisionData) -> list[ResponsibleData]:
     """Those that were said first, then what was recorded by itself, what was watched last."""
     return [
-        {"number": each.number, "kind": each.kind, "correction": each.correction, "time_s": each.shown_s}
+        ResponsibleData(
+            number=each.number, kind=each.kind.value, correction=each.correction, time_s=each.shown_s
+        )
         for each in sorted(data.examples, key=lambda each: each.kind is ExampleKind.WATCHED)
     ]

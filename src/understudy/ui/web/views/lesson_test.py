@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from msgspec import field
+
 from understudy.analysis import lesson_tests
-from understudy.analysis.expectations import Tried
 from understudy.analysis.lesson_tests import Examined, below, examined
-from understudy.analysis.simplify_preview import Simpler
 from understudy.errors import SessionError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, Suggestion
@@ -18,20 +18,49 @@ from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.lesson_actions import seen
 from understudy.ui.controller.save_report import lost_since
 from understudy.ui.controller.status import Said
+from understudy.ui.web.messages.base import Data
 from understudy.ui.web.session_host import Stage
-from understudy.ui.web.views.scene import Plain
 
 SAVED = "it was saved"
 
 
-def describe_lesson_test(stage: Stage, name: str) -> Plain:
+class PromiseTestedData(Data, frozen=True, kw_only=True):
+    """What became of an outcome that the lesson promises."""
+
+    said: str
+    took_s: float | None
+    problem: str
+    """Why it did not come; empty where it did."""
+
+
+class TestedData(Data, frozen=True, kw_only=True):
+    """An automaton tested on its lesson."""
+
+    name: str
+    works: bool
+    examples: int
+    outcomes: list[PromiseTestedData]
+    """In the order of the lesson."""
+    worse: list[str]
+    """What worked before and no longer does."""
+    else_: list[str] = field(name="else")
+    """What else is decided otherwise than before."""
+
+
+class LessonTestReply(Data, frozen=True, kw_only=True):
+    """An automaton tested on its lesson."""
+
+    tested: TestedData
+
+
+def describe_lesson_test(stage: Stage, name: str) -> LessonTestReply:
     """One automaton tested on its lesson, beside what it was: what is trained counts as it stands."""
     library = _present(stage)
     library.automaton(name)
     formers = {each: _former(stage, each) for each in below(library, name)}
     known = stage.ranks.known(stage.sort, stage.agent, library)
     seen = examined(library, name, {each: taught for each, (_, taught) in formers.items() if taught}, known)
-    return {"tested": _plain(seen, formers[name][0])}
+    return LessonTestReply(tested=_tested(seen, formers[name][0]))
 
 
 def _present(stage: Stage) -> Library:
@@ -55,19 +84,18 @@ def _former(stage: Stage, name: str) -> tuple[str, Taught | None]:
     return f"version {kept[-1].number}", last
 
 
-def _plain(seen: Examined, former: str) -> Plain:
-    return {
-        "name": seen.name,
-        "works": seen.works,
-        "examples": seen.replayed.examples,
-        "outcomes": [_outcome(each) for each in seen.outcomes],
-        "worse": list(lesson_tests.worse(seen)),
-        "else": list(lesson_tests.otherwise(seen, former)),
-    }
-
-
-def _outcome(tried: Tried) -> Plain:
-    return {"said": str(tried.outcome), "took_s": tried.took_s, "problem": tried.problem}
+def _tested(seen: Examined, former: str) -> TestedData:
+    return TestedData(
+        name=seen.name,
+        works=seen.works,
+        examples=seen.replayed.examples,
+        outcomes=[
+            PromiseTestedData(said=str(each.outcome), took_s=each.took_s, problem=each.problem)
+            for each in seen.outcomes
+        ],
+        worse=list(lesson_tests.worse(seen)),
+        else_=list(lesson_tests.otherwise(seen, former)),
+    )
 
 
 def worse(stage: Stage) -> tuple[str, ...]:
@@ -92,53 +120,109 @@ def visit(stage: Stage, number: int) -> None:
     stage.said = Said(f"Here it was promised: {outcome}")
 
 
-def describe_simplification(stage: Stage, pruning: float | None) -> Plain:
+class SuggestionData(Data, frozen=True, kw_only=True):
+    """How much to prune, and how many of the examples left out are decided wrong then."""
+
+    pruning: float
+    left_out: int
+    wrong: int
+    wrong_pruned: int
+
+
+class LeavesData(Data, frozen=True, kw_only=True):
+    """How many answers all trees have."""
+
+    before: int
+    after: int
+
+
+class StateConditionsData(Data, frozen=True, kw_only=True):
+    """When a state is left, in words."""
+
+    state: str
+    before: list[str]
+    after: list[str]
+
+
+class ChangedDecisionData(Data, frozen=True, kw_only=True):
+    """An example that would be decided otherwise."""
+
+    number: int
+    state: str
+    shown: str
+    before: str | None
+    after: str | None
+
+
+class MomentsData(Data, frozen=True, kw_only=True):
+    """Moments of the second before presses, and at how many of them it would decide otherwise."""
+
+    all: int
+    changed: int
+
+
+class SimplerData(Data, frozen=True, kw_only=True):
+    """What the automaton would be with fewer questions."""
+
+    pruning: float
+    suggested: SuggestionData | None
+    """Null where there are too few examples to tell."""
+    enough: int
+    """So many examples would be enough."""
+    leaves: LeavesData
+    states: list[StateConditionsData]
+    decisions: list[ChangedDecisionData]
+    examples: int
+    """How many were replayed."""
+    moments: MomentsData
+
+
+class SimplifyReply(Data, frozen=True, kw_only=True):
+    """What the automaton would be with fewer questions."""
+
+    simpler: SimplerData
+
+
+def describe_simplification(stage: Stage, pruning: float | None) -> SimplifyReply:
     """Conditions before and after, and the decisions that would change; nothing is changed yet."""
     found = seen(stage.trained, pruning)
     before, after = found.leaves
-    return {
-        "simpler": {
-            "pruning": found.pruning,
-            "suggested": _suggested(found.suggested),
-            "enough": ENOUGH,
-            "leaves": {"before": before, "after": after},
-            "states": [
-                {"state": state, "before": _signed(old), "after": _signed(new)}
+    changed = sum(each.moments for each in found.replayed.changes)
+    return SimplifyReply(
+        simpler=SimplerData(
+            pruning=found.pruning,
+            suggested=_suggested(found.suggested),
+            enough=ENOUGH,
+            leaves=LeavesData(before=before, after=after),
+            states=[
+                StateConditionsData(state=state, before=_signed(old), after=_signed(new))
                 for state, (old, new) in found.conditions.items()
             ],
-            "decisions": [
-                {
-                    "number": each.number,
-                    "state": each.state,
-                    "shown": each.shown,
-                    "before": each.formerly,
-                    "after": each.now,
-                }
+            decisions=[
+                ChangedDecisionData(
+                    number=each.number,
+                    state=each.state,
+                    shown=each.shown,
+                    before=each.formerly,
+                    after=each.now,
+                )
                 for each in found.decisions
             ],
-            **_moments(found),
-        }
-    }
+            examples=found.replayed.examples,
+            moments=MomentsData(all=found.replayed.before, changed=changed),
+        )
+    )
 
 
-def _suggested(found: Suggestion | None) -> Plain | None:
+def _suggested(found: Suggestion | None) -> SuggestionData | None:
     if found is None:
         return None
-    return {
-        "pruning": found.pruning,
-        "left_out": found.examples,
-        "wrong": found.wrong,
-        "wrong_pruned": found.wrong_pruned,
-    }
-
-
-def _moments(found: Simpler) -> Plain:
-    """How many examples, and how many moments before presses, were replayed; at how many of these it changes."""
-    changed = sum(each.moments for each in found.replayed.changes)
-    return {
-        "examples": found.replayed.examples,
-        "moments": {"all": found.replayed.before, "changed": changed},
-    }
+    return SuggestionData(
+        pruning=found.pruning,
+        left_out=found.examples,
+        wrong=found.wrong,
+        wrong_pruned=found.wrong_pruned,
+    )
 
 
 def _signed(lines: list[str]) -> list[str]:

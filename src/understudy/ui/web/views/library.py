@@ -9,8 +9,9 @@ import os
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 from urllib.parse import unquote
+
+from msgspec import field
 
 from understudy.errors import FileError, SessionError, UnderstudyError, UnknownName
 from understudy.learning.fit import learn
@@ -19,10 +20,47 @@ from understudy.model.library import Kit, Library, Taught
 from understudy.runtime.program import link
 from understudy.storage.atomic import failing, locked, sync_folder
 from understudy.storage.library_folder import alike, documents, joined, open_document, save, stem, versions
+from understudy.ui.web.messages.base import Data
 
 TRASH = ".trash"
 NOT_IN_NAMES = "(),="
 _TRASHED = re.compile(r"([^~]+)(?:~(\d+))?\.json")
+
+
+class TrainedData(Data, frozen=True, kw_only=True):
+    """An automaton of the library."""
+
+    name: str
+    parameters: list[str] = field(default_factory=list)
+    runs: list[str] = field(default_factory=list)
+    """What its states run."""
+    flags: list[str] = field(default_factory=list)
+    """What it can say: done, failed, or any name."""
+    examples: int = 0
+    versions: int = 0
+    """How many former versions there are."""
+    complete: bool
+    """Whether it could be run."""
+    why_not: str | None
+    """Why it could not."""
+
+
+class CutOffData(Data, frozen=True, kw_only=True):
+    """A lesson that was cut off before it was saved; opening it goes on with it."""
+
+    name: str
+    examples: int
+    began: str
+
+
+class LibraryData(Data, frozen=True, kw_only=True):
+    """The library's folder."""
+
+    folder: str
+    basic: list[str]
+    trained: list[TrainedData]
+    trash: list[str]
+    cut_off: list[CutOffData]
 
 
 @dataclass(frozen=True)
@@ -58,35 +96,38 @@ class Shelf:
             )
         return self.library.taught[name]
 
-    def plain(self) -> dict[str, Any]:
-        """What a page shows of it."""
-        kit = self.library.kit
-        return {
-            "folder": str(self.folder),
-            "basic": list(kit.behaviors),
-            "trained": [
+    def data(self, cut_off: list[CutOffData]) -> LibraryData:
+        """What a page shows of it, with the lessons that were cut off."""
+        return LibraryData(
+            folder=str(self.folder),
+            basic=list(self.library.kit.behaviors),
+            trained=[
                 *(self._row(name) for name in self.library.taught),
-                *(_broken(name, problem) for name, problem in self.problems.items()),
+                *(
+                    TrainedData(name=name, complete=False, why_not=problem)
+                    for name, problem in self.problems.items()
+                ),
             ],
-            "trash": list(self.trash),
-        }
+            trash=list(self.trash),
+            cut_off=cut_off,
+        )
 
-    def _row(self, name: str) -> dict[str, Any]:
+    def _row(self, name: str) -> TrainedData:
         taught = self.library.taught[name]
         states = taught.automaton.states
         runs = dict.fromkeys(called(each.behavior, each.binding) for each in states if each.behavior)
         why_not = self._why_not(name)
         lesson = taught.lesson
-        return {
-            "name": name,
-            "parameters": list(taught.automaton.parameters),
-            "runs": list(runs),
-            "flags": list(taught.automaton.flags),
-            "examples": 0 if lesson is None else sum(example.pressed for example in lesson.examples),
-            "versions": len(versions(self.folder, name)),
-            "complete": why_not is None,
-            "why_not": why_not,
-        }
+        return TrainedData(
+            name=name,
+            parameters=list(taught.automaton.parameters),
+            runs=list(runs),
+            flags=list(taught.automaton.flags),
+            examples=0 if lesson is None else sum(example.pressed for example in lesson.examples),
+            versions=len(versions(self.folder, name)),
+            complete=why_not is None,
+            why_not=why_not,
+        )
 
     def _why_not(self, name: str) -> str | None:
         """Why an automaton could not be run; None where it could."""
@@ -97,19 +138,6 @@ class Shelf:
         except UnderstudyError as error:
             return str(error)
         return None
-
-
-def _broken(name: str, problem: str) -> dict[str, Any]:
-    return {
-        "name": name,
-        "parameters": [],
-        "runs": [],
-        "flags": [],
-        "examples": 0,
-        "versions": 0,
-        "complete": False,
-        "why_not": problem,
-    }
 
 
 def check_folder(folder: Path) -> None:

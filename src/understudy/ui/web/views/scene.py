@@ -1,63 +1,185 @@
-"""The scene: what of a world does not change from tick to tick, and what its kit has, as plain data for a page."""
+"""The scene: what of a world does not change from tick to tick, and what its kit has, as data for a page."""
 
 from __future__ import annotations
 
 from math import isinf, isnan
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
+
+from msgspec import UNSET, UnsetType
 
 from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.library import Kit
 from understudy.robots.twin import Ground, Twin
 from understudy.sim.scenario.files import MARKER
 from understudy.sim.scenario.schema import MOUSE, Camera, RobotType, Sonar
+from understudy.ui.web.messages.base import Data
 
-Plain: TypeAlias = dict[str, Any]
+KindName: TypeAlias = Literal["continuous", "toroidal", "categorical"]
 
 
-def scene(world: Ground, kit: Kit) -> Plain:
+class RobotTypeData(Data, frozen=True, kw_only=True):
+    """A type of robots as it is drawn."""
+
+    name: str
+    radius: float
+    color: str | None
+    team: str
+
+
+class ObjectClassData(Data, frozen=True, kw_only=True):
+    """A class of objects."""
+
+    name: str
+    color: str | None
+    radius: float
+    food: bool
+    home: bool
+    solid: bool
+    pushable: bool
+    """Whether robots can push or pull it."""
+    marker: bool
+    """Whether it is a place that somebody marked."""
+    offered: bool
+    """Whether it makes sense to add one."""
+
+
+class DiscData(Data, frozen=True, kw_only=True):
+    """A round obstacle."""
+
+    x: float
+    y: float
+    radius: float
+    color: str | None
+
+
+class SonarData(Data, frozen=True, kw_only=True):
+    """A sector of a sonar; angles are relative to the robot's heading."""
+
+    name: str
+    from_deg: float
+    to_deg: float
+    range: float
+
+
+class CameraData(Data, frozen=True, kw_only=True):
+    """What a robot's camera covers."""
+
+    view_deg: float
+    range: float | None
+    """m; null: as far as anything is."""
+
+
+class FeatureData(Data, frozen=True, kw_only=True):
+    """A feature with what its values are."""
+
+    label: str
+    unit: str
+    kind: KindName
+    labels: list[str] | UnsetType = UNSET
+    """Of categorical ones: the names of the values."""
+    period: float | UnsetType = UNSET
+    """Of toroidal ones."""
+
+
+class KitFeatureData(FeatureData, frozen=True, kw_only=True):
+    """A feature of the kit."""
+
+    parameters: list[str]
+
+
+class KitBehaviorData(Data, frozen=True, kw_only=True):
+    """A behavior of the kit: its name, and what a call leaves open."""
+
+    name: str
+    parameters: list[str]
+
+
+class SquadSortData(Data, frozen=True, kw_only=True):
+    """A sort of squads."""
+
+    name: str
+    doc: str
+    squads: list[list[int]]
+    """For each squad the robots in it, those of squads below among them."""
+
+
+class SceneData(Data, frozen=True, kw_only=True):
+    """What of a world does not change from tick to tick, and what its kit has."""
+
+    scenario: str
+    width: float
+    height: float
+    tick_s: float
+    seed: int
+    real: list[str]
+    """The names of the robots, where they are real."""
+    eyes: list[int]
+    """The numbers of the real robots that have a camera."""
+    holds: bool
+    """Whether real robots move only while a key is held."""
+    robots: int
+    types: list[RobotTypeData]
+    robot_type: list[int]
+    classes: list[ObjectClassData]
+    walls: list[tuple[float, float, float, float]]
+    polygons: list[list[tuple[float, float]]]
+    discs: list[DiscData]
+    targets: list[str]
+    sonars: list[list[SonarData]]
+    """By type of robots."""
+    cameras: list[list[CameraData]]
+    """By type of robots."""
+    features: list[KitFeatureData]
+    behaviors: list[KitBehaviorData]
+    squads: list[SquadSortData]
+    """The topmost sort first."""
+
+
+def scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> SceneData:
     """Everything a page needs in order to draw a world and to choose from a kit."""
     view, scenario = world.view(), world.scenario
     kinds = [scenario.types[name] for name in world.names.types]
     discs = zip(view.discs.x, view.discs.y, view.discs.radius, view.discs.color, strict=True)
-    return {
-        "scenario": scenario.name,
-        "width": view.width,
-        "height": view.height,
-        "tick_s": world.tick_s,
-        "seed": world.seeds[0],
-        "real": [robot.file.name for robot in world.fleet] if isinstance(world, Twin) else [],
-        "eyes": _eyes(world),
-        "holds": isinstance(world, Twin) and world.fleet.holds_to_run,
-        "robots": world.robots,
-        "types": [
-            {"name": name, "radius": kind.radius, "color": kind.color, "team": kind.team or name}
+    return SceneData(
+        scenario=scenario.name,
+        width=view.width,
+        height=view.height,
+        tick_s=world.tick_s,
+        seed=world.seeds[0],
+        real=[robot.file.name for robot in world.fleet] if isinstance(world, Twin) else [],
+        eyes=_eyes(world),
+        holds=isinstance(world, Twin) and world.fleet.holds_to_run,
+        robots=world.robots,
+        types=[
+            RobotTypeData(name=name, radius=kind.radius, color=kind.color, team=kind.team or name)
             for name, kind in zip(world.names.types, kinds, strict=True)
         ],
-        "robot_type": view.robots.type.tolist(),
-        "classes": _classes(world),
-        "walls": view.walls.tolist(),
-        "polygons": [corners.tolist() for corners in view.polygons],
-        "discs": [
-            {"x": float(x), "y": float(y), "radius": float(radius), "color": view.color(int(color))}
+        robot_type=view.robots.type.tolist(),
+        classes=_classes(world),
+        walls=view.walls.tolist(),
+        polygons=[corners.tolist() for corners in view.polygons],
+        discs=[
+            DiscData(x=float(x), y=float(y), radius=float(radius), color=view.color(int(color)))
             for x, y, radius, color in discs
         ],
-        "targets": list(world.targets),
-        "sonars": [_sonars(kind) for kind in kinds],
-        "cameras": [_cameras(kind) for kind in kinds],
-        "features": [
-            {
-                "label": name,
-                "parameters": list(feature.parameters),
-                "unit": feature.unit,
+        targets=list(world.targets),
+        sonars=[_sonars(kind) for kind in kinds],
+        cameras=[_cameras(kind) for kind in kinds],
+        features=[
+            KitFeatureData(
+                label=name,
+                parameters=list(feature.parameters),
+                unit=feature.unit,
                 **described(feature.kind),
-            }
+            )
             for name, feature in kit.features.items()
         ],
-        "behaviors": [
-            {"name": name, "parameters": list(behavior.parameters)}
+        behaviors=[
+            KitBehaviorData(name=name, parameters=list(behavior.parameters))
             for name, behavior in kit.behaviors.items()
         ],
-    }
+        squads=squads,
+    )
 
 
 def _eyes(world: Ground) -> list[int]:
@@ -67,8 +189,8 @@ def _eyes(world: Ground) -> list[int]:
     return [number for number, robot in enumerate(world.fleet) if robot.senses.eye is not None]
 
 
-def described(kind: Kind) -> Plain:
-    """A kind as a page names it, with its labels or its period."""
+def described(kind: Kind) -> dict[str, Any]:
+    """The fields of `FeatureData` that say what a kind is."""
     if isinstance(kind, Categorical):
         return {"kind": "categorical", "labels": list(kind.labels)}
     if isinstance(kind, Toroidal):
@@ -76,35 +198,37 @@ def described(kind: Kind) -> Plain:
     return {"kind": "continuous"}
 
 
-def _classes(world: Ground) -> list[Plain]:
+def _classes(world: Ground) -> list[ObjectClassData]:
     view, rows = world.view(), world.rules.classes
     pointed = any(MOUSE in (target.object, target.nearest) for target in world.scenario.targets.values())
     return [
-        {
-            "name": name,
-            "color": view.color(int(row["color"])),
-            "radius": float(row["radius"]),
-            **{each: bool(row[each]) for each in ("food", "home", "solid")},
-            "pushable": bool(row["pushable"] or row["pull"]),  # robots move it
-            "marker": name == MARKER,
-            "offered": pointed or name != MOUSE,
-        }
+        ObjectClassData(
+            name=name,
+            color=view.color(int(row["color"])),
+            radius=float(row["radius"]),
+            food=bool(row["food"]),
+            home=bool(row["home"]),
+            solid=bool(row["solid"]),
+            pushable=bool(row["pushable"] or row["pull"]),
+            marker=name == MARKER,
+            offered=pointed or name != MOUSE,
+        )
         for name, row in zip(world.names.classes, rows, strict=True)
     ]
 
 
-def _sonars(kind: RobotType) -> list[Plain]:
+def _sonars(kind: RobotType) -> list[SonarData]:
     return [
-        {"name": name, "from_deg": start, "to_deg": stop, "range": sensor.range}
+        SonarData(name=name, from_deg=start, to_deg=stop, range=sensor.range)
         for sensor in kind.sensors
         if isinstance(sensor, Sonar)
         for name, (start, stop) in sensor.sectors.items()
     ]
 
 
-def _cameras(kind: RobotType) -> list[Plain]:
+def _cameras(kind: RobotType) -> list[CameraData]:
     return [
-        {"view_deg": sensor.view_deg, "range": _finite(sensor.range)}
+        CameraData(view_deg=sensor.view_deg, range=_finite(sensor.range))
         for sensor in kind.sensors
         if isinstance(sensor, Camera)
     ]

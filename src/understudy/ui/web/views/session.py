@@ -1,9 +1,11 @@
-"""A picture of the desk as plain data: what a page shows of a session, put together again only where it changed."""
+"""A picture of a session: what a page shows of it, put together again only where it changed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal, TypeAlias
+
+from msgspec import field, structs
 
 from understudy.learning.report import contradictions
 from understudy.model import describe
@@ -14,19 +16,48 @@ from understudy.model.lesson import Example, Lesson, Trees
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import Vectors, conditions
+from understudy.ui.controller.key_bindings import Arrow
 from understudy.ui.controller.trainer import Desk
-from understudy.ui.web.views.scene import Plain, described
+from understudy.ui.web.messages.base import Data
+from understudy.ui.web.rewind import AskingData
+from understudy.ui.web.views.scene import FeatureData, described
+
+
+class NestedStateData(Data, frozen=True, kw_only=True):
+    """A state as it is drawn."""
+
+    name: str
+    flag: bool
+    runs: str | None
+    automaton: str | None
+    """The trained automaton that it runs."""
+
+
+class WayData(Data, frozen=True, kw_only=True):
+    """When it goes from one state to another."""
+
+    from_: str = field(name="from")
+    to: str
+    when: list[str]
+    """In words, a line for each way that leads there."""
+
+
+class NestedAutomatonData(Data, frozen=True, kw_only=True):
+    """An automaton that a state runs."""
+
+    states: list[NestedStateData]
+    edges: list[WayData]
 
 
 class Nested:
     """The trained automata that an automaton runs, directly or through others, each put in words once."""
 
     def __init__(self) -> None:
-        self._known: dict[str, tuple[Automaton, Plain]] = {}
+        self._known: dict[str, tuple[Automaton, NestedAutomatonData]] = {}
 
-    def below(self, automaton: Automaton, library: Library) -> Plain:
+    def below(self, automaton: Automaton, library: Library) -> dict[str, NestedAutomatonData]:
         """By name, what a page draws of them."""
-        found: Plain = {}
+        found: dict[str, NestedAutomatonData] = {}
         left = [automaton]
         while left:
             for state in left.pop().states:
@@ -37,7 +68,7 @@ class Nested:
                     left.append(inner)
         return found
 
-    def _drawn(self, automaton: Automaton, library: Library) -> Plain:
+    def _drawn(self, automaton: Automaton, library: Library) -> NestedAutomatonData:
         known = self._known.get(automaton.name)
         if known is None or known[0] is not automaton:
             known = automaton, _drawn(automaton, library, library.taught[automaton.name].lesson)
@@ -45,23 +76,25 @@ class Nested:
         return known[1]
 
 
-def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> Plain:
-    return {
-        "states": [
-            {
-                "name": state.name,
-                "flag": state.flag is not None,
-                "runs": None if state.behavior is None else called(state.behavior, state.binding),
-                "automaton": state.behavior if state.behavior in library.taught else None,
-            }
-            for state in automaton.states
-        ],
-        "edges": [
-            {"from": state, "to": following, "when": when}
+def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> NestedAutomatonData:
+    return NestedAutomatonData(
+        states=[NestedStateData(**state_fields(state, library)) for state in automaton.states],
+        edges=[
+            WayData(from_=state, to=following, when=when)
             for state, function in automaton.transitions.items()
             for following, when in ways(automaton, function, (), shown(lesson, state))
             if following != state
         ],
+    )
+
+
+def state_fields(state: State, library: Library) -> dict[str, Any]:
+    """The fields of `NestedStateData`."""
+    return {
+        "name": state.name,
+        "flag": state.flag is not None,
+        "runs": None if state.behavior is None else called(state.behavior, state.binding),
+        "automaton": state.behavior if state.behavior in library.taught else None,
     }
 
 
@@ -79,91 +112,190 @@ def ways(
             yield automaton.state_names[outcome], [describe.signed(text) for text in texts]
 
 
+ModeName: TypeAlias = Literal["training", "testing"]
+ExampleKindName: TypeAlias = Literal["directive", "default", "confirmation", "watched"]
+
+
+class StateData(NestedStateData, frozen=True, kw_only=True):
+    """A state of the automaton under training, with the keys that direct to it."""
+
+    key: str
+    arrow: Arrow | None
+
+
+class EdgeData(WayData, frozen=True, kw_only=True):
+    """What was learned, and from which examples."""
+
+    examples: list[int]
+
+
+class ExampleData(Data, frozen=True, kw_only=True):
+    """An example of the lesson."""
+
+    number: int
+    state: str
+    next: str
+    values: list[str]
+    kind: ExampleKindName
+    correction: bool
+    time_s: float | None
+    """When it was shown, in the time of its world; null where it was typed."""
+    contradicts: bool
+    quarantined: str
+    """Why it teaches nothing for now; empty where it teaches."""
+
+
+class SuspectData(Data, frozen=True, kw_only=True):
+    """An example that may be wrong."""
+
+    number: int
+    reason: str
+
+
+class DoubtData(Data, frozen=True, kw_only=True):
+    """What the last correction came to, where it raised a doubt that nobody has acted on."""
+
+    reason: str
+    suspects: list[SuspectData]
+
+
+class BehaviorCallData(Data, frozen=True, kw_only=True):
+    """A behavior, and what its parameters stand for."""
+
+    behavior: str
+    targets: dict[str, str]
+
+
+class LessonData(Data, frozen=True, kw_only=True):
+    """What of a session changes only with the lesson."""
+
+    parameters: list[str]
+    states: list[StateData]
+    features: list[FeatureData]
+    examples: list[ExampleData]
+    edges: list[EdgeData]
+    nested: dict[str, NestedAutomatonData]
+    """The automata it runs, directly or through others, by name."""
+    watched: bool
+    """Whether silence is consent in this lesson."""
+    reaction_s: float
+    unlearning: bool
+    """Whether a correction puts bad examples in quarantine by itself."""
+    flags: list[str]
+    """What it can raise: done, failed, or any name."""
+    outcomes: list[str]
+    """What the lesson promises: "done within 20 s in forage, A = station"."""
+    pruning: float | None
+    """How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees."""
+    edition: int
+    """Grows whenever the lesson changes."""
+
+
+class SessionData(LessonData, frozen=True, kw_only=True):
+    """The automaton under training."""
+
+    name: str
+    targets: dict[str, str]
+    mode: ModeName
+    state: str
+    path: list[str]
+    flag: str | None
+    waiting: str | None
+    agent: int
+    undoable: str | None
+    redoable: str | None
+    unsaved: bool
+    taught: int
+    watching: bool
+    """Whether silence is consent now, in a lesson with watched examples."""
+    doubt: DoubtData | None
+    others: BehaviorCallData | None
+    """What the robots run that are not trained; null: they idle."""
+    doing: list[str]
+    """What robots do that a trained coordinator orders about, by the numbers in frames."""
+    asking: AskingData
+
+
 class Picture:
     """Pictures of one desk."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._of: Lesson | None = None
-        self._lesson: Plain = {}
+        self._lesson: LessonData | None = None
         self._nested = Nested()
 
-    def take(self) -> Plain:
-        """The desk as it is now."""
+    def take(self, *, others: BehaviorCallData | None, doing: list[str], asking: AskingData) -> SessionData:
+        """The session as it is now."""
         desk, screen = self._desk, self._desk.screen
-        return {
-            "name": desk.name,
-            "targets": dict(screen.targets),
-            "mode": screen.mode.value,
-            "state": screen.state,
-            "path": list(screen.path),
-            "flag": screen.flag,
-            "waiting": screen.waiting,
-            "agent": desk.robot,
-            "undoable": screen.undoable,
-            "redoable": screen.redoable,
-            "unsaved": desk.unsaved,
-            "taught": screen.examples,
-            "watching": desk.session.watching,
-            "doubt": _doubt(desk),
-            **self._taught(),
-        }
+        return SessionData(
+            **structs.asdict(self._taught()),
+            name=desk.name,
+            targets=dict(screen.targets),
+            mode=screen.mode.value,
+            state=screen.state,
+            path=list(screen.path),
+            flag=screen.flag,
+            waiting=screen.waiting,
+            agent=desk.robot,
+            undoable=screen.undoable,
+            redoable=screen.redoable,
+            unsaved=desk.unsaved,
+            taught=screen.examples,
+            watching=desk.session.watching,
+            doubt=_doubt(desk),
+            others=others,
+            doing=doing,
+            asking=asking,
+        )
 
-    def _taught(self) -> Plain:
+    def _taught(self) -> LessonData:
         """What changes only with the lesson."""
         lesson, learned = self._desk.why.learned()
-        if lesson is not self._of:
+        if lesson is not self._of or self._lesson is None:
             self._of = lesson
-            automaton = lesson.automaton
-            self._lesson = {
-                "parameters": list(automaton.parameters),
-                "states": [self._state(state) for state in automaton.states],
-                "features": [
-                    {"label": str(bound), "unit": bound.feature.unit, **described(bound.kind)}
+            automaton, options = lesson.automaton, lesson.options
+            self._lesson = LessonData(
+                parameters=list(automaton.parameters),
+                states=[self._state(state) for state in automaton.states],
+                features=[
+                    FeatureData(label=str(bound), unit=bound.feature.unit, **described(bound.kind))
                     for bound in automaton.features
                 ],
-                "examples": _examples(lesson),
-                "edges": list(_edges(lesson, learned)),
-                "nested": self._nested.below(automaton, self._desk.session.library),
-                "watched": lesson.options.watched,
-                "reaction_s": lesson.options.reaction_s,
-                "unlearning": lesson.options.unlearning,
-                "flags": list(dict.fromkeys(state.flag for state in automaton.states if state.flag)),
-                "outcomes": list(map(str, lesson.outcomes)),
-                "pruning": lesson.options.learner.pruning
-                if isinstance(lesson.options.learner, Trees)
-                else None,
-                "edition": self._lesson.get("edition", 0) + 1,
-            }
+                examples=_examples(lesson),
+                edges=list(_edges(lesson, learned)),
+                nested=self._nested.below(automaton, self._desk.session.library),
+                watched=options.watched,
+                reaction_s=options.reaction_s,
+                unlearning=options.unlearning,
+                flags=list(dict.fromkeys(state.flag for state in automaton.states if state.flag)),
+                outcomes=list(map(str, lesson.outcomes)),
+                pruning=options.learner.pruning if isinstance(options.learner, Trees) else None,
+                edition=1 if self._lesson is None else self._lesson.edition + 1,
+            )
         return self._lesson
 
-    def _state(self, state: State) -> Plain:
-        keys, taught = self._desk.keys, self._desk.session.library.taught
-        return {
-            "name": state.name,
-            "key": keys.plain.get(state.name, ""),
-            "arrow": keys.arrows.get(state.name),
-            "flag": state.flag is not None,
-            "runs": None if state.behavior is None else called(state.behavior, state.binding),
-            "automaton": state.behavior if state.behavior in taught else None,
-        }
+    def _state(self, state: State) -> StateData:
+        keys = self._desk.keys
+        key, arrow = keys.plain.get(state.name, ""), keys.arrows.get(state.name)
+        return StateData(key=key, arrow=arrow, **state_fields(state, self._desk.session.library))
 
 
-def _doubt(desk: Desk) -> Plain | None:
+def _doubt(desk: Desk) -> DoubtData | None:
     """What the last correction came to where it raised a doubt that nobody has acted on."""
     judgement = desk.session.judgement
     if judgement is None:
         return None
     held = {example.number for example in desk.session.examples if not example.quarantined}
     suspects = [
-        {"number": suspect.example.number, "reason": suspect.reason}
+        SuspectData(number=suspect.example.number, reason=suspect.reason)
         for suspect in judgement.suspects
         if suspect.example.number in held
     ]
-    return {"reason": judgement.reason, "suspects": suspects} if suspects else None
+    return DoubtData(reason=judgement.reason, suspects=suspects) if suspects else None
 
 
-def _examples(lesson: Lesson) -> list[Plain]:
+def _examples(lesson: Lesson) -> list[ExampleData]:
     features = lesson.automaton.features
     against = {
         example.number
@@ -172,19 +304,19 @@ def _examples(lesson: Lesson) -> list[Plain]:
         for example in group
     }
     return [
-        {
-            "number": example.number,
-            "state": example.state,
-            "next": example.next,
-            "values": [
+        ExampleData(
+            number=example.number,
+            state=example.state,
+            next=example.next,
+            values=[
                 describe.value(bound, value) for bound, value in zip(features, example.values, strict=True)
             ],
-            "kind": example.kind.value,
-            "correction": example.correction,
-            "time_s": _time(lesson, example),
-            "contradicts": example.number in against,
-            "quarantined": example.quarantined,
-        }
+            kind=example.kind.value,
+            correction=example.correction,
+            time_s=_time(lesson, example),
+            contradicts=example.number in against,
+            quarantined=example.quarantined,
+        )
         for example in lesson.examples
     ]
 
@@ -193,7 +325,7 @@ def _time(lesson: Lesson, example: Example) -> float | None:
     return None if example.moment is None else float(lesson.record.seconds[example.moment])
 
 
-def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[Plain]:
+def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[EdgeData]:
     """Where what was learned leads, and when, with the examples that showed it."""
     for state, function in learned.items():
         led: dict[str, list[int]] = {}
@@ -202,4 +334,4 @@ def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[Plain]
                 led.setdefault(example.next, []).append(example.number)
         for following, when in ways(lesson.automaton, function, list(led), shown(lesson, state)):
             if following != state:
-                yield {"from": state, "to": following, "when": when, "examples": led.get(following, [])}
+                yield EdgeData(from_=state, to=following, when=when, examples=led.get(following, []))

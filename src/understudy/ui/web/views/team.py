@@ -13,7 +13,7 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.assignment import deal
 from understudy.sim.team.libraries import Libraries, folders_of, libraries_of, robots_of
 from understudy.ui.web.views import library as shelf
-from understudy.ui.web.views.scene import Plain
+from understudy.ui.web.views.scene import SquadSortData
 
 
 class Ranks:
@@ -85,10 +85,10 @@ class Ranks:
         robots = robots_of(self._scenario, self._folder, self._kit, look)
         return libraries_of(self._scenario, robots, lambda name, kit: look(self._folder / name, kit))
 
-    def plain(self) -> list[Plain]:
+    def data(self) -> list[SquadSortData]:
         """The squads, the topmost first, with the robots that are in each, those of squads below among them."""
         robots: dict[str, list[list[int]]] = {}
-        found: list[Plain] = []
+        found: list[SquadSortData] = []
         for squad, lists in self.tree.squads:
             robots[squad.name] = []
             for members in lists:
@@ -97,7 +97,7 @@ class Ranks:
                     name = self.tree.names[member.band]
                     mine += robots[name][member.row] if name in robots else [member.row]
                 robots[squad.name].append(sorted(mine))
-            found.append({"name": squad.name, "doc": squad.doc, "squads": robots[squad.name]})
+            found.append(SquadSortData(name=squad.name, doc=squad.doc, squads=robots[squad.name]))
         return found[::-1]
 
 
