@@ -20,7 +20,7 @@ endif
 
 PIP_INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo studio page test soak bench experiments format lock clean moved
+.PHONY: help demo studio page protocol test soak bench experiments format lock clean moved
 .NOTPARALLEL:
 
 help: ## list the targets
@@ -35,6 +35,9 @@ studio: $(VENV)/.run ## train a robot in the browser (ARGS="forage --library min
 
 page: ## build the page of the studio from page/ (needs Node and npm; what it builds is committed)
 	cd page && npm ci && npm run build
+
+protocol: $(VENV)/.run ## write the page's types of messages, which are generated from those of the studio
+	$(BIN)/python -m understudy.ui.web.messages.protocol page/src/protocol.ts
 
 test: $(VENV)/.dev ## everything that must hold: style, types, layers, tests (ARGS passes more to pytest)
 	$(BIN)/ruff check

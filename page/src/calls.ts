@@ -1,6 +1,6 @@
 /** What can be chosen: each behavior and feature with its parameters bound in every way. */
 
-import type { Call, Desk, DeskNews, Part, Scene } from "./protocol";
+import type { BehaviorCall, KitBehavior, Scene, Session, SessionNews } from "./protocol";
 
 export interface Offer {
   name: string;
@@ -11,12 +11,12 @@ export interface Offer {
 const MOST_WAYS = 24;
 
 /** A name with its parameters bound in every way. */
-export function ways(part: Part, names: readonly string[]): string[] {
+export function ways(part: KitBehavior, names: readonly string[]): string[] {
   return calls(part, names).map(called);
 }
 
 /** A behavior called in every way. */
-export function calls(part: Part, names: readonly string[]): Call[] {
+export function calls(part: KitBehavior, names: readonly string[]): BehaviorCall[] {
   let found: Record<string, string>[] = [{}];
   for (const parameter of part.parameters) {
     found = found.flatMap((targets) => names.map((name) => ({ ...targets, [parameter]: name })));
@@ -25,14 +25,14 @@ export function calls(part: Part, names: readonly string[]): Call[] {
 }
 
 /** goto(station). */
-export function called({ behavior, targets }: Call): string {
+export function called({ behavior, targets }: BehaviorCall): string {
   const bound = Object.values(targets);
   return bound.length === 0 ? behavior : `${behavior}(${bound.join(", ")})`;
 }
 
 export function offeredStates(
   scene: Scene,
-  told: DeskNews,
+  told: SessionNews,
   names: readonly string[],
   without: string,
 ): Offer[] {
@@ -41,7 +41,7 @@ export function offeredStates(
 }
 
 /** The kit's features, and flags beyond them that trained automata raise. */
-export function offeredFeatures(scene: Scene, told: DeskNews | null, names: readonly string[]): Offer[] {
+export function offeredFeatures(scene: Scene, told: SessionNews | null, names: readonly string[]): Offer[] {
   const offers = scene.features.map(({ label, parameters }) => {
     const name = label.replace(/\(.*/, "");
     return { name, ways: ways({ name, parameters }, names) };
@@ -66,7 +66,7 @@ export function chosen(runs: string): Chosen {
 }
 
 /** What the automaton under training can do now, as it is chosen: without its start state and its flags. */
-export function chosenStates(desk: Desk): Chosen[] {
+export function chosenStates(desk: Session): Chosen[] {
   return desk.states
     .filter((state, index) => index > 0 && !state.flag)
     .map(({ name, runs }) => ({ runs: runs ?? name, name, was: name }));

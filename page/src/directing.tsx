@@ -1,7 +1,7 @@
 /** The row of buttons that direct the robot: one for each state, and "keep doing this". */
 
 import { useStudio } from "./context";
-import type { Desk, State } from "./protocol";
+import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
 import { className, keyName } from "./words";
 
@@ -49,7 +49,7 @@ export function Directing() {
   );
 }
 
-function StateButton({ state, studio, desk }: { state: State; studio: Studio; desk: Desk }) {
+function StateButton({ state, studio, desk }: { state: State; studio: Studio; desk: Session }) {
   const active = desk.state === state.name;
   const waiting = desk.waiting === state.name || studio.asking === state.name;
   const key = keyName(state);
@@ -71,7 +71,7 @@ function StateButton({ state, studio, desk }: { state: State; studio: Studio; de
   );
 }
 
-function title(state: State, desk: Desk): string {
+function title(state: State, desk: Session): string {
   const runs = state.runs === null || state.runs === state.name ? "" : ` It runs ${state.runs}.`;
   const what = desk.mode === "testing" ? `Correct it: go to ${state.name}.` : `Direct it to ${state.name}.`;
   return what + (state.flag ? " It stops there and raises this flag." : runs);

@@ -1,7 +1,7 @@
 /** Where the states and the transitions between them are drawn. */
 
 import { Graph, layout } from "@dagrejs/dagre";
-import type { Arrow, Inner, Shape, Way } from "./protocol";
+import type { Arrow, NestedAutomaton, NestedState, Way } from "./protocol";
 
 const LETTER = 6.7;
 const PADDING = 26;
@@ -19,8 +19,11 @@ interface Point {
   y: number;
 }
 
+/** A state of the automaton under training, which may have an arrow key, or of one below it. */
+export type DrawnState = NestedState & { arrow?: Arrow | null };
+
 export interface Node {
-  state: Shape;
+  state: DrawnState;
   /** Where it is, from the outermost state inwards. */
   path: string;
   /** What it runs, while it is open. */
@@ -55,8 +58,8 @@ function arcId(above: string, edge: Way): string {
 
 /** The edge of a nested automaton by the id that it is drawn with, and the automaton it belongs to. */
 export function innerEdge(
-  states: readonly Shape[],
-  nested: Readonly<Record<string, Inner>>,
+  states: readonly DrawnState[],
+  nested: Readonly<Record<string, NestedAutomaton>>,
   id: string,
   above = "",
 ): { edge: Way; of: string } | null {
@@ -73,14 +76,14 @@ export function innerEdge(
 }
 
 export function drawing(
-  states: readonly Shape[],
+  states: readonly DrawnState[],
   edges: readonly Way[],
-  name: (state: Shape) => string,
+  name: (state: DrawnState) => string,
   opened: ReadonlySet<string> = new Set(),
-  nested: Readonly<Record<string, Inner>> = {},
+  nested: Readonly<Record<string, NestedAutomaton>> = {},
   above = "",
 ): Drawing {
-  const inside = (state: Shape): Drawing | null => {
+  const inside = (state: DrawnState): Drawing | null => {
     const inner = state.automaton === null ? undefined : nested[state.automaton];
     const path = `${above}/${state.name}`;
     if (inner === undefined || !opened.has(path)) return null;
@@ -98,7 +101,7 @@ export function drawing(
   const known = new Set(states.map((state) => state.name));
   const drawn = edges.filter(({ from, to }) => from !== to && known.has(from) && known.has(to));
   for (const edge of drawn) graph.setEdge(edge.from, edge.to, {}, edgeId(edge));
-  const wide = (state: Shape): number => (graph.node(state.name) as { width: number }).width;
+  const wide = (state: DrawnState): number => (graph.node(state.name) as { width: number }).width;
   for (const [from, to] of loose(states, drawn, wide)) graph.setEdge(from, to, {}, "loose");
   layout(graph);
   const size = graph.graph() as { width?: number; height?: number };
@@ -132,9 +135,9 @@ function faced(drawing: Drawing): Drawing {
 
 /** States that nothing leads to yet stand below the start state, in rows, and flags below them. */
 function loose(
-  states: readonly Shape[],
+  states: readonly DrawnState[],
   edges: readonly Way[],
-  wide: (state: Shape) => number,
+  wide: (state: DrawnState) => number,
 ): [string, string][] {
   const [start, ...others] = states;
   if (start === undefined) return [];
@@ -157,8 +160,8 @@ function loose(
 }
 
 /** As many in a row as can be read side by side. */
-function inRows(states: readonly Shape[], wide: (state: Shape) => number): Shape[][] {
-  const rows: Shape[][] = [];
+function inRows(states: readonly DrawnState[], wide: (state: DrawnState) => number): DrawnState[][] {
+  const rows: DrawnState[][] = [];
   let room = 0;
   for (const state of states) {
     room -= wide(state) + GAP;

@@ -3,7 +3,7 @@
 import { useEffect } from "preact/hooks";
 import { usePanel, useStudio, useTour } from "./context";
 import { useSlowNews } from "./news";
-import type { Desk, State } from "./protocol";
+import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
 import { STEPS, wish, type Moment, type Tour } from "./tour";
 import { className, degrees, keyName } from "./words";
@@ -76,7 +76,7 @@ function seen(studio: Studio): Moment {
 }
 
 /** Whether it is what the tour teaches: going to a thing. */
-function teaches(desk: Desk): boolean {
+function teaches(desk: Session): boolean {
   const labels = desk.features.map(({ label }) => label);
   const [parameter] = desk.parameters;
   const sees = [`distance_to(${parameter})`, `angle_to(${parameter})`].every((each) => labels.includes(each));
@@ -120,7 +120,7 @@ function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Adv
 }
 
 /** What to press to come to A. */
-function drives(moment: Moment, desk: Desk): Advice {
+function drives(moment: Moment, desk: Session): Advice {
   const now = desk.states.find(({ name }) => name === moment.state);
   const wished = wish(moment, now?.arrow ?? null);
   const next = desk.states.find((each) => (wished === "done" ? each.flag : each.arrow === wished));

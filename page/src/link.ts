@@ -1,6 +1,6 @@
 /** The connection to the server: numbered requests and their answers, and reconnecting when it is lost. */
 
-import { parsed, type Answer, type News, type Request } from "./protocol";
+import type { Answer, News, Request } from "./protocol";
 
 const FIRST_WAIT = 300;
 const LONGEST_WAIT = 4000;
@@ -57,8 +57,10 @@ export class Link {
     const message = parsed(data);
     if (message === null) return;
     if ("re" in message) {
-      this.asked.get(message.re)?.(message);
-      this.asked.delete(message.re);
+      const { re } = message;
+      if (re === null) return;
+      this.asked.get(re)?.(message);
+      this.asked.delete(re);
       return;
     }
     if (message.is === "hello") this.keep(message.key);
@@ -94,4 +96,14 @@ export class Link {
     if (this.key !== null) here.searchParams.set("key", this.key);
     return here;
   }
+}
+
+/** A message of the server from its text; null where this page does not know its sort. */
+function parsed(text: string): News | Answer | null {
+  const value: unknown = JSON.parse(text);
+  if (typeof value !== "object" || value === null) return null;
+  if ("re" in value) return value as Answer;
+  if (!("is" in value)) return null;
+  const known = value.is === "hello" || value.is === "scene" || value.is === "desk";
+  return known ? (value as News) : null;
 }

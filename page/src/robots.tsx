@@ -2,7 +2,7 @@
 
 import { useStudio } from "./context";
 import { HOLD } from "./live";
-import type { RobotNews } from "./real";
+import type { RobotStatus } from "./protocol";
 import { className } from "./words";
 
 export function Robots() {
@@ -58,7 +58,7 @@ export function Robots() {
   );
 }
 
-function state({ armed, stopped }: RobotNews): string {
+function state({ armed, stopped }: RobotStatus): string {
   if (!armed) return stopped === "" || stopped === "not armed" ? "not armed" : `not armed: ${stopped}`;
   return stopped === "" ? "armed" : `stands: ${stopped}`;
 }

@@ -2,11 +2,11 @@
 
 import { useQuietStudio } from "./context";
 import { useSlowNews } from "./news";
-import type { Speed } from "./protocol";
+import type { SpeedFactor } from "./protocol";
 import type { Studio } from "./studio";
 import { clock } from "./words";
 
-const SPEEDS: readonly Speed[] = [0.25, 0.5, 1, 2, 4, 8, 16, "fastest"];
+const SPEEDS: readonly SpeedFactor[] = [0.25, 0.5, 1, 2, 4, 8, 16, "fastest"];
 
 export function Running({ studio }: { studio: Studio }) {
   const paused = studio.told?.paused ?? false;

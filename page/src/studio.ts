@@ -7,10 +7,10 @@ import { Memory } from "./memory";
 import { News } from "./news";
 import { Past } from "./past";
 import { Trial } from "./trial";
-import type { Answer, Desk, DeskNews, News as ServerNews, Request, Said, Scene } from "./protocol";
+import type { Answer, News as ServerNews, Request, Scene, Session, SessionNews, Status } from "./protocol";
 import { Motion } from "./world/motion";
 
-export interface Notice extends Said {
+export interface Notice extends Status {
   /** What takes it back, where something does. */
   undo?: Request;
 }
@@ -41,7 +41,7 @@ export class Studio implements Listener {
   readonly trial = new Trial(this);
   readonly live = new Live(this);
   scene: Scene | null = null;
-  told: DeskNews | null = null;
+  told: SessionNews | null = null;
 
   /** The sort of squads whose coordinator is trained; null: a robot is. */
   get sort(): string | null {
@@ -72,7 +72,7 @@ export class Studio implements Listener {
     this.link.open();
   }
 
-  get desk(): Desk | null {
+  get desk(): Session | null {
     return this.told?.desk ?? null;
   }
 
@@ -153,7 +153,7 @@ export class Studio implements Listener {
     }
   }
 
-  private hear(news: DeskNews): void {
+  private hear(news: SessionNews): void {
     const before = this.desk;
     const { desk, said } = news;
     const grew = before !== null && desk !== null && before.examples.length < desk.examples.length;
@@ -177,6 +177,6 @@ export class Studio implements Listener {
   }
 }
 
-function labels(desk: Desk | null): string {
+function labels(desk: Session | null): string {
   return (desk?.features ?? []).map((feature) => feature.label).join("\n");
 }

@@ -1,11 +1,10 @@
 /** Whether lessons still hold: what saving would break, and what a test of the library found. */
 
-import type { Answer, Desk, Request } from "./protocol";
-import type { Tested } from "./review";
+import type { Answer, Request, Session, Tested } from "./protocol";
 
 export interface Asking {
   ask: (request: Request) => Promise<Answer>;
-  readonly desk: Desk | null;
+  readonly desk: Session | null;
   /** The automata of the library that can be tested. */
   readonly testable: readonly string[];
   readonly news: { tell: () => void };

@@ -9,7 +9,7 @@ import {
   stateNames,
   twice,
 } from "../src/calls";
-import type { Desk, DeskNews, Scene, State } from "../src/protocol";
+import type { Session, SessionNews, Scene, State } from "../src/protocol";
 
 function state(name: string, runs: string | null, flag = false): State {
   return { name, key: "1", arrow: null, flag, runs, automaton: null };
@@ -50,7 +50,7 @@ test("states that are there keep their names, and with them their examples, unle
     state("right", "turn"),
     state("done", null, true),
   ];
-  const there = chosenStates({ states } as unknown as Desk);
+  const there = chosenStates({ states } as unknown as Session);
   expect(askedStates([...there, chosen("goto(nearest_food)"), chosen("halt")])).toEqual([
     "goto(station)",
     "left=turn",
@@ -69,7 +69,7 @@ test("flags that trained automata raise are offered beside the kit's features, e
     { label: "done", parameters: [], unit: "" },
   ];
   const trained = [{ flags: ["done", "crate_seen"] }, { flags: ["crate_seen"] }];
-  const told = { library: { trained } } as unknown as DeskNews;
+  const told = { library: { trained } } as unknown as SessionNews;
   const offered = offeredFeatures({ features } as unknown as Scene, told, ["home"]);
   expect(offered.flatMap(({ ways }) => ways)).toEqual(["distance_to(home)", "done", "crate_seen"]);
 });

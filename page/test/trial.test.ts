@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import type { Answer, Desk, Request } from "../src/protocol";
+import type { Answer, Session, Request } from "../src/protocol";
 import { Trial, type Asking } from "../src/trial";
 
 function asking(answers: (request: Request) => Partial<Answer>) {
@@ -10,7 +10,7 @@ function asking(answers: (request: Request) => Partial<Answer>) {
       said.push(request);
       return Promise.resolve({ re: 0, ...answers(request) });
     },
-    desk: desk as Desk,
+    desk: desk as Session,
     testable: ["fetch", "goto"],
     news: { tell: () => undefined },
   };

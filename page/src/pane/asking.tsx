@@ -1,23 +1,23 @@
 /** Whether the robot asks in testing where it is unsure, and the moments it marked. */
 
-import type { AskWhen, Desk } from "../protocol";
+import type { AskWhenName, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { clock } from "../words";
 
-const WAYS: Readonly<Record<AskWhen, readonly [name: string, about: string]>> = {
+const WAYS: Readonly<Record<AskWhenName, readonly [name: string, about: string]>> = {
   never: ["no", "In testing it decides without a word."],
   pause: ["pause", "In testing it stops where it is unsure, and your press is the answer."],
   mark: ["mark", "In testing it goes on where it is unsure, and marks the moment here and on the time line."],
 };
 
-export function AskingPart({ desk, studio }: { desk: Desk; studio: Studio }) {
+export function AskingPart({ desk, studio }: { desk: Session; studio: Studio }) {
   const { when, marks } = desk.asking;
   return (
     <section class="asking" aria-label="Asking">
       <div class="ask-when">
         <span id="ask-when">Ask when unsure</span>
         <div class="ways" role="group" aria-labelledby="ask-when">
-          {(Object.keys(WAYS) as AskWhen[]).map((each) => (
+          {(Object.keys(WAYS) as AskWhenName[]).map((each) => (
             <button
               type="button"
               key={each}

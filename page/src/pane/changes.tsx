@@ -2,8 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import { usePanel } from "../context";
-import type { Answer } from "../protocol";
-import type { Moved, Version } from "../review";
+import type { Answer, Moved, Version } from "../protocol";
 import type { Studio } from "../studio";
 import { className, counted, minus } from "../words";
 

@@ -2,7 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
-import type { Advice, Desk, Late } from "../protocol";
+import type { Advice, Late, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { className } from "../words";
 import { AskingPart } from "./asking";
@@ -62,7 +62,7 @@ function useCoach(studio: Studio, edition: number): readonly [Coached | null, ()
 }
 
 interface Part {
-  desk: Desk;
+  desk: Session;
   studio: Studio;
 }
 
@@ -109,7 +109,7 @@ function Advised({ desk, studio }: Part) {
 
 interface ItemProps {
   advice: Advice;
-  desk: Desk;
+  desk: Session;
   studio: Studio;
   /** Ask the coach again, where the lesson has not changed. */
   again: () => void;

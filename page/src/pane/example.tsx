@@ -1,7 +1,7 @@
 /** An example that is selected: its states and values can be changed, it can be deleted, and gone back to. */
 
 import { useState } from "preact/hooks";
-import type { Desk, Example, Feature } from "../protocol";
+import type { Example, Feature, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { clock } from "../words";
 import type { TableProps } from "./examples";
@@ -107,7 +107,7 @@ function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
 
 interface ValuesProps {
   example: Example;
-  desk: Desk;
+  desk: Session;
   studio: Studio;
   edit: (part: Part) => Promise<boolean>;
 }

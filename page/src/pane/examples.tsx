@@ -2,7 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Panel } from "../panel";
-import type { Desk, Example } from "../protocol";
+import type { Example, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { className, clock, plain } from "../words";
 import { Detail } from "./example";
@@ -26,7 +26,7 @@ export function kindOf({ kind, correction }: Pick<Example, "kind" | "correction"
 const LATEST = 400;
 
 export interface TableProps {
-  desk: Desk;
+  desk: Session;
   panel: Panel;
   studio: Studio;
 }

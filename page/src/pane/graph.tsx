@@ -3,7 +3,7 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { BUTTON, curve, drawing, edgeId, HEIGHT, type Bend, type Node } from "../graph";
 import type { Panel } from "../panel";
-import type { Desk } from "../protocol";
+import type { Session } from "../protocol";
 import type { Switch } from "../studio";
 import { className, counted } from "../words";
 
@@ -17,7 +17,7 @@ const MOST_HIGH_OPEN = 520;
 const WIDE = 356;
 
 interface GraphProps {
-  desk: Desk;
+  desk: Session;
   panel: Panel;
   last: Switch | null;
 }
@@ -140,7 +140,7 @@ function ArcView({ arc, panel, last, examples, of }: ArcProps) {
 
 interface NodeProps {
   node: Node;
-  desk: Desk;
+  desk: Session;
   panel: Panel;
   first: boolean;
   /** How deep it lies, and whether all around it are active. */

@@ -1,7 +1,7 @@
 /** The tab Lesson: all examples, undo and redo. */
 
 import { usePanel, useStudio } from "../context";
-import type { Desk } from "../protocol";
+import type { Session } from "../protocol";
 import { counted } from "../words";
 import { Examples, KINDS, kindOf } from "./examples";
 import { Outcomes } from "./outcomes";
@@ -62,7 +62,7 @@ export function LessonTab() {
 }
 
 /** How many examples of each kind: what the signs in the table mean. */
-function Kinds({ desk }: { desk: Desk }) {
+function Kinds({ desk }: { desk: Session }) {
   const kinds = desk.examples.map(kindOf);
   const counts = Object.entries(KINDS).map(([kind, [sign, word]]) => ({
     sign,

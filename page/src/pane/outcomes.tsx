@@ -1,12 +1,11 @@
 /** What a lesson promises: from here, done within so many seconds; and whether all lessons still hold. */
 
 import { useState } from "preact/hooks";
-import type { Desk } from "../protocol";
-import type { Tested } from "../review";
+import type { Session, Tested } from "../protocol";
 import type { Studio } from "../studio";
 import { className, counted } from "../words";
 
-export function Outcomes({ desk, studio }: { desk: Desk; studio: Studio }) {
+export function Outcomes({ desk, studio }: { desk: Session; studio: Studio }) {
   const [adding, add] = useState(false);
   const { trial, directs } = studio;
   const tested = trial.fresh ? trial.found?.find(({ name }) => name === desk.name) : undefined;
@@ -86,7 +85,7 @@ function Came({ outcome }: { outcome: Tested["outcomes"][number] | undefined }) 
   );
 }
 
-function Promising({ desk, studio, close }: { desk: Desk; studio: Studio; close: () => void }) {
+function Promising({ desk, studio, close }: { desk: Session; studio: Studio; close: () => void }) {
   const [flag, setFlag] = useState(desk.flags[0] ?? "");
   const [seconds, setSeconds] = useState("20");
   const within = Number(seconds);

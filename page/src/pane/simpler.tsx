@@ -2,15 +2,14 @@
 
 import { useEffect, useState } from "preact/hooks";
 import type { Panel } from "../panel";
-import type { Desk } from "../protocol";
-import type { Simpler } from "../review";
+import type { Session, Simpler } from "../protocol";
 import type { Studio } from "../studio";
 import { counted } from "../words";
 
 const MOST_DECISIONS = 8;
 
 interface PrunedProps {
-  desk: Desk;
+  desk: Session;
   studio: Studio;
   show: () => void;
 }
@@ -45,7 +44,7 @@ export function Pruned({ desk, studio, show }: PrunedProps) {
 }
 
 interface CardProps {
-  desk: Desk;
+  desk: Session;
   panel: Panel;
   studio: Studio;
   close: () => void;

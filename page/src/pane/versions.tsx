@@ -1,7 +1,7 @@
 /** Former versions of a trained behavior: what changed after each, and going back to one. */
 
 import { useEffect, useState } from "preact/hooks";
-import type { Version } from "../review";
+import type { Version } from "../protocol";
 import type { Studio } from "../studio";
 import { when } from "../words";
 import { Changes } from "./changes";

@@ -3,8 +3,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
-import type { Answer } from "../protocol";
-import type { Behind, Level, Responsible } from "../review";
+import type { Answer, Behind, Level, Responsible } from "../protocol";
 import type { Studio } from "../studio";
 import { clock } from "../words";
 import { KINDS, kindOf } from "./examples";

@@ -1,6 +1,6 @@
 /** What is shown on demand: the way it came, lines to targets, sonar cones, what the camera sees. */
 
-import type { Desk } from "../protocol";
+import type { Session } from "../protocol";
 import { degrees, minus } from "../words";
 import { letters, spot, type Picture } from "./picture";
 import { pose } from "./robots";
@@ -88,7 +88,7 @@ function drawSonars(picture: Picture, robot: number, readings: Float32Array): vo
 }
 
 /** A line to each target that the automaton knows distance and angle of, as it senses them. */
-function drawTargets(picture: Picture, robot: number, desk: Desk, values: Float32Array): void {
+function drawTargets(picture: Picture, robot: number, desk: Session, values: Float32Array): void {
   const { pen, palette } = picture;
   const at = pose(picture, robot);
   const sensed = picture.motion.pose(robot, 1);
@@ -118,7 +118,7 @@ interface Aim {
   angle: number;
 }
 
-export function aims(desk: Desk, values: Float32Array): Aim[] {
+export function aims(desk: Session, values: Float32Array): Aim[] {
   const reading = new Map(desk.features.map((feature, index) => [feature.label, values[index] ?? NaN]));
   const found: Aim[] = [];
   for (const [label, distance] of reading) {

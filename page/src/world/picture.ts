@@ -1,6 +1,6 @@
 /** What one drawing needs, and the pen it is drawn with: meters for places, pixels for lines and letters. */
 
-import type { Desk, Scene } from "../protocol";
+import type { Scene, Session } from "../protocol";
 import { toScreen, type Size, type View } from "./geometry";
 import type { Motion } from "./motion";
 import type { Palette } from "./palette";
@@ -13,7 +13,7 @@ export interface Picture {
   screen: Size;
   view: View;
   scene: Scene;
-  desk: Desk | null;
+  desk: Session | null;
   /** Whether a coordinator is trained, who orders the robots about. */
   led: boolean;
   motion: Motion;

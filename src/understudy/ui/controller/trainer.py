@@ -29,7 +29,8 @@ from understudy.ui.controller.journal_store import alike
 from understudy.ui.controller.key_bindings import Keys, drive_keys, state_keys
 from understudy.ui.controller.recent_history import Memory
 from understudy.ui.controller.save_report import lost_since, told
-from understudy.ui.controller.status import Said, Tone
+from understudy.ui.controller.status import Said as Said
+from understudy.ui.controller.status import Tone
 from understudy.ui.controller.training_plan import Choices
 
 

@@ -1,0 +1,123 @@
+"""The page's `protocol.ts` is what the Python types of the messages say."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Literal, TypeAlias
+
+import pytest
+from msgspec import UNSET, Meta, Struct, UnsetType, field
+
+from understudy.ui.web.messages.protocol import protocol
+from understudy.ui.web.messages.to_typescript import TypeScript
+
+FILE = Path(__file__).parents[2] / "page/src/protocol.ts"
+
+
+def test_the_page_declares_the_messages_as_they_are() -> None:
+    assert FILE.read_text(encoding="utf-8") == protocol(), f"{FILE.name} is stale: run make protocol"
+
+
+Color: TypeAlias = Literal["red", "blue"]
+"""How it is drawn."""
+Count: TypeAlias = Annotated[int, Meta(ge=0, le=2_000)]
+
+
+class PointData(Struct):
+    """A place."""
+
+    x: float
+    y: float
+
+
+class ThingData(PointData):
+    """Something somewhere."""
+
+    color: Color | None
+    from_: Annotated[str, Meta(min_length=1)] = field(name="from")
+    """Where it comes from."""
+    corners: list[tuple[float, float]]
+    next: PointData | None
+    by_name: dict[str, list[Color]]
+    label: str | UnsetType = UNSET
+    count: Count = 0
+
+
+class Move(Struct, tag_field="do", tag="move"):
+    """Put it elsewhere."""
+
+    id: int
+    to: PointData
+    times: Count = 1
+
+
+class Stay(Struct, tag_field="do", tag="stay"):
+    """Do nothing.
+
+    Not even once.
+    """
+
+    id: int
+    why: Annotated[str, Meta(max_length=9)]
+
+
+TEXT = """\
+/** A head. */
+
+export type Request =
+  /** Put it elsewhere. */
+  | { do: "move"; to: Point; times?: Count }
+  /**
+   * Do nothing.
+   *
+   * Not even once.
+   */
+  | {
+      do: "stay";
+      /** At most 9 letters. */
+      why: string;
+    };
+
+/** Something somewhere. */
+export interface Thing extends Point {
+  color: Color | null;
+  /** Where it comes from. At least 1 letters. */
+  from: string;
+  corners: readonly (readonly [number, number])[];
+  next: Point | null;
+  by_name: Readonly<Record<string, readonly Color[]>>;
+  label?: string;
+  count: Count;
+}
+
+/** A place. */
+export interface Point {
+  x: number;
+  y: number;
+}
+
+/** Whole, at least 0, at most 2,000. */
+export type Count = number;
+
+/** How it is drawn. */
+export type Color = "blue" | "red";
+"""
+
+
+def test_types_as_typescript() -> None:
+    module = TypeScript("A head.", [sys.modules[__name__]])
+    module.requests("Request", [Move, Stay], without="id")
+    module.interface(ThingData)
+    assert module.text() == TEXT
+
+
+class Odd(Struct):
+    """Has a type that JSON does not have."""
+
+    where: Path
+
+
+def test_a_type_that_json_does_not_have() -> None:
+    with pytest.raises(TypeError, match="no TypeScript type for CustomType"):
+        TypeScript("", []).interface(Odd)
