@@ -169,14 +169,14 @@ export type Request =
 /** What answers a request: that it was done, or why not. */
 export interface Answer
   extends
-    Partial<ReasonsReply>,
-    Partial<LessonTestReply>,
     Partial<NotSavedReply>,
-    Partial<SimplifyReply>,
     Partial<VersionsReply>,
     Partial<ChangesReply>,
     Partial<AdviceReply>,
     Partial<SituationReply>,
+    Partial<ReasonsReply>,
+    Partial<LessonTestReply>,
+    Partial<SimplifyReply>,
     Partial<ColorReply> {
   /** The number of the request; null where that could not be read. */
   re: number | null;
@@ -228,25 +228,9 @@ export type Names = readonly Name[];
 /** A feature's value as it is shown: 3.42 m, −31°, yes, or nothing. At most 150 letters. */
 export type Value = string;
 
-/** What every level decides now, the topmost first, and the last switch of any of them. */
-export interface ReasonsReply {
-  levels: readonly Level[];
-  last: Switched | null;
-}
-
-/** An automaton tested on its lesson. */
-export interface LessonTestReply {
-  tested: Tested;
-}
-
 /** What worked and no longer does, so that nothing was saved. */
 export interface NotSavedReply {
   worse: readonly string[];
-}
-
-/** What the automaton would be with fewer questions. */
-export interface SimplifyReply {
-  simpler: Simpler;
 }
 
 /** The former versions of a behavior, the latest first. */
@@ -271,6 +255,22 @@ export interface AdviceReply {
 export interface SituationReply {
   sentence: string;
   run: number;
+}
+
+/** What every level decides now, the topmost first, and the last switch of any of them. */
+export interface ReasonsReply {
+  levels: readonly Level[];
+  last: Switched | null;
+}
+
+/** An automaton tested on its lesson. */
+export interface LessonTestReply {
+  tested: Tested;
+}
+
+/** What the automaton would be with fewer questions. */
+export interface SimplifyReply {
+  simpler: Simpler;
 }
 
 /** The color that was learned. */
@@ -315,47 +315,6 @@ export interface SessionNews {
   directs: boolean;
 }
 
-/** What an automaton decides now. */
-export interface Level extends Behind {
-  state: string;
-  since_s: number;
-  /** It is in training: somebody else decides. */
-  yours: boolean;
-}
-
-/** The last switch of any level. */
-export interface Switched extends Behind {
-  time_s: number;
-}
-
-/** An automaton tested on its lesson. */
-export interface Tested {
-  name: string;
-  works: boolean;
-  examples: number;
-  /** In the order of the lesson. */
-  outcomes: readonly PromiseTested[];
-  /** What worked before and no longer does. */
-  worse: readonly string[];
-  /** What else is decided otherwise than before. */
-  else: readonly string[];
-}
-
-/** What the automaton would be with fewer questions. */
-export interface Simpler {
-  pruning: number;
-  /** Null where there are too few examples to tell. */
-  suggested: Suggestion | null;
-  /** So many examples would be enough. */
-  enough: number;
-  leaves: Leaves;
-  states: readonly StateConditions[];
-  decisions: readonly ChangedDecision[];
-  /** How many were replayed. */
-  examples: number;
-  moments: Moments;
-}
-
 /** A former version of a behavior, and when it was saved. */
 export interface Version {
   number: number;
@@ -396,6 +355,47 @@ export interface Advice {
 export interface Late {
   reaction_s: number;
   sentence: string;
+}
+
+/** What an automaton decides now. */
+export interface Level extends Behind {
+  state: string;
+  since_s: number;
+  /** It is in training: somebody else decides. */
+  yours: boolean;
+}
+
+/** The last switch of any level. */
+export interface Switched extends Behind {
+  time_s: number;
+}
+
+/** An automaton tested on its lesson. */
+export interface Tested {
+  name: string;
+  works: boolean;
+  examples: number;
+  /** In the order of the lesson. */
+  outcomes: readonly PromiseTested[];
+  /** What worked before and no longer does. */
+  worse: readonly string[];
+  /** What else is decided otherwise than before. */
+  else: readonly string[];
+}
+
+/** What the automaton would be with fewer questions. */
+export interface Simpler {
+  pruning: number;
+  /** Null where there are too few examples to tell. */
+  suggested: Suggestion | null;
+  /** So many examples would be enough. */
+  enough: number;
+  leaves: Leaves;
+  states: readonly StateConditions[];
+  decisions: readonly ChangedDecision[];
+  /** How many were replayed. */
+  examples: number;
+  moments: Moments;
 }
 
 /** The colors of a thing: hues (degrees; from > to crosses red), shares of saturation and of value. */
@@ -488,6 +488,19 @@ export interface Run {
   from_s: number;
 }
 
+/** An example that is behind a change. */
+export interface Involved {
+  number: number;
+  happened: string;
+  how: string;
+}
+
+/** The state and the next state of a press. */
+export interface PressSays {
+  state: string;
+  next: string;
+}
+
 /** What a decision read, and the examples responsible. */
 export interface Behind {
   automaton: string;
@@ -544,19 +557,6 @@ export interface ChangedDecision {
 export interface Moments {
   all: number;
   changed: number;
-}
-
-/** An example that is behind a change. */
-export interface Involved {
-  number: number;
-  happened: string;
-  how: string;
-}
-
-/** The state and the next state of a press. */
-export interface PressSays {
-  state: string;
-  next: string;
 }
 
 /** A type of robots as it is drawn. */

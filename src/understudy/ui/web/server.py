@@ -15,10 +15,8 @@ from understudy.ui.controller.clock import FASTEST, Wall
 from understudy.ui.controller.status import Tone
 from understudy.ui.web.actions.dispatch import obey
 from understudy.ui.web.clients import PER_SECOND, Viewer, Viewers
-from understudy.ui.web.messages import review as r
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
-from understudy.ui.web.messages.coach import Advise
 from understudy.ui.web.rewind import RunData
 from understudy.ui.web.session_host import Stage, explained
 from understudy.ui.web.views.library import LibraryData
@@ -32,8 +30,6 @@ DESK_S = 1 / 20
 """How often the desk is shown at most, but for what was pressed."""
 LEFT = "Nobody directs, so the robot was paused"
 LEFT_ROBOTS = "nobody directs in the studio"
-LOOKING = (r.Why, r.Test, r.Simplify, r.Versions, r.Changes, Advise, m.Stop)
-"""What pages may say that only look on; anybody may stop a robot."""
 _encode = msgspec.json.Encoder().encode
 
 
@@ -162,7 +158,7 @@ class Studio:
             self.stage.robots.leave(LEFT_ROBOTS)
             self.stage.pause(True, LEFT)
             return None
-        if not isinstance(message, LOOKING):
+        if not message.by_anyone:
             self.viewers.refuse_others(viewer)
         return obey(self.stage, message)
 

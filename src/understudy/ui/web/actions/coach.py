@@ -14,6 +14,7 @@ from understudy.ui.controller.status import Said
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.web.messages import coach as m
 from understudy.ui.web.messages.base import Data
+from understudy.ui.web.messages.session import Confirm, Press
 from understudy.ui.web.rewind import Frame
 from understudy.ui.web.session_host import Stage
 
@@ -64,8 +65,8 @@ class SituationReply(Data, frozen=True, kw_only=True):
     run: int
 
 
-def told(stage: Stage) -> AdviceReply:
-    """What the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
+def advise(stage: Stage, _: m.Advise) -> AdviceReply:
+    """Say what the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
     desk = stage.trained
     said = desk.coach.advised(stage.beside, patience_s=PATIENCE_S)
     if said is None:
@@ -122,7 +123,17 @@ def ask_when(stage: Stage, message: m.AskWhen) -> None:
     coach.ask_when(stage.trained, When(message.when))
 
 
-def press(stage: Stage, state: str | None) -> None:
+def press(stage: Stage, message: Press) -> None:
+    """Direct to a state, or answer the question that waits."""
+    _press(stage, message.state)
+
+
+def confirm(stage: Stage, _: Confirm) -> None:
+    """Keep doing this, or answer the question that waits so."""
+    _press(stage, None)
+
+
+def _press(stage: Stage, state: str | None) -> None:
     """Direct to a state (None: keep doing this); where a question waits, that is the answer."""
     desk = stage.trained
     stage.moved += 1
@@ -149,16 +160,14 @@ def go_to_mark(stage: Stage, message: m.GoToMark) -> None:
     coach.wait(desk, question)
 
 
-def use_reaction(stage: Stage, message: m.UseReaction) -> None:
+def use_reaction(desk: Desk, message: m.UseReaction) -> None:
     """Choose how late presses come."""
-    coach.use_reaction(stage.trained, message.reaction_s)
-    stage.moved += 1
+    coach.use_reaction(desk, message.reaction_s)
 
 
-def mend(stage: Stage, message: m.Mend) -> None:
+def mend(desk: Desk, message: m.Mend) -> None:
     """Say what a press was meant for."""
-    coach.mend(stage.trained, message.number, message.next)
-    stage.moved += 1
+    coach.mend(desk, message.number, message.next)
 
 
 def stand_by(stage: Stage, message: m.StandBy) -> None:

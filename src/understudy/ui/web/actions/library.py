@@ -16,6 +16,8 @@ from understudy.ui.controller import journal_store
 from understudy.ui.controller.status import Said
 from understudy.ui.web.actions import session
 from understudy.ui.web.messages.base import Data
+from understudy.ui.web.messages.review import Changes, Save, Versions
+from understudy.ui.web.messages.session import Discard, Duplicate, GoBack, Recall, Remove, Rename, Restore
 from understudy.ui.web.session_host import Stage
 from understudy.ui.web.views import lesson_test, library
 
@@ -26,31 +28,31 @@ class NotSavedReply(Data, frozen=True, kw_only=True):
     worse: list[str]
 
 
-def save_current_automaton(stage: Stage, name: str | None, *, anyway: bool = False) -> NotSavedReply | None:
+def save_current_automaton(stage: Stage, message: Save) -> NotSavedReply | Said:
     """Save what is trained; under another name, a copy of it. Where something that worked no longer does, that is
     answered instead, unless it is to be saved `anyway`.
     """
-    desk = stage.trained
+    desk, name = stage.trained, message.name
     if name is None or name == desk.name:
         stage.look()
-        worse = () if anyway else lesson_test.worse(stage)
+        worse = () if message.anyway else lesson_test.worse(stage)
         if worse:
             desk.said = Said(f"{desk.name} is not saved yet: something that worked no longer does")
             return NotSavedReply(worse=list(worse))
         desk.keep(desk.session.taught())
-        desk.said = Said(f"{desk.name} is saved", "recorded")
+        said = Said(f"{desk.name} is saved", "recorded")
     else:
         stage.look()
         stage.shelf.refuse_new(name, remedy="give another name")
         library.save_copy(stage.shelf, desk.session.taught(), name)
-        desk.said = Said(f"A copy of {desk.name} is saved as {name}", "recorded")
+        said = Said(f"A copy of {desk.name} is saved as {name}", "recorded")
     stage.look()
-    return None
+    return said
 
 
-def remove(stage: Stage, name: str) -> None:
+def remove(stage: Stage, message: Remove) -> Said:
     """Move a trained behavior to the trash."""
-    desk = stage.desk
+    desk, name = stage.desk, message.name
     if desk is not None and alike(name) == alike(desk.name):
         raise SessionError(f"{name} is being trained: open another before it is removed")
     if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
@@ -58,37 +60,40 @@ def remove(stage: Stage, name: str) -> None:
     stage.look()
     library.remove(stage.shelf, name)
     stage.look()
-    stage.said = Said(f"{name} is in the trash, from where it can be restored")
+    return Said(f"{name} is in the trash, from where it can be restored")
 
 
-def restore(stage: Stage, name: str) -> None:
+def restore(stage: Stage, message: Restore) -> Said:
     """Bring a trained behavior back from the trash."""
+    name = message.name
     stage.look()
     library.restore(stage.shelf, name)
     stage.look()
-    stage.said = Said(f"{name} is back in the library")
+    return Said(f"{name} is back in the library")
 
 
-def discard(stage: Stage, name: str) -> None:
+def discard(stage: Stage, message: Discard) -> Said:
     """Throw away a lesson that was cut off; its journal stays among those that ended."""
+    name = message.name
     stage.look_for_cut_off()
     if name not in stage.cut_off:
         where, known = "the lessons that were cut off", list(stage.cut_off)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
     stage.discarded[name] = journal_store.end(stage.cut_off[name].path, stage.shelf.folder, name)
     stage.look_for_cut_off()
-    stage.said = Said(f"The lesson of {name} that was cut off is thrown away")
+    return Said(f"The lesson of {name} that was cut off is thrown away")
 
 
-def recall(stage: Stage, name: str) -> None:
+def recall(stage: Stage, message: Recall) -> Said:
     """Offer a lesson again that was thrown away since the studio was started."""
+    name = message.name
     if name not in stage.discarded:
         where, known = "the lessons that were thrown away", list(stage.discarded)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
     journal_store.reopen(stage.discarded[name])
     del stage.discarded[name]
     stage.look_for_cut_off()
-    stage.said = Said(f"The lesson of {name} that was cut off can go on again")
+    return Said(f"The lesson of {name} that was cut off can go on again")
 
 
 class VersionData(Data, frozen=True, kw_only=True):
@@ -138,10 +143,10 @@ class ChangesReply(Data, frozen=True, kw_only=True):
     moved: list[MovedData]
 
 
-def listed(stage: Stage, name: str) -> VersionsReply:
-    """The former versions, the latest first, and when each was saved."""
-    stage.shelf.of(name)
-    found = reversed(versions(stage.shelf.folder, name))
+def list_versions(stage: Stage, message: Versions) -> VersionsReply:
+    """List the former versions, the latest first, and when each was saved."""
+    stage.shelf.of(message.name)
+    found = reversed(versions(stage.shelf.folder, message.name))
     return VersionsReply(
         versions=[
             VersionData(number=each.number, saved=each.saved.isoformat() if each.saved else None)
@@ -150,11 +155,12 @@ def listed(stage: Stage, name: str) -> VersionsReply:
     )
 
 
-def told(stage: Stage, name: str, number: int, to: int | None) -> ChangesReply:
-    """What changed from a former version to another, or to the present one: lines by topic, and how switches moved,
-    with the examples responsible.
+def compare_versions(stage: Stage, message: Changes) -> ChangesReply:
+    """Compare a former version with another, or with the present one: lines by topic, and how switches moved, with the
+    examples responsible.
     """
-    before = _version(stage, name, number)
+    name, to = message.name, message.to
+    before = _version(stage, name, message.version)
     after = stage.shelf.of(name) if to is None else _version(stage, name, to)
     found, switches = changes(before, after), moved(before, after)
     if switches:
@@ -178,23 +184,25 @@ def _moved(each: Moved) -> MovedData:
     )
 
 
-def go_back(stage: Stage, name: str, number: int) -> None:
+def go_back(stage: Stage, message: GoBack) -> Said | None:
     """Make a former version the present one; the present one becomes a former version."""
+    name, number = message.name, message.version
     here = session.settled(stage, name)
     stage.look()
     stage.shelf.of(name)
     taught = library.named(stage.shelf, _version(stage, name, number), name)  # it may have had another name
     save(stage.shelf.folder, taught)
     said = f"{name} is as it was in version {number}; what it was until now is kept as a version, too"
-    session.changed(stage, name, said, here=here)
+    return session.changed(stage, name, said, here=here)
 
 
 def _version(stage: Stage, name: str, number: int) -> Taught:
     return load_version(stage.shelf.folder, name, number, stage.kit, learn).taught
 
 
-def rename(stage: Stage, name: str, to: str) -> None:
+def rename(stage: Stage, message: Rename) -> Said | None:
     """Give a trained behavior another name, with its former versions; not where others run it by the former one."""
+    name, to = message.name, message.to
     here = session.settled(stage, name)
     desk = stage.desk
     stage.look()
@@ -209,14 +217,15 @@ def rename(stage: Stage, name: str, to: str) -> None:
         )
     stage.shelf.refuse_new(to, remedy="give another name")
     library_folder.rename(stage.shelf.folder, name, library.named(stage.shelf, taught, to))
-    session.changed(stage, to, f"{name} is called {to} now", here=here)
+    return session.changed(stage, to, f"{name} is called {to} now", here=here)
 
 
-def duplicate(stage: Stage, name: str, to: str) -> None:
+def duplicate(stage: Stage, message: Duplicate) -> Said:
     """Copy a trained behavior as the library has it."""
+    name, to = message.name, message.to
     stage.look()
     taught = stage.shelf.of(name)
     stage.shelf.refuse_new(to, remedy="give another name")
     library.save_copy(stage.shelf, taught, to)
     stage.look()
-    stage.said = Said(f"{to} is a copy of {name}", "recorded")
+    return Said(f"{to} is a copy of {name}", "recorded")

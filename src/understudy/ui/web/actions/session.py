@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
 from pathlib import Path
 
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
@@ -15,6 +14,7 @@ from understudy.ui.controller import journal_store
 from understudy.ui.controller.open_session import begun, resumed
 from understudy.ui.controller.status import Said
 from understudy.ui.controller.training_plan import Choices, Plan, Start, checked
+from understudy.ui.web.messages.session import Others
 from understudy.ui.web.session_host import Stage
 
 
@@ -131,13 +131,13 @@ def settled(stage: Stage, name: str) -> bool:
     return True
 
 
-def changed(stage: Stage, name: str, said: str, *, here: bool) -> None:
-    """An automaton was changed in the library; the one in training (`here`) goes on as it is there now."""
+def changed(stage: Stage, name: str, said: str, *, here: bool) -> Said | None:
+    """An automaton was changed in the library; the one in training (`here`) goes on as it is there now, and says so."""
     stage.look()
-    if here:
-        _reopen(stage, name, said)
-    else:
-        stage.said = Said(said, "recorded")
+    if not here:
+        return Said(said, "recorded")
+    _reopen(stage, name, said)
+    return None
 
 
 def _reopen(stage: Stage, name: str, said: str) -> None:
@@ -164,9 +164,10 @@ def _refuse_unsaved(stage: Stage, *, discard: bool) -> None:
         raise SessionError(f"{desk.name} is not saved as it is now: save it first, or discard it")
 
 
-def occupy(stage: Stage, behavior: str | None, targets: Mapping[str, str]) -> None:
+def occupy(stage: Stage, message: Others) -> Said:
     """Let the others idle (None), or run a behavior of the library, its parameters standing for targets."""
     desk, library = stage.trained, stage.shelf.library
+    behavior, targets = message.behavior, message.targets
     if stage.world.robots < 2:
         problem, remedy = "cannot be told: there is one robot", "open a world with more"
         raise SettingError(where="the studio", setting="others", problem=problem, remedy=remedy)
@@ -186,8 +187,8 @@ def occupy(stage: Stage, behavior: str | None, targets: Mapping[str, str]) -> No
         desk.session.others(*former, library=library)
         raise
     doing = "idle" if behavior is None else f"run {called(behavior, Binding(targets))}"
-    desk.said = Said(f"The others {doing} meanwhile")
     stage.moved += 1
+    return Said(f"The others {doing} meanwhile")
 
 
 def go_to_example(stage: Stage, number: int) -> None:

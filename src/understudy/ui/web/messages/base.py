@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, TypeAlias
+from typing import Annotated, ClassVar, TypeAlias
 
 from msgspec import Meta, Struct
 
@@ -29,6 +29,8 @@ class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag
     """What all messages have: a number that the answer repeats."""
 
     id: Id
+    by_anyone: ClassVar[bool] = False
+    """Whether a page may send it that only watches."""
 
 
 _FOUND = re.compile(r"(Expected .*) - at (`key` in )?`\$\.(\w+)(?:\[(\d+|\.\.\.)\])?`")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from msgspec import Meta
 
@@ -17,6 +17,8 @@ AskWhenName: TypeAlias = Literal["never", "pause", "mark"]
 
 class Advise(Message, frozen=True, kw_only=True, tag="advise"):
     """Say what the lesson lacks, and how late presses seem to come."""
+
+    by_anyone: ClassVar[bool] = True
 
 
 class SetUp(Message, frozen=True, kw_only=True, tag="set_up"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeAlias
+from typing import Annotated, ClassVar, TypeAlias
 
 from msgspec import Meta
 
@@ -16,6 +16,8 @@ Pruning: TypeAlias = Annotated[float, Meta(ge=0, le=1e6)]
 
 class Why(Message, frozen=True, kw_only=True, tag="why"):
     """Explain the decisions of now, on all levels, and the last switch."""
+
+    by_anyone: ClassVar[bool] = True
 
 
 class Promise(Message, frozen=True, kw_only=True, tag="promise"):
@@ -40,6 +42,7 @@ class Visit(Message, frozen=True, kw_only=True, tag="visit"):
 class Test(Message, frozen=True, kw_only=True, tag="test"):
     """Test an automaton on its lesson, as all is now: what is trained counts as it stands."""
 
+    by_anyone: ClassVar[bool] = True
     name: Name
 
 
@@ -55,6 +58,7 @@ class Save(Message, frozen=True, kw_only=True, tag="save"):
 class Simplify(Message, frozen=True, kw_only=True, tag="simplify"):
     """Show what the automaton would be with fewer questions, as many as is best where it is not said."""
 
+    by_anyone: ClassVar[bool] = True
     pruning: Pruning | None = None
 
 
@@ -67,12 +71,14 @@ class Prune(Message, frozen=True, kw_only=True, tag="prune"):
 class Versions(Message, frozen=True, kw_only=True, tag="versions"):
     """List the former versions of a trained behavior."""
 
+    by_anyone: ClassVar[bool] = True
     name: Name
 
 
 class Changes(Message, frozen=True, kw_only=True, tag="changes"):
     """Tell what changed from a former version to another, or to the present one."""
 
+    by_anyone: ClassVar[bool] = True
     name: Name
     version: Index
     to: Index | None = None

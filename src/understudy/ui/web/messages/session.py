@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias, Union
+from typing import Annotated, ClassVar, Literal, TypeAlias, Union
 
 import msgspec
 from msgspec import Meta, Struct, field
@@ -280,6 +280,8 @@ class Arm(Message, frozen=True, kw_only=True, tag="arm"):
 
 class Stop(Message, frozen=True, kw_only=True, tag="stop"):
     """Stop real robots at once: the emergency stop of every page."""
+
+    by_anyone: ClassVar[bool] = True
 
 
 class Here(Message, frozen=True, kw_only=True, tag="here"):

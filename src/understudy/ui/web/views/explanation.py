@@ -16,6 +16,7 @@ from understudy.model.lesson import ExampleKind
 from understudy.training.trainee import Mode
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.web.messages.base import Data
+from understudy.ui.web.messages.review import Why
 from understudy.ui.web.session_host import Stage
 from understudy.ui.web.views.session import ExampleKindName
 
@@ -66,8 +67,8 @@ class ReasonsReply(Data, frozen=True, kw_only=True):
     last: SwitchedData | None
 
 
-def told(stage: Stage) -> ReasonsReply:
-    """What every level decides now, what held and who showed it; and the last switch of any of them."""
+def explain(stage: Stage, _: Why) -> ReasonsReply:
+    """Explain what every level decides now, what held and who showed it; and the last switch of any of them."""
     desk = stage.trained
     levels = desk.why.levels()
     return ReasonsReply(

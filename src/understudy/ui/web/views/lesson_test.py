@@ -19,6 +19,7 @@ from understudy.ui.controller.lesson_actions import seen
 from understudy.ui.controller.save_report import lost_since
 from understudy.ui.controller.status import Said
 from understudy.ui.web.messages.base import Data
+from understudy.ui.web.messages.review import Simplify, Test, Visit
 from understudy.ui.web.session_host import Stage
 
 SAVED = "it was saved"
@@ -53,9 +54,9 @@ class LessonTestReply(Data, frozen=True, kw_only=True):
     tested: TestedData
 
 
-def describe_lesson_test(stage: Stage, name: str) -> LessonTestReply:
-    """One automaton tested on its lesson, beside what it was: what is trained counts as it stands."""
-    library = _present(stage)
+def test_lesson(stage: Stage, message: Test) -> LessonTestReply:
+    """Test one automaton on its lesson, beside what it was: what is trained counts as it stands."""
+    name, library = message.name, _present(stage)
     library.automaton(name)
     formers = {each: _former(stage, each) for each in below(library, name)}
     known = stage.ranks.known(stage.sort, stage.agent, library)
@@ -105,10 +106,10 @@ def worse(stage: Stage) -> tuple[str, ...]:
     return lost_since(stage.shelf.folder, library, taught, known)
 
 
-def visit(stage: Stage, number: int) -> None:
+def visit(stage: Stage, message: Visit) -> Said:
     """Go to where an outcome was promised, the automaton afresh; nothing is recorded."""
     desk = stage.trained
-    outcome = lesson_actions.promised(desk, number)
+    outcome = lesson_actions.promised(desk, message.outcome)
     if outcome.scenario != dump_scenario(stage.world.scenario) or outcome.sort != (stage.sort or ""):
         raise SessionError(f"that was promised in another world, as {outcome.world} was then")
     if outcome.agent != desk.session.agent:
@@ -117,7 +118,7 @@ def visit(stage: Stage, number: int) -> None:
     stage.go_back(Instant(outcome.snapshot, (), desk.session.mode, others))
     if dict(outcome.targets) != dict(desk.screen.targets):
         desk.bind(outcome.targets)
-    stage.said = Said(f"Here it was promised: {outcome}")
+    return Said(f"Here it was promised: {outcome}")
 
 
 class SuggestionData(Data, frozen=True, kw_only=True):
@@ -183,9 +184,9 @@ class SimplifyReply(Data, frozen=True, kw_only=True):
     simpler: SimplerData
 
 
-def describe_simplification(stage: Stage, pruning: float | None) -> SimplifyReply:
-    """Conditions before and after, and the decisions that would change; nothing is changed yet."""
-    found = seen(stage.trained, pruning)
+def preview(stage: Stage, message: Simplify) -> SimplifyReply:
+    """Show conditions before and after, and the decisions that would change; nothing is changed yet."""
+    found = seen(stage.trained, message.pruning)
     before, after = found.leaves
     changed = sum(each.moments for each in found.replayed.changes)
     return SimplifyReply(
