@@ -21,7 +21,7 @@ from understudy.training.reaction_time import Lateness, lateness
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.ui.controller.explainer import Why
-from understudy.ui.controller.status import Said
+from understudy.ui.controller.status import Said, says
 
 if TYPE_CHECKING:
     from understudy.ui.controller.trainer import Desk
@@ -166,15 +166,17 @@ def set_up(desk: Desk, wanted: Advice | None = None) -> Staged:
     return staged
 
 
-def wait(desk: Desk, question: Question) -> None:
+@says
+def wait(desk: Desk, question: Question) -> Said:
     """Let time stand still at a question; going on is an answer, too."""
     if not desk.paused:
         desk.pause()
     desk.coach.question = question
-    desk.said = Said(f"{question.sentence} Space lets it go on", "correction")
+    return Said(f"{question.sentence} Space lets it go on", "correction")
 
 
-def answer(desk: Desk, state: str | None) -> None:
+@says
+def answer(desk: Desk, state: str | None) -> Said:
     """Answer the question that waits: the press (None: keep doing this) is recorded, and it decides by itself again.
 
     It goes on where it is, not afresh: what was learned of the answer counts from the next tick on.
@@ -195,30 +197,34 @@ def answer(desk: Desk, state: str | None) -> None:
         desk.note(desk.robot, step="resume")
     desk.changed()
     desk.pause()
-    desk.said = said
+    return said
 
 
-def use_reaction(desk: Desk, reaction_s: float) -> None:
+@says
+def use_reaction(desk: Desk, reaction_s: float) -> Said:
     """Choose how late presses come, s; examples are computed again from the record."""
     desk.session.choose(options=replace(desk.session.lesson.options, reaction_s=reaction_s))
     desk.changed()
-    desk.said = Said(f"Presses count {reaction_s:g} s earlier from now on; undo takes that back")
+    return Said(f"Presses count {reaction_s:g} s earlier from now on; undo takes that back")
 
 
-def mend(desk: Desk, number: int, next: str) -> None:
+@says
+def mend(desk: Desk, number: int, next: str) -> Said:
     """Say what a press was meant for."""
     desk.session.mend(number, next)
     desk.changed()
-    desk.said = Said(f"Example {number} says {next} now; undo takes that back")
+    return Said(f"Example {number} says {next} now; undo takes that back")
 
 
-def stand_by(desk: Desk, number: int) -> None:
+@says
+def stand_by(desk: Desk, number: int) -> Said:
     """Say that a press that looks like a slip was meant."""
     desk.coach.stand_by(number)
-    desk.said = Said(f"Example {number} was meant")
+    return Said(f"Example {number} was meant")
 
 
-def ask_when(desk: Desk, when: When) -> None:
+@says
+def ask_when(desk: Desk, when: When) -> Said:
     """Choose what it does in testing where it is unsure."""
     desk.coach.asking.when = when
-    desk.said = Said(WHEN_SAID[when])
+    return Said(WHEN_SAID[when])

@@ -9,26 +9,28 @@ from understudy.analysis.simplify_preview import Simpler, simpler, simplifiable
 from understudy.errors import SessionError, listed
 from understudy.learning.pruning_suggestions import with_pruning
 from understudy.model.expectation import Outcome
-from understudy.ui.controller.status import Said
+from understudy.ui.controller.status import Said, says
 from understudy.ui.controller.trainer import Desk
 
 BY_HAND = "Somebody put it there."
 
 
-def hold(desk: Desk, numbers: Sequence[int]) -> None:
+@says
+def hold(desk: Desk, numbers: Sequence[int]) -> Said:
     """Let examples teach nothing for now: for what speaks against them, or because somebody wants it."""
     judgement = desk.session.judgement
     reasons = {} if judgement is None else judgement.reasons
     desk.session.quarantine({number: reasons.get(number, BY_HAND) for number in numbers})
-    desk.said = Said(f"{_examples(numbers)} in quarantine; undo takes that back")
     desk.changed()
+    return Said(f"{_examples(numbers)} in quarantine; undo takes that back")
 
 
-def release(desk: Desk, numbers: Sequence[int]) -> None:
+@says
+def release(desk: Desk, numbers: Sequence[int]) -> Said:
     """Let examples teach again."""
     desk.session.quarantine(dict.fromkeys(numbers, ""))
-    desk.said = Said(f"{_examples(numbers)} out of quarantine; undo takes that back")
     desk.changed()
+    return Said(f"{_examples(numbers)} out of quarantine; undo takes that back")
 
 
 def _examples(numbers: Sequence[int]) -> str:
@@ -36,20 +38,22 @@ def _examples(numbers: Sequence[int]) -> str:
     return f"Example {numbers[0]} is" if len(numbers) == 1 else f"Examples {listed(map(str, numbers))} are"
 
 
-def promise(desk: Desk, flag: str, within_s: float) -> None:
+@says
+def promise(desk: Desk, flag: str, within_s: float) -> Said:
     """Let the lesson promise that from here on, started afresh, the automaton raises a flag in time."""
     outcome = expectations.promise(desk.session, flag=flag, within_s=within_s)
-    desk.said = Said(f"Promised from here: {outcome}; undo takes it back")
     desk.changed()
+    return Said(f"Promised from here: {outcome}; undo takes it back")
 
 
-def withdraw(desk: Desk, number: int) -> None:
+@says
+def withdraw(desk: Desk, number: int) -> Said:
     """Let the lesson no longer promise its outcome of this number, from 0."""
     outcome = promised(desk, number)
     kept = desk.session.lesson.outcomes
     desk.session.choose(outcomes=(*kept[:number], *kept[number + 1 :]))
-    desk.said = Said(f"No longer promised: {outcome}; undo takes that back")
     desk.changed()
+    return Said(f"No longer promised: {outcome}; undo takes that back")
 
 
 def promised(desk: Desk, number: int) -> Outcome:
@@ -65,11 +69,10 @@ def seen(desk: Desk, pruning: float | None = None) -> Simpler:
     return simpler(desk.session.taught(), pruning)
 
 
-def prune(desk: Desk, pruning: float) -> None:
+@says
+def prune(desk: Desk, pruning: float) -> Said:
     """Learn the lesson with a pruning from now on; 0 takes it back."""
     lesson = simplifiable(desk.session.taught())
     desk.session.choose(options=with_pruning(lesson, pruning).options)
-    desk.said = Said(
-        "It is as simple as you saw; undo takes that back" if pruning else "Nothing is pruned now"
-    )
     desk.changed()
+    return Said("It is as simple as you saw; undo takes that back" if pruning else "Nothing is pruned now")

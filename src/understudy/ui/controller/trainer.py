@@ -30,7 +30,7 @@ from understudy.ui.controller.key_bindings import Keys, drive_keys, state_keys
 from understudy.ui.controller.recent_history import Memory
 from understudy.ui.controller.save_report import lost_since, told
 from understudy.ui.controller.status import Said as Said
-from understudy.ui.controller.status import Tone
+from understudy.ui.controller.status import Tone, says
 from understudy.ui.controller.training_plan import Choices
 
 
@@ -160,11 +160,12 @@ class Desk:
                 f"{self.name} raised {after.flag}. Right? Try another world. Wrong? Press what was right"
             )
 
-    def pause(self) -> None:
+    @says
+    def pause(self) -> Said:
         """Let time stand still, or go on."""
         self.session.paused = not self.session.paused
         self._set_pace()
-        self.said = Said("Paused: . takes one step, space goes on" if self.paused else "Going on")
+        return Said("Paused: . takes one step, space goes on" if self.paused else "Going on")
 
     def step(self) -> None:
         """One tick, then pause."""
@@ -180,56 +181,59 @@ class Desk:
         self.held = held
         self._set_pace()
 
-    def set_speed(self, speed: float) -> None:
+    @says
+    def set_speed(self, speed: float) -> Said:
         """The world goes at one of the speeds there are."""
         self.pace.speed = known_speed(speed, "the trainer", live=self.pace.live)
-        self.said = Said(formatting.speed(speed))
+        return Said(formatting.speed(speed))
 
     def _set_pace(self) -> None:
         stands = self.paused or self.held or (self.driving and self.steering is None)
         (self.pace.stop if stands else self.pace.go)()
 
-    def faster(self) -> None:
+    @says
+    def faster(self) -> Said:
         """The world goes faster."""
         self.pace.faster()
-        self.said = Said(formatting.speed(self.pace.speed))
+        return Said(formatting.speed(self.pace.speed))
 
-    def slower(self) -> None:
+    @says
+    def slower(self) -> Said:
         """The world goes slower."""
         self.pace.slower()
-        self.said = Said(formatting.speed(self.pace.speed))
+        return Said(formatting.speed(self.pace.speed))
 
     # Pressing
 
-    def press(self, name: str) -> None:
+    @says
+    def press(self, name: str) -> Said:
         """Direct the robot to a state; while driving, drive with a basic behavior."""
         if self.driving:
-            self._steer(name)
-            return
+            return self._steer(name)
         correction = self.screen.mode is Mode.TESTING
         self.session.direct(name)
-        self._pressed(correction, f"{self.screen.state} → {name}", name)
+        return self._pressed(correction, f"{self.screen.state} → {name}", name)
 
-    def confirm(self) -> None:
+    @says
+    def confirm(self) -> Said:
         """Keep doing this."""
         if self.driving:
             raise SessionError("nothing is recorded while driving: press d to end it first")
         correction = self.screen.mode is Mode.TESTING
         self.session.confirm()
-        self._pressed(correction, f"keep {self.screen.state}", None)
+        return self._pressed(correction, f"keep {self.screen.state}", None)
 
-    def _pressed(self, correction: bool, what: str, state: str | None) -> None:
+    def _pressed(self, correction: bool, what: str, state: str | None) -> Said:
         self.note(self.robot, state)
         self.corrected = correction or (self.corrected and self.screen.waiting is not None)
         self.screen = self.session.screen()
         then = " when time goes on" if self.paused else ""
-        self.said = Said(
-            f"{'correction: ' if correction else ''}{what}{then}", "correction" if correction else ""
-        )
+        return Said(f"{'correction: ' if correction else ''}{what}{then}", "correction" if correction else "")
 
     # Modes
 
-    def turn(self) -> None:
+    @says
+    def turn(self) -> Said:
         """From training to testing, or back."""
         self._end_driving()
         self.corrected = False
@@ -240,56 +244,63 @@ class Desk:
                 )
             self.session.test()
             self.note(self.robot, step="test")
-            self.said = Said("Testing: it decides by itself. Press a state's key where it does wrong")
+            said = Said("Testing: it decides by itself. Press a state's key where it does wrong")
         else:
             self.session.train()
             self.note(self.robot, step="train")
-            self.said = Said("Training: you decide")
+            said = Said("Training: you decide")
         self._look()
+        return said
 
-    def restart(self) -> None:
+    @says
+    def restart(self) -> Said:
         """Start the automaton afresh where the robot is."""
         self.session.restart()
         self.note(self.robot, step="restart")
-        self.said = Said(f"{self.name} started afresh; nothing recorded")
         self._look()
+        return Said(f"{self.name} started afresh; nothing recorded")
 
-    def again(self) -> None:
+    @says
+    def again(self) -> Said:
         """The same world from its beginning."""
         if self.seed is None:
             raise SessionError("the seed of a resumed world is not known any more: n begins a new one")
-        self._world(self.seed, f"World {self.seed} from its beginning")
+        return self._world(self.seed, f"World {self.seed} from its beginning")
 
-    def new_world(self) -> None:
+    @says
+    def new_world(self) -> Said:
         """The world of the next seed."""
-        self._world(0 if self.seed is None else self.seed + 1, f"World {self.seed_after}")
+        return self._world(0 if self.seed is None else self.seed + 1, f"World {self.seed_after}")
 
     @property
     def seed_after(self) -> int:
         """The seed of the next world."""
         return 0 if self.seed is None else self.seed + 1
 
-    def world(self, seed: int) -> None:
+    @says
+    def world(self, seed: int) -> Said:
         """The world of a seed from its beginning."""
-        self._world(seed, f"World {seed} from its beginning")
+        return self._world(seed, f"World {seed} from its beginning")
 
-    def _world(self, seed: int, what: str) -> None:
+    def _world(self, seed: int, what: str) -> Said:
         self._end_driving()
         self.session.reset(seed)
         self.seed = seed
         self.memory.forget()
         self.why.forget()
-        self.said = Said(f"{what}; nothing recorded")
         self._look()
+        return Said(f"{what}; nothing recorded")
 
-    def watch(self) -> None:
+    @says
+    def watch(self) -> Said:
         """I am not watching, or I am again."""
         if not self.watches:
             raise SessionError("this lesson records presses only: choose watched examples with c first")
         self.session.watching = not self.session.watching
-        self.said = Said("You watch: silence is consent" if self.session.watching else "You are not watching")
+        return Said("You watch: silence is consent" if self.session.watching else "You are not watching")
 
-    def stand_for(self) -> None:
+    @says
+    def stand_for(self) -> Said:
         """Let the parameters stand for the next targets."""
         parameters, known = self.session.automaton.parameters, tuple(self.body.targets)
         if not parameters:
@@ -297,42 +308,44 @@ class Desk:
         ways = list(product(known, repeat=len(parameters)))
         now = tuple(self.screen.targets[parameter] for parameter in parameters)
         way = ways[(ways.index(now) + 1) % len(ways)]
-        self.bind(dict(zip(parameters, way, strict=True)))
+        return self.bind(dict(zip(parameters, way, strict=True)))
 
-    def bind(self, targets: Mapping[str, str]) -> None:
+    @says
+    def bind(self, targets: Mapping[str, str]) -> Said:
         """Let parameters stand for these targets."""
         self.session.stand_for(**targets)
         self.memory.forget()
         self._look()
-        self.said = Said(f"Now {formatting.standing(self.screen)[1:-1]}")
+        return Said(f"Now {formatting.standing(self.screen)[1:-1]}")
 
-    def moved(self, what: str) -> None:
+    @says
+    def moved(self, what: str) -> Said:
         """Something in the world was put elsewhere by hand, which is said."""
         self.session.moved()
         self.memory.forget()
         self.why.forget()
-        self.said = Said(f"{what}; nothing recorded")
         self._look()
+        return Said(f"{what}; nothing recorded")
 
     # Driving into position
 
-    def drive(self) -> None:
+    @says
+    def drive(self) -> Said:
         """Begin to drive the robot into position, or end it; nothing is recorded."""
         if self.driving:
             self._end_driving()
-            self.said = Said(f"Driving ended; {self.name} goes on in {self.screen.state}")
-            return
+            return Said(f"Driving ended; {self.name} goes on in {self.screen.state}")
         self.driving, self.steering = True, None
         self._set_pace()
-        self.said = Said("Drive it into position with the same keys; d ends it. Nothing is recorded")
+        return Said("Drive it into position with the same keys; d ends it. Nothing is recorded")
 
-    def _steer(self, name: str) -> None:
+    def _steer(self, name: str) -> Said:
         self.steering = None if name == self.steering else name
         if self.steering is not None:
             self.session.drive(name)
             self.why.forget()
         self._set_pace()
-        self.said = Said(
+        return Said(
             f"Driving: {name} (the same key stops it)" if self.steering else "Driving: it stands still"
         )
 
@@ -345,41 +358,49 @@ class Desk:
 
     # The lesson
 
-    def undo(self) -> None:
+    @says
+    def undo(self) -> Said:
         """Take back the last step that changed the lesson."""
-        self.said = Said(f"Undone: {self.session.undo()}")
+        said = Said(f"Undone: {self.session.undo()}")
         self.changed()
+        return said
 
-    def redo(self) -> None:
+    @says
+    def redo(self) -> Said:
         """Do the last undone step again."""
-        self.said = Said(f"Done again: {self.session.redo()}")
+        said = Said(f"Done again: {self.session.redo()}")
         self.changed()
+        return said
 
-    def delete(self, number: int) -> None:
+    @says
+    def delete(self, number: int) -> Said:
         """Delete an example."""
         self.session.delete(number)
-        self.said = Said(f"Example {number} deleted; undo takes that back")
         self.changed()
+        return Said(f"Example {number} deleted; undo takes that back")
 
-    def edit(self, number: int, **what: Unpack[Edit]) -> None:
+    @says
+    def edit(self, number: int, **what: Unpack[Edit]) -> Said:
         """Let an example say another state, next state or values."""
         self.session.edit(number, **what)
-        self.said = Said(f"Example {number} edited; undo takes that back")
         self.changed()
+        return Said(f"Example {number} edited; undo takes that back")
 
-    def choose(self, choices: Choices) -> None:
+    @says
+    def choose(self, choices: Choices) -> Said:
         """Choose what the lesson is about anew; examples stay where they can."""
         self.session.choose(**choices.anew(self._options))
         self.memory.forget()
-        self.said = Said("Chosen anew; the examples stay, and undo takes it back")
         self.changed()
+        return Said("Chosen anew; the examples stay, and undo takes it back")
 
-    def save(self) -> None:
+    @says
+    def save(self) -> Said:
         """Save the automaton into the library, keeping the former version; says what worked and no longer does."""
         taught = self.session.taught()
         worse = lost_since(self.folder, self.session.library, taught)
         path = self.keep(taught)
-        self.said = Said(told(path, worse), "error" if worse else "recorded")
+        return Said(told(path, worse), "error" if worse else "recorded")
 
     def keep(self, taught: Taught) -> Path:
         """Save the automaton into the library, keeping the former version, without another look at what it does."""

@@ -23,7 +23,7 @@ from understudy.ui.controller import formatting, journal_store
 from understudy.ui.controller.arming import Robots
 from understudy.ui.controller.clock import Idling, Wall, known_speed
 from understudy.ui.controller.open_session import Opened
-from understudy.ui.controller.status import Said
+from understudy.ui.controller.status import Said, says
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.web import frames
 from understudy.ui.web.rewind import Frame, Reel, RunData, Unsure
@@ -228,11 +228,12 @@ class Stage:
             self._keep_moment()
             self.unsure.see(self.desk.coach.asking.marked, self.run.number, self.world.time_s)
 
-    def halt(self, problem: str) -> None:
+    @says
+    def halt(self, problem: str) -> Said:
         """Something went wrong, which is said; time stands still, and real robots have to be armed again."""
         self.robots.leave(problem)
         self.pause(True)
-        self.said = Said(problem, "error")
+        return Said(problem, "error")
 
     def pause(self, paused: bool, why: str | None = None) -> None:
         """Let time stand still, or go on."""
@@ -242,9 +243,7 @@ class Stage:
                 self._idling.pause(paused)
             else:
                 self.desk.pause()
-            self.said = Said("Paused" if paused else "Going on")
-            if why is not None:
-                self.said = Said(why)
+            self.said = Said(why or ("Paused" if paused else "Going on"))
 
     def set_speed(self, speed: float) -> None:
         """How many times as fast as in life the world goes."""
@@ -252,17 +251,19 @@ class Stage:
         if self.desk is not None:
             self.desk.set_speed(speed)
 
-    def reset(self, seed: int | None) -> None:
+    @says
+    def reset(self, seed: int | None) -> Said:
         """The world of a seed from its beginning."""
         seed = self.seed if seed is None else seed
         if self.desk is None:
             if isinstance(self.world, Twin):
                 raise SessionError(f"the world of real robots cannot be reset: {CARRY}")
             self.world.reset([seed])
-            self._said = Said(f"World {seed} from its beginning")
+            said = Said(f"World {seed} from its beginning")
         else:
-            self.desk.world(seed)
+            said = self.desk.world(seed)
         self.anew()
+        return said
 
     def _begin_reel(self) -> None:
         self.reel.forget(() if self.desk is None else self.desk.session.examples)
@@ -289,21 +290,23 @@ class Stage:
         self._begin_reel()
         self.changed()
 
-    def _back(self, instant: Instant) -> None:
+    @says
+    def _back(self, instant: Instant) -> Said:
         desk = self.trained
         self.pause(True)
         desk.session.rewind(instant)
         desk.moved("back")
-        now = formatting.clock(self.world.time_s)
-        desk.said = Said(f"Back at {now}; the lesson stays, and going on begins here")
         self.changed()
+        now = formatting.clock(self.world.time_s)
+        return Said(f"Back at {now}; the lesson stays, and going on begins here")
 
     def changed(self) -> None:
         """The world was changed otherwise than by a tick."""
         self.moved += 1
         self.rebuilt += 1
 
-    def put(self, change: Callable[[World], object], what: str) -> None:
+    @says
+    def put(self, change: Callable[[World], object], what: str) -> Said:
         """Change the world by hand."""
         if isinstance(self.world, Twin):
             raise SessionError(f"real robots and things are not moved by hand here: {CARRY}")
@@ -311,11 +314,8 @@ class Stage:
             change(self.world)
         except SettingError as error:
             raise SessionError(_as_on_the_page(str(error))) from error
-        if self.desk is None:
-            self._said = Said(what)
-        else:
-            self.desk.moved(what)
         self.moved += 1
+        return Said(what) if self.desk is None else self.desk.moved(what)
 
     # Opening and closing
 
