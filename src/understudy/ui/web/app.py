@@ -18,11 +18,10 @@ from starlette.requests import HTTPConnection, Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
-from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+from starlette.websockets import WebSocket
 
 from understudy.errors import SettingError
 from understudy.ui.web.actions.camera import sight
-from understudy.ui.web.clients import Viewer
 from understudy.ui.web.library_zip import post
 from understudy.ui.web.server import Studio
 
@@ -63,7 +62,7 @@ def app(
         if problem is not None:
             await websocket.close(REFUSED, problem)
             return
-        await _serve(studio, websocket)
+        await studio.serve(websocket)
 
     @asynccontextmanager
     async def life(_: Starlette) -> AsyncIterator[None]:
@@ -94,45 +93,6 @@ def _refusal(caller: HTTPConnection, token: str | None, hosts: Collection[str] |
     if token is not None and not compare_digest(given.encode(), token.encode()):
         return "the token is missing or wrong: open the link that the studio printed"
     return None
-
-
-async def _serve(studio: Studio, websocket: WebSocket) -> None:
-    viewer = studio.arrive(websocket.query_params.get("key"))
-    sending = asyncio.create_task(_send(viewer, websocket))
-    hearing = asyncio.create_task(_hear(studio, viewer, websocket))
-    try:
-        await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        studio.leave(viewer)
-        for task in (sending, hearing):
-            task.cancel()
-            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
-                await task
-        if websocket.application_state is WebSocketState.CONNECTED:
-            with suppress(RuntimeError, WebSocketDisconnect, OSError):
-                await websocket.close()
-
-
-async def _hear(studio: Studio, viewer: Viewer, websocket: WebSocket) -> None:
-    while not viewer.closing:
-        received = await websocket.receive()
-        if received["type"] == "websocket.disconnect":
-            return
-        text = received.get("text")
-        studio.hear(viewer, text if text is not None else received.get("bytes") or b"")
-        await asyncio.sleep(0)  # a page that sends without pause keeps nobody else waiting
-
-
-async def _send(viewer: Viewer, websocket: WebSocket) -> None:
-    while not viewer.closing:
-        await viewer.waits.wait()
-        viewer.waits.clear()
-        while (waiting := viewer.next()) is not None:
-            sent, binary = waiting
-            if binary:
-                await websocket.send_bytes(sent)
-            else:
-                await websocket.send_text(sent.decode())
 
 
 PORT = 8437

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from time import monotonic, perf_counter
 
 import msgspec
 from msgspec import UNSET, UnsetType
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy.errors import SessionError
 from understudy.ui.controller.arming import RobotStatus
@@ -101,6 +103,32 @@ class Studio:
         self._due_s = 0.0
 
     # Pages
+
+    async def serve(self, websocket: WebSocket) -> None:
+        """Hear a page and show it everything, until it is gone."""
+        viewer = self.arrive(websocket.query_params.get("key"))
+        sending = asyncio.create_task(_send(viewer, websocket))
+        hearing = asyncio.create_task(self._hear_all(viewer, websocket))
+        try:
+            await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self.leave(viewer)
+            for task in (sending, hearing):
+                task.cancel()
+                with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
+                    await task
+            if websocket.application_state is WebSocketState.CONNECTED:
+                with suppress(RuntimeError, WebSocketDisconnect, OSError):
+                    await websocket.close()
+
+    async def _hear_all(self, viewer: Viewer, websocket: WebSocket) -> None:
+        while not viewer.closing:
+            received = await websocket.receive()
+            if received["type"] == "websocket.disconnect":
+                return
+            text = received.get("text")
+            self.hear(viewer, text if text is not None else received.get("bytes") or b"")
+            await asyncio.sleep(0)  # a page that sends without pause keeps nobody else waiting
 
     def arrive(self, key: str | None) -> Viewer:
         """A page connects, and is shown everything."""
@@ -241,6 +269,18 @@ class Studio:
 def _to(shown: SessionNewsData, *, directs: bool) -> SessionNewsData:
     """The same for a page that directs, or does not."""
     return msgspec.structs.replace(shown, directs=directs)
+
+
+async def _send(viewer: Viewer, websocket: WebSocket) -> None:
+    while not viewer.closing:
+        await viewer.waits.wait()
+        viewer.waits.clear()
+        while (waiting := viewer.next()) is not None:
+            sent, binary = waiting
+            if binary:
+                await websocket.send_bytes(sent)
+            else:
+                await websocket.send_text(sent.decode())
 
 
 def _stops(text: str | bytes) -> bool:
