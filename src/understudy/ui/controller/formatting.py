@@ -51,6 +51,17 @@ def recorded(examples: Sequence[Example], features: Sequence[BoundFeature]) -> s
     return ("correction: " if first.correction else "") + ", ".join(parts)
 
 
+def switched(name: str, before: Screen, after: Screen, *, driving: bool) -> str:
+    """What a switch came to that no press showed; "" where nothing is to be said of it."""
+    if before.state == after.state:
+        return ""
+    if before.waiting is not None:
+        return f"{before.state} → {after.state}, and nothing recorded: a directed flag has no examples"
+    if after.flag is None or driving:
+        return ""
+    return f"{name} raised {after.flag}. Right? Try another world. Wrong? Press what was right"
+
+
 def speed(times: float) -> str:
     """How fast the world goes: 4 times as fast as in life."""
     if times == inf:

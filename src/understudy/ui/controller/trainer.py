@@ -14,8 +14,7 @@ from understudy.errors import SessionError
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
 from understudy.model.library import Taught
-from understudy.robots.twin import Ground, Twin, drawn, unnoted
-from understudy.sim.target_lookup import place_of
+from understudy.robots.twin import Ground, Twin, unnoted
 from understudy.sim.view import WorldView
 from understudy.storage.library_folder import save
 from understudy.training.edits import Edit
@@ -29,8 +28,7 @@ from understudy.ui.controller.journal_store import alike
 from understudy.ui.controller.key_bindings import Keys, drive_keys, state_keys
 from understudy.ui.controller.recent_history import Memory
 from understudy.ui.controller.save_report import lost_since, told
-from understudy.ui.controller.status import Said as Said
-from understudy.ui.controller.status import Tone, says
+from understudy.ui.controller.status import Said, Tone, says
 from understudy.ui.controller.training_plan import Choices
 
 
@@ -96,15 +94,6 @@ class Desk:
         return self.session.agent % self.body.robots
 
     @property
-    def aims(self) -> list[tuple[float, float]]:
-        """Where the targets are that parameters stand for now."""
-        if self.session.body is not self.body:
-            return []  # a squad is in no one place
-        agent, targets = self.session.agent, self.screen.targets.values()
-        places = (place_of(drawn(self.body), target, agent) for target in targets)
-        return [place for place in places if place is not None]
-
-    @property
     def unsaved(self) -> bool:
         """Whether the lesson is not as the library has it."""
         session, saved = self.session, self._saved
@@ -151,14 +140,8 @@ class Desk:
         if shown:
             tone: Tone = "correction" if shown[0].correction else "recorded"
             self.said = Said(formatting.recorded(shown, self.features), tone)
-        elif before.waiting is not None and before.state != after.state:
-            self.said = Said(
-                f"{before.state} → {after.state}, and nothing recorded: a directed flag has no examples"
-            )
-        elif after.state != before.state and not self.driving and after.flag is not None:
-            self.said = Said(
-                f"{self.name} raised {after.flag}. Right? Try another world. Wrong? Press what was right"
-            )
+        elif said := formatting.switched(self.name, before, after, driving=self.driving):
+            self.said = Said(said)
 
     @says
     def pause(self) -> Said:
@@ -361,38 +344,31 @@ class Desk:
     @says
     def undo(self) -> Said:
         """Take back the last step that changed the lesson."""
-        said = Said(f"Undone: {self.session.undo()}")
-        self.changed()
-        return said
+        return self._changed(f"Undone: {self.session.undo()}")
 
     @says
     def redo(self) -> Said:
         """Do the last undone step again."""
-        said = Said(f"Done again: {self.session.redo()}")
-        self.changed()
-        return said
+        return self._changed(f"Done again: {self.session.redo()}")
 
     @says
     def delete(self, number: int) -> Said:
         """Delete an example."""
         self.session.delete(number)
-        self.changed()
-        return Said(f"Example {number} deleted; undo takes that back")
+        return self._changed(f"Example {number} deleted; undo takes that back")
 
     @says
     def edit(self, number: int, **what: Unpack[Edit]) -> Said:
         """Let an example say another state, next state or values."""
         self.session.edit(number, **what)
-        self.changed()
-        return Said(f"Example {number} edited; undo takes that back")
+        return self._changed(f"Example {number} edited; undo takes that back")
 
     @says
     def choose(self, choices: Choices) -> Said:
         """Choose what the lesson is about anew; examples stay where they can."""
         self.session.choose(**choices.anew(self._options))
         self.memory.forget()
-        self.changed()
-        return Said("Chosen anew; the examples stay, and undo takes it back")
+        return self._changed("Chosen anew; the examples stay, and undo takes it back")
 
     @says
     def save(self) -> Said:
@@ -407,6 +383,10 @@ class Desk:
         path = save(self.folder, taught)
         self._saved = taught.lesson
         return path
+
+    def _changed(self, said: str) -> Said:
+        self.changed()
+        return Said(said)
 
     def changed(self) -> None:
         """See the lesson as it is now, after something changed it."""

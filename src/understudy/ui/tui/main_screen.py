@@ -15,6 +15,8 @@ from textual.screen import Screen
 from textual.widgets import Static
 
 from understudy.errors import UnderstudyError
+from understudy.robots.twin import drawn
+from understudy.sim.target_lookup import place_of
 from understudy.ui.controller.arming import Robots
 from understudy.ui.controller.coach import set_up
 from understudy.ui.controller.status import Said
@@ -240,7 +242,7 @@ class Teaching(Screen[str]):
         if self.robots.real:
             world.border_title = self._standing()
         world.border_subtitle = facts(view, columns, desk.robot)
-        drawn = picture(view, desk.memory.trail, desk.aims, columns=columns, lines=tall, robot=desk.robot)
+        drawn = picture(view, desk.memory.trail, _aims(desk), columns=columns, lines=tall, robot=desk.robot)
         self._show("world", drawn)
         self._draw_side(width - columns - 4, lines)
 
@@ -267,3 +269,12 @@ class Teaching(Screen[str]):
         if self._drawn.get(name) != text:
             self._drawn[name] = text
             self.query_one(f"#{name}", Static).update(text)
+
+
+def _aims(desk: Desk) -> list[tuple[float, float]]:
+    """Where the targets are that parameters stand for now."""
+    session, body = desk.session, desk.body
+    if session.body is not body:
+        return []  # a squad is in no one place
+    places = (place_of(drawn(body), target, session.agent) for target in desk.screen.targets.values())
+    return [place for place in places if place is not None]
