@@ -221,6 +221,12 @@ class Journal:
         self._first += len(self._ticks)
         self._ticks.clear()
 
+    def press(self, press: Press) -> int:
+        """A press was made: on disk when this returns its number."""
+        self.flush()
+        self.write(Pressed(press), sync=True)
+        return press.number
+
     def wants_snapshot(self, tick_s: float) -> bool:
         """Whether the last snapshot is a few seconds old, or of another place."""
         if self._log is None or self._snapshot_tick is None:

@@ -20,7 +20,6 @@ from understudy.training.journal import (
     Acted,
     Attended,
     Journal,
-    Pressed,
     Raised,
     Stepped,
     Turned,
@@ -111,12 +110,6 @@ class Notebook:
         """A tick was sensed in this state of the automaton."""
         self._recorder.remember(moment)
         self.journal.remember(moment, state)
-
-    def press(self, press: Press) -> None:
-        """A press was made: on disk when this returns."""
-        self.journal.flush()
-        self.journal.write(Pressed(press), sync=True)
-        self.presses = press.number
 
     def raised(self, outcome: Outcome) -> Entry:
         """What was learned raised a flag at this tick: where a correction of it belongs."""

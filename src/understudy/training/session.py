@@ -184,7 +184,7 @@ class Session:
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
         press = Press(self._notebook.presses + 1, state, correction, self.paused)
         self._keep_snapshot()
-        self._notebook.press(press)
+        self._notebook.presses = self._notebook.journal.press(press)
         self.trainee.press, self.trainee.mode = press, Mode.TRAINING
         return press.number
 

@@ -14,8 +14,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from understudy.errors import SessionError
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST, Wall
-from understudy.ui.controller.status import Tone
-from understudy.ui.web.actions.dispatch import obey
+from understudy.ui.controller.status import Said, Tone
+from understudy.ui.web.actions import dispatch
 from understudy.ui.web.clients import PER_SECOND, Viewer, Viewers
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
@@ -178,6 +178,10 @@ class Studio:
         self.show()
 
     def _do(self, viewer: Viewer, message: Message) -> Data | None:
+        """Do what a message asks for, and return the fields of the answer.
+
+        UnderstudyError where it cannot be done, and nothing is changed.
+        """
         if isinstance(message, m.Take):
             self.viewers.take(viewer)
             return None
@@ -188,7 +192,11 @@ class Studio:
             return None
         if not message.by_anyone:
             self.viewers.refuse_others(viewer)
-        return obey(self.stage, message)
+        came = dispatch.ACTIONS[type(message)](self.stage, message)
+        if isinstance(came, Said):
+            self.stage.said = came
+            return None
+        return came
 
     # Time
 
