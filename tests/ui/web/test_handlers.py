@@ -1,0 +1,82 @@
+"""Handlers of messages are found by their annotations, and what they return is what answers hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from understudy.ui.controller.status import Said
+from understudy.ui.controller.trainer import Desk
+from understudy.ui.web.actions.handlers import handlers, replies
+from understudy.ui.web.messages.base import Data
+from understudy.ui.web.messages.session import Redo, Undo
+from understudy.ui.web.session_host import Stage
+
+
+class Reply(Data, frozen=True):
+    """The fields of an answer."""
+
+    number: int
+
+
+def undo(stage: Stage, message: Undo) -> Reply | Said:
+    """Take something back."""
+    return Reply(message.id)
+
+
+def undo_too(stage: Stage, message: Undo) -> None:
+    """Take back the same."""
+
+
+def redo(desk: Desk, message: Redo) -> Said:
+    """Do something again."""
+    return Said(f"{desk.name} {message.id}")
+
+
+def helper(stage: Stage, name: str) -> None:
+    """Take no message."""
+
+
+def _redo(stage: Stage, message: Redo) -> None:
+    """Be private."""
+
+
+def module(*functions: Callable[..., Any]) -> ModuleType:
+    made = ModuleType(__name__)
+    vars(made).update({each.__name__: each for each in functions})
+    return made
+
+
+class Trained:
+    """As much of a stage as a handler on the desk needs."""
+
+    moved = 0
+
+    class trained:
+        """As much of a desk."""
+
+        name = "goto"
+
+
+def test_they_are_found_by_the_message_they_take() -> None:
+    found = handlers(module(undo, helper, _redo), module(redo))
+    assert set(found) == {Undo, Redo}
+    assert found[Undo] is undo
+
+
+def test_one_that_acts_on_the_desk_is_given_what_is_trained_and_shows_it_anew() -> None:
+    stage: Any = Trained()
+    assert handlers(module(redo))[Redo](stage, Redo(id=3)) == Said("goto 3")
+    assert stage.moved == 1
+
+
+def test_two_for_one_message() -> None:
+    with pytest.raises(TypeError, match="two functions handle Undo: the second is undo_too"):
+        handlers(module(undo, undo_too))
+
+
+def test_what_they_reply() -> None:
+    assert replies(module(undo, redo, helper)) == [Reply]
