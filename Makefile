@@ -37,7 +37,7 @@ page: ## build the page of the studio from page/ (needs Node and npm; what it bu
 	cd page && npm ci && npm run build
 
 protocol: $(VENV)/.run ## write the page's types of messages, which are generated from those of the studio
-	$(BIN)/python -m understudy.ui.web.messages.protocol page/src/protocol.ts
+	$(BIN)/python -m understudy.ui.web.protocol page/src/protocol.ts
 
 test: $(VENV)/.dev ## everything that must hold: style, types, layers, tests (ARGS passes more to pytest)
 	$(BIN)/ruff check

@@ -9,10 +9,10 @@ from typing import Annotated, Literal, TypeAlias
 import pytest
 from msgspec import UNSET, Meta, Struct, UnsetType, field
 
-from understudy.ui.web.messages.protocol import protocol
 from understudy.ui.web.messages.to_typescript import TypeScript
+from understudy.ui.web.protocol import protocol
 
-FILE = Path(__file__).parents[2] / "page/src/protocol.ts"
+FILE = Path(__file__).parents[3] / "page/src/protocol.ts"
 
 
 def test_the_page_declares_the_messages_as_they_are() -> None:

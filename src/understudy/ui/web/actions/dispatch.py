@@ -6,19 +6,7 @@ from understudy.ui.web.actions import camera, coach, lesson, library, session, w
 from understudy.ui.web.actions.handlers import handlers
 from understudy.ui.web.views import explanation, lesson_test
 
-MODULES = (
-    lesson,
-    world,
-    library,
-    library,
-    library,
-    session,
-    coach,
-    explanation,
-    lesson_test,
-    lesson_test,
-    camera,
-)
+MODULES = (lesson, world, library, session, coach, explanation, lesson_test, camera)
 """Those that have handlers of messages."""
 ACTIONS = handlers(*MODULES)
 """What does what a message asks for, by the type of the message."""
