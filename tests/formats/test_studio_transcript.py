@@ -24,4 +24,4 @@ def test_the_same_messages_are_answered_the_same(name: str, world: str, library:
     again = transcript(studio(folder, world=world, seed=3), folder, said).splitlines()
     assert len(again) == len(lines)
     for now, then in zip(again, lines, strict=True):
-        assert now == then
+        assert json.loads(now) == json.loads(then)  # the order of keys means nothing
