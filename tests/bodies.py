@@ -19,14 +19,14 @@ from understudy.model.behaviors import (
 )
 from understudy.model.binding import Target
 from understudy.model.features import (
-    Counter,
+    CounterFeature,
     Feature,
-    Flag,
+    FlagFeature,
     Percept,
     ReadingKey,
-    Readings,
+    ReadingsView,
     TimeInState,
-    Timer,
+    TimerFeature,
     feature,
 )
 from understudy.model.kinds import BOOLEAN, Column, Continuous, Toroidal
@@ -102,13 +102,13 @@ seen = Feature("seen", BOOLEAN, "seen")
 
 
 @feature(Toroidal())
-def opposite(_: Readings, A: Readings) -> Column:
+def opposite(_: ReadingsView, A: ReadingsView) -> Column:
     """Where one looks away from A."""
     return A.bearing + 3.0
 
 
 @behavior
-def toward(_: Readings, A: Readings) -> dict[str, Column]:
+def toward(_: ReadingsView, A: ReadingsView) -> dict[str, Column]:
     """Turn as far as A is to the left; absent where A is not sensed."""
     return {"turn": A.bearing}
 
@@ -120,10 +120,10 @@ kit = Kit.of(
     seen,
     opposite,
     toward,
-    Flag("done"),
-    Flag("failed"),
-    Counter("laps"),
-    Timer("watch"),
+    FlagFeature("done"),
+    FlagFeature("failed"),
+    CounterFeature("laps"),
+    TimerFeature("watch"),
     TimeInState(),
     Behavior("forward", Command(drive=1.0)),
     Behavior("left", Command(turn=1.0)),

@@ -26,7 +26,7 @@ def test_place(
     monkeypatch.setattr("tempfile.tempdir", None)
     monkeypatch.delenv(kernel_cache.SETTING, raising=False)
     monkeypatch.setattr(kernel_cache, "_writable", lambda folder: beside if folder == source else home)
-    kernel_cache.find_cache()
+    kernel_cache.choose_cache_folder()
     named = os.environ.get(kernel_cache.SETTING)
     monkeypatch.delenv(kernel_cache.SETTING, raising=False)
     assert (named is not None and Path(named).parent == tmp_path) == temporary
@@ -44,7 +44,7 @@ def test_a_folder_of_somebody_else_is_not_trusted(tmp_path: Path, monkeypatch: p
 
 def test_a_named_folder_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(kernel_cache.SETTING, "/somewhere")
-    kernel_cache.find_cache()
+    kernel_cache.choose_cache_folder()
     assert os.environ[kernel_cache.SETTING] == "/somewhere"
 
 
@@ -57,5 +57,5 @@ def test_an_edit_of_kernels_or_records_is_noticed(
     hashes = set()
     for text in ("one", "two"):
         (tmp_path / name).write_text(text)
-        hashes.add(kernel_cache.kernel_sources())
+        hashes.add(kernel_cache.hash_kernel_sources())
     assert len(hashes) == 2

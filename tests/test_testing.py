@@ -10,7 +10,7 @@ import pytest
 
 from understudy.errors import UnderstudyError
 from understudy.model.behaviors import Behavior, Command, behavior
-from understudy.model.features import Feature, Flag, Percept, ReadingKey, feature
+from understudy.model.features import Feature, FlagFeature, Percept, ReadingKey, feature
 from understudy.model.kinds import BOOLEAN, Column, Continuous, Toroidal
 from understudy.runtime.body import Commands
 from understudy.sim.forage import Forage
@@ -82,7 +82,7 @@ BAD_FEATURES = [
 
 def test_good_features_pass() -> None:
     check_feature(half_way, Forage([1, 2]))
-    check_feature(Flag("done"), Forage([1, 2]))
+    check_feature(FlagFeature("done"), Forage([1, 2]))
 
 
 @pytest.mark.filterwarnings("ignore:divide by zero")

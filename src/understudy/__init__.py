@@ -25,10 +25,25 @@ if TYPE_CHECKING:
         set_timer,
     )
     from understudy.model.binding import Binding, Target
-    from understudy.model.features import BoundFeature, Counter, Feature, Flag, TimeInState, Timer, feature
+    from understudy.model.features import (
+        BoundFeature,
+        CounterFeature,
+        Feature,
+        FlagFeature,
+        TimeInState,
+        TimerFeature,
+        feature,
+    )
     from understudy.model.kinds import BOOLEAN, TAU, Categorical, Continuous, Toroidal
-    from understudy.model.lesson import Example, ExampleKind, Lesson, Options, Scikit, Trees
-    from understudy.model.library import Kit, Library, Taught
+    from understudy.model.lesson import (
+        Example,
+        ExampleKind,
+        LearnerOptions,
+        Lesson,
+        SklearnOptions,
+        TreeOptions,
+    )
+    from understudy.model.library import Kit, Library, TrainedAutomaton
     from understudy.model.tree import Tree
     from understudy.runtime.body import Body, Channel, Reading
     from understudy.runtime.decision_trace import Trace
@@ -42,8 +57,7 @@ if TYPE_CHECKING:
     from understudy.sim.scenario.files import load_scenario
     from understudy.sim.team.libraries import libraries_of, team_of, troop_of
     from understudy.sim.world import World
-    from understudy.storage.library_folder import open_library
-    from understudy.storage.library_folder import save as save_taught
+    from understudy.storage.library_folder import open_library, save_automaton
     from understudy.training.lesson_design import new_lesson
     from understudy.training.reaction_time import Lateness, lateness
     from understudy.training.session import Session
@@ -90,11 +104,11 @@ _HOMES = {
     ),
     "model.features": (
         "BoundFeature",
-        "Counter",
+        "CounterFeature",
         "Feature",
-        "Flag",
+        "FlagFeature",
         "TimeInState",
-        "Timer",
+        "TimerFeature",
         "feature",
     ),
     "model.kinds": (
@@ -107,15 +121,15 @@ _HOMES = {
     "model.lesson": (
         "Example",
         "ExampleKind",
+        "LearnerOptions",
         "Lesson",
-        "Options",
-        "Scikit",
-        "Trees",
+        "SklearnOptions",
+        "TreeOptions",
     ),
     "model.library": (
         "Kit",
         "Library",
-        "Taught",
+        "TrainedAutomaton",
     ),
     "model.tree": ("Tree",),
     "runtime.body": (
@@ -143,7 +157,7 @@ _HOMES = {
     "sim.world": ("World",),
     "storage.library_folder": (
         "open_library",
-        "save_taught",
+        "save_automaton",
     ),
     "training.lesson_design": ("new_lesson",),
     "training.reaction_time": (
@@ -169,39 +183,39 @@ __all__ = [
     "Channel",
     "Command",
     "Continuous",
-    "Counter",
+    "CounterFeature",
     "Engine",
     "Evaluation",
     "Example",
     "ExampleKind",
     "Explanation",
     "Feature",
-    "Flag",
+    "FlagFeature",
     "Forage",
     "ForageSettings",
     "Interpreter",
     "Judgement",
     "Kit",
     "Lateness",
+    "LearnerOptions",
     "Lesson",
     "Library",
     "Mode",
-    "Options",
     "Reading",
     "Run",
-    "Scikit",
     "Screen",
     "Session",
+    "SklearnOptions",
     "State",
     "Target",
-    "Taught",
     "Team",
     "TimeInState",
-    "Timer",
+    "TimerFeature",
     "Toroidal",
     "Trace",
+    "TrainedAutomaton",
     "Tree",
-    "Trees",
+    "TreeOptions",
     "Troop",
     "UnderstudyError",
     "World",
@@ -221,7 +235,7 @@ __all__ = [
     "open_library",
     "reset_counter",
     "reset_timer",
-    "save_taught",
+    "save_automaton",
     "set_counter",
     "set_timer",
     "slips",
@@ -234,7 +248,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'understudy' has no attribute {name!r}")
     module = import_module(f"understudy.{_HOME[name]}")
-    value = getattr(module, "save" if name == "save_taught" else name)
+    value = getattr(module, name)
     globals()[name] = value
     return value
 

@@ -34,7 +34,7 @@ def _again(kind: type[UnderstudyError], args: tuple[Any, ...], fields: dict[str,
     return error
 
 
-def listed(names: Iterable[str]) -> str:
+def join_names(names: Iterable[str]) -> str:
     """Names for a sentence: 'a, b and c', or 'none'."""
     names = list(names)
     if not names:
@@ -63,7 +63,7 @@ class UnknownName(UnderstudyError, json_type="UnknownName"):
 
     def __init__(self, *, what: str, name: str, where: str, known: Sequence[str]) -> None:
         self.what, self.name, self.where, self.known = what, name, where, tuple(known)
-        super().__init__(f"{where} has no {what} {name!r}; it has {listed(known)}")
+        super().__init__(f"{where} has no {what} {name!r}; it has {join_names(known)}")
 
 
 class RecursionRefused(UnderstudyError, json_type="RecursionRefused"):
@@ -84,7 +84,7 @@ class UnboundParameter(UnderstudyError, json_type="UnboundParameter"):
         self.behavior, self.parameter, self.targets = behavior, parameter, tuple(targets)
         super().__init__(
             f"parameter {parameter!r} of {behavior!r} is bound to nothing; "
-            f"bind it to one of the targets {listed(targets)}"
+            f"bind it to one of the targets {join_names(targets)}"
         )
 
 

@@ -15,7 +15,7 @@ KERNELS = ("**/kernels/*.py", "**/_*kernels.py", "sim/sensing/sectors.py")
 """The files of kernels, and those that say what kernels find in memory."""
 
 
-def find_cache() -> None:
+def choose_cache_folder() -> None:
     """Name a folder for compiled kernels where the usual ones - beside the source, then at home - cannot be written.
 
     To be called before Numba is first imported. A folder that the user named stays.
@@ -53,7 +53,7 @@ def _temporary() -> Path:
     return Path(tempfile.mkdtemp(prefix="understudy-kernels-"))
 
 
-def kernel_sources() -> str:
+def hash_kernel_sources() -> str:
     """Hash the sources of all kernels, and of the records that they find in memory.
 
     Numba keeps a compiled kernel until its own file changes, and does not notice an edit in another file whose
@@ -66,7 +66,7 @@ def kernel_sources() -> str:
 
 
 @contextmanager
-def undisturbed() -> Iterator[None]:
+def pause_garbage_collection() -> Iterator[None]:
     """While kernels are compiled, the garbage collector rests: it takes a tenth of the time, and finds nothing."""
     enabled = gc.isenabled()
     gc.disable()

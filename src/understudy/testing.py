@@ -20,7 +20,7 @@ import numpy as np
 
 from understudy.errors import KindError, UnderstudyError
 from understudy.model.behaviors import Behavior
-from understudy.model.features import AnyFeature, Feature, Percept, Readings
+from understudy.model.features import AnyFeature, Feature, Percept, ReadingsView
 from understudy.model.kinds import Column, Kind
 from understudy.runtime.body import Body, Commands, Rewindable, every_key
 
@@ -172,7 +172,7 @@ def _put_back(body: Body) -> Iterator[None]:
 
 def _value(feature: Feature, targets: tuple[str, ...], part: str, percept: Percept) -> Column:
     if feature.function is not None:
-        return feature.function(Readings(percept), *(Readings(percept, target) for target in targets))
+        return feature.function(ReadingsView(percept), *(ReadingsView(percept, target) for target in targets))
     key = (str(feature.reading), targets[0] if targets else None)
     _require(key in percept, part, "a feature reads what the body offers", f"there is no {_spelled(key)}")
     return percept[key]
@@ -181,7 +181,7 @@ def _value(feature: Feature, targets: tuple[str, ...], part: str, percept: Perce
 def _commanded(behavior: Behavior, targets: tuple[str, ...], percept: Percept) -> Mapping[str, Column]:
     if behavior.function is None:
         return {}
-    return behavior.function(Readings(percept), *(Readings(percept, target) for target in targets))
+    return behavior.function(ReadingsView(percept), *(ReadingsView(percept, target) for target in targets))
 
 
 def _channel(behavior: Behavior, targets: tuple[str, ...], channel: str, percept: Percept) -> Column:

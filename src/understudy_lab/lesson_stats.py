@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from understudy.model.library import Taught
+from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import Tree
 from understudy_lab.statistics import told
 from understudy_lab.study import Row
 from understudy_lab.teachers.teacher import Teaching
 
 
-def described(taught: Taught, seconds: float) -> dict[str, Any]:
+def described(taught: TrainedAutomaton, seconds: float) -> dict[str, Any]:
     """One lesson as plain data: how many features, states and press-made examples it has, the nodes of the tree of
     each state that has one, and how long it took to teach, s.
     """
@@ -28,7 +28,7 @@ def described(taught: Taught, seconds: float) -> dict[str, Any]:
     }
 
 
-def nodes(taught: Taught) -> list[int]:
+def nodes(taught: TrainedAutomaton) -> list[int]:
     """How many nodes each state's tree has, of the states that have one, in declared order."""
     trees = (taught.automaton.transitions.get(name) for name in taught.automaton.state_names)
     return [len(tree.nodes) for tree in trees if isinstance(tree, Tree)]

@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from understudy.storage.atomic import failing, write
+from understudy.storage.atomic import convert_os_errors, write_atomically
 from understudy_lab.study import Experiment, Findings, Row, folder_of
 
 EXPECTED = "expected.json"
@@ -37,8 +37,8 @@ def save(result: Result, path: Path) -> None:
     """Put a result in a file, a row a line."""
     head = msgspec.json.format(msgspec.json.encode(replace(result, rows=[])), indent=1)
     rows = b",\n".join(msgspec.json.encode(row) for row in result.rows)
-    with failing(path, "writing the result"):
-        write(path, head.replace(b'"rows": []', b'"rows": [\n' + rows + b"\n ]") + b"\n")
+    with convert_os_errors(path, "writing the result"):
+        write_atomically(path, head.replace(b'"rows": []', b'"rows": [\n' + rows + b"\n ]") + b"\n")
 
 
 def published(name: str) -> Result | None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from understudy.storage.atomic import failing
+from understudy.storage.atomic import convert_os_errors
 from understudy_lab.study import FOLDERS, Row, Task
 
 NAME = "rows.jsonl"
@@ -34,7 +34,7 @@ class Kept:
         if self._path is None:
             return
         self._head = {"experiment": experiment, "source": fingerprint(experiment)}
-        with failing(self._path, "keeping results"):
+        with convert_os_errors(self._path, "keeping results"):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._begin(self._path)
 
@@ -51,7 +51,7 @@ class Kept:
         """Keep a row, which says its task."""
         self._rows[_key(row["task"])] = row
         if self._path is not None:
-            with failing(self._path, "keeping a result"), self._path.open("ab") as file:
+            with convert_os_errors(self._path, "keeping a result"), self._path.open("ab") as file:
                 file.write(msgspec.json.encode(row) + b"\n")
 
     def _begin(self, path: Path) -> None:

@@ -18,21 +18,21 @@ from understudy.errors import DefinitionError, SessionError
 from understudy.learning.fit import learned
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.expectation import Outcome
-from understudy.model.features import BoundFeature, Feature, Readings
+from understudy.model.expectation import Expectation
+from understudy.model.features import BoundFeature, Feature, ReadingsView
 from understudy.model.kinds import Column, Continuous
-from understudy.model.lesson import Options, Scikit
-from understudy.model.library import Library, Taught
-from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.model.lesson import LearnerOptions, SklearnOptions
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.sim.forage import Forage, kit
 from understudy.sim.team.libraries import libraries_of, troop_of
-from understudy.storage.library_folder import open_document, save
+from understudy.storage.library_folder import open_document, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy_lab.bench.patrol import lead
 
 LIBRARY = Library.of(kit, goto)
-SITS = replace(goto, transitions={"start": Tree((leaf(0),))})
+SITS = replace(goto, transitions={"start": Tree((make_leaf(0),))})
 
 
 def session(journal: Path | None = None) -> Session:
@@ -68,7 +68,7 @@ def test_it_comes_or_it_does_not() -> None:
     assert came.took_s == tried(promised, "fetch", library).took_s, "a world is the same every time"
     assert tried(replace(promised, within_s=came.took_s), "fetch", library).came
     assert not tried(replace(promised, within_s=came.took_s - 0.1), "fetch", library).came
-    assert not tried(promised, "fetch", library.with_taught(Taught(SITS))).came
+    assert not tried(promised, "fetch", library.with_taught(TrainedAutomaton(SITS))).came
 
 
 def test_another_flag_is_not_what_was_promised() -> None:
@@ -76,8 +76,8 @@ def test_another_flag_is_not_what_was_promised() -> None:
     promised = here(taught(), flag="done", within_s=5.0)
     states = (START, State("done", flag="done"), State("failed", flag="failed"))
     for index, came in ((1, True), (2, False)):
-        fetch = Automaton("fetch", states, transitions={"start": Tree((leaf(index),))})
-        assert tried(promised, "fetch", LIBRARY.with_taught(Taught(fetch))).came is came
+        fetch = Automaton("fetch", states, transitions={"start": Tree((make_leaf(index),))})
+        assert tried(promised, "fetch", LIBRARY.with_taught(TrainedAutomaton(fetch))).came is came
 
 
 def test_what_cannot_be_tried_says_why() -> None:
@@ -97,17 +97,19 @@ def test_what_cannot_be_tried_says_why() -> None:
 
 def test_what_breaks_on_the_way_says_why() -> None:
     """A feature of somebody's own that works at first: the outcome does not come, and others can still be tried."""
-    calls: list[Readings] = []
+    calls: list[ReadingsView] = []
 
-    def worn(robot: Readings) -> Column:
+    def worn(robot: ReadingsView) -> Column:
         calls.append(robot)
         return np.full(1, np.inf if len(calls) > 5 else 1.0)
 
     feature = BoundFeature(Feature("worn", Continuous(), function=worn))
-    cut = Tree((Node(Test.BELOW, 0, high=9.0, yes=1, no=2), leaf(1), leaf(2)))
+    cut = Tree((Node(TestKind.BELOW, 0, high=9.0, yes=1, no=2), make_leaf(1), make_leaf(2)))
     states = (START, State("forward", "forward"), State("done", flag="done"))
     fetch = Automaton("fetch", states, (feature,), transitions={"start": cut, "forward": cut})
-    found = tried(here(taught(), flag="done", within_s=5.0), "fetch", LIBRARY.with_taught(Taught(fetch)))
+    found = tried(
+        here(taught(), flag="done", within_s=5.0), "fetch", LIBRARY.with_taught(TrainedAutomaton(fetch))
+    )
     assert not found.came
     assert "worn" in found.problem
 
@@ -121,7 +123,7 @@ def test_a_promise_is_a_step_that_is_kept_and_undone(tmp_path: Path) -> None:
     second = promise(made, flag="done", within_s=7.0)
     assert list(made.lesson.outcomes) == [first, second]
     assert first.snapshot != second.snapshot
-    path = save(tmp_path, made.taught())
+    path = save_automaton(tmp_path, made.taught())
     assert '"within_s": 7' in path.read_text()
     kept = open_document(path, kit).taught.lesson
     assert kept is not None
@@ -152,16 +154,16 @@ def test_a_change_below_is_found_from_above() -> None:
     library = LIBRARY.with_taught(made.taught())
     seen = examined(library, "fetch", {})
     assert (seen.works, len(seen.outcomes), seen.affected) == (True, 1, ())
-    broken = library.with_taught(Taught(SITS))
-    seen = examined(broken, "fetch", {"goto": Taught(goto)})
+    broken = library.with_taught(TrainedAutomaton(SITS))
+    seen = examined(broken, "fetch", {"goto": TrainedAutomaton(goto)})
     assert not seen.works
     assert [each.since for each in seen.failed] == [("goto",)]
-    seen = examined(broken, "goto", {"goto": Taught(goto)})
+    seen = examined(broken, "goto", {"goto": TrainedAutomaton(goto)})
     assert (seen.works, seen.changed, seen.affected) == (True, True, ("fetch",))
-    (said,) = lost(library, Taught(SITS), Taught(goto))
+    (said,) = lost(library, TrainedAutomaton(SITS), TrainedAutomaton(goto))
     assert said == "fetch no longer comes to done within 60 s in forage"
-    assert lost(library, Taught(goto), Taught(goto)) == ()
-    assert lost(library, Taught(goto), None) == ()
+    assert lost(library, TrainedAutomaton(goto), TrainedAutomaton(goto)) == ()
+    assert lost(library, TrainedAutomaton(goto), None) == ()
 
 
 def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None:
@@ -183,7 +185,7 @@ def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None
     )
     known["patrol"] = coordinators.with_taught(former)
     wander = ROBOTS.taught["wander"]
-    unbound = Taught(replace(wander.automaton, parameters=("A",)))
+    unbound = TrainedAutomaton(replace(wander.automaton, parameters=("A",)))
     assert lost(ROBOTS, unbound, wander) == ()
     assert lost(ROBOTS, unbound, wander, known) == (
         "patrol/out no longer comes to done within 3 s in patrol",
@@ -204,22 +206,24 @@ def test_above_and_below() -> None:
 def test_a_classifier_that_was_fitted_to_the_same_is_the_same() -> None:
     """Whatever was promised meanwhile, and whoever sits in quarantine."""
     lesson = goto_lesson()
-    scikit = replace(lesson, options=Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1})))
-    former, now = (Taught(learned(each), each) for each in (scikit, replace(scikit)))
+    scikit = replace(
+        lesson, options=LearnerOptions(learner=SklearnOptions("KNeighborsClassifier", {"n_neighbors": 1}))
+    )
+    former, now = (TrainedAutomaton(learned(each), each) for each in (scikit, replace(scikit)))
     assert former.automaton != now.automaton, "each is fitted for itself"
     held = replace(scikit.examples[-1], number=99, quarantined="slipped")
     more = replace(scikit, examples=(*scikit.examples, held))
     less = replace(scikit, examples=scikit.examples[:-1])
     for other, expected in (
         (now, False),
-        (Taught(learned(more), more), False),
-        (Taught(learned(less), less), True),
+        (TrainedAutomaton(learned(more), more), False),
+        (TrainedAutomaton(learned(less), less), True),
     ):
         library = Library.of(kit).with_taught(other)
         assert examined(library, "goto", {"goto": former}).changed is expected
 
 
 def test_outcomes_are_compared() -> None:
-    one = Outcome("done", 5.0, "forage", "", b"")
+    one = Expectation("done", 5.0, "forage", "", b"")
     assert str(one) == "done within 5 s in forage"
     assert str(replace(one, targets=Binding(A="station"))) == "done within 5 s in forage, A = station"

@@ -12,10 +12,10 @@ from understudy.analysis.lesson_replay import Change, replayed
 from understudy.analysis.lesson_tests import sentences
 from understudy.learning.fit import learned
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.features import BoundFeature, Feature, Flag, TimeInState
+from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeInState
 from understudy.model.kinds import Continuous
-from understudy.model.lesson import Example, ExampleKind, Lesson, Record
-from understudy.model.library import Taught
+from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
+from understudy.model.library import TrainedAutomaton
 
 NEAR = Feature("near", Continuous(), reading="range", unit="m")
 BARE = Automaton(
@@ -43,9 +43,9 @@ def lesson(*rows: Row, quarantined: tuple[int, ...] = ()) -> Lesson:
     return Lesson(BARE, tuple(shown))
 
 
-def taught(*rows: Row, quarantined: tuple[int, ...] = ()) -> Taught:
+def taught(*rows: Row, quarantined: tuple[int, ...] = ()) -> TrainedAutomaton:
     made = lesson(*rows, quarantined=quarantined)
-    return Taught(learned(made), made)
+    return TrainedAutomaton(learned(made), made)
 
 
 STOPS: tuple[Row, ...] = (("go", 9.0, "go", "default"), ("go", 1.0, "done", "directive"))
@@ -111,21 +111,23 @@ def test_what_is_lost_in_words() -> None:
 def test_without_a_former_version_or_a_lesson() -> None:
     found = replayed(taught(*STOPS))
     assert (found.examples, found.different, found.changes) == (2, (), ())
-    assert replayed(Taught(learned(lesson(*STOPS)))).examples == 0
+    assert replayed(TrainedAutomaton(learned(lesson(*STOPS)))).examples == 0
 
 
 # The robot drives from 6 m to 3 m in three tenths of a second, and is told to stop at 3 m; it had begun to go at 5 m.
-RECORD = Record((("range", None),), np.array([[6.0], [5.0], [4.0], [3.0]]), np.array([0.0, 0.1, 0.2, 0.3]))
+RECORD = ReadingLog(
+    (("range", None),), np.array([[6.0], [5.0], [4.0], [3.0]]), np.array([0.0, 0.1, 0.2, 0.3])
+)
 PRESSED = Example(2, "go", (3.0,), "done", KINDS["directive"], moment=3, window=3, own={"time_in_state": 0.2})
 KEPT = Example(1, "go", (5.0,), "go", KINDS["default"], moment=1, window=0)
 
 
 def recorded(
     *more: Example, features: tuple[BoundFeature, ...] = BARE.features, pressed: Example = PRESSED
-) -> Taught:
+) -> TrainedAutomaton:
     bare = replace(BARE, features=features)
     made = Lesson(bare, (KEPT, pressed, *more), record=RECORD)
-    return Taught(learned(made), made)
+    return TrainedAutomaton(learned(made), made)
 
 
 def test_the_second_before_a_press() -> None:
@@ -144,25 +146,25 @@ def test_features_of_a_former_version_are_read_from_the_record() -> None:
     kept = replace(KEPT, values=(0.0,))
     bare = replace(BARE, features=timed)
     former = Lesson(bare, (kept, replace(PRESSED, values=(0.2,))), record=RECORD)
-    found = replayed(recorded(), Taught(learned(former), former))
+    found = replayed(recorded(), TrainedAutomaton(learned(former), former))
     assert found.different == ()
     assert found.changes == ()
     late = Lesson(bare, (kept, replace(PRESSED, values=(0.1,))), record=RECORD)
-    found = replayed(recorded(), Taught(learned(late), late))
+    found = replayed(recorded(), TrainedAutomaton(learned(late), late))
     assert found.changes == (Change("go", "done", "go", 1),), "it would have stopped 0.1 s earlier"
 
 
 def test_before_a_press_with_a_flag_nobody_knows() -> None:
-    flagged = (*BARE.features, BoundFeature(Flag("done")))
+    flagged = (*BARE.features, BoundFeature(FlagFeature("done")))
     kept = replace(KEPT, values=(5.0, 0.0))
     up = replace(PRESSED, values=(3.0, 1.0), own={"time_in_state": 0.2, "flag done": 1.0})
     made = Lesson(replace(BARE, features=flagged), (kept, up), record=RECORD)
-    assert replayed(Taught(learned(made), made)).before == 0
+    assert replayed(TrainedAutomaton(learned(made), made)).before == 0
 
 
 def test_what_was_not_recorded_is_left_out() -> None:
     other = BoundFeature(Feature("battery", Continuous(), reading="battery"))
     bare = replace(BARE, features=(other,))
     former = Lesson(bare, (replace(KEPT, values=(9.0,)), replace(PRESSED, values=(nan,))), record=RECORD)
-    found = replayed(recorded(), Taught(learned(former), former))
+    found = replayed(recorded(), TrainedAutomaton(learned(former), former))
     assert (found.different, found.changes) == ((), ())

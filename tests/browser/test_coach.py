@@ -16,9 +16,9 @@ from tests.browser.test_doubt import show
 
 from understudy.learning.fit import learned
 from understudy.model.lesson import Example, ExampleKind
-from understudy.model.library import Library, Taught
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.forage import Forage, kit
-from understudy.storage.library_folder import save
+from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy_lab.novices.novice import Novice
@@ -46,7 +46,7 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
     for world in SHOWN:
         session.reset(world)
         show(session)
-    save(tmp_path / "library", session.taught())
+    save_automaton(tmp_path / "library", session.taught())
     made = Studio(tmp_path / "library")
     made.start()
     yield made
@@ -151,7 +151,7 @@ def test_late_presses_are_noticed_and_taken_earlier_on_a_click(
     chromium: Browser, tmp_path: Path, snap: Snap
 ) -> None:
     """A novice whose presses come half a second late."""
-    save(tmp_path / "late", Novice(drawn(1), 1).teach())
+    save_automaton(tmp_path / "late", Novice(drawn(1), 1).teach())
     made = Studio(tmp_path / "late", "soccer")
     made.start()
     try:
@@ -195,7 +195,7 @@ def test_a_press_that_looks_like_a_slip_was_meant_or_is_mended(
         for number, (says, far, angle) in enumerate([*shown, ("done", 3.4, 105)], 1)
     )
     lesson = replace(lesson, examples=examples)
-    save(tmp_path / "slip", Taught(learned(lesson), lesson))
+    save_automaton(tmp_path / "slip", TrainedAutomaton(learned(lesson), lesson))
     made = Studio(tmp_path / "slip")
     made.start()
     try:

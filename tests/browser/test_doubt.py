@@ -12,7 +12,7 @@ from tests.browser.teacher import KEYS, Teacher
 
 from understudy.model.library import Library
 from understudy.sim.forage import Forage, kit
-from understudy.storage.library_folder import save
+from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 
@@ -105,7 +105,7 @@ def test_a_slip_is_pointed_out_held_and_let_go(
     assert turned is not None
     session.train()
     studio.stop()
-    save(studio.library, session.taught())
+    save_automaton(studio.library, session.taught())
     studio.start()
     page = visit()
     watcher = Watcher(page)

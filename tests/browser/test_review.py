@@ -12,9 +12,9 @@ from tests.browser.teacher import Teacher
 from tests.browser.test_doubt import show, taught
 
 from understudy.analysis.expectations import promise
-from understudy.model.library import Library, Taught
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.forage import Forage, kit
-from understudy.storage.library_folder import save
+from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 
@@ -50,11 +50,11 @@ def fetches(library: Library) -> Session:
     return session
 
 
-def opened(studio: Studio, visit: Callable[[], Page], *known: Taught) -> Teacher:
+def opened(studio: Studio, visit: Callable[[], Page], *known: TrainedAutomaton) -> Teacher:
     """Goto, of a library that has these, open in the world where it was shown; time stands still."""
     studio.stop()
     for each in known:
-        save(studio.library, each)
+        save_automaton(studio.library, each)
     studio.start()
     page = visit()
     teacher = Teacher(page)

@@ -11,15 +11,15 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 from tests.sim.patrollers import ROBOTS
 
-from understudy.model.library import Taught
-from understudy.storage.library_folder import save
+from understudy.model.library import TrainedAutomaton
+from understudy.storage.library_folder import save_automaton
 
 
 @pytest.fixture
 def studio(tmp_path: Path) -> Iterator[Studio]:
     """A studio with the patrol, whose robots can wander and servo."""
     for name in ROBOTS.taught:
-        save(tmp_path / "library", Taught(ROBOTS.automaton(name)))
+        save_automaton(tmp_path / "library", TrainedAutomaton(ROBOTS.automaton(name)))
     made = Studio(tmp_path / "library", "patrol")
     made.start()
     yield made

@@ -18,7 +18,7 @@ from understudy.coaching.give_advice import UNSURE, advice
 from understudy.learning.fit import learn
 from understudy.learning.sklearn_adapter import ALLOWED
 from understudy.model.kinds import Categorical, Kind
-from understudy.model.lesson import Example, ExampleKind, Lesson, Options, Scikit
+from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
 from understudy.sim.forage import kit
 
 
@@ -185,11 +185,11 @@ def test_a_feature_left_out_that_would_tell_a_contradiction_apart() -> None:
 
 def _two_wishes_of_one_vector(taught: Lesson) -> Lesson:
     """GoTo without features: two presses that differ in what was recorded of `food_left` alone."""
-    from understudy.model.lesson import Record
+    from understudy.model.lesson import ReadingLog
 
     automaton = replace(taught.automaton, features=())
     keys = (("food_left", None), ("food_stored", None))
-    record = Record(keys, np.array([[0.0, 4.0], [1.0, 4.0]]), np.array([0.0, 1.0]))
+    record = ReadingLog(keys, np.array([[0.0, 4.0], [1.0, 4.0]]), np.array([0.0, 1.0]))
     wishes = ("done", "start")
     examples = tuple(
         Example(number, "forward", (), wish, ExampleKind.DIRECTIVE, moment=number)
@@ -240,7 +240,9 @@ def test_advice_on_a_stateless_lesson_is_about_no_state() -> None:
 
 
 def test_a_classifier_is_advised_on_as_trees_are() -> None:
-    lesson = replace(goto(), options=Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1})))
+    lesson = replace(
+        goto(), options=LearnerOptions(learner=SklearnOptions("KNeighborsClassifier", {"n_neighbors": 1}))
+    )
     assert AdviceKind.GAP in {each.kind for each in advised(lesson)}
 
 
@@ -248,8 +250,8 @@ def test_a_classifier_that_has_just_enough_to_learn_from_is_advised_on() -> None
     """Without one of the three examples of a state, three neighbors cannot be found."""
     rows = (*GOTO, ("forward", "left", "directive", 3.0, 90), ("start", "left", "directive", 2.0, 200))
     rows += (("left", "forward", "directive", 1.0, 10),)
-    knn = Scikit("KNeighborsClassifier", {"n_neighbors": 3})
-    assert advised(replace(goto(rows), options=Options(learner=knn)))
+    knn = SklearnOptions("KNeighborsClassifier", {"n_neighbors": 3})
+    assert advised(replace(goto(rows), options=LearnerOptions(learner=knn)))
 
 
 @pytest.mark.parametrize("classifier", ALLOWED)
@@ -257,7 +259,9 @@ def test_only_of_classifiers_that_learn_soon_it_says_whether_more_would_help(cla
     rows = [("forward", "forward", "confirmation", 2.0, float(angle)) for angle in range(0, 40, 8)]
     rows += [("forward", "left", "directive", 2.0, float(angle)) for angle in range(50, 90, 8)]
     parameters = {"n_neighbors": 1} if classifier == "KNeighborsClassifier" else {}
-    lesson = replace(goto((*GOTO, *rows)), options=Options(learner=Scikit(classifier, parameters)))
+    lesson = replace(
+        goto((*GOTO, *rows)), options=LearnerOptions(learner=SklearnOptions(classifier, parameters))
+    )
     slow = classifier in ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
     assert bool(advised(lesson, AdviceKind.OUTLOOK)) is not slow
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 from tests.coaching.lessons import GOTO, goto
 
 from understudy.coaching.queries import Asking, Question, When
-from understudy.model.lesson import Options, Scikit
+from understudy.model.lesson import LearnerOptions, SklearnOptions
 from understudy.model.library import Library
 from understudy.sim.catalog import find_world
 from understudy.sim.forage import kit
@@ -50,10 +50,10 @@ def test_it_asks_once_and_goes_on_when_let() -> None:
 def test_where_nothing_can_be_learned_any_more_it_asks_nothing() -> None:
     """Three neighbors cannot be found among two examples: an undo that leaves so few ends the test."""
     lesson = goto((*GOTO, ("left", "forward", "directive", 1.0, 10)))
-    learner = Scikit("KNeighborsClassifier", {"n_neighbors": 3})
+    learner = SklearnOptions("KNeighborsClassifier", {"n_neighbors": 3})
     body = World(find_world("forage"), [5])
     session = Session(
-        body, Library(kit), replace(lesson, options=Options(learner=learner)), targets={"A": "station"}
+        body, Library(kit), replace(lesson, options=LearnerOptions(learner=learner)), targets={"A": "station"}
     )
     session.direct("forward")
     session.tick()

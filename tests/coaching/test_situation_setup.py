@@ -15,18 +15,18 @@ from understudy.coaching.situation_setup import stage
 from understudy.errors import SessionError, SettingError
 from understudy.learning.fit import learn, learned
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.features import BoundFeature, Counter, TimeInState
+from understudy.model.features import BoundFeature, CounterFeature, TimeInState
 from understudy.model.lesson import Lesson
-from understudy.model.library import Library, Taught
-from understudy.model.tree_regions import Region, everything
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.tree_regions import ValueSet, make_full_value_set
 from understudy.sim.catalog import find_world
 from understudy.sim.forage import kit
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
-ANYTHING = everything(DISTANCE.kind)
-SURELY = Region(((1.0, 2.0),), False)
+ANYTHING = make_full_value_set(DISTANCE.kind)
+SURELY = ValueSet(((1.0, 2.0),), False)
 
 
 def session(lesson: Lesson, library: Library | None = None) -> Session:
@@ -69,7 +69,7 @@ def test_nothing_is_recorded_and_the_next_press_is_one_from_there() -> None:
 
 def test_another_draw_is_another_place() -> None:
     taught = session(goto())
-    behind = Advice(AdviceKind.GAP, "", "left", 1.0, (ANYTHING, Region(((3.0, 3.3),), False)))
+    behind = Advice(AdviceKind.GAP, "", "left", 1.0, (ANYTHING, ValueSet(((3.0, 3.3),), False)))
     found = set()
     for draw in range(4):
         assert stage(taught, behind, draw=draw).there
@@ -80,7 +80,7 @@ def test_another_draw_is_another_place() -> None:
 def test_what_cannot_be_set_up_is_named_and_the_robot_is_as_near_as_can_be() -> None:
     taught = session(goto())
     nowhere = Advice(
-        AdviceKind.GAP, "", "forward", 1.0, (Region(((50.0, 60.0),), False), Region(((3.0, 3.3),), False))
+        AdviceKind.GAP, "", "forward", 1.0, (ValueSet(((50.0, 60.0),), False), ValueSet(((3.0, 3.3),), False))
     )
     staged = stage(taught, nowhere)
     assert not staged.there
@@ -94,7 +94,7 @@ def test_worlds_of_other_seeds_are_tried_where_this_one_has_no_such_place(
 ) -> None:
     lesson = Lesson(Automaton("look", (START, State("forward", "forward")), (FOOD,)))
     taught = session(lesson)
-    none_left = Advice(AdviceKind.GAP, "", "forward", 1.0, (Region(((0.0, 1.0),), False),))
+    none_left = Advice(AdviceKind.GAP, "", "forward", 1.0, (ValueSet(((0.0, 1.0),), False),))
     tried: list[int] = []
     reset = taught.reset
 
@@ -111,29 +111,29 @@ def test_worlds_of_other_seeds_are_tried_where_this_one_has_no_such_place(
 def test_time_in_state_counters_and_a_childs_flag_are_set() -> None:
     own = (
         BoundFeature(TimeInState()),
-        BoundFeature(Counter("tries")),
+        BoundFeature(CounterFeature("tries")),
         DONE,
     )
     automaton = Automaton("errand", (START, State("go", "goto", A)), own, ("A",))
     library = Library(kit).with_taught(_taught_goto())
     taught = session(Lesson(automaton), library)
-    raised = Region(((1.0, 2.0),), False)
-    wanted = Advice(AdviceKind.GAP, "", "go", 1.0, (Region(((3.0, 9.0),), False), SURELY, raised))
+    raised = ValueSet(((1.0, 2.0),), False)
+    wanted = Advice(AdviceKind.GAP, "", "go", 1.0, (ValueSet(((3.0, 9.0),), False), SURELY, raised))
     assert stage(taught, wanted).there
     assert taught.screen().path == ("go", "done")
     seconds, tries, flag = values(taught)
     assert (3.0 <= seconds < 9.0, 1.0 <= tries < 2.0, flag) == (True, True, 1.0)
 
 
-def _taught_goto() -> Taught:
+def _taught_goto() -> TrainedAutomaton:
     lesson = goto()
-    return Taught(learned(lesson), lesson)
+    return TrainedAutomaton(learned(lesson), lesson)
 
 
 def test_a_flag_that_nothing_raises_there_is_missed() -> None:
     automaton = Automaton("drive", (START, State("forward", "forward")), (DONE,))
     taught = session(Lesson(automaton))
-    raised = Advice(AdviceKind.GAP, "", "forward", 1.0, (Region(((1.0, 2.0),), False),))
+    raised = Advice(AdviceKind.GAP, "", "forward", 1.0, (ValueSet(((1.0, 2.0),), False),))
     assert stage(taught, raised).missed == ("done",)
 
 

@@ -17,7 +17,7 @@ from tests.training.test_squad_session import SQUAD, troop
 from tests.ui.web.pages import Frame
 
 from understudy.learning.fit import learn
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.sim.forage import Forage, kit
@@ -54,7 +54,7 @@ def play(path: Path, seed: int) -> None:
         features=["range_of(ball)", "seen"],
         flags=["done"],
         library=WITH_GO,
-        options=Options(watched=True, reaction_s=0.2),
+        options=LearnerOptions(watched=True, reaction_s=0.2),
         body=Scripted(2),
         journal=path,
     )

@@ -12,7 +12,7 @@ import pytest
 from tests.formats.made import FOLDER, TAUGHT, play, resumed
 
 from understudy.storage.append_log import read_log
-from understudy.storage.document import encode
+from understudy.storage.document import encode_document
 from understudy.training.journal import MAGIC, read_journal
 
 JOURNALS = FOLDER / "journals"
@@ -42,7 +42,7 @@ def test_a_journal_is_resumed_with_its_lesson(name: str, tmp_path: Path) -> None
     if name == "fetch":
         pytest.importorskip("sklearn", reason="needs the extra sklearn")
     again = resumed(JOURNALS / f"{name}.journal", tmp_path, library=FOLDER / "library")
-    assert encode(again.taught()) == (JOURNALS / f"{name}.json").read_bytes()
+    assert encode_document(again.taught()) == (JOURNALS / f"{name}.json").read_bytes()
     again.tick()
     again.close()
     copied = tmp_path / f"{name}.journal"

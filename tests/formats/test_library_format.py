@@ -15,10 +15,16 @@ from tests.ui.cli.commands import said
 
 from understudy.analysis.expectations import tried
 from understudy.learning.fit import learn, learned
-from understudy.model.library import Kit, Taught
+from understudy.model.library import Kit, TrainedAutomaton
 from understudy.sim.forage import kit
-from understudy.storage.document import encode
-from understudy.storage.library_folder import load_version, open_library, save, stem, versions
+from understudy.storage.document import encode_document
+from understudy.storage.library_folder import (
+    list_versions,
+    load_version,
+    make_file_stem,
+    open_library,
+    save_automaton,
+)
 
 HARVESTS = ["harvest by DecisionTreeClassifier", "harvest by KNeighborsClassifier", "harvest by pruned trees"]
 FITTED = "classifiers are fitted again on loading"
@@ -49,7 +55,7 @@ def test_a_library_opens_and_is_written_as_it_was(
     reasons = {name: FITTED for name in names if name.endswith("Classifier")}
     assert opened.rebuilt == reasons, "its trees are those that this version learns"
     for taught in opened.library.taught.values():
-        save(tmp_path, taught)
+        save_automaton(tmp_path, taught)
     assert contents(tmp_path) == contents(FOLDER / folder)
 
 
@@ -58,17 +64,17 @@ def test_its_lessons_teach_the_same(folder: str, known: Kit, names: list[str]) -
     needs(folder)
     for name, taught in open_library(FOLDER / folder, known, learn).library.taught.items():
         if taught.lesson is not None:
-            again = encode(Taught(learned(taught.lesson), taught.lesson))
-            assert again == (FOLDER / folder / f"{stem(name)}.json").read_bytes()
+            again = encode_document(TrainedAutomaton(learned(taught.lesson), taught.lesson))
+            assert again == (FOLDER / folder / f"{make_file_stem(name)}.json").read_bytes()
 
 
 def test_former_versions_open(tmp_path: Path) -> None:
     for name in ("deposit", "forage", "goto", "harvest"):
-        (version,) = versions(FOLDER / "library", name)
+        (version,) = list_versions(FOLDER / "library", name)
         assert (version.number, version.saved) == (1, datetime(2026, 11, 18, 11, 6, 40, tzinfo=UTC))
         opened = load_version(FOLDER / "library", name, 1, kit, learn)
         assert opened.rebuilt is None
-        assert encode(opened.taught) == version.path.read_bytes()
+        assert encode_document(opened.taught) == version.path.read_bytes()
 
 
 def test_what_a_lesson_holds_is_there() -> None:

@@ -18,10 +18,10 @@ from tests.training.lessons import ROBOT
 from tests.ui.cli.commands import run, said
 
 from understudy.learning.fit import learn
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.robots.recording.reader import Pressed, read_recording
 from understudy.robots.recording.teach_from_recording import recorded_presses, taught_over
-from understudy.storage.document import decode, encode
+from understudy.storage.document import decode_document, encode_document
 from understudy.training.lesson_design import new_lesson
 
 RUNS = FOLDER / "runs"
@@ -96,12 +96,12 @@ def test_a_recorded_lesson_is_learned_again() -> None:
     recording = read_recording(RUNS / "lesson.mcap")
     lesson = new_lesson(
         ROBOT, "taught", states=["forward", "left", "right"], features=["range_of(ball)", "load"],
-        options=Options(reaction_s=0.2),
+        options=LearnerOptions(reaction_s=0.2),
     )  # fmt: skip
     again = taught_over(recording, ROBOT, lesson, recorded_presses(recording))
     document = (RUNS / "lesson.json").read_bytes()
-    assert encode(again.taught()) == document
-    assert decode(document, scripted_kit, path=RUNS / "lesson.json", learn=learn).rebuilt is None
+    assert encode_document(again.taught()) == document
+    assert decode_document(document, scripted_kit, path=RUNS / "lesson.json", learn=learn).rebuilt is None
 
 
 def test_a_library_that_has_changed_is_said_to_have(tmp_path: Path) -> None:

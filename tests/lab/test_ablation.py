@@ -7,9 +7,9 @@ import pytest
 from tests.learning.lessons import lesson
 
 from understudy.learning.fit import learned
-from understudy.model.features import Percept, Readings
+from understudy.model.features import Percept, ReadingsView
 from understudy.model.lesson import ExampleKind
-from understudy.model.library import Library, Taught
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY
 from understudy.sim.forage import kit
 from understudy.training.session import Session
@@ -48,7 +48,7 @@ def test_leaves_draw_by_their_votes() -> None:
             ("go", [2], "go", "confirmation"),  # contradicts the two before
         ]
     )
-    automaton = drawing(Taught(learned(shown), shown), corrected=False)
+    automaton = drawing(TrainedAutomaton(learned(shown), shown), corrected=False)
     assert str(automaton.features[-1]) == chance_of("lesson")
     decide = automaton.transitions["go"].decide
     go, load = automaton.index("go"), automaton.index("load")
@@ -63,7 +63,7 @@ def test_leaves_draw_by_their_votes() -> None:
 
 def test_corrected_votes_leave_a_chance_to_every_state() -> None:
     shown = lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
-    automaton = drawing(Taught(learned(shown), shown), corrected=True)
+    automaton = drawing(TrainedAutomaton(learned(shown), shown), corrected=True)
     decide = automaton.transitions["go"].decide
     start, go, load = range(3)
     assert [decide([2, draw]) for draw in (0.1, 0.3, 0.6)] == [start, go, load]  # 1, 1 and 2 of 4
@@ -71,7 +71,7 @@ def test_corrected_votes_leave_a_chance_to_every_state() -> None:
 
 def test_absence_never_shown_stays_whatever_is_drawn() -> None:
     shown = lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
-    decide = drawing(Taught(learned(shown), shown), corrected=False).transitions["go"].decide
+    decide = drawing(TrainedAutomaton(learned(shown), shown), corrected=False).transitions["go"].decide
     assert decide([float("nan"), 0.5]) == STAY
 
 
@@ -125,5 +125,5 @@ def test_angles_as_numbers(bearing: float, signed: float, sine: float, cosine: f
     found = []
     for each in (signed_angle_to, round_angle_to, sine_to, cosine_to):
         assert each.function is not None
-        found.append(float(each.function(Readings(percept), Readings(percept, "A"))[0]))
+        found.append(float(each.function(ReadingsView(percept), ReadingsView(percept, "A"))[0]))
     assert found == pytest.approx([signed, bearing, sine, cosine])

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from understudy.sim.forage import corner_cases
-from understudy.storage.document import encode
+from understudy.storage.document import encode_document
 from understudy_lab.forage import study
 from understudy_lab.forage.teach import Judged, summary, teach, teach_and_judge, worlds_of
 from understudy_lab.results import published
@@ -48,7 +48,7 @@ def test_corner_case(judged: Judged, case: str) -> None:
 def test_the_same_seed_gives_the_same_library(judged: Judged) -> None:
     again = teach(judged.seed).library
     for name, taught in judged.teaching.library.taught.items():
-        assert encode(again.taught[name]) == encode(taught)
+        assert encode_document(again.taught[name]) == encode_document(taught)
 
 
 def test_it_presses_like_a_person(judged: Judged) -> None:

@@ -10,7 +10,7 @@ from tests.learning.lessons import lesson, robocup_folder
 
 from understudy.errors import FileError
 from understudy.learning.fit import learned
-from understudy.model.library import Taught
+from understudy.model.library import TrainedAutomaton
 from understudy_lab.ablation.variants import BASE, VARIANTS
 from understudy_lab.baselines.tasks import EXERCISES
 from understudy_lab.behavior_suite.study import FEATS
@@ -62,7 +62,7 @@ def test_what_is_counted_of_a_lesson() -> None:
             ("go", [5], "go", "watched"),
         ]
     )
-    assert described(Taught(learned(shown), shown), 12.34) == {
+    assert described(TrainedAutomaton(learned(shown), shown), 12.34) == {
         "name": "lesson",
         "features": 1,
         "states": 3,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from understudy.learning.correction_diagnosis import Judgement, judge
-from understudy.model.lesson import Example, Lesson, Scikit
+from understudy.model.lesson import Example, Lesson, SklearnOptions
 from understudy_lab.study import Findings
 from understudy_lab.unlearning import correct, study
 from understudy_lab.unlearning.correct import LEARNERS, compared, corrected
@@ -79,7 +79,7 @@ wrong about 9.2. Then at 9.6, and right from there on. Of what they are judged o
 @pytest.mark.parametrize("learner", ["trees", "k-NN 1"])
 def test_one_is_met_after_another(learner: str) -> None:
     """The nearest neighbor has the boundary at the very same places."""
-    learners = {**LEARNERS, "k-NN 1": Scikit("KNeighborsClassifier", {"n_neighbors": 1})}
+    learners = {**LEARNERS, "k-NN 1": SklearnOptions("KNeighborsClassifier", {"n_neighbors": 1})}
     assert corrected(SPLIT, learners[learner], unlearn=False) == (0.75, 2, frozenset())
 
 

@@ -8,7 +8,7 @@ from math import inf, isnan, log2, nextafter
 from typing import Any, NamedTuple
 
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy.model.tree import STAY, Test, Tree
+from understudy.model.tree import STAY, TestKind, Tree
 
 DEFAULT, SHOWN, WATCHED = 0, 1, 2
 
@@ -107,7 +107,10 @@ class Learner:
             if absent and present:
                 score = scores([absent, present], self.weights)
                 yield Split(
-                    (*score, 1.0, -feature, 1, 0, 0, 0), (Test.ABSENT, feature), {0: absent, 1: present}, -1
+                    (*score, 1.0, -feature, 1, 0, 0, 0),
+                    (TestKind.ABSENT, feature),
+                    {0: absent, 1: present},
+                    -1,
                 )
             values = sorted({row.values[feature] for row in present})
             if len(values) < 2:
@@ -116,7 +119,9 @@ class Learner:
                 parts = {
                     int(value): [row for row in present if row.values[feature] == value] for value in values
                 }
-                yield from self.with_absent(parts, absent, feature, (Test.LABEL, feature), 1.0, (0, 0), None)
+                yield from self.with_absent(
+                    parts, absent, feature, (TestKind.LABEL, feature), 1.0, (0, 0), None
+                )
             elif isinstance(kind, Toroidal):
                 yield from self.arcs(feature, kind.period, values, present, absent)
             else:
@@ -126,7 +131,7 @@ class Learner:
                         0: [row for row in present if row.values[feature] <= low],
                         1: [row for row in present if row.values[feature] >= high],
                     }
-                    test = (Test.BELOW, feature, self.cut(feature, low, high, present))
+                    test = (TestKind.BELOW, feature, self.cut(feature, low, high, present))
                     gap = (high - low) / self.ranges[feature]
                     yield from self.with_absent(parts, absent, feature, test, gap, (0, -index), 0)
 
@@ -162,7 +167,7 @@ class Learner:
                             cut = high
                     cuts.append(cut if cut < period else 0.0 if gap is follows else min(cut - period, high))
                 gap_share = min(wide(gaps[first]), wide(gaps[second])) / period
-                test = (Test.ARC, feature, *cuts)
+                test = (TestKind.ARC, feature, *cuts)
                 yield from self.with_absent(parts, absent, feature, test, gap_share, (-first, -second), 0)
 
     def with_absent(
@@ -208,16 +213,16 @@ def nested(tree: Tree, index: int = 0) -> Any:
     if index == STAY:
         return None
     node = tree.nodes[index]
-    if node.test == Test.LEAF:
+    if node.test == TestKind.LEAF:
         return node.yes
-    if node.test == Test.LABEL:
+    if node.test == TestKind.LABEL:
         children = {label: at for label, at in enumerate(node.branches) if at != STAY}
     else:
         children = {0: node.yes, 1: node.no}
     away = next((side for side, at in children.items() if at == node.absent != STAY), None)
-    cuts = {Test.BELOW: (node.high,), Test.ARC: (node.low, node.high)}.get(Test(node.test), ())
+    cuts = {TestKind.BELOW: (node.high,), TestKind.ARC: (node.low, node.high)}.get(TestKind(node.test), ())
     return (
-        Test(node.test),
+        TestKind(node.test),
         node.feature,
         *cuts,
         away,

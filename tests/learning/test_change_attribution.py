@@ -14,8 +14,8 @@ from understudy.learning.fit import learned
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
-from understudy.model.lesson import Example, ExampleKind, Lesson, Options, Scikit
-from understudy.model.library import Taught
+from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
+from understudy.model.library import TrainedAutomaton
 
 FAR = BoundFeature(Feature("far", Continuous(), reading="range"))
 AIM = BoundFeature(Feature("aim", Toroidal(360.0), reading="bearing"))
@@ -26,7 +26,9 @@ Shown = dict[int, tuple[float, str]]
 """By number: a value, and the next state; "go" is an automatic default, "keep" a confirmation of it."""
 
 
-def taught(shown: Shown, *, quarantined: tuple[int, ...] = (), feature: BoundFeature = FAR) -> Taught:
+def taught(
+    shown: Shown, *, quarantined: tuple[int, ...] = (), feature: BoundFeature = FAR
+) -> TrainedAutomaton:
     bare = Automaton(
         "walk", (START, State("go", "forward"), State("turn", "left"), State("done", flag="done")), (feature,)
     )
@@ -42,7 +44,7 @@ def taught(shown: Shown, *, quarantined: tuple[int, ...] = (), feature: BoundFea
         for number, (value, following) in shown.items()
     ]
     lesson = Lesson(bare, tuple(examples))
-    return Taught(learned(lesson), lesson)
+    return TrainedAutomaton(learned(lesson), lesson)
 
 
 BASE: Shown = {1: (9.0, "go"), 2: (6.0, "go"), 3: (2.0, "done")}
@@ -153,13 +155,13 @@ def test_a_change_that_came_about_elsewhere() -> None:
         3: ((2.0, 0.0), "done", ExampleKind.DIRECTIVE),
     }
 
-    def made(more: Mapping[int, tuple[tuple[float, ...], str, ExampleKind]]) -> Taught:
+    def made(more: Mapping[int, tuple[tuple[float, ...], str, ExampleKind]]) -> TrainedAutomaton:
         examples = [
             Example(number, "go", values, following, kind)
             for number, (values, following, kind) in {**rows, **more}.items()
         ]
         lesson = Lesson(bare, tuple(examples))
-        return Taught(learned(lesson), lesson)
+        return TrainedAutomaton(learned(lesson), lesson)
 
     far, again = ((6.0, 1.0), "go", ExampleKind.CONFIRMATION), rows[2]
     for more in ({4: far}, {4: far, 5: again}):
@@ -178,18 +180,19 @@ def test_another_feature_is_behind_it_where_no_example_is() -> None:
         replace(each, values=(1.0 if each.next == "done" else 0.0,)) for each in before.lesson.examples
     )
     lesson = Lesson(bare, examples)
-    (done,) = moved(before, Taught(learned(lesson), lesson))
+    (done,) = moved(before, TrainedAutomaton(learned(lesson), lesson))
     assert {who.happened for who in done.examples} == {"read anew"}
 
 
 def test_by_hand_and_by_classifier_nobody_is() -> None:
     before = taught(BASE)
-    assert moved(before, Taught(before.automaton)) == ()
+    assert moved(before, TrainedAutomaton(before.automaton)) == ()
     assert before.lesson is not None
     lesson = replace(
-        before.lesson, options=Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1}))
+        before.lesson,
+        options=LearnerOptions(learner=SklearnOptions("KNeighborsClassifier", {"n_neighbors": 1})),
     )
-    (done,) = moved(before, Taught(learned(lesson), lesson))
+    (done,) = moved(before, TrainedAutomaton(learned(lesson), lesson))
     assert (done.what, done.examples) == ("vanished", ())
 
 
@@ -200,7 +203,7 @@ def test_without_features_it_is_who_has_the_majority() -> None:
         for number, following in enumerate(("turn", "done", "done"), 1)
     ]
     before, after = (
-        Taught(learned(lesson), lesson)
+        TrainedAutomaton(learned(lesson), lesson)
         for lesson in (
             Lesson(
                 Automaton("walk", (START, State("go", "forward"), State("turn", "left"), State("done"))),
@@ -226,12 +229,12 @@ def test_where_no_single_example_is_it_is_all_together(monkeypatch: pytest.Monke
         ((6.0, 1.0), "go", ExampleKind.CONFIRMATION),
     ]
 
-    def made(more: int) -> Taught:
+    def made(more: int) -> TrainedAutomaton:
         examples = tuple(
             Example(number, "go", *row) for number, row in enumerate([*rows[:3], *rows[3:] * more], 1)
         )
         lesson = Lesson(bare, examples)
-        return Taught(learned(lesson), lesson)
+        return TrainedAutomaton(learned(lesson), lesson)
 
     def who(more: int) -> list[tuple[int, str]]:
         (done,) = (each for each in moved(made(0), made(more)) if each.next == "done")

@@ -17,7 +17,7 @@ from understudy.learning._linalg_kernels import inverse
 from understudy.learning.correction_diagnosis import Judgement, Verdict, judge
 from understudy.learning.leave_one_out import hindsight, unlikeness
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.model.lesson import Lesson, Options, Scikit
+from understudy.model.lesson import LearnerOptions, Lesson, SklearnOptions
 
 LIGHT = Categorical(("red", "amber", "green"))
 DRIVING = [("go", [value], "go", "default") for value in (102, 100, 80, 60, 53)]
@@ -144,7 +144,7 @@ def test_what_is_like_a_correction_may_agree_with_it() -> None:
 
 def test_the_learner_makes_no_difference() -> None:
     given_, correction = _corrected([*DRIVING, ARRIVING, WRONG, RIGHT])
-    other = replace(given_, options=Options(learner=Scikit("SVC")))
+    other = replace(given_, options=LearnerOptions(learner=SklearnOptions("SVC")))
     assert judge(other, correction) == judge(given_, correction)
 
 

@@ -14,8 +14,8 @@ from understudy.learning.fit import learn, learned
 from understudy.learning.report import contradictions, disagreements, report
 from understudy.model.automaton import State
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
-from understudy.model.lesson import Lesson, Options, Trees
-from understudy.model.tree import Tree, leaf
+from understudy.model.lesson import LearnerOptions, Lesson, TreeOptions
+from understudy.model.tree import Tree, make_leaf
 
 APPROACH = lesson(
     [
@@ -43,23 +43,23 @@ def test_flag_states_learn_nothing() -> None:
 
 
 def test_boundaries_follow_the_options() -> None:
-    def cut(options: Options) -> float:
+    def cut(options: LearnerOptions) -> float:
         function = learn(replace(APPROACH, options=options))["forward"]
         return function.nodes[0].high if isinstance(function, Tree) else nan
 
-    assert cut(Options()) == pytest.approx(2, abs=1e-9)
-    assert cut(Options(learner=Trees(boundary="midpoint"))) == 5.5
-    assert cut(Options(watched=True)) == 5.5
+    assert cut(LearnerOptions()) == pytest.approx(2, abs=1e-9)
+    assert cut(LearnerOptions(learner=TreeOptions(boundary="midpoint"))) == 5.5
+    assert cut(LearnerOptions(watched=True)) == 5.5
 
 
 def test_a_lesson_may_leave_automatic_defaults_out() -> None:
-    alone = learn(replace(APPROACH, options=Options(learner=Trees(defaults=False))))
+    alone = learn(replace(APPROACH, options=LearnerOptions(learner=TreeOptions(defaults=False))))
     assert set(alone) == {"start", "forward"}
     forward = alone["forward"]
     assert isinstance(forward, Tree)
-    assert forward.nodes == (leaf(APPROACH.automaton.index("load")),)
+    assert forward.nodes == (make_leaf(APPROACH.automaton.index("load")),)
     assert (
-        report(replace(APPROACH, options=Options(learner=Trees(defaults=False))))
+        report(replace(APPROACH, options=LearnerOptions(learner=TreeOptions(defaults=False))))
         .states["forward"]
         .disagreements
         == 0

@@ -18,8 +18,8 @@ from understudy.learning.pruning import links, pruned
 from understudy.learning.pruning_suggestions import ENOUGH, suggestion, with_pruning
 from understudy.learning.training_set import Shown, arrays, teaching
 from understudy.model.kinds import Categorical, Kind
-from understudy.model.lesson import ExampleKind, Lesson, Options, Scikit, Trees
-from understudy.model.tree import Test, Tree
+from understudy.model.lesson import ExampleKind, LearnerOptions, Lesson, SklearnOptions, TreeOptions
+from understudy.model.tree import TestKind, Tree
 
 
 def go(*rows: tuple[float, str]) -> Lesson:
@@ -98,7 +98,7 @@ def test_a_tie_stays() -> None:
 def test_what_makes_no_sense_is_refused() -> None:
     for pruning in (-1.0, float("nan"), float("inf")):
         with pytest.raises(DefinitionError, match="0 prunes nothing"):
-            Trees(pruning=pruning)
+            TreeOptions(pruning=pruning)
 
 
 def tree_in(made: Lesson) -> Tree:
@@ -118,7 +118,7 @@ def shown_of(rows: list[Row], kinds: list[Kind]) -> Shown:
 
 
 def answers(tree: Tree) -> int:
-    return sum(node.test == Test.LEAF for node in tree.nodes)
+    return sum(node.test == TestKind.LEAF for node in tree.nodes)
 
 
 def wrong(tree: Tree, rows: list[Row]) -> float:
@@ -202,14 +202,14 @@ def test_too_few_examples_and_classifiers_get_no_advice() -> None:
     assert suggestion(go(*((float(number), "go") for number in range(ENOUGH - 1)))) is None
     assert suggestion(go(*((float(number), "go") for number in range(ENOUGH)))) is not None
     assert suggestion(THREE) is None
-    classified = replace(noisy(), options=Options(learner=Scikit("SVC")))
+    classified = replace(noisy(), options=LearnerOptions(learner=SklearnOptions("SVC")))
     assert suggestion(classified) is None
     assert with_pruning(classified, 1.0) == classified
 
 
 def test_never_on_by_default() -> None:
-    assert Trees().pruning == 0.0
-    assert Options().learner == Trees()
+    assert TreeOptions().pruning == 0.0
+    assert LearnerOptions().learner == TreeOptions()
 
 
 def test_of_a_larger_lesson_several_are_left_out_at_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from tests.learning.reference import Row
 from understudy.learning.fit import learn
 from understudy.learning.splits import Gap, arc, threshold, vote
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
-from understudy.model.tree import STAY, Node, Test, Tree
+from understudy.model.tree import STAY, Node, TestKind, Tree
 
 CIRCLE = Toroidal(360.0)
 STAYS, GOES, ELSE = 0, 1, 2
@@ -49,7 +49,7 @@ THRESHOLDS = [  # (kind, outcome, value)…, where the cut goes
 @pytest.mark.parametrize(("what", "shown", "cut"), THRESHOLDS, ids=[row[0] for row in THRESHOLDS])
 def test_where_a_threshold_goes(what: str, shown: list[tuple[Any, ...]], cut: float) -> None:
     root = tree(*shown).nodes[0]
-    assert (root.test, root.high) == (Test.BELOW, cut)
+    assert (root.test, root.high) == (TestKind.BELOW, cut)
 
 
 def test_midpoints_everywhere_where_the_lesson_says_so() -> None:
@@ -78,7 +78,7 @@ ARCS = [
 def test_where_an_arc_ends(what: str, shown: list[tuple[Any, ...]], ends: tuple[float, float]) -> None:
     grown = tree(*shown, kinds=[CIRCLE])
     root = grown.nodes[0]
-    assert (root.test, root.low, root.high) == (Test.ARC, *ends)
+    assert (root.test, root.low, root.high) == (TestKind.ARC, *ends)
     for _, outcome, value in shown:
         assert grown.decide((value,)) == outcome
 
@@ -116,7 +116,7 @@ def test_votes_at_one_vector(what: str, votes: list[tuple[int, str]], current: i
 
 
 def test_examples_that_agree_are_one_leaf() -> None:
-    assert tree(("default", 0, 1), ("confirmation", 0, 5)).nodes == (Node(Test.LEAF, yes=0),)
+    assert tree(("default", 0, 1), ("confirmation", 0, 5)).nodes == (Node(TestKind.LEAF, yes=0),)
 
 
 def test_exclusive_or_is_split_at_zero_gain() -> None:
@@ -129,20 +129,20 @@ def test_exclusive_or_is_split_at_zero_gain() -> None:
 
 def test_absence_alone_tells_apart() -> None:
     root = tree(("directive", 1, ABSENT), ("default", 0, 4)).nodes[0]
-    assert (root.test, root.yes, root.no) == (Test.ABSENT, 1, 2)
+    assert (root.test, root.yes, root.no) == (TestKind.ABSENT, 1, 2)
 
 
 def test_absent_values_join_the_side_that_fits() -> None:
     grown = tree(("directive", 1, 1), ("directive", 2, 5), ("directive", 2, ABSENT))
     root = grown.nodes[0]
-    assert (root.test, root.absent) == (Test.BELOW, root.no)
+    assert (root.test, root.absent) == (TestKind.BELOW, root.no)
     assert grown.decide((ABSENT,)) == 2
 
 
 def test_absent_values_join_a_label() -> None:
     shown = [("directive", 1, 0), ("directive", 0, 1), ("directive", 0, ABSENT), ("directive", 2, 2)]
     root = tree(*shown, kinds=[Categorical(("a", "b", "c"))]).nodes[0]
-    assert (root.test, root.absent) == (Test.LABEL, root.branches[1])
+    assert (root.test, root.absent) == (TestKind.LABEL, root.branches[1])
 
 
 def test_what_was_never_shown_stays() -> None:
@@ -178,7 +178,7 @@ def test_watched_examples_make_no_question_of_their_own() -> None:
     """Feature 0 would separate the watched ones; no press-made example needs it."""
     shown = [("directive", 1, 0, 0), ("default", 0, 0, 9), *[("watched", 0, 5, 0)] * 20]
     grown = tree(*shown)
-    assert [node.feature for node in grown.nodes if node.test != Test.LEAF] == [1]
+    assert [node.feature for node in grown.nodes if node.test != TestKind.LEAF] == [1]
     assert grown.decide((5, 0)) == 1
 
 
@@ -207,7 +207,7 @@ def test_absent_values_that_fit_either_side_as_well_join_the_heavier_then_the_lo
     low, high = [("directive", 0, 1)], [("directive", 1, 9)]
     for shown, side in ((low + high, "yes"), (low * 2 + high * 2, "yes")):
         root = tree(*shown, *unsure).nodes[0]
-        assert (root.test, root.absent) == (Test.BELOW, getattr(root, side))
+        assert (root.test, root.absent) == (TestKind.BELOW, getattr(root, side))
     across = [("directive", 0, 5), ("directive", 0, 5), ("directive", 1, 100), ("directive", 1, 300)]
     root = tree(*across, *unsure, kinds=[CIRCLE]).nodes[0]
-    assert (root.test, root.low, root.high, root.absent) == (Test.ARC, 332.5, 52.5, root.yes)
+    assert (root.test, root.low, root.high, root.absent) == (TestKind.ARC, 332.5, 52.5, root.yes)

@@ -17,7 +17,7 @@ from understudy.learning.fit import learn
 from understudy.learning.report import report
 from understudy.learning.sklearn_adapter import ALLOWED, ScikitTransition, encoded
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.model.lesson import Lesson, Options, Scikit
+from understudy.model.lesson import LearnerOptions, Lesson, SklearnOptions
 from understudy.model.tree import STAY
 
 KINDS: list[Kind] = [Continuous(), Toroidal(), Categorical(("a", "b"))]
@@ -29,7 +29,9 @@ SHOWN: list[tuple[Any, ...]] = [
 
 
 def taught(classifier: str, **parameters: float | int | str | bool | None) -> Lesson:
-    return replace(lesson(SHOWN, KINDS), options=Options(learner=Scikit(classifier, parameters)))
+    return replace(
+        lesson(SHOWN, KINDS), options=LearnerOptions(learner=SklearnOptions(classifier, parameters))
+    )
 
 
 def test_encoding() -> None:
@@ -93,7 +95,9 @@ def test_without_scikit_learn(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_stateless_and_without_features() -> None:
     bare = replace(lesson([("start", [], "a", "directive"), ("a", [], "b", "directive")], stateless=True))
     bare = replace(
-        bare, automaton=replace(bare.automaton, features=()), options=Options(learner=Scikit("GaussianNB"))
+        bare,
+        automaton=replace(bare.automaton, features=()),
+        options=LearnerOptions(learner=SklearnOptions("GaussianNB")),
     )
     assert learn(bare)["start"].decide(()) == 1
 
@@ -102,7 +106,7 @@ def test_a_classifier_that_draws_lots_does_not_depend_on_the_order_of_examples()
     noisy: list[tuple[Any, ...]] = [
         ("start", [index], "go" if index * 7 % 5 < 2 else "start", "directive") for index in range(30)
     ]
-    options = Options(learner=Scikit("RandomForestClassifier", {"n_estimators": 3}))
+    options = LearnerOptions(learner=SklearnOptions("RandomForestClassifier", {"n_estimators": 3}))
     shown = replace(lesson(noisy), options=options)
     turned = replace(shown, examples=tuple(reversed(shown.examples)))
     function, again = learn(shown)["start"], learn(turned)["start"]

@@ -14,7 +14,7 @@ from tests.learning.reference import Learner, Row, nested
 from understudy.errors import DefinitionError
 from understudy.learning.tree_growth import MOST_WEIGHT, grow
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.model.tree import Test, Tree
+from understudy.model.tree import TestKind, Tree
 
 MANY = settings(max_examples=400, deadline=None)
 
@@ -134,7 +134,7 @@ def test_many_labels_branch_in_order() -> None:
     labels = tuple(f"l{index}" for index in range(40))
     rows = [Row((float(index),), index % 3, 1) for index in range(0, 40, 2)]
     tree = tree_of(rows, [Categorical(labels)])
-    assert tree.nodes[0].test == Test.LABEL
+    assert tree.nodes[0].test == TestKind.LABEL
     assert [tree.decide((float(index),)) for index in range(4)] == [0, -1, 2, -1]
 
 

@@ -11,12 +11,28 @@ from hypothesis import strategies as st
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.expectation import Outcome
-from understudy.model.features import AnyFeature, BoundFeature, Counter, Feature, Flag, TimeInState, Timer
+from understudy.model.expectation import Expectation
+from understudy.model.features import (
+    AnyFeature,
+    BoundFeature,
+    CounterFeature,
+    Feature,
+    FlagFeature,
+    TimeInState,
+    TimerFeature,
+)
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
-from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, Lesson, Options, Record, Trees
-from understudy.model.library import Kit, Taught
-from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.model.lesson import (
+    LONGEST_REACTION_S,
+    Example,
+    ExampleKind,
+    LearnerOptions,
+    Lesson,
+    ReadingLog,
+    TreeOptions,
+)
+from understudy.model.library import Kit, TrainedAutomaton
+from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 
 names = st.one_of(
     st.sampled_from(
@@ -61,9 +77,9 @@ def bound_features(draw: Any) -> tuple[BoundFeature, ...]:
                 [
                     Feature(name, kind, reading="x", unit="m"),
                     Feature(name, kind, reading="x", of="A"),
-                    Flag(name),
-                    Counter(name),
-                    Timer(name),
+                    FlagFeature(name),
+                    CounterFeature(name),
+                    TimerFeature(name),
                     TimeInState(name),
                 ]
             )
@@ -88,29 +104,29 @@ def trees(draw: Any, features: tuple[BoundFeature, ...], states: int) -> Tree:
         yes, no, absent = draw(child), draw(child), draw(child)
         if isinstance(kind, Categorical):
             branches = tuple(draw(child) for _ in kind.labels)
-            nodes.append(Node(Test.LABEL, feature, absent=absent, branches=branches))
+            nodes.append(Node(TestKind.LABEL, feature, absent=absent, branches=branches))
         elif isinstance(kind, Toroidal) and draw(st.booleans()):
-            nodes.append(Node(Test.ARC, feature, draw(numbers), draw(numbers), yes, no, absent))
+            nodes.append(Node(TestKind.ARC, feature, draw(numbers), draw(numbers), yes, no, absent))
         elif draw(st.booleans()):
-            nodes.append(Node(Test.ABSENT, feature, yes=yes, no=no))
+            nodes.append(Node(TestKind.ABSENT, feature, yes=yes, no=no))
         else:
-            nodes.append(Node(Test.BELOW, feature, high=draw(numbers), yes=yes, no=no, absent=absent))
-    nodes += [leaf(draw(st.integers(STAY, states - 1))) for _ in range(leaves)]
+            nodes.append(Node(TestKind.BELOW, feature, high=draw(numbers), yes=yes, no=no, absent=absent))
+    nodes += [make_leaf(draw(st.integers(STAY, states - 1))) for _ in range(leaves)]
     return Tree(tuple(nodes))
 
 
 @st.composite
-def records(draw: Any) -> Record:
+def records(draw: Any) -> ReadingLog:
     keys = tuple(draw(st.lists(st.tuples(names, names | st.none()), max_size=3, unique=True)))
     moments = draw(st.integers(0, 5))
     any_number = st.floats(width=64)  # NaN and infinities too: a record is what was read
     rows = [[draw(any_number) for _ in keys] for _ in range(moments)]
     seconds = np.array([draw(numbers) for _ in range(moments)], dtype=np.float64)
-    return Record(keys, np.array(rows, dtype=np.float64).reshape(moments, len(keys)), seconds)
+    return ReadingLog(keys, np.array(rows, dtype=np.float64).reshape(moments, len(keys)), seconds)
 
 
 @st.composite
-def taught(draw: Any) -> Taught:
+def taught(draw: Any) -> TrainedAutomaton:
     """An automaton with its lesson, learned (from trees drawn at random)."""
     features = draw(bound_features())
     others = draw(st.lists(names.filter(lambda name: name != "start"), min_size=1, max_size=4, unique=True))
@@ -130,7 +146,7 @@ def taught(draw: Any) -> Taught:
     promised = tuple(draw(st.lists(outcomes(), max_size=2)))
     lesson = Lesson(bare, draw(examples(bare, len(record))), draw(options()), record, promised)
     movable = [state.name for state in states if state.flag is None]
-    return Taught(
+    return TrainedAutomaton(
         replace(bare, transitions={name: draw(trees(features, len(states))) for name in movable}), lesson
     )
 
@@ -159,21 +175,24 @@ def examples(draw: Any, automaton: Automaton, moments: int) -> tuple[Example, ..
     return tuple(made)
 
 
-def outcomes() -> st.SearchStrategy[Outcome]:
+def outcomes() -> st.SearchStrategy[Expectation]:
     text = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
     seconds, bindings = st.floats(1e-3, 1e4), st.dictionaries(names, names, max_size=2).map(Binding)
     return st.builds(
-        Outcome, names, seconds, text, text, st.binary(max_size=40), st.integers(0, 9), text, bindings
+        Expectation, names, seconds, text, text, st.binary(max_size=40), st.integers(0, 9), text, bindings
     )
 
 
-def options() -> st.SearchStrategy[Options]:
+def options() -> st.SearchStrategy[LearnerOptions]:
     return st.builds(
-        Options,
+        LearnerOptions,
         st.floats(0, LONGEST_REACTION_S),
         st.booleans(),
         st.builds(
-            Trees, st.sampled_from(["default keeps the gap", "midpoint"]), st.booleans(), st.floats(0, 100)
+            TreeOptions,
+            st.sampled_from(["default keeps the gap", "midpoint"]),
+            st.booleans(),
+            st.floats(0, 100),
         ),
     )
 
@@ -189,7 +208,7 @@ READY = Feature("ready", BOOLEAN, reading="ready")
 TO_A = Binding(A="A")
 
 
-def goto(name: str = "goto") -> Taught:
+def goto(name: str = "goto") -> TrainedAutomaton:
     """A small automaton with a lesson, whose every part a test can spoil."""
     bare = Automaton(
         name,
@@ -198,18 +217,18 @@ def goto(name: str = "goto") -> Taught:
             BoundFeature(DISTANCE, TO_A),
             BoundFeature(ANGLE, TO_A),
             BoundFeature(READY),
-            BoundFeature(Flag("bump")),
+            BoundFeature(FlagFeature("bump")),
         ),
         ("A",),
     )
     tree = Tree(
         (
-            Node(Test.BELOW, 0, high=0.4, yes=1, no=2),
-            leaf(2),
-            Node(Test.ARC, 1, low=6.0, high=0.3, yes=3, no=4),
-            leaf(1),
-            Node(Test.LABEL, 2, branches=(5, STAY)),
-            leaf(STAY),
+            Node(TestKind.BELOW, 0, high=0.4, yes=1, no=2),
+            make_leaf(2),
+            Node(TestKind.ARC, 1, low=6.0, high=0.3, yes=3, no=4),
+            make_leaf(1),
+            Node(TestKind.LABEL, 2, branches=(5, STAY)),
+            make_leaf(STAY),
         )
     )
     directive, watched = ExampleKind.DIRECTIVE, ExampleKind.WATCHED
@@ -229,6 +248,8 @@ def goto(name: str = "goto") -> Taught:
         Example(3, "forward", (4.0, 0.5, 1.0, 0.0), "forward", watched, moment=3),
         Example(4, "forward", (3.0, 0.5, nan, 0.0), "forward", watched, moment=4),
     )
-    record = Record((("range", "home"), ("ready", None)), np.arange(10.0).reshape(5, 2) / 3, np.arange(5.0))
-    lesson = Lesson(bare, shown, Options(0.2, True), record)
-    return Taught(replace(bare, transitions={"start": tree, "forward": tree}), lesson)
+    record = ReadingLog(
+        (("range", "home"), ("ready", None)), np.arange(10.0).reshape(5, 2) / 3, np.arange(5.0)
+    )
+    lesson = Lesson(bare, shown, LearnerOptions(0.2, True), record)
+    return TrainedAutomaton(replace(bare, transitions={"start": tree, "forward": tree}), lesson)

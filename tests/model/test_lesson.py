@@ -9,19 +9,19 @@ import pytest
 from understudy.errors import DefinitionError
 from understudy.learning.fit import learned
 from understudy.model.automaton import Automaton
-from understudy.model.lesson import Lesson, Options, Trees
+from understudy.model.lesson import LearnerOptions, Lesson, TreeOptions
 
 
 @pytest.mark.parametrize("boundary", ["foo", "", None])
 def test_an_unknown_boundary(boundary: Any) -> None:
     with pytest.raises(DefinitionError, match="give 'default keeps the gap' or 'midpoint'"):
-        Trees(boundary)
+        TreeOptions(boundary)
 
 
 @pytest.mark.parametrize("reaction_s", [-0.1, 1.1, float("nan")])
 def test_a_reaction_time_that_the_record_does_not_reach(reaction_s: float) -> None:
     with pytest.raises(DefinitionError, match="between 0 and"):
-        Options(reaction_s=reaction_s)
+        LearnerOptions(reaction_s=reaction_s)
 
 
 def test_a_lesson_for_what_is_already_learned() -> None:

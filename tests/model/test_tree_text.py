@@ -11,83 +11,98 @@ from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
 
 from understudy.model.binding import Binding
-from understudy.model.features import BoundFeature, Feature, Flag
+from understudy.model.features import BoundFeature, Feature, FlagFeature
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.model.tree import STAY, Node, Test, Tree, leaf
-from understudy.model.tree_regions import ABSENT_ONLY, Region, boxes
-from understudy.model.tree_text import Words, conditions, path_conditions, sentences, simplified
+from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
+from understudy.model.tree_regions import ABSENT_ONLY, ValueSet, list_leaf_boxes
+from understudy.model.tree_text import (
+    FeatureText,
+    describe_exits,
+    describe_path,
+    describe_tree_outcomes,
+    simplify_outcome_boxes,
+)
 
 DISTANCE = BoundFeature(
     Feature("distance_to", Continuous(), reading="range", of="A", unit="m"), Binding(A="A")
 )
 ANGLE = BoundFeature(Feature("angle_to", Toroidal(), reading="bearing", of="A", unit="rad"), Binding(A="A"))
 AMOUNT = BoundFeature(Feature("amount", Continuous(), reading="amount"))
-DONE = BoundFeature(Flag("done"))
+DONE = BoundFeature(FlagFeature("done"))
 STATUS = BoundFeature(Feature("status", Categorical(("idle", "busy", "lost", "home")), reading="status"))
 FEATURES = (DISTANCE, ANGLE, DONE, STATUS)
 
 
 def below(feature: int, cut: float, yes: int, no: int, absent: int = STAY) -> Node:
-    return Node(Test.BELOW, feature, high=cut, yes=yes, no=no, absent=absent)
+    return Node(TestKind.BELOW, feature, high=cut, yes=yes, no=no, absent=absent)
 
 
 def said(*nodes: Node) -> dict[int, tuple[str, ...]]:
-    return dict(conditions(Tree(nodes), FEATURES))
+    return dict(describe_tree_outcomes(Tree(nodes), FEATURES))
 
 
 def test_a_single_leaf() -> None:
-    assert said(leaf(1)) == {1: ("always",)}
+    assert said(make_leaf(1)) == {1: ("always",)}
 
 
 def test_thresholds() -> None:
-    assert said(below(0, 0.3784, 1, 2), leaf(1), leaf(0)) == {
+    assert said(below(0, 0.3784, 1, 2), make_leaf(1), make_leaf(0)) == {
         0: ("distance_to(A) is at least 0.38 m",),
         1: ("distance_to(A) is below 0.38 m",),
     }
-    assert said(below(0, nextafter(3.0, inf), 1, 2), leaf(1), leaf(0)) == {
+    assert said(below(0, nextafter(3.0, inf), 1, 2), make_leaf(1), make_leaf(0)) == {
         0: ("distance_to(A) is above 3 m",),
         1: ("distance_to(A) is at most 3 m",),
     }
 
 
 def test_tests_of_one_feature_become_one_statement() -> None:
-    nodes = (below(0, 5.0, 1, 4), below(0, 2.0, 2, 3), leaf(0), leaf(1), leaf(2))
+    nodes = (below(0, 5.0, 1, 4), below(0, 2.0, 2, 3), make_leaf(0), make_leaf(1), make_leaf(2))
     assert said(*nodes)[1] == ("distance_to(A) is between 2 m and 5 m",)
-    nodes = (below(0, 5.0, 1, 4), below(0, 2.0, 2, 3), leaf(0), leaf(1), leaf(0))
+    nodes = (below(0, 5.0, 1, 4), below(0, 2.0, 2, 3), make_leaf(0), make_leaf(1), make_leaf(0))
     assert said(*nodes)[0] == ("distance_to(A) is below 2 m or at least 5 m",)
 
 
 def test_arcs_in_degrees() -> None:
-    node = Node(Test.ARC, 1, low=radians(350), high=radians(10), yes=1, no=2)
-    assert said(node, leaf(1), leaf(0)) == {
+    node = Node(TestKind.ARC, 1, low=radians(350), high=radians(10), yes=1, no=2)
+    assert said(node, make_leaf(1), make_leaf(0)) == {
         0: ("angle_to(A) is between 10° and 350°",),
         1: ("angle_to(A) is between 350° and 10°",),
     }
 
 
 def test_absence_is_said_only_where_it_matters() -> None:
-    assert said(Node(Test.ABSENT, 0, yes=1, no=2), leaf(1), leaf(0)) == {
+    assert said(Node(TestKind.ABSENT, 0, yes=1, no=2), make_leaf(1), make_leaf(0)) == {
         0: ("distance_to(A) is not absent",),
         1: ("distance_to(A) is absent",),
     }
-    assert said(below(0, 2.0, 1, 2, absent=2), leaf(1), leaf(0)) == {
+    assert said(below(0, 2.0, 1, 2, absent=2), make_leaf(1), make_leaf(0)) == {
         0: ("distance_to(A) is at least 2 m or absent",),
         1: ("distance_to(A) is below 2 m",),
     }
 
 
 def test_labels() -> None:
-    flag = Node(Test.LABEL, 2, branches=(1, 2))
-    assert said(flag, leaf(0), leaf(1)) == {0: ("done is no",), 1: ("done is yes",)}
-    status = Node(Test.LABEL, 3, branches=(1, 2, 3, STAY))
-    assert said(status, leaf(0), leaf(1), leaf(1)) == {0: ("status is idle",), 1: ("status is busy or lost",)}
-    every = Node(Test.LABEL, 3, branches=(1, 2, 3, 4))
-    assert said(every, leaf(0), leaf(1), leaf(1), leaf(1))[1] == ("status is not idle",)
+    flag = Node(TestKind.LABEL, 2, branches=(1, 2))
+    assert said(flag, make_leaf(0), make_leaf(1)) == {0: ("done is no",), 1: ("done is yes",)}
+    status = Node(TestKind.LABEL, 3, branches=(1, 2, 3, STAY))
+    assert said(status, make_leaf(0), make_leaf(1), make_leaf(1)) == {
+        0: ("status is idle",),
+        1: ("status is busy or lost",),
+    }
+    every = Node(TestKind.LABEL, 3, branches=(1, 2, 3, 4))
+    assert said(every, make_leaf(0), make_leaf(1), make_leaf(1), make_leaf(1))[1] == ("status is not idle",)
 
 
 def test_what_makes_no_difference_is_left_out() -> None:
     """done is asked on both sides of a cut, but only one side needs the cut."""
-    nodes = (below(0, 2.0, 1, 2), leaf(1), Node(Test.LABEL, 2, branches=(3, 4)), leaf(0), leaf(1))
+    nodes = (
+        below(0, 2.0, 1, 2),
+        make_leaf(1),
+        Node(TestKind.LABEL, 2, branches=(3, 4)),
+        make_leaf(0),
+        make_leaf(1),
+    )
     assert said(*nodes) == {
         0: ("distance_to(A) is at least 2 m and done is no",),
         1: ("distance_to(A) is below 2 m", "done is yes"),
@@ -123,7 +138,7 @@ def test_numbers_are_as_short_as_they_can_be(
 ) -> None:
     """They are told apart, and what was shown stays on its side of them."""
     unit = radians if feature is ANGLE else float
-    words = Words(feature, map(unit, cuts), known_absent=False, values=map(unit, values))
+    words = FeatureText(feature, map(unit, cuts), known_absent=False, values=map(unit, values))
     assert [words.number(unit(cut)) for cut in cuts] == said
 
 
@@ -138,12 +153,12 @@ def test_no_example_changes_sides(values: list[float], unit: str) -> None:
     kind = Toroidal() if unit == "rad" else Continuous()
     feature = BoundFeature(Feature("f", kind, reading="f", unit=unit))
     cuts = sorted(values)[1::2]
-    words = Words(feature, cuts, known_absent=False, values=values)
+    words = FeatureText(feature, cuts, known_absent=False, values=values)
     numbers = [float(words.number(cut).split()[0].rstrip("°")) for cut in cuts]
     shown = [degrees(value) if unit == "rad" else value for value in values]
     for cut, number in zip(cuts, numbers, strict=True):
         exact = degrees(cut) if unit == "rad" else cut
-        at_most = words.statement(Region(((-inf, cut),), False)).split()[2:4] == ["at", "most"]
+        at_most = words.statement(ValueSet(((-inf, cut),), False)).split()[2:4] == ["at", "most"]
         if unit == "rad" and number == 0.0:
             number = 360.0 if exact > 180 else 0.0
         assert [each <= number if at_most else each < number for each in shown] == [
@@ -152,22 +167,24 @@ def test_no_example_changes_sides(values: list[float], unit: str) -> None:
 
 
 def test_sentences() -> None:
-    tree = Tree((below(0, 2.0, 1, 2), leaf(1), leaf(0)))
+    tree = Tree((below(0, 2.0, 1, 2), make_leaf(1), make_leaf(0)))
     names = ("start", "load")
-    assert sentences(tree, FEATURES, names, "start") == (
+    assert describe_exits(tree, FEATURES, names, "start") == (
         "load when distance_to(A) is below 2 m",
         "stays otherwise",
     )
-    assert sentences(Tree((leaf(1),)), FEATURES, names, "start") == ("load always",)
-    assert sentences(Tree((leaf(0),)), FEATURES, names, "start") == ("stays always",)
+    assert describe_exits(Tree((make_leaf(1),)), FEATURES, names, "start") == ("load always",)
+    assert describe_exits(Tree((make_leaf(0),)), FEATURES, names, "start") == ("stays always",)
 
 
 def test_the_path_of_one_decision() -> None:
-    tree = Tree((below(0, 5.0, 1, 4, absent=4), below(0, 2.0, 2, 3), leaf(0), leaf(1), leaf(2)))
+    tree = Tree(
+        (below(0, 5.0, 1, 4, absent=4), below(0, 2.0, 2, 3), make_leaf(0), make_leaf(1), make_leaf(2))
+    )
     steps, _ = tree.path((3.0, 0, 0, 0))
-    assert path_conditions(tree, steps, FEATURES) == ("distance_to(A) is between 2 m and 5 m",)
+    assert describe_path(tree, steps, FEATURES) == ("distance_to(A) is between 2 m and 5 m",)
     steps, _ = tree.path((nan, 0, 0, 0))
-    assert path_conditions(tree, steps, FEATURES) == ("distance_to(A) is absent",)
+    assert describe_path(tree, steps, FEATURES) == ("distance_to(A) is absent",)
 
 
 @settings(max_examples=300, deadline=None)
@@ -177,7 +194,7 @@ def test_what_is_said_is_what_is_decided(table: tuple[list[Row], list[Kind]], da
     rows, kinds = table
     tree = tree_of(rows, kinds)
     features = [BoundFeature(Feature(f"f{index}", kind, reading="f")) for index, kind in enumerate(kinds)]
-    found = simplified(tree, features)
+    found = simplify_outcome_boxes(tree, features)
     cuts = [cut for node in tree.nodes for cut in (node.low, node.high) if cut == cut]
     interesting = sorted({0.0, 1.0, 2.0, *cuts, *(nextafter(cut, 0) for cut in cuts)})
     for _ in range(10):
@@ -206,15 +223,15 @@ def nan_is_unknown(tree: Tree, vector: list[float]) -> bool:
     known = {
         node.feature
         for node in tree.nodes
-        if node.test == Test.ABSENT or (node.test != Test.LEAF and node.absent != STAY)
+        if node.test == TestKind.ABSENT or (node.test != TestKind.LEAF and node.absent != STAY)
     }
     return any(x != x and feature not in known for feature, x in enumerate(vector))
 
 
 def test_regions() -> None:
-    line = Region(((-inf, 2.0), (5.0, inf)), False)
-    assert (line & Region(((1.0, 6.0),), True)) == Region(((1.0, 2.0), (5.0, 6.0)), False)
-    assert (line | Region(((2.0, 5.0),), True)) == Region(((-inf, inf),), True)
+    line = ValueSet(((-inf, 2.0), (5.0, inf)), False)
+    assert (line & ValueSet(((1.0, 6.0),), True)) == ValueSet(((1.0, 2.0), (5.0, 6.0)), False)
+    assert (line | ValueSet(((2.0, 5.0),), True)) == ValueSet(((-inf, inf),), True)
     assert nan in ABSENT_ONLY
     assert 5.0 in line
     assert 2.0 not in line
@@ -224,13 +241,15 @@ def test_boxes_cover_deep_trees() -> None:
     """A tree deeper than Python's stack, as noise grows them."""
     depth = 3000
     nodes = [below(0, float(level), 2 * level + 1, 2 * level + 2) for level in range(depth)]
-    flat = [each for level, node in enumerate(nodes) for each in (node, leaf(level % 2))]
-    tree = Tree((*flat, leaf(0)))
-    assert len(boxes(tree, [Continuous()])) == depth + 1
+    flat = [each for level, node in enumerate(nodes) for each in (node, make_leaf(level % 2))]
+    tree = Tree((*flat, make_leaf(0)))
+    assert len(list_leaf_boxes(tree, [Continuous()])) == depth + 1
 
 
-@pytest.mark.parametrize("texts", [conditions, lambda tree, features: boxes(tree, [Continuous()])])
+@pytest.mark.parametrize(
+    "texts", [describe_tree_outcomes, lambda tree, features: list_leaf_boxes(tree, [Continuous()])]
+)
 def test_same_tree_same_words(texts: object) -> None:
-    tree = Tree((below(0, 2.0, 1, 2), leaf(1), leaf(0)))
+    tree = Tree((below(0, 2.0, 1, 2), make_leaf(1), make_leaf(0)))
     assert callable(texts)
     assert texts(tree, (DISTANCE,)) == texts(tree, (DISTANCE,))

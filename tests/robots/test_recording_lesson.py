@@ -15,7 +15,7 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 from tests.training.lessons import session as scripted
 
 from understudy.errors import FileError, SessionError, UnderstudyError
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.robots.recording.reader import Pressed, Recording, read_recording
 from understudy.robots.recording.recorder import Recorder
 from understudy.robots.recording.teach_from_recording import read_presses, recorded_presses, taught_over
@@ -77,9 +77,10 @@ CORRECTED: Steps = [
 
 
 @pytest.mark.parametrize(
-    "options", [Options(), Options(reaction_s=0.3), Options(watched=True, reaction_s=0.2)]
+    "options",
+    [LearnerOptions(), LearnerOptions(reaction_s=0.3), LearnerOptions(watched=True, reaction_s=0.2)],
 )
-def test_presses_that_were_recorded_give_the_lesson(options: Options, tmp_path: Path) -> None:
+def test_presses_that_were_recorded_give_the_lesson(options: LearnerOptions, tmp_path: Path) -> None:
     session = scripted(features=["range_of(ball)", "bearing_of(goal)", "load"], options=options)
     empty = session.lesson
     recording = recorded(session, tmp_path / "s.mcap", PLAIN, 80)
@@ -91,7 +92,7 @@ def test_presses_that_were_recorded_give_the_lesson(options: Options, tmp_path: 
 
 def test_a_table_of_presses_gives_the_lesson(tmp_path: Path) -> None:
     """With corrections and restarts, from a table or as they were recorded."""
-    session = scripted(features=["range_of(ball)", "load"], options=Options(reaction_s=0.2))
+    session = scripted(features=["range_of(ball)", "load"], options=LearnerOptions(reaction_s=0.2))
     empty = session.lesson
     recording = recorded(session, tmp_path / "s.mcap", CORRECTED, 80)
     presses = read_presses(table(tmp_path / "p.csv", recording, CORRECTED), recording)
@@ -114,7 +115,7 @@ def test_a_session_in_a_world_is_learned_from_its_recording(tmp_path: Path) -> N
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(nearest_food)", "angle_to(nearest_food)"],
-        options=Options(reaction_s=0.2),
+        options=LearnerOptions(reaction_s=0.2),
     )
     session = Session(Forage([3]), library, lesson)
     steps = [(0, "rotate_left"), (9, "forward"), (40, "rotate_right"), (55, "forward"), (90, "done")]

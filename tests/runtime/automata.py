@@ -11,7 +11,7 @@ from understudy.model.automaton import START, Automaton, State, Transition
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library
-from understudy.model.tree import STAY, Step
+from understudy.model.tree import STAY, PathStep
 from understudy.runtime.program import Program, link
 from understudy.training.lesson_design import chosen_feature, chosen_state
 
@@ -29,7 +29,7 @@ class Rule:
         following = self.answer(*values)
         return self.names.index(following) if following in self.names else STAY
 
-    def path(self, values: Sequence[float], /) -> tuple[tuple[Step, ...], int]:
+    def path(self, values: Sequence[float], /) -> tuple[tuple[PathStep, ...], int]:
         return (), 0
 
 

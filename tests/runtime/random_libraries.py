@@ -25,17 +25,17 @@ from understudy.model.behaviors import (
 from understudy.model.binding import Binding, Target
 from understudy.model.features import (
     BoundFeature,
-    Counter,
+    CounterFeature,
     Feature,
-    Flag,
+    FlagFeature,
     Percept,
     ReadingKey,
     TimeInState,
-    Timer,
+    TimerFeature,
 )
 from understudy.model.kinds import BOOLEAN, Categorical, Column, Continuous, Toroidal
 from understudy.model.library import Kit, Library
-from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.runtime.body import Channel, Commands, Reading, every_key
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, GroundBehavior, Program, link
@@ -51,9 +51,9 @@ kit = Kit.of(
     Feature("color_of", COLORS, "color", of="A"),
     Feature("load", Continuous(), "load"),
     Feature("seen", BOOLEAN, "seen"),
-    *(Flag(flag) for flag in FLAGS),
-    *(Counter(name) for name in ("laps", "falls")),
-    *(Timer(name) for name in ("watch", "bell")),
+    *(FlagFeature(flag) for flag in FLAGS),
+    *(CounterFeature(name) for name in ("laps", "falls")),
+    *(TimerFeature(name) for name in ("watch", "bell")),
     TimeInState(),
     Behavior("forward", Command(drive=1.0)),
     Behavior("left", Command(turn=1.0)),
@@ -198,7 +198,7 @@ def random_tree(
         if random.random() < 0.05 and nodes:
             return STAY
         at = len(nodes)
-        nodes.append(leaf(random.choice(outcomes)))
+        nodes.append(make_leaf(random.choice(outcomes)))
         if left and features and random.random() < 0.85:
             nodes[at] = _node(random, features, lambda: add(left - 1))
         return at
@@ -211,11 +211,11 @@ def _node(random: Random, features: Sequence[BoundFeature], below: Callable[[], 
     position = random.randrange(len(features))
     kind = features[position].kind
     if random.random() < 0.15:
-        return Node(Test.ABSENT, position, yes=below(), no=below())
+        return Node(TestKind.ABSENT, position, yes=below(), no=below())
     if isinstance(kind, Categorical):
         branches = tuple(below() for _ in kind.labels)
-        return Node(Test.LABEL, position, absent=random.choice((*branches, STAY)), branches=branches)
-    sort = random.choice((Test.BELOW, Test.ARC))
+        return Node(TestKind.LABEL, position, absent=random.choice((*branches, STAY)), branches=branches)
+    sort = random.choice((TestKind.BELOW, TestKind.ARC))
     low, high = random.choice(NUMBERS), random.choice(NUMBERS)
     yes, no = below(), below()
     return Node(sort, position, low, high, yes, no, random.choice((yes, no, STAY)))

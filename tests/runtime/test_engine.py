@@ -16,7 +16,7 @@ from tests.runtime.random_libraries import Played, played, pulsed, random_librar
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
-from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.engine.tables import flat
 from understudy.runtime.interpreter import Interpreter
@@ -117,8 +117,8 @@ APPROACH = Automaton(
     (BoundFeature(scripted_kit.features["range_of"], Binding(A="A")),),
     ("A",),
     transitions={
-        "start": Tree((leaf(1),)),
-        "forward": Tree((Node(Test.BELOW, 0, high=98.5, yes=1, no=2), leaf(2), leaf(1))),
+        "start": Tree((make_leaf(1),)),
+        "forward": Tree((Node(TestKind.BELOW, 0, high=98.5, yes=1, no=2), make_leaf(2), make_leaf(1))),
     },
 )
 OUTER = Automaton(
@@ -126,9 +126,9 @@ OUTER = Automaton(
     (START, calling("fetch", "approach", A="ball"), State("lap", "lap")),
     (BoundFeature(scripted_kit.features["done"]), BoundFeature(scripted_kit.features["time_in_state"])),
     transitions={
-        "start": Tree((leaf(1),)),
-        "fetch": Tree((Node(Test.LABEL, 0, branches=(1, 2)), leaf(-1), leaf(2))),
-        "lap": Tree((Node(Test.BELOW, 1, high=0.2, yes=1, no=2), leaf(2), leaf(1))),
+        "start": Tree((make_leaf(1),)),
+        "fetch": Tree((Node(TestKind.LABEL, 0, branches=(1, 2)), make_leaf(-1), make_leaf(2))),
+        "lap": Tree((Node(TestKind.BELOW, 1, high=0.2, yes=1, no=2), make_leaf(2), make_leaf(1))),
     },
 )
 TICKS: list[tuple[tuple[str, ...], str]] = [
@@ -151,13 +151,13 @@ def test_ticks_by_hand() -> None:
 
 
 NODES: list[tuple[Node, list[tuple[float, float, int, int, int]]]] = [  # low, high, inside, outside, absent
-    (Node(Test.BELOW, 0, high=2.0, yes=1, no=2, absent=-1), [(-inf, 2.0, -12, -13, -1)]),
-    (Node(Test.ARC, 0, 1.0, 2.0, 1, 2, 2), [(1.0, 2.0, -12, -13, -13)]),
-    (Node(Test.ARC, 0, 6.0, 2.0, 1, 2, 1), [(2.0, 6.0, -13, -12, -12)]),  # across the seam: not between
-    (Node(Test.ABSENT, 0, yes=1, no=2), [(inf, -inf, -13, -13, -12)]),  # nothing is between
-    (Node(Test.LABEL, 0, absent=2, branches=(1, 2)), [(-inf, 1, -12, -13, -13)]),
+    (Node(TestKind.BELOW, 0, high=2.0, yes=1, no=2, absent=-1), [(-inf, 2.0, -12, -13, -1)]),
+    (Node(TestKind.ARC, 0, 1.0, 2.0, 1, 2, 2), [(1.0, 2.0, -12, -13, -13)]),
+    (Node(TestKind.ARC, 0, 6.0, 2.0, 1, 2, 1), [(2.0, 6.0, -13, -12, -12)]),  # across the seam: not between
+    (Node(TestKind.ABSENT, 0, yes=1, no=2), [(inf, -inf, -13, -13, -12)]),  # nothing is between
+    (Node(TestKind.LABEL, 0, absent=2, branches=(1, 2)), [(-inf, 1, -12, -13, -13)]),
     (
-        Node(Test.LABEL, 0, absent=-1, branches=(1, 2, 2, 1, 1)),
+        Node(TestKind.LABEL, 0, absent=-1, branches=(1, 2, 2, 1, 1)),
         [(-inf, 2, 6, 7, -1), (-inf, 1, -12, -13, -1), (-inf, 3, -13, 8, -1), (-inf, 4, -12, -12, -1)],
     ),
 ]
@@ -168,7 +168,7 @@ def test_every_test_is_between_two_numbers(
     node: Node, rows: list[tuple[float, float, int, int, int]]
 ) -> None:
     """The first state has index 10, so leaves answer -2 - 10 and -2 - 11; the first node is put at 5."""
-    begins, found = flat(Tree((node, leaf(0), leaf(1))), sources=[3], first=10, at=5)
+    begins, found = flat(Tree((node, make_leaf(0), make_leaf(1))), sources=[3], first=10, at=5)
     assert begins == 5
     assert [(low, high, inside, outside, absent) for low, high, _, inside, outside, absent in found] == rows
     assert {each.source for each in found} == {3}

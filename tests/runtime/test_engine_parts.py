@@ -17,12 +17,12 @@ from tests.runtime.random_libraries import Played, played, random_library, rando
 from understudy.errors import DefinitionError, KindError, SettingError, UnderstudyError, UnknownName
 from understudy.learning.sklearn_adapter import ScikitTransition
 from understudy.model.automaton import START, Automaton, State, Transition
-from understudy.model.behaviors import Behavior, Change, Command, behavior, increment, set_counter
+from understudy.model.behaviors import Behavior, Command, StateEffect, behavior, increment, set_counter
 from understudy.model.binding import Binding
-from understudy.model.features import BoundFeature, Percept, Readings, feature
+from understudy.model.features import BoundFeature, Percept, ReadingsView, feature
 from understudy.model.kinds import BOOLEAN, Column, Continuous
 from understudy.model.library import Kit, Library
-from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.body import FusedPlan
 from understudy.runtime.engine import _pulse_kernels, tables
 from understudy.runtime.engine.compiler import compile_programs
@@ -32,7 +32,7 @@ from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
 
 BALL = Binding(A="ball")
-FAR = Tree((Node(Test.BELOW, 0, high=99.0, yes=1, no=2), leaf(2), leaf(1)))
+FAR = Tree((Node(TestKind.BELOW, 0, high=99.0, yes=1, no=2), make_leaf(2), make_leaf(1)))
 
 
 def go(transition: Transition, *, feature: str = "range_of", does: str = "forward") -> Automaton:
@@ -44,14 +44,14 @@ def go(transition: Transition, *, feature: str = "range_of", does: str = "forwar
 
 def test_functions_compute_as_in_a_run() -> None:
     """A feature and a behavior that are functions, at different times for each agent."""
-    opposite = Tree((Node(Test.ARC, 0, 2.8, 3.5, 1, 2), leaf(1), leaf(2)))
+    opposite = Tree((Node(TestKind.ARC, 0, 2.8, 3.5, 1, 2), make_leaf(1), make_leaf(2)))
     turning = Automaton(
         "turning",
         (START, State("toward", "toward", BALL), State("left", "left")),
         (BoundFeature(kit.features["opposite"], BALL), BoundFeature(kit.features["range_of"], BALL)),
         transitions={
             "start": opposite,
-            "toward": Tree((Node(Test.BELOW, 1, high=98.0, yes=1, no=2), leaf(2), leaf(1))),
+            "toward": Tree((Node(TestKind.BELOW, 1, high=98.0, yes=1, no=2), make_leaf(2), make_leaf(1))),
             "left": opposite,
         },
     )
@@ -67,13 +67,13 @@ def test_functions_compute_as_in_a_run() -> None:
 
 
 @behavior
-def flee(robot: Readings) -> dict[str, Column]:
+def flee(robot: ReadingsView) -> dict[str, Column]:
     """In one library."""
     return {"drive": -robot.load}
 
 
 def test_functions_of_one_name_are_told_apart() -> None:
-    def other(robot: Readings) -> dict[str, Column]:
+    def other(robot: ReadingsView) -> dict[str, Column]:
         return {"drive": robot.load + 1.0}
 
     other.__name__, other.__doc__ = "flee", flee.doc
@@ -231,11 +231,14 @@ def test_a_fused_body_ticks_where_python_is_needed(part: Automaton) -> None:
 # What is refused.
 
 TREES: list[tuple[tuple[Node, ...], str]] = [
-    ((leaf(3),), "answers state 3 of 3"),
-    ((leaf(-2),), "answers state -2 of 3"),
-    ((Node(Test.BELOW, 1, high=1.0, yes=1, no=1), leaf(0)), "asks for feature 1 of 1"),
-    ((Node(Test.BELOW, 0, yes=1, no=1), leaf(0)), r"has a boundary of range_of\(ball\) that is no number"),
-    ((Node(Test.LABEL, 0, branches=(1, 1)), leaf(0)), "has 2 branches for the 0 labels of range_of"),
+    ((make_leaf(3),), "answers state 3 of 3"),
+    ((make_leaf(-2),), "answers state -2 of 3"),
+    ((Node(TestKind.BELOW, 1, high=1.0, yes=1, no=1), make_leaf(0)), "asks for feature 1 of 1"),
+    (
+        (Node(TestKind.BELOW, 0, yes=1, no=1), make_leaf(0)),
+        r"has a boundary of range_of\(ball\) that is no number",
+    ),
+    ((Node(TestKind.LABEL, 0, branches=(1, 1)), make_leaf(0)), "has 2 branches for the 0 labels of range_of"),
 ]
 
 
@@ -261,10 +264,10 @@ def test_what_does_not_fit_an_engine() -> None:
         Engine.of(body, link(Library(Kit.of(Behavior("fly", Command(rise=1.0)))), "fly"))
 
 
-def of(value: float, agent: int) -> Callable[[Readings], Column]:
+def of(value: float, agent: int) -> Callable[[ReadingsView], Column]:
     """A function that gives one agent this value, and others 1."""
 
-    def given(robot: Readings) -> Column:
+    def given(robot: ReadingsView) -> Column:
         return np.where(np.arange(len(robot.load)) == agent, value, 1.0)
 
     return given
@@ -281,7 +284,7 @@ class Odd(Scripted):
         return {**super().sense(keys), **({self.key: self.column} if self.key in keys else {})}
 
 
-SEEN = Tree((Node(Test.LABEL, 0, branches=(1, 2)), leaf(1), leaf(2)))
+SEEN = Tree((Node(TestKind.LABEL, 0, branches=(1, 2)), make_leaf(1), make_leaf(2)))
 SENSED: list[tuple[Any, str, tuple[str, str | None], type[UnderstudyError], str]] = [
     ([1, 1, inf], "load", ("load", None), KindError, "feature 'load' of agent 2: inf is not finite"),
     ([0, 0.5, 0], "seen", ("seen", None), KindError, "feature 'seen' of agent 1: 0.5 is not the index of a"),
@@ -315,7 +318,7 @@ def test_a_function_that_makes_no_sense(runs: Any) -> None:
     library = Library(kit + Kit.of(odd, sensed))
     with pytest.raises(DefinitionError, match="channel 'drive' is not finite for agent 2: it is nan"):
         runs.of(Scripted(3), link(library, odd.name)).tick()
-    one = Automaton("one", (START,), (BoundFeature(sensed),), transitions={"start": Tree((leaf(0),))})
+    one = Automaton("one", (START,), (BoundFeature(sensed),), transitions={"start": Tree((make_leaf(0),))})
     with pytest.raises(KindError, match=r"feature 'given' of agent 1: 4\.0 is not the index"):
         runs.of(Scripted(3), link(Library.of(library.kit, one), "one")).tick()
 
@@ -327,7 +330,7 @@ def test_kernels_and_tables_mean_the_same_by_their_numbers() -> None:
 
 
 @pytest.mark.parametrize("change", [set_counter, increment])
-def test_a_counter_holds_a_number(change: Callable[[str, float], Change]) -> None:
+def test_a_counter_holds_a_number(change: Callable[[str, float], StateEffect]) -> None:
     with pytest.raises(
         DefinitionError, match="counter 'laps': a behavior changes it by or to nan; give a finite"
     ):

@@ -12,7 +12,7 @@ from understudy.errors import DefinitionError, UnboundParameter, UnknownName
 from understudy.model.automaton import State
 from understudy.model.binding import Binding
 from understudy.model.library import Library
-from understudy.model.squad import Duty, Order, Role, Squad
+from understudy.model.squad import Assignment, Order, Role, Squad
 from understudy.runtime.team.members import Member
 from understudy.runtime.team.squad_kit import squad_kit
 from understudy.runtime.team.team import Team, Tree
@@ -66,7 +66,7 @@ SCOUT = Library.of(kit, automaton("search"))
 CARRIER = Library.of(kit, automaton("fetch", parameters=("A",)))
 
 
-def team(*duties: Duty) -> Team:
+def team(*duties: Assignment) -> Team:
     """A pair whose coordinator gives one order, once a camp's tells it to."""
     pair = Squad(PAIR.name, PAIR.roles, (), {"work": Order(duties)})
     members: Mapping[str, Library] = {"scout": SCOUT, "carrier": CARRIER}
@@ -77,19 +77,23 @@ def team(*duties: Duty) -> Team:
 
 
 def test_members_know_what_is_ordered_of_them() -> None:
-    team(Duty("search", role="scouts"), Duty("fetch", Binding(A="ball"), "carriers")).run(3)
-    team(Duty("forward")).run(3)
+    team(Assignment("search", role="scouts"), Assignment("fetch", Binding(A="ball"), "carriers")).run(3)
+    team(Assignment("forward")).run(3)
 
 
 LACKING = [
-    (Duty("fly"), "its scouts (scout) know no behavior 'fly'", "search"),
-    (Duty("search"), "its carriers (carrier) know no behavior 'search'", "fetch"),
-    (Duty("fetch", Binding(A="ball"), "scouts"), "its scouts (scout) know no behavior 'fetch'", "search"),
+    (Assignment("fly"), "its scouts (scout) know no behavior 'fly'", "search"),
+    (Assignment("search"), "its carriers (carrier) know no behavior 'search'", "fetch"),
+    (
+        Assignment("fetch", Binding(A="ball"), "scouts"),
+        "its scouts (scout) know no behavior 'fetch'",
+        "search",
+    ),
 ]
 
 
 @pytest.mark.parametrize(("duty", "words", "known"), LACKING, ids=str)
-def test_an_order_that_members_do_not_know(duty: Duty, words: str, known: str) -> None:
+def test_an_order_that_members_do_not_know(duty: Assignment, words: str, known: str) -> None:
     with pytest.raises(DefinitionError) as caught:
         team(duty)
     assert caught.value.what == "squad 'pair', order 'work'"
@@ -99,8 +103,8 @@ def test_an_order_that_members_do_not_know(duty: Duty, words: str, known: str) -
 
 def test_an_order_that_lacks_a_target_or_has_one_too_many() -> None:
     with pytest.raises(UnboundParameter) as unbound:
-        team(Duty("fetch", role="carriers"))
+        team(Assignment("fetch", role="carriers"))
     with pytest.raises(UnknownName, match="'B'") as unknown:
-        team(Duty("fetch", Binding(A="ball", B="ball"), role="carriers"))
+        team(Assignment("fetch", Binding(A="ball", B="ball"), role="carriers"))
     for caught in (unbound.value, unknown.value):
         assert "squad 'pair', order 'work' asks for it" in caught.__notes__

@@ -11,10 +11,10 @@ import pytest
 from understudy.errors import DefinitionError, KindError, UnderstudyError
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, behavior
-from understudy.model.features import BoundFeature, Feature, Readings, feature
+from understudy.model.features import BoundFeature, Feature, ReadingsView, feature
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind
 from understudy.model.library import Kit, Library
-from understudy.model.tree import Tree, leaf
+from understudy.model.tree import Tree, make_leaf
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.sim.forage import Forage, kit
@@ -25,26 +25,26 @@ def tick(part: Feature | Behavior) -> None:
     does = part.name if isinstance(part, Behavior) else "forward"
     features = () if isinstance(part, Behavior) else (BoundFeature(part),)
     states = (START, State("on", does))
-    automaton = Automaton("go", states, features, transitions={"start": Tree((leaf(1),))})
+    automaton = Automaton("go", states, features, transitions={"start": Tree((make_leaf(1),))})
     Run.of(Forage([1, 2]), link(Library.of(kit + Kit.of(part), automaton), "go")).tick()
 
 
-def odd(robot: Readings) -> Any:
+def odd(robot: ReadingsView) -> Any:
     return robot.nonsense
 
 
-def failing(robot: Readings) -> Any:
+def failing(robot: ReadingsView) -> Any:
     raise ValueError("oh")
 
 
-def giving(value: object) -> Callable[[Readings], Any]:
-    def given(robot: Readings) -> Any:
+def giving(value: object) -> Callable[[ReadingsView], Any]:
+    def given(robot: ReadingsView) -> Any:
         return value
 
     return given
 
 
-BEHAVIORS: list[tuple[Callable[[Readings], Any], str]] = [
+BEHAVIORS: list[tuple[Callable[[ReadingsView], Any], str]] = [
     (giving(None), "behavior given: it returned None; return a command"),
     (giving([1.0]), "behavior given: it returned \\[1.0\\]; return a command"),
     (
@@ -60,7 +60,7 @@ BEHAVIORS: list[tuple[Callable[[Readings], Any], str]] = [
 
 
 @pytest.mark.parametrize(("function", "says"), BEHAVIORS)
-def test_a_behavior(function: Callable[[Readings], Any], says: str) -> None:
+def test_a_behavior(function: Callable[[ReadingsView], Any], says: str) -> None:
     with pytest.raises(UnderstudyError, match=says):
         tick(behavior(function))
 
@@ -69,7 +69,7 @@ def test_a_number_is_for_all_agents() -> None:
     tick(behavior(giving({"drive": 1.0})))
 
 
-FEATURES: list[tuple[Callable[[Readings], Any], Kind, str]] = [
+FEATURES: list[tuple[Callable[[ReadingsView], Any], Kind, str]] = [
     (giving("far"), Continuous(), "feature 'given': it returned 'far'"),
     (giving(1.0), Continuous(), "feature 'given': it returned shape \\(\\)"),
     (giving(np.array([0.0, np.inf])), Continuous(), "feature 'given' of agent 1: inf is not finite"),
@@ -81,7 +81,7 @@ FEATURES: list[tuple[Callable[[Readings], Any], Kind, str]] = [
 
 
 @pytest.mark.parametrize(("function", "kind", "says"), FEATURES)
-def test_a_feature(function: Callable[[Readings], Any], kind: Kind, says: str) -> None:
+def test_a_feature(function: Callable[[ReadingsView], Any], kind: Kind, says: str) -> None:
     with pytest.raises(UnderstudyError, match=says):
         tick(feature(kind)(function))
 

@@ -11,7 +11,7 @@ from tests.runtime.automata import Rule, automaton, calling, linked, running
 
 from understudy.model.automaton import Automaton
 from understudy.model.library import Library
-from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.decision_trace import Trace
 from understudy.runtime.interpreter import Interpreter, Machine
 from understudy.runtime.program import link
@@ -326,7 +326,7 @@ def test_a_restored_flag_is_that_of_the_state_as_it_is_now() -> None:
 
 
 def test_a_trace_says_what_switched_and_why() -> None:
-    tree = Tree((Node(Test.BELOW, 0, high=2.0, yes=1, no=2), leaf(1), leaf(2)))
+    tree = Tree((Node(TestKind.BELOW, 0, high=2.0, yes=1, no=2), make_leaf(1), make_leaf(2)))
     go = automaton("go", ["forward", "left"], features=["load"])
     taught = Automaton("go", go.states, go.features, transitions=dict.fromkeys(("start", "forward"), tree))
     interpreter = Interpreter(linked(taught))
@@ -344,7 +344,7 @@ def test_a_trace_says_what_switched_and_why() -> None:
 
 def test_a_trace_says_where_nothing_was_ever_shown() -> None:
     """A split reached with absence that was never shown there answers stay, and the trace says so, once."""
-    tree = Tree((Node(Test.BELOW, 0, high=2.0, yes=1, no=2), leaf(1), leaf(2)))
+    tree = Tree((Node(TestKind.BELOW, 0, high=2.0, yes=1, no=2), make_leaf(1), make_leaf(2)))
     go = automaton("go", ["forward", "left"], features=["load"])
     taught = Automaton("go", go.states, go.features, transitions=dict.fromkeys(("start", "forward"), tree))
     interpreter = Interpreter(linked(taught))

@@ -14,7 +14,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library
-from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
 
@@ -123,18 +123,18 @@ def flat(tree: Any, names: list[str]) -> Tree:
         if tree is None:
             return STAY
         at = len(nodes)
-        nodes.append(leaf(STAY))
+        nodes.append(make_leaf(STAY))
         test, feature, *rest = tree if tree[0] != "leaf" else ("leaf", 0, tree[1])
         if test == "leaf":
-            nodes[at] = leaf(STAY if rest[0] is None else names.index(rest[0]))
+            nodes[at] = make_leaf(STAY if rest[0] is None else names.index(rest[0]))
         elif test == "absent":
-            nodes[at] = Node(Test.ABSENT, feature, yes=add(rest[0]), no=add(rest[1]))
+            nodes[at] = Node(TestKind.ABSENT, feature, yes=add(rest[0]), no=add(rest[1]))
         elif test == "label":
             branches = tuple(add(branch) for branch in rest[0])
-            nodes[at] = Node(Test.LABEL, feature, absent=add(rest[1]), branches=branches)
+            nodes[at] = Node(TestKind.LABEL, feature, absent=add(rest[1]), branches=branches)
         else:
             low, high, inside, outside, away = rest
-            sort = Test.BELOW if test == "below" else Test.ARC
+            sort = TestKind.BELOW if test == "below" else TestKind.ARC
             nodes[at] = Node(sort, feature, low, high, add(inside), add(outside), add(away))
         return at
 

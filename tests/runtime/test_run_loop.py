@@ -12,7 +12,7 @@ from tests.runtime.automata import automaton, linked
 from understudy.errors import DefinitionError, SettingError, UnknownName
 from understudy.model.behaviors import Behavior, Command, behavior
 from understudy.model.binding import Binding, Target
-from understudy.model.features import BoundFeature, Feature, Readings
+from understudy.model.features import BoundFeature, Feature, ReadingsView
 from understudy.model.kinds import Column, Continuous, Toroidal
 from understudy.model.library import Kit, Library
 from understudy.runtime.feature_columns import Sensing
@@ -106,7 +106,7 @@ def test_absence_of_one_agent_is_no_error_for_another() -> None:
         Run(Scripted(2, script), [Interpreter(program) for program in toward]).tick()
 
 
-def near_only(_: Readings, A: Readings) -> dict[str, Column]:
+def near_only(_: ReadingsView, A: ReadingsView) -> dict[str, Column]:
     """Drive where A is within 100 m, and say nothing that makes sense elsewhere."""
     return {"drive": np.where(A.range <= 100, 1.0, nan)}
 
@@ -128,7 +128,7 @@ def test_a_function_behavior_must_be_finite_for_the_agents_that_run_it() -> None
         Run.of(Scripted(2), link(library, "near_only", {"A": "ball"})).tick()
 
 
-def jump(_: Readings) -> dict[str, Column]:
+def jump(_: ReadingsView) -> dict[str, Column]:
     return {"jump": np.ones(1)}
 
 

@@ -18,7 +18,7 @@ from tests.runtime.random_libraries import Played, played, random_library
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.library import Library
-from understudy.model.squad import Duty, Order, Role, Squad, Statistic
+from understudy.model.squad import Assignment, Order, Role, Squad, Statistic
 from understudy.runtime.body import Body, FusedPlan
 from understudy.runtime.engine import _pulse_kernels
 from understudy.runtime.engine.engine import Engine  # before the kernels, which it finds a cache for
@@ -203,7 +203,7 @@ def test_an_order_says_who_does_what(
         orders={
             "both": Order(
                 tuple(
-                    Duty(name, Binding(), role, Fraction(share) if share else None)
+                    Assignment(name, Binding(), role, Fraction(share) if share else None)
                     for name, role, share in duties
                 )
             )

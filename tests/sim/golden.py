@@ -14,7 +14,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.library import Library
-from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.body import every_key
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program, link
@@ -32,11 +32,11 @@ def each_in_turn(world: World) -> Program:
     names = list(world.kit.behaviors)
     states = (START, *(State(f"{name} {index}", name) for index, name in enumerate(names)))
     now = BoundFeature(TimeInState(), Binding({}))
-    transitions = {"start": Tree((leaf(1),))}
+    transitions = {"start": Tree((make_leaf(1),))}
     for index, state in enumerate(states[1:]):
         following = 1 + (index + 1) % len(names)
-        node = Node(Test.BELOW, 0, low=EACH_S, high=EACH_S, yes=1, no=2, absent=1)
-        transitions[state.name] = Tree((node, leaf(1 + index), leaf(following)))
+        node = Node(TestKind.BELOW, 0, low=EACH_S, high=EACH_S, yes=1, no=2, absent=1)
+        transitions[state.name] = Tree((node, make_leaf(1 + index), make_leaf(following)))
     return link(Library.of(world.kit, Automaton("turns", states, (now,), (), False, transitions)), "turns")
 
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from understudy.errors import SettingError
-from understudy.model.squad import Duty, Order, Squad, Statistic
+from understudy.model.squad import Assignment, Order, Squad, Statistic
 from understudy.runtime.team.members import Member
 from understudy.runtime.team.team import Tree
 from understudy.sim.scenario.files import dump_scenario, load_scenario, parse_scenario
@@ -204,7 +204,7 @@ def test_a_squad_as_it_is_spelled() -> None:
     go, stop, wait = pair.orders["part"].duties
     assert (go.behavior, dict(go.binding), go.role, go.share) == ("go", {"A": "red"}, None, Fraction(1, 3))
     assert (stop.role, stop.share) == ("robots", Fraction(2))
-    assert wait == Duty("wait")
+    assert wait == Assignment("wait")
     assert pair.orders == {"part": Order((go, stop, wait))}
     assert (made.radio.delay_s, made.radio.loss) == (0.2, 0.1)
 

@@ -25,7 +25,7 @@ from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, feature
 from understudy.model.kinds import BOOLEAN, Column, Continuous
 from understudy.model.library import Kit, Library
-from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program, link
 from understudy.runtime.run_loop import Run
@@ -325,10 +325,10 @@ STILL = Behavior("still", Command())
 
 def program(asked: Any, does: Behavior) -> Program:
     kit = Kit.of(asked, does, Behavior("ahead", Command(drive=1.0)))
-    node = Node(Test.ABSENT, 0, yes=1, no=1)
+    node = Node(TestKind.ABSENT, 0, yes=1, no=1)
     if asked.kind == BOOLEAN:
-        node = Node(Test.LABEL, 0, absent=1, branches=(1, 1))
-    tree = Tree((node, leaf(1)))
+        node = Node(TestKind.LABEL, 0, absent=1, branches=(1, 1))
+    tree = Tree((node, make_leaf(1)))
     states_ = (START, State("s", does.name, Binding({})))
     automaton = Automaton(
         "own", states_, (BoundFeature(asked, Binding({})),), (), True, {"start": tree, "s": tree}

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from understudy.errors import SettingError
 from understudy.model.behaviors import Command
-from understudy.model.features import Feature, Flag, TimeInState
+from understudy.model.features import Feature, FlagFeature, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.sim.kit import channels_of, kit_of, readings_of, targets_of
 from understudy.sim.scenario.files import builtin_scenarios, load_scenario
@@ -122,7 +122,7 @@ def test_features_of_a_kit() -> None:
     )
     assert kit.features["wedged"] == Feature("wedged", BOOLEAN, "stuck", doc="It got nowhere.")
     assert kit.features["ball_x"].parameters == ("A",)
-    assert kit.features["done"] == Flag("done")
+    assert kit.features["done"] == FlagFeature("done")
     assert kit.features["time_in_state"] == TimeInState()
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.library import Library, Taught
-from understudy.model.tree import Tree, leaf
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.tree import Tree, make_leaf
 from understudy.sim.kit import kit_of, kits_of, mixed
 from understudy.sim.scenario.files import load_scenario, parse_scenario
 from understudy.sim.team.libraries import (
@@ -21,7 +21,7 @@ from understudy.sim.team.libraries import (
     sort_of,
     team_of,
 )
-from understudy.storage.library_folder import open_library, save
+from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import chosen_feature
 
 SALVAGE = load_scenario("salvage")
@@ -42,7 +42,7 @@ robots = [{ type = "red" }, { type = "blue" }]
 def doing(name: str, behavior: str) -> Automaton:
     """An automaton that does one thing for good."""
     states = (START, State("on", behavior))
-    return Automaton(name, states, (), (), False, {"start": Tree((leaf(1),))})
+    return Automaton(name, states, (), (), False, {"start": Tree((make_leaf(1),))})
 
 
 def known() -> Libraries:
@@ -90,7 +90,7 @@ def test_where_automata_of_a_type_are(
 ) -> None:
     for path in there:
         *folders, name = path.split("/")
-        save(tmp_path.joinpath(*folders), Taught(doing(name, "forward")))
+        save_automaton(tmp_path.joinpath(*folders), TrainedAutomaton(doing(name, "forward")))
     found = folders_of(SALVAGE, tmp_path, KIT)
     assert {name: where for name, (where, _) in found.items()} == {
         name: tmp_path / folder if folder else tmp_path for name, folder in expected.items()
@@ -143,6 +143,6 @@ def test_an_automaton_of_another_type_is_refused_by_its_folder(tmp_path: Path) -
     carriers, kit = Library(KITS["carrier"]), KITS["scout"]
     stored = chosen_feature(carriers, "stored")
     wrong = Automaton("full", (START,), (stored,), (), False, {})
-    save(tmp_path / "scout", Taught(wrong))
+    save_automaton(tmp_path / "scout", TrainedAutomaton(wrong))
     with pytest.raises(FileError, match="stored"):
         open_library(tmp_path / "scout", kit)

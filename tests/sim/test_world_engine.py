@@ -19,7 +19,7 @@ from understudy.model.binding import Binding
 from understudy.model.features import AnyFeature, BoundFeature, Feature
 from understudy.model.kinds import Toroidal
 from understudy.model.library import Kit, Library
-from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import Program, link
@@ -76,7 +76,7 @@ def _fitting(random: Random, tree: Tree, features: list[BoundFeature]) -> Tree:
     """A tree whose cuts are where readings of worlds are: most lengths are within a few m."""
     nodes = []
     for node in tree.nodes:
-        if node.test in (Test.BELOW, Test.ARC) and isinstance(features[node.feature].kind, Toroidal):
+        if node.test in (TestKind.BELOW, TestKind.ARC) and isinstance(features[node.feature].kind, Toroidal):
             node = node._replace(low=random.uniform(0, tau), high=random.uniform(0, tau))
         nodes.append(node)
     return Tree(tuple(nodes))
@@ -290,11 +290,11 @@ def test_two_features_of_one_reading() -> None:
     features = [BoundFeature(kit.features[name], Binding(A="anyone")) for name in ("distance_to", "again")]
     decide = Tree(
         (
-            Node(Test.BELOW, 0, 0.95, 0.95, 1, 2, 1),
-            leaf(1),
-            Node(Test.BELOW, 1, 1.05, 1.05, 3, 4, 4),
-            leaf(2),
-            leaf(1),
+            Node(TestKind.BELOW, 0, 0.95, 0.95, 1, 2, 1),
+            make_leaf(1),
+            Node(TestKind.BELOW, 1, 1.05, 1.05, 3, 4, 4),
+            make_leaf(2),
+            make_leaf(1),
         )
     )
     states_ = (START, State("s", "left", Binding({})), State("t", "ahead", Binding({})))
@@ -341,7 +341,7 @@ def test_who_is_just_alone_goes_as_far_as_by_ticks() -> None:
     )
     kit = made(scenario, (0,)).kit
     distance = BoundFeature(kit.features["distance_to"], Binding(A="anyone"))
-    ahead = Tree((Node(Test.BELOW, 0, 0.0, 0.0, 1, 2, 2), leaf(1), leaf(1)))
+    ahead = Tree((Node(TestKind.BELOW, 0, 0.0, 0.0, 1, 2, 2), make_leaf(1), make_leaf(1)))
     states_ = (START, State("s", "ahead", Binding({})))
     automaton = Automaton("go", states_, (distance,), (), True, dict.fromkeys(("start", "s"), ahead))
     program = link(Library.of(kit, automaton), "go")

@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from understudy.errors import FileError
-from understudy.storage.append_log import Log, read_log
+from understudy.storage.append_log import AppendLog, read_log
 
 MAGIC = b"a log 1\n"
 RECORDS = [b"one", b"two" * 20, b"\1\2", b"four"]
 
 
 def written(path: Path, records: list[bytes]) -> bytes:
-    log = Log.create(path, MAGIC)
+    log = AppendLog.create(path, MAGIC)
     for record in records:
         log.write(record, sync=record == b"four")
     log.close()
@@ -27,7 +27,7 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
 
 
 def test_a_record_is_in_the_file_when_write_returns(tmp_path: Path) -> None:
-    log = Log.create(tmp_path / "log", MAGIC)
+    log = AppendLog.create(tmp_path / "log", MAGIC)
     log.write(b"one")
     assert list(read_log(tmp_path / "log", MAGIC)) == [b"one"]
     log.close()
@@ -46,7 +46,7 @@ def test_cut_off_at_every_byte(tmp_path: Path, tail: bytes) -> None:
         path.write_bytes(whole[:cut] + tail)
         complete = RECORDS[: sum(end <= cut for end in ends[1:])]
         assert list(read_log(path, MAGIC)) == complete
-        log = Log.append(path, MAGIC)
+        log = AppendLog.append(path, MAGIC)
         log.write(b"more")
         log.close()
         assert list(read_log(path, MAGIC)) == [*complete, b"more"]
@@ -66,7 +66,7 @@ def test_damage_before_complete_records_is_refused_and_nothing_is_cut_off(tmp_pa
     second = len(MAGIC) + 8 + 3
     whole[second + 8 + 5] ^= 1
     path.write_bytes(whole)
-    for use in (lambda: list(read_log(path, MAGIC)), lambda: Log.append(path, MAGIC)):
+    for use in (lambda: list(read_log(path, MAGIC)), lambda: AppendLog.append(path, MAGIC)):
         with pytest.raises(FileError, match=f"log at byte {second}: it is damaged there"):
             use()
     assert path.read_bytes() == bytes(whole)
@@ -86,7 +86,7 @@ def test_no_log_at_all(tmp_path: Path) -> None:
 def test_a_log_is_never_written_over(tmp_path: Path) -> None:
     before = written(tmp_path / "log", RECORDS)
     with pytest.raises(FileError, match="exists already"):
-        Log.create(tmp_path / "log", MAGIC)
+        AppendLog.create(tmp_path / "log", MAGIC)
     assert (tmp_path / "log").read_bytes() == before
 
 

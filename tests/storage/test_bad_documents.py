@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 from tests.model.lessons import ANGLE, READY, goto, kit_of
 
 from understudy.errors import FileError
-from understudy.model.features import Feature, Flag
+from understudy.model.features import Feature, FlagFeature
 from understudy.model.kinds import Continuous
 from understudy.model.library import Kit
-from understudy.storage.document import decode, encode
+from understudy.storage.document import decode_document, encode_document
 from understudy.storage.library_folder import open_library
 
 KIT = kit_of(goto().automaton)
-DATA = encode(goto())
+DATA = encode_document(goto())
 
 
 def raw() -> Any:
@@ -172,7 +172,9 @@ def test_wrong_edit(edit: str) -> None:
     document = raw()
     spoil(document)
     with pytest.raises(FileError) as caught:
-        decode(json.dumps(document, indent=1, ensure_ascii=False).encode(), KIT, path="lib/goto.json")
+        decode_document(
+            json.dumps(document, indent=1, ensure_ascii=False).encode(), KIT, path="lib/goto.json"
+        )
     text = str(caught.value)
     assert text.startswith("lib/goto.json at $")
     assert place in text
@@ -212,7 +214,7 @@ def test_unreadable_text(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("length", range(0, len(DATA) - 1, 97))
 def test_cut_anywhere(length: int) -> None:
     with pytest.raises(FileError, match=r"cut short|no JSON"):
-        decode(DATA[:length], KIT, path="goto.json")
+        decode_document(DATA[:length], KIT, path="goto.json")
 
 
 @given(st.integers(0, len(DATA) - 1), st.binary(min_size=0, max_size=3))
@@ -220,12 +222,12 @@ def test_cut_anywhere(length: int) -> None:
 def test_any_damage_is_an_error_or_still_a_document(at: int, put: bytes) -> None:
     """Never anything else than an error of ours, whatever bytes are damaged."""
     with suppress(FileError):
-        decode(DATA[:at] + put + DATA[at + 1 :], KIT, path="goto.json", learn=lambda lesson: {})
+        decode_document(DATA[:at] + put + DATA[at + 1 :], KIT, path="goto.json", learn=lambda lesson: {})
 
 
 def test_other_kit() -> None:
     others = Kit.of(
-        Feature("distance_to", Continuous(), reading="range", unit="m"), ANGLE, READY, Flag("bump")
+        Feature("distance_to", Continuous(), reading="range", unit="m"), ANGLE, READY, FlagFeature("bump")
     )
     with pytest.raises(FileError, match=r"features\[0\]\.binding"):
-        decode(DATA, others, path="goto.json")
+        decode_document(DATA, others, path="goto.json")

@@ -13,11 +13,11 @@ from tests.model.lessons import goto, kit_of, taught
 
 from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import START, Automaton, State, Transition
-from understudy.model.lesson import Lesson, Options, Scikit
-from understudy.model.library import Taught
-from understudy.model.tree import Tree, leaf
+from understudy.model.lesson import LearnerOptions, Lesson, SklearnOptions
+from understudy.model.library import TrainedAutomaton
+from understudy.model.tree import Tree, make_leaf
 from understudy.storage import schema
-from understudy.storage.document import decode, encode
+from understudy.storage.document import decode_document, encode_document
 
 
 def exact(value: Any) -> str:
@@ -27,9 +27,9 @@ def exact(value: Any) -> str:
 
 @given(taught())
 @settings(max_examples=150, deadline=None)
-def test_round_trip(original: Taught) -> None:
-    data = encode(original)
-    opened = decode(data, kit_of(original.automaton), path="x.json")
+def test_round_trip(original: TrainedAutomaton) -> None:
+    data = encode_document(original)
+    opened = decode_document(data, kit_of(original.automaton), path="x.json")
     lesson, back = original.lesson, opened.taught.lesson
     assert lesson is not None
     assert back is not None
@@ -39,19 +39,19 @@ def test_round_trip(original: Taught) -> None:
     assert (back.options, back.record.keys) == (lesson.options, lesson.record.keys)
     assert back.record.values.tobytes() == np.ascontiguousarray(lesson.record.values).tobytes()
     assert back.record.seconds.tobytes() == lesson.record.seconds.tobytes()
-    assert encode(opened.taught) == data
+    assert encode_document(opened.taught) == data
 
 
 @given(taught())
 @settings(max_examples=50, deadline=None)
-def test_a_document_can_be_looked_at_without_a_kit(original: Taught) -> None:
-    opened = decode(encode(original), None, path="x.json").taught.automaton
+def test_a_document_can_be_looked_at_without_a_kit(original: TrainedAutomaton) -> None:
+    opened = decode_document(encode_document(original), None, path="x.json").taught.automaton
     assert [str(bound) for bound in opened.features] == [str(bound) for bound in original.automaton.features]
     assert [bound.kind for bound in opened.features] == [bound.kind for bound in original.automaton.features]
 
 
 def test_one_thing_per_line() -> None:
-    lines = encode(goto()).decode().splitlines()
+    lines = encode_document(goto()).decode().splitlines()
     assert sum('"kind": "directive"' in line for line in lines) == 1
     assert sum(line.strip().startswith('{"node": "below"') for line in lines) == 2
     assert [line for line in lines if '"reading": "range"' in line] != []
@@ -62,11 +62,11 @@ def test_the_same_lesson_gives_the_same_document_whatever_the_order_of_examples(
     original = goto()
     assert original.lesson is not None
     turned = replace(original.lesson, examples=original.lesson.examples[::-1])
-    assert encode(Taught(original.automaton, turned)) == encode(original)
+    assert encode_document(TrainedAutomaton(original.automaton, turned)) == encode_document(original)
 
 
 def rebuilding(lesson: Lesson) -> dict[str, Transition]:
-    return {"start": Tree((leaf(1),))}
+    return {"start": Tree((make_leaf(1),))}
 
 
 EDITS = [
@@ -80,27 +80,32 @@ EDITS = [
 @pytest.mark.parametrize(("old", "new"), EDITS)
 def test_edited_lessons_are_learned_again(old: str, new: str) -> None:
     original = goto()
-    data = encode(original).decode()
+    data = encode_document(original).decode()
     assert old in data
     edited = data.replace(old, new, 1).encode()
-    opened = decode(edited, kit_of(original.automaton), path="x.json", learn=rebuilding)
+    opened = decode_document(edited, kit_of(original.automaton), path="x.json", learn=rebuilding)
     assert opened.rebuilt is not None
-    assert opened.taught.automaton.transitions == {"start": Tree((leaf(1),))}
+    assert opened.taught.automaton.transitions == {"start": Tree((make_leaf(1),))}
     with pytest.raises(FileError, match="understudy rebuild"):
-        decode(edited, kit_of(original.automaton), path="x.json")
+        decode_document(edited, kit_of(original.automaton), path="x.json")
 
 
 def test_an_unlearned_lesson_is_learned_on_opening() -> None:
     original = goto()
     assert original.lesson is not None
-    data = encode(Taught(original.lesson.automaton, original.lesson))
-    assert decode(data, kit_of(original.automaton), path="x", learn=rebuilding).rebuilt == "it has none yet"
+    data = encode_document(TrainedAutomaton(original.lesson.automaton, original.lesson))
+    assert (
+        decode_document(data, kit_of(original.automaton), path="x", learn=rebuilding).rebuilt
+        == "it has none yet"
+    )
 
 
 def test_classifiers_are_fitted_on_opening() -> None:
     original = goto()
     assert original.lesson is not None
-    options = Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 1, "weights": "distance"}))
+    options = LearnerOptions(
+        learner=SklearnOptions("KNeighborsClassifier", {"n_neighbors": 1, "weights": "distance"})
+    )
     lesson = replace(original.lesson, options=options)
 
     class Fitted:
@@ -110,24 +115,28 @@ def test_classifiers_are_fitted_on_opening() -> None:
         def path(self, values: Any, /) -> tuple[tuple[Any, ...], int]:
             return (), 0
 
-    data = encode(Taught(replace(original.automaton, transitions={"start": Fitted()}), lesson))
-    opened = decode(data, kit_of(original.automaton), path="x", learn=rebuilding)
+    data = encode_document(
+        TrainedAutomaton(replace(original.automaton, transitions={"start": Fitted()}), lesson)
+    )
+    opened = decode_document(data, kit_of(original.automaton), path="x", learn=rebuilding)
     assert opened.rebuilt is not None
     assert opened.taught.lesson is not None
     assert opened.taught.lesson.options == options
 
 
 def test_automata_written_by_hand_keep_their_trees() -> None:
-    automaton = Automaton("hand", (START, State("on")), transitions={"start": Tree((leaf(1),))})
-    assert decode(encode(Taught(automaton)), None, path="x").taught == Taught(automaton)
+    automaton = Automaton("hand", (START, State("on")), transitions={"start": Tree((make_leaf(1),))})
+    assert decode_document(
+        encode_document(TrainedAutomaton(automaton)), None, path="x"
+    ).taught == TrainedAutomaton(automaton)
 
 
 def test_stateless_automata_store_their_one_tree_once() -> None:
-    tree = Tree((leaf(1),))
+    tree = Tree((make_leaf(1),))
     automaton = Automaton("p", (START, State("on")), stateless=True, transitions={"start": tree, "on": tree})
-    data = encode(Taught(automaton))
+    data = encode_document(TrainedAutomaton(automaton))
     assert data.count(b'"node"') == 1
-    back = decode(data, None, path="x").taught.automaton
+    back = decode_document(data, None, path="x").taught.automaton
     assert back == automaton
     assert back.transitions["start"] is back.transitions["on"]
 
@@ -136,7 +145,9 @@ def test_migration(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each older format is brought to the next by a function."""
     monkeypatch.setattr(schema, "MIGRATIONS", {})
     data = (
-        encode(goto()).replace(b'"format": 1', b'"format": 0').replace(b'"name": "goto"', b'"called": "goto"')
+        encode_document(goto())
+        .replace(b'"format": 1', b'"format": 0')
+        .replace(b'"name": "goto"', b'"called": "goto"')
     )
 
     def to_1(raw: dict[str, Any]) -> dict[str, Any]:
@@ -144,17 +155,17 @@ def test_migration(monkeypatch: pytest.MonkeyPatch) -> None:
         return raw
 
     monkeypatch.setattr("understudy.storage.document.MIGRATIONS", {0: to_1})
-    assert decode(data, kit_of(goto().automaton), path="x").taught == goto()
+    assert decode_document(data, kit_of(goto().automaton), path="x").taught == goto()
 
 
 def test_what_could_not_be_opened_again_is_not_stored() -> None:
     original = goto()
     assert original.lesson is not None
     with pytest.raises(DefinitionError, match="other states"):
-        encode(Taught(replace(original.automaton, parameters=("B",)), original.lesson))
+        encode_document(TrainedAutomaton(replace(original.automaton, parameters=("B",)), original.lesson))
     bad = replace(original.lesson.examples[0], state="nowhere")
     with pytest.raises(DefinitionError, match="nowhere"):
-        encode(Taught(original.automaton, replace(original.lesson, examples=(bad,))))
+        encode_document(TrainedAutomaton(original.automaton, replace(original.lesson, examples=(bad,))))
 
 
 def test_no_pickle() -> None:

@@ -19,26 +19,26 @@ from tests.model.lessons import goto, kit_of
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior
-from understudy.model.lesson import Options
-from understudy.model.library import Kit, Taught
+from understudy.model.lesson import LearnerOptions
+from understudy.model.library import Kit, TrainedAutomaton
 from understudy.storage import atomic
 from understudy.storage.library_folder import (
     LONGEST,
+    list_versions,
     load_version,
+    make_file_stem,
     open_library,
-    rename,
-    save,
-    stem,
-    versions,
+    rename_automaton,
+    save_automaton,
 )
 
 KIT = kit_of(goto().automaton)
 
 
-def variant(reaction_s: float, name: str = "goto") -> Taught:
+def variant(reaction_s: float, name: str = "goto") -> TrainedAutomaton:
     original = goto(name)
     assert original.lesson is not None
-    return Taught(original.automaton, replace(original.lesson, options=Options(reaction_s)))
+    return TrainedAutomaton(original.automaton, replace(original.lesson, options=LearnerOptions(reaction_s)))
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -46,7 +46,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_save_and_open(tmp_path: Path) -> None:
-    path = save(tmp_path / "new" / "library", goto())
+    path = save_automaton(tmp_path / "new" / "library", goto())
     assert path.name == "goto.json"
     opened = open_library(tmp_path / "new" / "library", KIT)
     assert opened.library.taught["goto"] == goto()
@@ -55,25 +55,25 @@ def test_save_and_open(tmp_path: Path) -> None:
 
 def test_renaming_takes_the_versions_along(tmp_path: Path) -> None:
     for reaction_s in (0.1, 0.2, 0.3):
-        save(tmp_path, variant(reaction_s))
+        save_automaton(tmp_path, variant(reaction_s))
     for reaction_s in (0.4, 0.5):
-        save(tmp_path, variant(reaction_s, "reach"))
+        save_automaton(tmp_path, variant(reaction_s, "reach"))
     with pytest.raises(DefinitionError, match="is there already"):
-        rename(tmp_path, "goto", variant(0.3, "reach"))
+        rename_automaton(tmp_path, "goto", variant(0.3, "reach"))
     (tmp_path / "reach.json").unlink()
-    assert rename(tmp_path, "goto", variant(0.3, "reach")).name == "reach.json"
+    assert rename_automaton(tmp_path, "goto", variant(0.3, "reach")).name == "reach.json"
     assert list(open_library(tmp_path, KIT).library.taught) == ["reach"]
-    kept = versions(tmp_path, "reach")
+    kept = list_versions(tmp_path, "reach")
     lessons = [load_version(tmp_path, "reach", each.number, KIT).taught.lesson for each in kept]
     assert [each.number for each in kept] == [1, 2, 3]
     assert [lesson.options.reaction_s for lesson in lessons if lesson] == [0.4, 0.1, 0.2]
-    assert versions(tmp_path, "goto") == ()
+    assert list_versions(tmp_path, "goto") == ()
 
 
 def test_former_versions_are_kept(tmp_path: Path) -> None:
     for reaction_s in (0.1, 0.2, 0.2, 0.3):  # saving the same twice changes nothing
-        save(tmp_path, variant(reaction_s))
-    kept = versions(tmp_path, "goto")
+        save_automaton(tmp_path, variant(reaction_s))
+    kept = list_versions(tmp_path, "goto")
     assert [version.number for version in kept] == [1, 2]
     assert all(version.saved is not None for version in kept)
     for number, reaction_s in ((1, 0.1), (2, 0.2)):
@@ -103,11 +103,11 @@ ODD = [
 
 @pytest.mark.parametrize("name", ODD)
 def test_odd_names(name: str, tmp_path: Path) -> None:
-    save(tmp_path, goto(name))
-    save(tmp_path, variant(0.7, name))
+    save_automaton(tmp_path, goto(name))
+    save_automaton(tmp_path, variant(0.7, name))
     assert [path.parent for path in tmp_path.glob("*.json")] == [tmp_path]
     assert list(open_library(tmp_path, KIT).library.taught) == [name]
-    assert len(versions(tmp_path, name)) == 1
+    assert len(list_versions(tmp_path, name)) == 1
 
 
 @given(st.text(max_size=40), st.text(max_size=40))
@@ -115,7 +115,7 @@ def test_file_names_are_safe_and_tell_names_apart(one: str, other: str) -> None:
     stems = []
     for name in (one, other):
         try:
-            stems.append(stem(name))
+            stems.append(make_file_stem(name))
         except DefinitionError:
             return
     assert all(set(each).isdisjoint('/\\:*?"<>|.\0') and each == each.strip() for each in stems)
@@ -125,21 +125,21 @@ def test_file_names_are_safe_and_tell_names_apart(one: str, other: str) -> None:
 @pytest.mark.parametrize("name", ["", "a\nb", "x" * (LONGEST + 1), "\ud800", "\0"])
 def test_impossible_names(name: str, tmp_path: Path) -> None:
     with pytest.raises(DefinitionError, match="no file can be called so"):
-        save(tmp_path, goto(name))
+        save_automaton(tmp_path, goto(name))
     assert contents(tmp_path) == {}
 
 
 @pytest.mark.parametrize(("first", "second"), [("goto", "GoTo"), ("straße", "STRASSE"), ("é", "e\u0301")])
 def test_names_that_some_file_systems_confuse(first: str, second: str, tmp_path: Path) -> None:
-    save(tmp_path, goto(first))
+    save_automaton(tmp_path, goto(first))
     before = contents(tmp_path)
     with pytest.raises(DefinitionError, match="has that name already"):
-        save(tmp_path, goto(second))
+        save_automaton(tmp_path, goto(second))
     assert contents(tmp_path) == before
 
 
 def test_two_files_for_one_automaton(tmp_path: Path) -> None:
-    path = save(tmp_path, goto())
+    path = save_automaton(tmp_path, goto())
     (tmp_path / "goto copy.json").write_bytes(path.read_bytes())
     with pytest.raises(
         FileError, match=r"goto copy\.json.*holds automaton 'goto', as goto\.json beside it does"
@@ -149,7 +149,7 @@ def test_two_files_for_one_automaton(tmp_path: Path) -> None:
 
 def test_recursion_is_refused(tmp_path: Path) -> None:
     for name, runs in (("a", "b"), ("b", "c"), ("c", "a")):
-        save(tmp_path, Taught(Automaton(name, (START, State("on", runs)))))
+        save_automaton(tmp_path, TrainedAutomaton(Automaton(name, (START, State("on", runs)))))
     with pytest.raises(RecursionRefused) as caught:
         open_library(tmp_path, KIT)
     assert set(caught.value.cycle) == {"a", "b", "c"}
@@ -157,7 +157,7 @@ def test_recursion_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_basic_behavior_has_the_name(tmp_path: Path) -> None:
-    save(tmp_path, goto())
+    save_automaton(tmp_path, goto())
     with pytest.raises(FileError, match=r"goto\.json.*basic behavior"):
         open_library(tmp_path, KIT + Kit.of(Behavior("goto")))
 
@@ -170,20 +170,20 @@ def test_what_is_not_a_file_is_no_document(tmp_path: Path, make: Callable[[Path]
 
 
 def test_a_folder_may_be_named_by_text(tmp_path: Path) -> None:
-    save(str(tmp_path / "library"), goto())
+    save_automaton(str(tmp_path / "library"), goto())
     assert list(open_library(str(tmp_path / "library"), KIT).library.taught) == ["goto"]
 
 
 def test_the_folder_is_a_file(tmp_path: Path) -> None:
     (tmp_path / "library").write_text("kept")
     with pytest.raises(FileError, match=r"library: it is a file, not a folder"):
-        save(tmp_path / "library", goto())
+        save_automaton(tmp_path / "library", goto())
     assert (tmp_path / "library").read_text() == "kept"
 
 
 def test_an_error_names_the_file_asked_for_and_not_the_one_beside_it(tmp_path: Path) -> None:
-    with pytest.raises(FileError) as caught, atomic.failing(tmp_path / "x.png", "writing"):
-        atomic.write(tmp_path / "nowhere" / "x.png", b"")
+    with pytest.raises(FileError) as caught, atomic.convert_os_errors(tmp_path / "x.png", "writing"):
+        atomic.write_atomically(tmp_path / "nowhere" / "x.png", b"")
     assert caught.value.path == str(tmp_path / "x.png")
 
 
@@ -193,20 +193,20 @@ def test_no_folder(tmp_path: Path) -> None:
 
 
 def test_what_is_not_finished_is_no_document(tmp_path: Path) -> None:
-    save(tmp_path, goto())
+    save_automaton(tmp_path, goto())
     left = tmp_path / f".goto.json.1{atomic.UNFINISHED}"
     left.write_text("{")
     (tmp_path / ".DS_Store.json").write_text("{")
     (tmp_path / "notes.txt").write_text("mine")
     assert list(open_library(tmp_path, KIT).library.taught) == ["goto"]
-    save(tmp_path, variant(0.9))
+    save_automaton(tmp_path, variant(0.9))
     assert not left.exists()
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
 @pytest.mark.parametrize("failing", ["fsync", "replace"])
 def test_nothing_changes_on_an_error(failing: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    save(tmp_path, goto())
+    save_automaton(tmp_path, goto())
     before = contents(tmp_path)
 
     def full(*_: object) -> None:
@@ -214,14 +214,14 @@ def test_nothing_changes_on_an_error(failing: str, tmp_path: Path, monkeypatch: 
 
     monkeypatch.setattr(*((os, "fsync", full) if failing == "fsync" else (Path, "replace", full)))
     with pytest.raises(FileError, match="No space left"):
-        save(tmp_path, variant(0.9))
+        save_automaton(tmp_path, variant(0.9))
     assert contents(tmp_path) == before
 
 
 def test_a_library_that_may_not_be_written(tmp_path: Path) -> None:
     (tmp_path / "library").write_text("a file")
     with pytest.raises(FileError):
-        save(tmp_path / "library", goto())
+        save_automaton(tmp_path / "library", goto())
     assert (tmp_path / "library").read_text() == "a file"
 
 
@@ -229,10 +229,10 @@ SAVER = """
 import sys
 from pathlib import Path
 from tests.storage.test_library_folder import variant
-from understudy.storage.library_folder import save
+from understudy.storage.library_folder import save_automaton
 print("ready", flush=True)
 for turn in range(10**9):
-    save(Path(sys.argv[1]), variant((turn % 1000) / 1000))
+    save_automaton(Path(sys.argv[1]), variant((turn % 1000) / 1000))
     print(turn, flush=True)
 """
 
@@ -262,7 +262,7 @@ def test_killed_at_any_moment(tmp_path: Path) -> None:
         kept = open_library(tmp_path, KIT).library.taught["goto"].lesson
         assert kept is not None
         found = [kept.options.reaction_s]
-        for version in versions(tmp_path, "goto"):
+        for version in list_versions(tmp_path, "goto"):
             lesson = load_version(tmp_path, "goto", version.number, KIT).taught.lesson
             assert lesson is not None
             found.append(lesson.options.reaction_s)
@@ -273,8 +273,8 @@ def test_many_savers_lose_nothing(tmp_path: Path) -> None:
     """Processes that save at the same time take turns: each save is the current or a former version."""
     code = (
         "import sys; from pathlib import Path; from tests.storage.test_library_folder import variant;"
-        "from understudy.storage.library_folder import save;"
-        "[save(Path(sys.argv[1]), variant(int(sys.argv[2]) / 10 + turn / 100)) for turn in range(5)]"
+        "from understudy.storage.library_folder import save_automaton;"
+        "[save_automaton(Path(sys.argv[1]), variant(int(sys.argv[2]) / 10 + turn / 100)) for turn in range(5)]"
     )
     root = Path(__file__).parents[2]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), str(root / "src")])}
@@ -283,7 +283,7 @@ def test_many_savers_lose_nothing(tmp_path: Path) -> None:
         for each in range(3)
     ]
     assert [saver.wait() for saver in savers] == [0, 0, 0]
-    assert len(versions(tmp_path, "goto")) == 14
+    assert len(list_versions(tmp_path, "goto")) == 14
     open_library(tmp_path, KIT)
 
 

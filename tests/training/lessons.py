@@ -10,7 +10,7 @@ from tests.bodies import Scripted, kit
 from tests.runtime.automata import automaton
 
 from understudy.model.automaton import Automaton
-from understudy.model.lesson import Example, Lesson, Options
+from understudy.model.lesson import Example, LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
@@ -38,7 +38,7 @@ def session(
     flags: Sequence[str] = (),
     parameters: Sequence[str] = (),
     library: Library = ROBOT,
-    options: Options = Options(),
+    options: LearnerOptions = LearnerOptions(),
     stateless: bool = False,
     body: Scripted | None = None,
     targets: dict[str, str] | None = None,

@@ -15,10 +15,10 @@ from random import Random
 from tests.training.steps import do, drawn
 
 from understudy.learning.fit import learn
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library
 from understudy.sim.forage import Forage, kit
-from understudy.storage.library_folder import open_library, save
+from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 
@@ -41,7 +41,7 @@ def begin(folder: Path, seed: int) -> Session:
         states=STATES[:4],
         flags=["done"],
         features=FEATURES[:2],
-        options=Options(reaction_s=0.2, watched=True),
+        options=LearnerOptions(reaction_s=0.2, watched=True),
     )
     return Session(Forage([seed]), LIBRARY, lesson, journal=folder / "journal")
 
@@ -53,7 +53,7 @@ def play(folder: Path, seed: int, acknowledge: Callable[[int, Session], None]) -
     for index in range(STEPS):
         do(session, drawn(random, STATES, FEATURES))
         if random.random() < 0.2:
-            save(folder / "library", session.taught())
+            save_automaton(folder / "library", session.taught())
         acknowledge(index, session)
     session.close()
 

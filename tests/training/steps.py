@@ -6,7 +6,7 @@ from random import Random
 from typing import Any, TypeAlias
 
 from understudy.errors import UnderstudyError
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.training.session import Session
 
 Step: TypeAlias = tuple[Any, ...]
@@ -38,7 +38,7 @@ def drawn(random: Random, states: tuple[str, ...] = STATES, features: tuple[str,
             ("edit", random.randint(1, 8), random.choice(states)),
             ("choose", {"features": some}),
             ("choose", {"states": random.sample(states[:3], random.randint(1, 3))}),
-            ("choose", {"options": Options(random.choice([0.0, 0.2, 0.5]), random.random() < 0.7)}),
+            ("choose", {"options": LearnerOptions(random.choice([0.0, 0.2, 0.5]), random.random() < 0.7)}),
         ]
     )
 

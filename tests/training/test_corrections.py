@@ -11,9 +11,9 @@ from tests.training.lessons import play, session
 
 from understudy.learning.correction_diagnosis import Verdict
 from understudy.model.binding import Binding
-from understudy.model.lesson import Example, ExampleKind, Options
+from understudy.model.lesson import Example, ExampleKind, LearnerOptions
 from understudy.model.library import Library
-from understudy.storage.document import decode, encode
+from understudy.storage.document import decode_document, encode_document
 from understudy.training import corrections
 from understudy.training.corrections import Switched
 from understudy.training.sample_buffer import Moment
@@ -25,7 +25,7 @@ WRONG = 6
 
 
 def misled(
-    options: Options = Options(unlearning=True),
+    options: LearnerOptions = LearnerOptions(unlearning=True),
     *,
     states: Sequence[str] = ("forward", "left"),
     features: Sequence[str] = ("range_of(ball)",),
@@ -153,7 +153,7 @@ def test_afterwards_the_robot_is_right() -> None:
 
 
 def test_without_the_option_nothing_happens_but_there_is_advice() -> None:
-    taught = corrected(misled(Options()))
+    taught = corrected(misled(LearnerOptions()))
     assert not any(each.quarantined for each in taught.examples)
     assert taught.screen().undoable == "forward → forward"
     assert taught.judgement is not None
@@ -173,10 +173,10 @@ def test_only_corrections_of_wrong_decisions_are_judged() -> None:
     assert taught.judgement is not None
 
 
-@pytest.mark.parametrize("options", [Options(unlearning=True), Options()])
+@pytest.mark.parametrize("options", [LearnerOptions(unlearning=True), LearnerOptions()])
 @pytest.mark.parametrize("went_wrong", [corrected, taken_back])
 def test_a_resumed_session_has_the_same_in_quarantine(
-    went_wrong: Callable[[Session], Session], options: Options, tmp_path: Path
+    went_wrong: Callable[[Session], Session], options: LearnerOptions, tmp_path: Path
 ) -> None:
     """And it knows who is to blame: what it was told before it was cut off can still be acted on."""
     journal = tmp_path / "session.journal"
@@ -202,9 +202,9 @@ def test_a_resumed_session_has_the_same_in_quarantine(
 
 @pytest.mark.parametrize("unlearning", [True, False])
 def test_documents_say_so(unlearning: bool, tmp_path: Path) -> None:
-    taught = misled(Options(unlearning=unlearning)).taught()
-    data = encode(taught)
+    taught = misled(LearnerOptions(unlearning=unlearning)).taught()
+    data = encode_document(taught)
     assert (b'"unlearning"' in data) == unlearning
-    opened = decode(data, kit, path=tmp_path / "taught.json", learn=lambda lesson: {})
+    opened = decode_document(data, kit, path=tmp_path / "taught.json", learn=lambda lesson: {})
     assert opened.taught.lesson is not None
-    assert opened.taught.lesson.options == Options(unlearning=unlearning)
+    assert opened.taught.lesson.options == LearnerOptions(unlearning=unlearning)

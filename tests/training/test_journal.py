@@ -12,10 +12,10 @@ from tests.training.lessons import WITH_GO, play, rows, session
 
 from understudy.errors import FileError
 from understudy.model.kinds import Continuous
-from understudy.model.lesson import Example, Options
+from understudy.model.lesson import Example, LearnerOptions
 from understudy.model.library import Kit, Library
 from understudy.runtime.body import Reading, every_key
-from understudy.storage.append_log import Log
+from understudy.storage.append_log import AppendLog
 from understudy.training.journal import MAGIC, Ticks, read_journal, unpacked_rows
 from understudy.training.journal_replay import Past
 from understudy.training.session import Session
@@ -25,20 +25,20 @@ from understudy.training.trainee import Mode
 @pytest.fixture(autouse=True)
 def killed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """What a killed process held is closed for it, and nothing is flushed that was not: writing flushes."""
-    logs: list[Log] = []
-    begin = Log.__init__
+    logs: list[AppendLog] = []
+    begin = AppendLog.__init__
 
-    def remembered(self: Log, path: Path) -> None:
+    def remembered(self: AppendLog, path: Path) -> None:
         begin(self, path)
         logs.append(self)
 
-    monkeypatch.setattr(Log, "__init__", remembered)
+    monkeypatch.setattr(AppendLog, "__init__", remembered)
     yield
     for log in logs:
         log._file.close()
 
 
-BOTH = Options(watched=True, reaction_s=0.2)
+BOTH = LearnerOptions(watched=True, reaction_s=0.2)
 FEATURES = ["range_of(ball)", "seen", "done", "time_in_state", "watch"]
 
 
@@ -65,7 +65,7 @@ def driven(taught: Session) -> None:
 
 def chosen(taught: Session) -> None:
     play(taught, "forward", 5)
-    taught.choose(features=["load"], options=Options(reaction_s=0.5), states=["forward", "left"])
+    taught.choose(features=["load"], options=LearnerOptions(reaction_s=0.5), states=["forward", "left"])
     play(taught, "left", 3)
 
 

@@ -12,7 +12,7 @@ from tests.bodies import Scripted
 from tests.training.lessons import WITH_GO, session
 from tests.training.steps import do, drawn, told
 
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.training.session import Session
 
 
@@ -26,7 +26,7 @@ def test_every_prefix(seed: int, count: int) -> None:
             features=["range_of(ball)", "seen"],
             flags=["done"],
             library=WITH_GO,
-            options=Options(watched=True, reaction_s=0.2),
+            options=LearnerOptions(watched=True, reaction_s=0.2),
             journal=path,
         )
         moments = []

@@ -16,14 +16,14 @@ from tests.training import scripted
 from tests.training.steps import told
 
 from understudy.learning.fit import learn
-from understudy.model.library import Taught
+from understudy.model.library import TrainedAutomaton
 from understudy.sim.forage import Forage, kit
-from understudy.storage.library_folder import open_library, save
+from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.journal import AnyEntry, Journal
 from understudy.training.session import Session
 
 
-def shown(taught: Taught) -> str:
+def shown(taught: TrainedAutomaton) -> str:
     """What a saved automaton was shown."""
     lesson = taught.lesson
     return repr([(e.state, e.values, e.next, str(e.kind)) for e in lesson.examples] if lesson else None)
@@ -45,13 +45,13 @@ class Reference:
                 self._lessons.append(told(self._session))
             write(journal, entry, sync=sync)
 
-        def saved(library: Path, taught: Taught) -> Path:
+        def saved(library: Path, taught: TrainedAutomaton) -> Path:
             self.saved.add(shown(taught))
-            return save(library, taught)
+            return save_automaton(library, taught)
 
         with monkeypatch.context() as patched:
             patched.setattr(Journal, "write", noted)
-            patched.setattr(scripted, "save", saved)
+            patched.setattr(scripted, "save_automaton", saved)
             scripted.play(folder, seed, self._acknowledge)
 
     def _acknowledge(self, index: int, session: Session) -> None:

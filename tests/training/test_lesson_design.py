@@ -18,7 +18,7 @@ from understudy.errors import (
     UnderstudyError,
     UnknownName,
 )
-from understudy.model.lesson import Example, ExampleKind, Lesson, Options, Scikit
+from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
 from understudy.model.library import Library
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
@@ -32,7 +32,7 @@ STEPS: dict[str, tuple[Callable[[Session], Any], str]] = {
     "features": (lambda taught: taught.choose(features=["seen", "done"]), "choose features"),
     "states": (lambda taught: taught.choose(states=["forward"]), "choose states"),
     "flags": (lambda taught: taught.choose(flags=["failed"]), "choose flags"),
-    "options": (lambda taught: taught.choose(options=Options(reaction_s=0.2)), "choose options"),
+    "options": (lambda taught: taught.choose(options=LearnerOptions(reaction_s=0.2)), "choose options"),
     "stateless": (lambda taught: taught.choose(stateless=True), "choose stateless"),
     "parameters": (
         lambda taught: taught.choose(parameters=["A"], features=["range_of(A)"], targets={"A": "goal"}),
@@ -160,7 +160,7 @@ def test_examples_go_with_a_state_that_gets_another_name(
 
 def test_undo_in_testing_to_where_too_little_is_left_for_the_classifier() -> None:
     """It needs three examples of a state; with fewer there is nothing to test, and it waits for presses."""
-    nearest = Options(learner=Scikit("KNeighborsClassifier", {"n_neighbors": 3}))
+    nearest = LearnerOptions(learner=SklearnOptions("KNeighborsClassifier", {"n_neighbors": 3}))
     taught = play(
         session(["forward", "left"], options=nearest), "forward", 2, "left", 2, "forward", 2, "left", 2
     )
@@ -230,7 +230,7 @@ def test_edit(edit: dict[str, Any], expected: tuple[Any, ...]) -> None:
 def test_edited_values_stay_when_features_and_options_change() -> None:
     taught = begun()
     taught.edit(1, values={"range_of(ball)": 50.0})
-    taught.choose(options=Options(reaction_s=0.2))
+    taught.choose(options=LearnerOptions(reaction_s=0.2))
     assert rows(taught)[0] == ("start", 50, 0, "left", "directive")
     taught.choose(features=["seen", "range_of(ball)"])
     assert rows(taught)[0] == ("start", 1, 50, "left", "directive")
@@ -316,7 +316,7 @@ def table_lesson() -> Lesson:
 def test_a_table_can_be_gone_on_with() -> None:
     """Examples without readings around them keep their values; only features they never had are refused."""
     taught = Session(Scripted(), ROBOT, table_lesson())
-    taught.choose(states=["forward", "left"], options=Options(reaction_s=0.2))
+    taught.choose(states=["forward", "left"], options=LearnerOptions(reaction_s=0.2))
     taught.choose(features=["load"])
     assert rows(taught) == [("start", 1, "forward", "directive")]
     with pytest.raises(SessionError, match=r"example 1 .* written by hand"):
@@ -511,7 +511,7 @@ REFUSED: dict[str, tuple[Callable[[Session], Any], type[UnderstudyError], str]] 
     "a flag like a feature": (lambda s: s.choose(flags=["seen"]), DefinitionError, "flag 'seen'.*rename"),
     "no such parameter": (lambda s: s.stand_for(A="ball"), UnknownName, "parameter 'A'"),
     "too long a reaction": (
-        lambda s: s.choose(options=Options(reaction_s=2.0)),
+        lambda s: s.choose(options=LearnerOptions(reaction_s=2.0)),
         DefinitionError,
         "reaction_s",
     ),

@@ -9,7 +9,7 @@ import pytest
 from tests.bodies import Scripted
 from tests.training.lessons import WITH_GO, play, rows, session
 
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.training.session import Session
 
 NEAREST = [  # reaction, s; the value at the press, at tick 6: 100 m and one less per tick of 0.1 s
@@ -26,7 +26,7 @@ NEAREST = [  # reaction, s; the value at the press, at tick 6: 100 m and one les
 
 @pytest.mark.parametrize(("reaction_s", "value"), NEAREST)
 def test_nearest_tick(reaction_s: float, value: float) -> None:
-    taught = play(session(options=Options(reaction_s=reaction_s)), 6, "forward", 1)
+    taught = play(session(options=LearnerOptions(reaction_s=reaction_s)), 6, "forward", 1)
     assert rows(taught) == [
         ("start", value, "forward", "directive"),
         ("forward", value, "forward", "default"),
@@ -35,15 +35,15 @@ def test_nearest_tick(reaction_s: float, value: float) -> None:
 
 @pytest.mark.parametrize(("reaction_s", "value"), NEAREST)
 def test_it_can_be_chosen_afterwards(reaction_s: float, value: float) -> None:
-    taught = play(session(options=Options(reaction_s=0.3)), 6, "forward", 1)
-    taught.choose(options=Options(reaction_s=reaction_s))
+    taught = play(session(options=LearnerOptions(reaction_s=0.3)), 6, "forward", 1)
+    taught.choose(options=LearnerOptions(reaction_s=reaction_s))
     assert [example.values[0] for example in taught.examples] == [value, value]
 
 
 def test_only_continuous_and_toroidal_readings_of_the_body_are_earlier() -> None:
     """Categorical readings and the automaton's own features are those of the press itself."""
     features = ["range_of(ball)", "bearing_of(ball)", "load", "seen", "done", "time_in_state"]
-    taught = session(["go", "left"], features, library=WITH_GO, options=Options(reaction_s=0.3))
+    taught = session(["go", "left"], features, library=WITH_GO, options=LearnerOptions(reaction_s=0.3))
     play(taught, "go", 5, "left", 1)  # pressed at tick 5; readings of tick 2
     assert rows(taught)[2] == ("go", 98, 6.2, 0, 1, 1, 0.5, "left", "directive")
 
@@ -51,7 +51,7 @@ def test_only_continuous_and_toroidal_readings_of_the_body_are_earlier() -> None
 def test_the_demonstrators_own_clock_counts() -> None:
     """A demonstrator whose clock runs at twice the body's pace reacts in half as many ticks."""
     body = Scripted()
-    taught = session(body=body, clock=lambda: 50 + 2 * body.time_s, options=Options(reaction_s=0.4))
+    taught = session(body=body, clock=lambda: 50 + 2 * body.time_s, options=LearnerOptions(reaction_s=0.4))
     play(taught, 6, "forward", 1)
     assert rows(taught)[0][1] == 96
 
@@ -72,7 +72,7 @@ CUTS: dict[str, Callable[[Session], Any]] = {
 
 @pytest.mark.parametrize("cut", CUTS.values(), ids=CUTS)
 def test_never_from_before(cut: Callable[[Session], Any]) -> None:
-    taught = play(session(options=Options(reaction_s=0.5)), 5)
+    taught = play(session(options=LearnerOptions(reaction_s=0.5)), 5)
     cut(taught)
     here = taught.screen().features["range_of(ball)"]
     play(taught, 2, "forward", 1)
@@ -80,20 +80,20 @@ def test_never_from_before(cut: Callable[[Session], Any]) -> None:
 
 
 def test_never_from_before_a_reset() -> None:
-    taught = play(session(options=Options(reaction_s=0.5)), 5)
+    taught = play(session(options=LearnerOptions(reaction_s=0.5)), 5)
     taught.reset(3)
     play(taught, 2, "forward", 1)
     assert rows(taught)[0][1] == 100
 
 
 def test_unshifted_while_paused() -> None:
-    taught = play(session(options=Options(reaction_s=0.3)), 5)
+    taught = play(session(options=LearnerOptions(reaction_s=0.3)), 5)
     taught.paused = True
     play(taught, "forward")
     taught.paused = False
     play(taught, 1)
     assert rows(taught)[0][1] == 95
-    taught.choose(options=Options(reaction_s=0.5))
+    taught.choose(options=LearnerOptions(reaction_s=0.5))
     assert rows(taught)[0][1] == 95
 
 
@@ -101,7 +101,7 @@ def test_a_corrected_flag_is_corrected_where_it_was_raised() -> None:
     """What was learned has no reaction time: the vector is the very one that it decided on."""
     taught = session(flags=["done"])
     play(taught, "forward", 5, "done", 1)
-    taught.choose(options=Options(reaction_s=0.3))
+    taught.choose(options=LearnerOptions(reaction_s=0.3))
     taught.reset(0)
     taught.test()
     play(taught, 8)

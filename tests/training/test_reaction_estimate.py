@@ -17,7 +17,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
-from understudy.model.lesson import Example, ExampleKind, Lesson, Options, Record
+from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, ReadingLog
 from understudy.training.feature_values import steady_readings
 from understudy.training.reaction_time import lateness
 from understudy_lab.novices.novice import Novice
@@ -48,7 +48,7 @@ def demonstrated(
         for name, each in (("x", kind), ("y", Continuous()))
     )
     automaton = Automaton("taught", (START, State("go", "go"), State("done", flag="done")), features)
-    record = Record((("x", None), ("y", None)), np.vstack(values), np.concatenate(seconds))
+    record = ReadingLog((("x", None), ("y", None)), np.vstack(values), np.concatenate(seconds))
     return Lesson(automaton, tuple(examples), record=record)
 
 
@@ -94,7 +94,7 @@ def test_what_tells_most_is_the_evidence() -> None:
         examples += [replace(each, state=state, moment=(each.moment or 0) + rows) for each in part.examples]
         values.append(part.record.values)
         seconds.append(part.record.seconds)
-    record = Record(parts[0].record.keys, np.vstack(values), np.concatenate(seconds))
+    record = ReadingLog(parts[0].record.keys, np.vstack(values), np.concatenate(seconds))
     found = lateness(replace(parts[0], examples=tuple(examples), record=record))
     assert found is not None
     assert found.presses == 26
@@ -157,7 +157,7 @@ def test_what_is_steady_is_not_shifted() -> None:
 
 def test_the_reaction_time_a_lesson_has_makes_no_difference() -> None:
     lesson = demonstrated(0.3)
-    assert lateness(replace(lesson, options=Options(reaction_s=0.5))) == lateness(lesson)
+    assert lateness(replace(lesson, options=LearnerOptions(reaction_s=0.5))) == lateness(lesson)
 
 
 def test_absence_tells_of_no_boundary() -> None:
@@ -183,7 +183,7 @@ def test_whatever_a_parameter_stood_for() -> None:
         replace(each, values=each.values[:1], binding=Binding(A="ball" if each.number < 10 else "goal"))
         for each in lesson.examples
     )
-    record = Record((("range", "ball"), ("range", "goal")), values, lesson.record.seconds)
+    record = ReadingLog((("range", "ball"), ("range", "goal")), values, lesson.record.seconds)
     found = lateness(replace(lesson, automaton=automaton, examples=examples, record=record))
     assert found is not None
     assert found.reaction_s == pytest.approx(0.3, abs=0.051)
@@ -201,7 +201,7 @@ def test_what_never_changes_says_nothing() -> None:
 def test_labels_and_what_is_the_automatons_own_say_nothing() -> None:
     lesson = demonstrated(0.3)
     seen = np.where(np.tile(np.arange(11) > 7, 20), np.repeat(np.arange(20) % 2, 11), 0.0)[:, None]
-    record = Record(
+    record = ReadingLog(
         (*lesson.record.keys, ("seen", None)), np.hstack([lesson.record.values, seen]), lesson.record.seconds
     )
     more = (BoundFeature(Feature("seen", BOOLEAN, reading="seen")), BoundFeature(TimeInState()))

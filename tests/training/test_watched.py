@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from tests.training.lessons import Row, play, rows, session
 
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.training.session import Session
 
-WATCHED = Options(watched=True)
+WATCHED = LearnerOptions(watched=True)
 
 
 def watched(of: Session) -> list[Row]:
@@ -44,7 +44,7 @@ def test_silence_in_training(steps: list[Any], expected: list[Row]) -> None:
 @pytest.mark.parametrize(("reaction_s", "kept"), [(0.0, 6), (0.2, 6), (0.3, 5), (0.8, 0)])
 def test_a_longer_reaction_discards_more(reaction_s: float, kept: int) -> None:
     """The last max(0.4, reaction_s + 0.2) s before a press at second 1.0 are doubtful."""
-    options = Options(watched=True, reaction_s=reaction_s)
+    options = LearnerOptions(watched=True, reaction_s=reaction_s)
     taught = play(session(options=options), "forward", 10, "left", 1)
     seconds = [
         round(taught.lesson.record.seconds[e.moment or 0], 6) for e in taught.lesson.examples if not e.pressed
@@ -145,5 +145,5 @@ def test_testing_learns_from_what_was_watched() -> None:
 
 
 def test_no_reaction_shift() -> None:
-    taught = play(session(options=Options(watched=True, reaction_s=0.2)), "forward", 2)
+    taught = play(session(options=LearnerOptions(watched=True, reaction_s=0.2)), "forward", 2)
     assert watched(taught) == [("forward", 99, "forward")]

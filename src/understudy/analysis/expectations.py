@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from understudy.errors import SessionError, UnderstudyError
 from understudy.model.binding import Binding
-from understudy.model.expectation import Outcome
+from understudy.model.expectation import Expectation
 from understudy.model.library import Library
 from understudy.runtime.body import rewinds
 from understudy.runtime.interpreter import Interpreter
@@ -28,7 +28,7 @@ class Tried:
     tried at all.
     """
 
-    outcome: Outcome
+    outcome: Expectation
     took_s: float | None
     problem: str = ""
 
@@ -38,7 +38,7 @@ class Tried:
         return self.took_s is not None
 
 
-def here(session: Session, *, flag: str, within_s: float) -> Outcome:
+def here(session: Session, *, flag: str, within_s: float) -> Expectation:
     """The outcome that from this moment of a session on its automaton, started afresh, raises a flag in time.
 
     SessionError where the body is no simulation, or many worlds; UnknownName where no state raises the flag.
@@ -53,7 +53,7 @@ def here(session: Session, *, flag: str, within_s: float) -> Outcome:
     if not isinstance(ground, World) or not rewinds(body) or ground.worlds != 1:
         raise SessionError("an outcome is of one simulated world, so that it can be put back to this moment")
     scenario = ground.scenario
-    return Outcome(
+    return Expectation(
         flag,
         within_s,
         scenario.name,
@@ -65,7 +65,7 @@ def here(session: Session, *, flag: str, within_s: float) -> Outcome:
     )
 
 
-def promise(session: Session, *, flag: str, within_s: float) -> Outcome:
+def promise(session: Session, *, flag: str, within_s: float) -> Expectation:
     """Add to a session's lesson, as a step that can be undone, what is to come of it from here on: see `here`."""
     outcome = here(session, flag=flag, within_s=within_s)
     session.choose(outcomes=(*session.lesson.outcomes, outcome))
@@ -73,7 +73,7 @@ def promise(session: Session, *, flag: str, within_s: float) -> Outcome:
 
 
 def tried(
-    outcome: Outcome, name: str, library: Library, libraries: Libraries = MappingProxyType({})
+    outcome: Expectation, name: str, library: Library, libraries: Libraries = MappingProxyType({})
 ) -> Tried:
     """The automaton `name` of a library let go where the outcome was promised; the other agents idle.
 
@@ -89,7 +89,7 @@ def tried(
         )
 
 
-def _let_go(outcome: Outcome, name: str, library: Library, libraries: Libraries) -> float | None:
+def _let_go(outcome: Expectation, name: str, library: Library, libraries: Libraries) -> float | None:
     """After how many seconds the outcome came; None where it did not."""
     body = _body(outcome, {**libraries, outcome.sort: library})
     body.restore(outcome.snapshot)
@@ -104,7 +104,7 @@ def _let_go(outcome: Outcome, name: str, library: Library, libraries: Libraries)
     return round(body.time_s - began, 6) if doer.root.flag == outcome.flag else None
 
 
-def _body(outcome: Outcome, libraries: Libraries) -> World | Troop:
+def _body(outcome: Expectation, libraries: Libraries) -> World | Troop:
     scenario = _scenario(outcome.scenario)
     return troop_of(scenario, outcome.sort, libraries) if outcome.sort else World(scenario)
 

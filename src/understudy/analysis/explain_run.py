@@ -16,7 +16,7 @@ from understudy.analysis.tracing import Followed, Post, Query, Stood, command, f
 from understudy.errors import UnderstudyError
 from understudy.learning.explain import Explanation, explain
 from understudy.model.lesson import Example, Lesson
-from understudy.model.library import Taught
+from understudy.model.library import TrainedAutomaton
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.assignment import deal
@@ -48,7 +48,7 @@ class Reason:
     explanation: Explanation
     values: Mapping[str, float]
     moments: Mapping[int, float]
-    taught: Taught
+    taught: TrainedAutomaton
 
     @property
     def switched(self) -> bool:
@@ -156,13 +156,13 @@ def _check(world: World, path: tuple[str, ...], run: Recorded) -> None:
         raise CannotRepeat(problem=f"{problem}, and is in {BETWEEN.join(path)!r} or elsewhere", remedy=remedy)
 
 
-def asked(post: Post, taught: Mapping[str, Taught]) -> Asked:
+def asked(post: Post, taught: Mapping[str, TrainedAutomaton]) -> Asked:
     """What an agent was asked in this tick, level by level."""
     levels = tuple(_level(each, taught) for each in _runner(post).stood(post.agent))
     return Asked(post.sort, post.agent, post.ordered, levels)
 
 
-def _level(stood: Stood, taught: Mapping[str, Taught]) -> Level:
+def _level(stood: Stood, taught: Mapping[str, TrainedAutomaton]) -> Level:
     machine = stood.machine
     automaton, name = machine.automaton, str(machine.instance)
     known = taught[automaton.name]
@@ -176,7 +176,7 @@ def _level(stood: Stood, taught: Mapping[str, Taught]) -> Level:
     )
 
 
-def reason(name: str, query: Query, taught: Taught) -> Reason:
+def reason(name: str, query: Query, taught: TrainedAutomaton) -> Reason:
     """What was behind the answer to a query of an automaton, which ran as `name`: goto(station)."""
     automaton = taught.automaton
     state = automaton.states[query.before].name

@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from understudy.errors import listed
+from understudy.errors import join_names
 from understudy.learning.explain import Explanation
-from understudy.model.describe import plain, signed, values
+from understudy.model.describe import convert_to_plain, format_condition, format_values
 from understudy.model.lesson import ExampleKind
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def list_examples(explanation: Explanation) -> str:
 
 def describe_values(reason: Reason) -> str:
     """The feature values that were decided on: "distance_to(A) = 3.42 m, angle_to(A) = −31°"."""
-    return values(reason.taught.automaton.features, list(reason.values.values()))
+    return format_values(reason.taught.automaton.features, list(reason.values.values()))
 
 
 def describe_source(reason: Reason) -> str:
@@ -85,12 +85,12 @@ def describe_source(reason: Reason) -> str:
     examples = list_example_data(reason)
     named = [_describe_example(each) for each in examples[:MOST_EXAMPLES]]
     more = [f"{len(examples) - len(named)} more"] if len(examples) > len(named) else []
-    return f"shown by {listed([*named, *more])}" if named else ""
+    return f"shown by {join_names([*named, *more])}" if named else ""
 
 
 def _describe_conditions(explanation: Explanation) -> str:
     """The conditions that held, or that nothing was ever shown where they do."""
-    held = signed(" and ".join(explanation.conditions))
+    held = format_condition(" and ".join(explanation.conditions))
     if explanation.shown:
         return f" because {held}" if held else ", always"
     return f": nothing was ever shown where {held}" if held else ": nothing was ever shown there"
@@ -140,7 +140,7 @@ class DecisionData:
             after=explanation.next,
             conditions=explanation.conditions,
             shown=explanation.shown,
-            values={label: plain(value, bound) for bound, (label, value) in read},
+            values={label: convert_to_plain(value, bound) for bound, (label, value) in read},
             read=describe_values(reason),
             by_hand=reason.taught.lesson is None,
             examples=list_example_data(reason),

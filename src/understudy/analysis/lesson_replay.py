@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from understudy.errors import UnderstudyError
 from understudy.learning.training_set import heeded, vectors
 from understudy.model.automaton import Automaton
-from understudy.model.features import BoundFeature, Flag, TimeInState, Timer
+from understudy.model.features import BoundFeature, FlagFeature, TimeInState, TimerFeature
 from understudy.model.lesson import Example, ExampleKind, Lesson
-from understudy.model.library import Taught
+from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
 from understudy.runtime.feature_columns import feature_column
 from understudy.training.feature_values import own_value
@@ -79,7 +79,7 @@ class Replayed:
         return tuple(each for each in self.different if each.lost)
 
 
-def replayed(taught: Taught, former: Taught | None = None) -> Replayed:
+def replayed(taught: TrainedAutomaton, former: TrainedAutomaton | None = None) -> Replayed:
     """What an automaton decides at the moments of its lesson; nothing of one that was written by hand."""
     lesson = taught.lesson
     if lesson is None:
@@ -104,7 +104,7 @@ def _tested(lesson: Lesson) -> Iterator[Example]:
             yield example
 
 
-def _decided(example: Example, taught: Taught, former: Taught | None) -> Decided | None:
+def _decided(example: Example, taught: TrainedAutomaton, former: TrainedAutomaton | None) -> Decided | None:
     """How a press is decided; None where that is as shown, and as formerly."""
     now = following(taught.automaton, example.state, example.values)
     formerly = None if former is None else _formerly(example, taught, former.automaton)
@@ -114,7 +114,7 @@ def _decided(example: Example, taught: Taught, former: Taught | None) -> Decided
     return Decided(example.number, example.kind.value, example.state, shown, now, formerly)
 
 
-def _formerly(example: Example, taught: Taught, former: Automaton) -> str | None:
+def _formerly(example: Example, taught: TrainedAutomaton, former: Automaton) -> str | None:
     """What a former automaton decides at the moment of an example; None where it has no such state, or looks at
     something that was not recorded.
     """
@@ -188,9 +188,9 @@ def _vectors(
     for bound in features:
         own = own_value(bound.feature, example.own)
         if own is not None:
-            if isinstance(bound.feature, Flag) and own and ago.any():
+            if isinstance(bound.feature, FlagFeature) and own and ago.any():
                 return None
-            timed = isinstance(bound.feature, Timer | TimeInState)
+            timed = isinstance(bound.feature, TimerFeature | TimeInState)
             columns.append(own - ago if timed else np.full(len(rows), own))
             continue
         ground = replace(bound, binding=bound.binding.within(example.binding))

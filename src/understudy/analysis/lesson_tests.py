@@ -8,13 +8,13 @@ from types import MappingProxyType
 
 from understudy.analysis.expectations import Tried, tried
 from understudy.analysis.lesson_replay import Replayed, replayed
-from understudy.errors import listed
+from understudy.errors import join_names
 from understudy.learning.training_set import heeded
-from understudy.model.expectation import Outcome
-from understudy.model.lesson import Lesson, Record, Scikit
-from understudy.model.library import Library, Taught
+from understudy.model.expectation import Expectation
+from understudy.model.lesson import Lesson, ReadingLog, SklearnOptions
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.team.libraries import Libraries
-from understudy.storage.document import fingerprint
+from understudy.storage.document import fingerprint_automaton
 
 NOBODY: Libraries = MappingProxyType({})
 MOST_NAMED = 3
@@ -49,7 +49,7 @@ class Examined:
 
 
 def examined(
-    library: Library, name: str, formers: Mapping[str, Taught], libraries: Libraries = NOBODY
+    library: Library, name: str, formers: Mapping[str, TrainedAutomaton], libraries: Libraries = NOBODY
 ) -> Examined:
     """An automaton of a library, tested on its lesson; `formers` has the former versions there are.
 
@@ -72,31 +72,39 @@ def examined(
     )
 
 
-def differs(former: Taught, taught: Taught) -> bool:
+def differs(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
     """Whether an automaton is not what it was, transition functions and all. A classifier is fitted anew each time, so
     what it was fitted to is compared.
     """
     if (
         former.lesson is None
         or taught.lesson is None
-        or not isinstance(taught.lesson.options.learner, Scikit)
+        or not isinstance(taught.lesson.options.learner, SklearnOptions)
     ):
         return former.automaton != taught.automaton
-    return fingerprint(_bare(former, former.lesson)) != fingerprint(_bare(taught, taught.lesson))
+    return fingerprint_automaton(_bare(former, former.lesson)) != fingerprint_automaton(
+        _bare(taught, taught.lesson)
+    )
 
 
-def _bare(taught: Taught, lesson: Lesson) -> Taught:
+def _bare(taught: TrainedAutomaton, lesson: Lesson) -> TrainedAutomaton:
     """An automaton with nothing but what its classifier is fitted to."""
     examples = tuple(replace(each, moment=None, window=0, quarantined="") for each in heeded(lesson))
-    return Taught(taught.automaton, replace(lesson, examples=examples, record=Record(), outcomes=()))
+    return TrainedAutomaton(
+        taught.automaton, replace(lesson, examples=examples, record=ReadingLog(), outcomes=())
+    )
 
 
-def _outcomes(taught: Taught) -> tuple[Outcome, ...]:
+def _outcomes(taught: TrainedAutomaton) -> tuple[Expectation, ...]:
     return () if taught.lesson is None else taught.lesson.outcomes
 
 
 def _since(
-    outcome: Outcome, name: str, library: Library, formers: Mapping[str, Taught], libraries: Libraries
+    outcome: Expectation,
+    name: str,
+    library: Library,
+    formers: Mapping[str, TrainedAutomaton],
+    libraries: Libraries,
 ) -> tuple[str, ...]:
     """The automata with whose former versions an outcome comes."""
     found = []
@@ -151,7 +159,7 @@ def _ordered(library: Library, name: str) -> Iterator[str]:
 
 
 def lost(
-    library: Library, taught: Taught, former: Taught | None, libraries: Libraries = NOBODY
+    library: Library, taught: TrainedAutomaton, former: TrainedAutomaton | None, libraries: Libraries = NOBODY
 ) -> tuple[str, ...]:
     """What worked with the former version of an automaton and no longer does with the new one, a sentence each:
     presses, its outcomes, and those of the automata above it.
@@ -174,7 +182,7 @@ def lost(
 class _Everybody:
     """What everybody knows, with one version of an automaton in the library it belongs to, whose sort is ""."""
 
-    def __init__(self, library: Library, taught: Taught, libraries: Libraries) -> None:
+    def __init__(self, library: Library, taught: TrainedAutomaton, libraries: Libraries) -> None:
         self._own = library.with_taught(taught)
         self._known = {sort: self._own if each is library else each for sort, each in libraries.items()}
 
@@ -188,7 +196,7 @@ class _Everybody:
         yield from (("", each) for each in running)
         yield from _ordering(set(running), self._own, self._known)
 
-    def comes(self, outcome: Outcome, sort: str, name: str) -> bool:
+    def comes(self, outcome: Expectation, sort: str, name: str) -> bool:
         """Whether an outcome comes, as all is known now."""
         return tried(outcome, name, self.of(sort), self._known).came
 
@@ -231,21 +239,21 @@ def otherwise(seen: Examined, former: str) -> Iterator[str]:
         yield _anew(seen.replayed)
     if seen.changed:
         run = "runs" if len(seen.affected) == 1 else "run"
-        yield f"changed since {former}" + (f"; {listed(seen.affected)} {run} it" if seen.affected else "")
+        yield f"changed since {former}" + (f"; {join_names(seen.affected)} {run} it" if seen.affected else "")
 
 
 def failed(each: Failed) -> str:
     """That a promise was not kept, and with which former versions it would have been, or why it cannot be tried."""
     why = f": {each.tried.problem}" if each.tried.problem else ""
     if each.since:
-        why = f"; it does with the former version of {listed(each.since)}"
+        why = f"; it does with the former version of {join_names(each.since)}"
     return f"promised, and did not come: {each.tried.outcome}{why}"
 
 
 def _anew(replay: Replayed) -> str:
     """What is decided otherwise in the second before presses."""
     total = sum(each.moments for each in replay.changes)
-    said = listed(
+    said = join_names(
         f"{each.now} instead of {each.formerly} in {each.state} ({each.moments})"
         for each in replay.changes[:MOST_CHANGES]
     )

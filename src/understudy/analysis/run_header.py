@@ -18,8 +18,8 @@ from understudy.runtime.team.team import Team
 from understudy.sim.scenario.files import dump_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
-from understudy.storage.atomic import failing
-from understudy.storage.document import digest, fingerprint
+from understudy.storage.atomic import convert_os_errors
+from understudy.storage.document import fingerprint_automaton, hash_content
 
 SOON_S = 1e-6
 """Times this near are one: those of a trace are rounded."""
@@ -56,7 +56,7 @@ def trace_entry(ran: Ran, scenario: Scenario) -> dict[str, Any]:
 
 def world_mark(scenario: Scenario) -> str:
     """A fingerprint of a scenario."""
-    return digest(dump_scenario(scenario).encode())
+    return hash_content(dump_scenario(scenario).encode())
 
 
 def marks(team: Team, libraries: Libraries) -> dict[str, dict[str, str]]:
@@ -66,7 +66,9 @@ def marks(team: Team, libraries: Libraries) -> dict[str, dict[str, str]]:
         taught = libraries[sort].taught
         used = {name: None for program in programs for name in _automata(program.root)}
         if used:
-            found[sort] = {name: fingerprint(taught[name]) for name in sorted(used) if name in taught}
+            found[sort] = {
+                name: fingerprint_automaton(taught[name]) for name in sorted(used) if name in taught
+            }
     return found
 
 
@@ -83,7 +85,9 @@ def recorded(path: Path, *, robot: int, time_s: float) -> Recorded:
     FileError where it is no trace, or says nothing of how the run was made; SettingError where there is no such robot
     or moment in it.
     """
-    with failing(path, "reading the trace", remedy="name a file that `understudy run --trace` wrote"):
+    with convert_os_errors(
+        path, "reading the trace", remedy="name a file that `understudy run --trace` wrote"
+    ):
         header, rows = _parquet(path, robot) if path.suffix.lower() == PARQUET else _lines(path, robot)
     ran = header.run
     if ran is None:

@@ -18,7 +18,7 @@ import numpy as np
 
 from understudy.errors import SettingError
 from understudy.sim.view import WorldView
-from understudy.storage.atomic import UNFINISHED, failing, sync_folder
+from understudy.storage.atomic import UNFINISHED, convert_os_errors, sync_folder
 
 VERSION = 1
 LINES, PARQUET = ".jsonl", ".parquet"
@@ -109,7 +109,7 @@ def write_trace(
         **({} if run is None else {"run": run}),
     }
     lines = path.with_name(f".{path.name}.{os.getpid()}{LINES}{UNFINISHED}")
-    with failing(path, "writing the trace"):
+    with convert_os_errors(path, "writing the trace"):
         file = lines.open("wb")
     try:
         with file:
@@ -117,7 +117,7 @@ def write_trace(
             try:
                 yield writer
             finally:
-                with failing(path, "writing the trace"):
+                with convert_os_errors(path, "writing the trace"):
                     writer.close()
                     if writer.ticks:
                         _finish(lines, path, header, parquet=parquet)

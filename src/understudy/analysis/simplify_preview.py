@@ -9,10 +9,10 @@ from understudy.errors import SettingError
 from understudy.learning.fit import learned
 from understudy.learning.pruning_suggestions import Suggestion, suggestion, with_pruning
 from understudy.model.automaton import Automaton
-from understudy.model.describe import conditions
-from understudy.model.lesson import Lesson, Trees
-from understudy.model.library import Taught
-from understudy.model.tree import Test, Tree
+from understudy.model.describe import describe_transitions
+from understudy.model.lesson import Lesson, TreeOptions
+from understudy.model.library import TrainedAutomaton
+from understudy.model.tree import TestKind, Tree
 
 UNTOLD = 1.0
 """The pruning to show where nothing can be suggested: what one example alone holds up goes."""
@@ -26,8 +26,8 @@ class Simpler:
 
     pruning: float
     suggested: Suggestion | None
-    before: Taught
-    after: Taught
+    before: TrainedAutomaton
+    after: TrainedAutomaton
     replayed: Replayed
 
     @property
@@ -38,7 +38,7 @@ class Simpler:
     @property
     def conditions(self) -> dict[str, tuple[list[str], list[str]]]:
         """By state, in words, when it switches, before and after: of states where that would change."""
-        was, now = (conditions(each.automaton, each.lesson) for each in (self.before, self.after))
+        was, now = (describe_transitions(each.automaton, each.lesson) for each in (self.before, self.after))
         both = {state: (was.get(state, []), now.get(state, [])) for state in dict.fromkeys([*was, *now])}
         return {state: (old, new) for state, (old, new) in both.items() if old != new}
 
@@ -48,7 +48,7 @@ class Simpler:
         return tuple(each for each in self.replayed.different if each.formerly != each.now)
 
 
-def simpler(taught: Taught, pruning: float | None = None) -> Simpler:
+def simpler(taught: TrainedAutomaton, pruning: float | None = None) -> Simpler:
     """An automaton pruned, as much as is suggested where it is not said how much.
 
     SettingError where it was not taught with trees.
@@ -57,15 +57,15 @@ def simpler(taught: Taught, pruning: float | None = None) -> Simpler:
     found = suggestion(lesson)
     asked = pruning if pruning is not None else UNTOLD if found is None else found.pruning
     pruned = with_pruning(lesson, asked)
-    after = Taught(learned(pruned), pruned)
+    after = TrainedAutomaton(learned(pruned), pruned)
     return Simpler(asked, found, taught, after, replayed(after, taught))
 
 
-def simplifiable(taught: Taught) -> Lesson:
+def simplifiable(taught: TrainedAutomaton) -> Lesson:
     """The lesson of an automaton that was taught with trees; SettingError of another."""
     if taught.lesson is None:
         raise refused(taught.automaton.name, "was written by hand", "name one that was taught")
-    if not isinstance(taught.lesson.options.learner, Trees):
+    if not isinstance(taught.lesson.options.learner, TreeOptions):
         problem, remedy = "is decided by a classifier, which has no questions", "learn it with trees first"
         raise refused(taught.automaton.name, problem, remedy)
     return taught.lesson
@@ -79,4 +79,4 @@ def refused(name: str, problem: str, remedy: str) -> SettingError:
 def leaves(automaton: Automaton) -> int:
     """How many answers all its trees have."""
     trees = [tree for tree in automaton.transitions.values() if isinstance(tree, Tree)]
-    return sum(node.test == Test.LEAF for tree in trees for node in tree.nodes)
+    return sum(node.test == TestKind.LEAF for tree in trees for node in tree.nodes)

@@ -10,7 +10,7 @@ import numpy as np
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.lesson_analysis import Survey
-from understudy.errors import UnderstudyError, listed
+from understudy.errors import UnderstudyError, join_names
 from understudy.learning.mislabels import same_press, slips
 from understudy.learning.report import contradictions
 from understudy.learning.training_set import vectors
@@ -43,8 +43,8 @@ def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
                 for bound in separating(survey, group, kit)[:1]:
                     yield Advice(
                         AdviceKind.SEPARATING,
-                        f"Let me look at {bound}, too: it tells examples {listed(map(str, numbers))} apart, which are "
-                        "all one to me now.",
+                        f"Let me look at {bound}, too: it tells examples {join_names(map(str, numbers))} "
+                        "apart, which are all one to me now.",
                         place,
                         0.9,
                         box,
@@ -132,8 +132,10 @@ def _wishes(group: Sequence[Example]) -> str:
     by_wish: dict[str, list[str]] = {}
     for example in group:
         by_wish.setdefault(_wish(example), []).append(str(example.number))
-    return listed(
-        f"example {numbers[0]} says {wish}" if len(numbers) == 1 else f"examples {listed(numbers)} say {wish}"
+    return join_names(
+        f"example {numbers[0]} says {wish}"
+        if len(numbers) == 1
+        else f"examples {join_names(numbers)} say {wish}"
         for wish, numbers in by_wish.items()
     )
 

@@ -11,7 +11,7 @@ from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.distances import FAR
 from understudy.coaching.lesson_analysis import Survey
 from understudy.coaching.situation_text import box_of, cells_of, within
-from understudy.model.features import Flag
+from understudy.model.features import FlagFeature
 
 MOST = 2
 """So many of one state."""
@@ -69,7 +69,7 @@ def possible(survey: Survey, state: str) -> NDArray[np.bool_]:
         return found
     rows = survey.learners[state].shown.values
     for column, bound in enumerate(survey.lesson.automaton.features):
-        if isinstance(bound.feature, Flag):
+        if isinstance(bound.feature, FlagFeature):
             found &= np.isin(survey.situations[:, column], rows[:, column])
     return found
 

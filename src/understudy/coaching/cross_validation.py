@@ -14,8 +14,8 @@ from understudy.learning.fit import fitting
 from understudy.learning.sklearn_adapter import ScikitTransition
 from understudy.learning.training_set import Shown, arrays, teaching
 from understudy.model.automaton import Transition
-from understudy.model.lesson import Example, Lesson, Scikit
-from understudy.model.tree import STAY, Tree, leaf
+from understudy.model.lesson import Example, Lesson, SklearnOptions
+from understudy.model.tree import STAY, Tree, make_leaf
 
 Chosen = NDArray[np.bool_]
 MOST_TRIALS = 64
@@ -53,14 +53,14 @@ class Learner:
         """
         shown = self.shown
         if not kept[self.pressed].any():
-            return Tree((leaf(STAY),))
+            return Tree((make_leaf(STAY),))
         values, outcomes, groups = shown.values[kept], shown.outcomes[kept], shown.groups[kept]
         try:
             return self.fit(
                 Shown((), values, outcomes, groups, shown.current)
             )  # arrays are all that is fitted to
         except DefinitionError:
-            return Tree((leaf(STAY),))
+            return Tree((make_leaf(STAY),))
 
     def without(self, *rows: int) -> Transition:
         """The transition function had these rows never been shown."""
@@ -99,10 +99,10 @@ def trials(
     """By state, what it would have learned without each press-made example; of a large lesson, without some of them at
     a time, and nothing of a classifier that is SLOW.
     """
-    if isinstance(lesson.options.learner, Scikit) and lesson.options.learner.classifier in SLOW:
+    if isinstance(lesson.options.learner, SklearnOptions) and lesson.options.learner.classifier in SLOW:
         return {name: [] for name in found}
     if most is None:
-        most = MOST_SLOW_TRIALS if isinstance(lesson.options.learner, Scikit) else MOST_TRIALS
+        most = MOST_SLOW_TRIALS if isinstance(lesson.options.learner, SklearnOptions) else MOST_TRIALS
     total = sum(len(learner.pressed) for learner in found.values())
     together = max(1, -(-total // most))
     made = {}

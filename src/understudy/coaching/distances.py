@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from understudy.coaching.situation_text import Wording
 from understudy.model.automaton import Transition
 from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.tree import Test, Tree
+from understudy.model.tree import TestKind, Tree
 
 UNASKED = 0.25
 """What a feature counts that a state's tree does not ask about: the lesson chose it, so it may matter all the same."""
@@ -60,5 +60,5 @@ def _asked(transition: Transition | None, features: int) -> NDArray[np.bool_]:
     """Which features decide; all, where the function cannot say."""
     if not isinstance(transition, Tree) or len(transition.nodes) == 1:
         return np.ones(features, np.bool_)
-    asked = {node.feature for node in transition.nodes if node.test != Test.LEAF}
+    asked = {node.feature for node in transition.nodes if node.test != TestKind.LEAF}
     return np.isin(np.arange(features), list(asked))

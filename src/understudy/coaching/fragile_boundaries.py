@@ -15,7 +15,7 @@ from understudy.coaching.lesson_analysis import Survey
 from understudy.coaching.situation_text import Cells, box_of, cells_of
 from understudy.model.lesson import Example
 from understudy.model.tree import STAY, Tree
-from understudy.model.tree_regions import Box, Region, boxes
+from understudy.model.tree_regions import Box, ValueSet, list_leaf_boxes
 
 NEARBY = 0.15
 """So near, another example says the same: well within what is far from one."""
@@ -133,7 +133,7 @@ def _leaves(
     shown = survey.learners[state].shown
     plain = Nearness(survey.words, None)
     situations = survey.situations[possible(survey, state)][:MOST_SITUATIONS]
-    for outcome, box in boxes(tree, [bound.kind for bound in survey.lesson.automaton.features]):
+    for outcome, box in list_leaf_boxes(tree, [bound.kind for bound in survey.lesson.automaton.features]):
         same = shown.outcomes == outcome
         if outcome in (STAY, shown.current) or same.all() or not same.any() or not len(situations):
             continue
@@ -154,7 +154,7 @@ def _moved_into(box: Box, situations: NDArray[np.float64]) -> NDArray[np.float64
     return rows
 
 
-def _inside(region: Region) -> float:
+def _inside(region: ValueSet) -> float:
     if not region.parts:
         return np.nan
     low, high = region.parts[0]

@@ -8,7 +8,7 @@ from math import sqrt
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.cross_validation import HALVES, Score, left_out, with_half
 from understudy.coaching.lesson_analysis import Survey
-from understudy.model.lesson import Scikit
+from understudy.model.lesson import SklearnOptions
 
 LEAST_CASES = 8
 """With fewer cases such a share says nothing."""
@@ -20,7 +20,7 @@ def outlook(survey: Survey) -> Iterator[Advice]:
     whole = left_out(survey.learners, survey.trials)
     if survey.scant or whole.of < LEAST_CASES:
         return
-    slow = isinstance(survey.lesson.options.learner, Scikit)
+    slow = isinstance(survey.lesson.options.learner, SklearnOptions)
     half = with_half(survey.learners, halves=1 if slow else HALVES)
     told = f"leave each example out in turn and I get {whole.right} of {whole.of} right"
     if whole.share >= GOOD:

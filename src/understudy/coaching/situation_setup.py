@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice
 from understudy.coaching.pose_sampling import Pose, Poser
-from understudy.errors import SessionError, listed
-from understudy.model.features import BoundFeature, Counter, Flag, TimeInState, Timer
+from understudy.errors import SessionError, join_names
+from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, TimeInState, TimerFeature
 from understudy.model.kinds import NO, Categorical, Toroidal
-from understudy.model.tree_regions import Box, Region
+from understudy.model.tree_regions import Box, ValueSet
 from understudy.runtime.interpreter import Level
 from understudy.training.other_agents import Instant, rewindable
 from understudy.training.session import Session
@@ -88,9 +88,7 @@ def _said(advice: Advice, missed: Sequence[str]) -> str:
     where = f"in {advice.state}, " if advice.state else ""
     if not missed:
         return f"There it is, {where}as I meant it: show me what to do."
-    return (
-        f"I could not set it up whole: {listed(missed)} {'is' if len(missed) == 1 else 'are'} not as I meant."
-    )
+    return f"I could not set it up whole: {join_names(missed)} {'is' if len(missed) == 1 else 'are'} not as I meant."
 
 
 def _tried(
@@ -147,7 +145,7 @@ def _misses(
     return found
 
 
-def miss(bound: BoundFeature, region: Region, value: float) -> float:
+def miss(bound: BoundFeature, region: ValueSet, value: float) -> float:
     """How far a value is from a region: 0 within, 1 as far as can be or otherwise than by degrees."""
     if value in region:
         return 0.0
@@ -174,11 +172,11 @@ def _levels(session: Session, state: str, region: Box) -> tuple[tuple[Level, ...
         feature = bound.feature
         if isinstance(feature, TimeInState):
             seconds = _within(part)
-        elif isinstance(feature, Counter):
+        elif isinstance(feature, CounterFeature):
             counters[feature.name] = _within(part)
-        elif isinstance(feature, Timer) and part.parts:
+        elif isinstance(feature, TimerFeature) and part.parts:
             timers[feature.name] = _within(part)
-        elif isinstance(feature, Flag) and NO not in part:
+        elif isinstance(feature, FlagFeature) and NO not in part:
             raised = _raised(session, name, feature.name)
             below += raised
             missed += [] if raised else [str(bound)]
@@ -195,7 +193,7 @@ def _raised(session: Session, state: str, flag: str) -> list[Level]:
     return [Level(taught.automaton.name, flags[0], 0.0, {}, {})] if flags else []
 
 
-def _within(region: Region) -> float:
+def _within(region: ValueSet) -> float:
     """A number from a region, as near 0 as can be without being at its edge."""
     if not region.parts or 0.0 in region:
         return 0.0

@@ -15,10 +15,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import listed
-from understudy.model.features import BoundFeature, Feature, Flag
+from understudy.errors import join_names
+from understudy.model.features import BoundFeature, Feature, FlagFeature
 from understudy.model.kinds import TAU, Categorical, Column, Toroidal
-from understudy.model.tree_regions import Box, Part, Region, everything
+from understudy.model.tree_regions import Box, Interval, ValueSet, make_full_value_set
 from understudy.sim.kit import FEATURES
 
 Cells: TypeAlias = Mapping[int, frozenset[int]]
@@ -92,14 +92,14 @@ class Wording:
             found = np.zeros(len(values), np.int64)
         return np.where(absent, NOT_THERE, found)
 
-    def region(self, cells: Iterable[int]) -> Region:
+    def region(self, cells: Iterable[int]) -> ValueSet:
         """The values of some cells."""
-        found = Region((), False)
+        found = ValueSet((), False)
         for cell in cells:
-            found |= Region((), True) if cell == NOT_THERE else Region(self._parts(cell), False)
+            found |= ValueSet((), True) if cell == NOT_THERE else ValueSet(self._parts(cell), False)
         return found
 
-    def _parts(self, cell: int) -> tuple[Part, ...]:
+    def _parts(self, cell: int) -> tuple[Interval, ...]:
         kind = self.bound.kind
         if isinstance(kind, Categorical):
             return ((float(cell), cell + 1.0),)
@@ -164,7 +164,7 @@ class Wording:
     def _word(self, cell: int) -> str:
         kind, feature = self.bound.kind, self.bound.feature
         if isinstance(kind, Categorical):
-            return ("not raised", "raised")[cell] if isinstance(feature, Flag) else kind.labels[cell]
+            return ("not raised", "raised")[cell] if isinstance(feature, FlagFeature) else kind.labels[cell]
         words = READ.get(self._reads, ())
         if isinstance(kind, Toroidal):
             if words and kind.period == TAU:
@@ -212,7 +212,7 @@ def within(cells: Cells, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
 def box_of(words: Sequence[Wording], cells: Cells) -> Box:
     """The feature vectors of a situation."""
     return tuple(
-        word.region(cells[feature]) if feature in cells else everything(word.bound.kind)
+        word.region(cells[feature]) if feature in cells else make_full_value_set(word.bound.kind)
         for feature, word in enumerate(words)
     )
 
@@ -244,6 +244,7 @@ def situation(words: Sequence[Wording], cells: Cells, usual: Cells = MappingProx
     for subject, parts in said.items():
         alike.setdefault(" and ".join(parts), []).append(subject)
     verbs = (
-        (listed(subjects), "is" if len(subjects) == 1 else "are", text) for text, subjects in alike.items()
+        (join_names(subjects), "is" if len(subjects) == 1 else "are", text)
+        for text, subjects in alike.items()
     )
-    return listed(map(" ".join, verbs)) if said else ""
+    return join_names(map(" ".join, verbs)) if said else ""

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.lesson_analysis import Survey
-from understudy.errors import listed
+from understudy.errors import join_names
 from understudy.learning.training_set import heeded
-from understudy.model.tree import Test, Tree
+from understudy.model.tree import TestKind, Tree
 
 
 def never_left(survey: Survey) -> Iterator[Advice]:
@@ -48,13 +48,13 @@ def idle(survey: Survey) -> Iterator[Advice]:
     trees = [function for function in survey.transitions.values() if isinstance(function, Tree)]
     if survey.scant or not trees or len(trees) < len(survey.transitions):
         return
-    used = {node.feature for tree in trees for node in tree.nodes if node.test != Test.LEAF}
+    used = {node.feature for tree in trees for node in tree.nodes if node.test != TestKind.LEAF}
     names = [str(bound) for index, bound in enumerate(survey.lesson.automaton.features) if index not in used]
     if names:
         many = len(names) > 1
         yield Advice(
             AdviceKind.IDLE,
-            f"Leave out {listed(names)}, or show me where {'they matter' if many else 'it matters'}: so far "
+            f"Leave out {join_names(names)}, or show me where {'they matter' if many else 'it matters'}: so far "
             f"{'they decide' if many else 'it decides'} nothing.",
             "",
             0.2,

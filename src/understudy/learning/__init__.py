@@ -1,5 +1,5 @@
 """The learner: from a lesson's examples to transition functions (docs/learning.md, paper section 3.2)."""
 
-from understudy.kernel_cache import find_cache
+from understudy.kernel_cache import choose_cache_folder
 
-find_cache()
+choose_cache_folder()

@@ -15,18 +15,18 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from understudy.errors import listed
+from understudy.errors import join_names
 from understudy.learning.explain import reaching
 from understudy.learning.fit import learn_state
 from understudy.learning.training_set import teaching
 from understudy.model.automaton import Transition
-from understudy.model.describe import shown
+from understudy.model.describe import list_shown_vectors
 from understudy.model.kinds import Toroidal
 from understudy.model.lesson import Example, Lesson
-from understudy.model.library import Taught
-from understudy.model.tree import STAY, Node, Test, Tree
+from understudy.model.library import TrainedAutomaton
+from understudy.model.tree import STAY, Node, TestKind, Tree
 from understudy.model.tree_regions import Box
-from understudy.model.tree_text import simplified, worded
+from understudy.model.tree_text import describe_boxes, simplify_outcome_boxes
 
 Lines: TypeAlias = Mapping[str, Mapping[str, Box]]
 """By next state, the conditions under which a state is left for it, and the vectors that fulfill each."""
@@ -67,11 +67,11 @@ class Moved:
         """A sentence: "goto → done moved: examples 3 (gone, showed it) and 7 (new, shows it)"."""
         named = [f"{who.number} ({who.happened}, {who.how})" for who in self.examples[:MOST_NAMED]]
         more = [f"{len(self.examples) - len(named)} more"] if len(self.examples) > len(named) else []
-        which = f"example{'s' * (len(self.examples) > 1)} {listed([*named, *more])}"
+        which = f"example{'s' * (len(self.examples) > 1)} {join_names([*named, *more])}"
         return f"{self.state} → {self.next} {self.what}: {which if named else 'it is learned otherwise'}"
 
 
-def moved(before: Taught, after: Taught) -> tuple[Moved, ...]:
+def moved(before: TrainedAutomaton, after: TrainedAutomaton) -> tuple[Moved, ...]:
     """Every change of when states are left, of trees learned from lessons, with the examples responsible."""
     if before.lesson is None or after.lesson is None:
         return ()
@@ -86,7 +86,12 @@ class _State:
     """The two versions of one state: what taught it, and what it learned."""
 
     def __init__(
-        self, state: str, before: Taught, after: Taught, old_lesson: Lesson, new_lesson: Lesson
+        self,
+        state: str,
+        before: TrainedAutomaton,
+        after: TrainedAutomaton,
+        old_lesson: Lesson,
+        new_lesson: Lesson,
     ) -> None:
         self.state, self.before, self.after = state, before, after
         self.old_lesson, self.new_lesson = old_lesson, new_lesson
@@ -122,15 +127,17 @@ class _State:
                 examples = self._responsible(following, gone, come)
                 yield Moved(self.state, following, tuple(gone), tuple(come), what, examples)
 
-    def _lines(self, taught: Taught, lesson: Lesson) -> Lines:
+    def _lines(self, taught: TrainedAutomaton, lesson: Lesson) -> Lines:
         automaton = taught.automaton
         tree = automaton.transitions.get(self.state)
         if not isinstance(tree, Tree):
             return {}
-        names, vectors = automaton.state_names, shown(lesson, self.state)
+        names, vectors = automaton.state_names, list_shown_vectors(lesson, self.state)
         return {
-            names[outcome]: dict(zip(worded(tree, automaton.features, boxes, vectors), boxes, strict=True))
-            for outcome, boxes in simplified(tree, automaton.features).items()
+            names[outcome]: dict(
+                zip(describe_boxes(tree, automaton.features, boxes, vectors), boxes, strict=True)
+            )
+            for outcome, boxes in simplify_outcome_boxes(tree, automaton.features).items()
             if names[outcome] != self.state
         }
 
@@ -172,7 +179,7 @@ class _State:
         outcome = STAY if function is None else function.decide(example.values)
         return example.next == (self.state if outcome == STAY else automaton.state_names[outcome])
 
-    def _bounding(self, boxes: Mapping[str, Box], taught: Taught, mine: Numbered) -> Iterator[int]:
+    def _bounding(self, boxes: Mapping[str, Box], taught: TrainedAutomaton, mine: Numbered) -> Iterator[int]:
         """Examples next to a cut at which one of these conditions ends, and which the other version has not."""
         features, tree = taught.automaton.features, taught.automaton.transitions.get(self.state)
         if not (isinstance(tree, Tree) and boxes):
@@ -189,7 +196,7 @@ class _State:
                     period = kind.period if isinstance(kind, Toroidal) else None
                     yield from _nearest([examples[row] for row in rows.tolist()], node.feature, cut, period)
 
-    def _cuts(self, taught: Taught) -> set[tuple[str, float]]:
+    def _cuts(self, taught: TrainedAutomaton) -> set[tuple[str, float]]:
         tree = taught.automaton.transitions.get(self.state)
         nodes = tree.nodes if isinstance(tree, Tree) else ()
         return {(str(taught.automaton.features[node.feature]), cut) for node in nodes for cut in _ends(node)}
@@ -217,7 +224,9 @@ class _State:
         lesson = replace(self.new_lesson, examples=examples)
         function: Transition = learn_state(lesson, self.state, examples)
         automaton = replace(self.after.automaton, transitions={self.state: function})
-        return self._lines(Taught(automaton, lesson), lesson) if isinstance(function, Tree) else None
+        return (
+            self._lines(TrainedAutomaton(automaton, lesson), lesson) if isinstance(function, Tree) else None
+        )
 
 
 def _into(former: Example | None) -> str:
@@ -247,9 +256,9 @@ def _inside(example: Example, box: Box) -> bool:
 
 def _ends(node: Node) -> tuple[float, ...]:
     """The numbers at which a node cuts."""
-    if node.test == Test.BELOW:
+    if node.test == TestKind.BELOW:
         return (node.high,)
-    return (node.low, node.high) if node.test == Test.ARC else ()
+    return (node.low, node.high) if node.test == TestKind.ARC else ()
 
 
 def _nearest(examples: Sequence[Example], feature: int, cut: float, period: float | None) -> Iterator[int]:

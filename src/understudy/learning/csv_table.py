@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from understudy.errors import DefinitionError, FileError, KindError, UnknownName, listed
+from understudy.errors import DefinitionError, FileError, KindError, UnknownName, join_names
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import KIND_SPELLED, Kind, parse_kind, parse_value
@@ -69,7 +69,7 @@ class _Table:
         if title not in self.header:
             raise self.wrong(
                 f"line {self.line}",
-                f"there is no column {title!r}, only {listed(self.header)}",
+                f"there is no column {title!r}, only {join_names(self.header)}",
                 f"add the column {title!r}" if len(self.header) > 1 else "put commas between the columns",
             )
         return self.header.index(title)
@@ -210,7 +210,7 @@ def read_rows(path: Path | str, lesson: Lesson) -> tuple[Row, ...]:
             raise table.wrong(
                 f"line {table.line}, column {table.header[column]!r}",
                 f"the lesson has no feature {name!r}",
-                f"remove it; the features are {listed(wanted)}",
+                f"remove it; the features are {join_names(wanted)}",
             )
     rows = []
     for line, row in table.rows:
@@ -221,7 +221,7 @@ def read_rows(path: Path | str, lesson: Lesson) -> tuple[Row, ...]:
             raise table.wrong(
                 f"line {line}, column 'state'",
                 f"the lesson has no state {state!r}",
-                f"write one of {listed(error.known)}",
+                f"write one of {join_names(error.known)}",
             ) from None
         rows.append(Row(state, table.values(line, row, columns)))
     return tuple(rows)

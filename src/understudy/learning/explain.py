@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from understudy.learning.training_set import teaching
 from understudy.model.automaton import Transition
-from understudy.model.describe import shown as vectors_shown
+from understudy.model.describe import list_shown_vectors as vectors_shown
 from understudy.model.kinds import Column
 from understudy.model.lesson import Example, Lesson
-from understudy.model.tree import STAY, Node, Test, Tree
-from understudy.model.tree_text import path_conditions
+from understudy.model.tree import STAY, Node, TestKind, Tree
+from understudy.model.tree_text import describe_path
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ def explain(
         for example in teaching(lesson).get(state, ())
         if leaf != STAY and transition.path(example.values)[1] == leaf
     )
-    held = path_conditions(transition, steps, automaton.features, vectors_shown(lesson, state))
+    held = describe_path(transition, steps, automaton.features, vectors_shown(lesson, state))
     return Explanation(state, following, held, alike, shown=leaf != STAY)
 
 
@@ -72,7 +72,7 @@ def reaching(tree: Tree, values: NDArray[np.float64]) -> list[Rows]:
     found: list[Rows] = []
     for node, here in zip(tree.nodes, passing, strict=True):  # children come after their parents
         found.append(np.flatnonzero(here))
-        if node.test != Test.LEAF:
+        if node.test != TestKind.LEAF:
             rows = found[-1]
             for following, side in _sides(node, values[rows, node.feature]):
                 if following != STAY:
@@ -83,16 +83,16 @@ def reaching(tree: Tree, values: NDArray[np.float64]) -> list[Rows]:
 def _sides(node: Node, column: Column) -> Iterator[tuple[int, NDArray[np.bool_]]]:
     """Each child with those values that lead to it."""
     absent = np.isnan(column)
-    if node.test == Test.LABEL:
+    if node.test == TestKind.LABEL:
         yield node.absent, absent
         yield from ((following, column == label) for label, following in enumerate(node.branches))
         return
-    if node.test == Test.ABSENT:
+    if node.test == TestKind.ABSENT:
         inside = absent
     else:
         yield node.absent, absent
         inside = column < node.high
-        if node.test == Test.ARC:
+        if node.test == TestKind.ARC:
             after = column >= node.low
             inside = after & inside if node.low <= node.high else after | inside
     yield node.yes, inside

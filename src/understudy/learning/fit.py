@@ -12,7 +12,7 @@ from understudy.learning.sklearn_adapter import fit
 from understudy.learning.training_set import Shown, arrays, heeded, teaching
 from understudy.learning.tree_growth import grow
 from understudy.model.automaton import Automaton, Transition
-from understudy.model.lesson import Example, Lesson, Scikit
+from understudy.model.lesson import Example, Lesson, SklearnOptions
 from understudy.model.tree import STAY
 
 
@@ -42,7 +42,7 @@ def fitting(lesson: Lesson) -> Callable[[Shown], Transition]:
     """What makes a transition function of arrays of a lesson's examples, in the way that the lesson chose."""
     automaton, learner = lesson.automaton, lesson.options.learner
     kinds = [bound.kind for bound in automaton.features]
-    if isinstance(learner, Scikit):
+    if isinstance(learner, SklearnOptions):
         return lambda shown: fit(learner, shown, kinds)
     midpoints = automaton.stateless or learner.boundary == "midpoint" or _watches(lesson)
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from understudy.learning._tree_kernels import WATCHED
 from understudy.learning.explain import Rows, reaching
 from understudy.learning.training_set import Shown
-from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 
 PRESSED, SEEN = 10, 1
 """What an example weighs: watched ones count a tenth, as in the score of splits."""
@@ -68,7 +68,7 @@ def _answers(tree: Tree, shown: Shown) -> list[_Answer | None]:
     weights = np.where(shown.groups == WATCHED, SEEN, PRESSED)
     found = []
     for node, here in zip(tree.nodes, reaching(tree, shown.values), strict=True):
-        outcome = node.yes if node.test == Test.LEAF else _outcome(here, shown)
+        outcome = node.yes if node.test == TestKind.LEAF else _outcome(here, shown)
         found.append(
             None if outcome is None else _Answer(outcome, _weigh_wrong(outcome, here, shown, weights))
         )
@@ -80,7 +80,7 @@ def _questions(tree: Tree, answers: Sequence[_Answer | None]) -> Iterator[_Quest
     leaves, wrong = [1] * len(tree.nodes), [0] * len(tree.nodes)
     for index in reversed(range(len(tree.nodes))):  # children come after their parents
         node, answer = tree.nodes[index], answers[index]
-        if node.test == Test.LEAF:
+        if node.test == TestKind.LEAF:
             wrong[index] = 0 if answer is None else answer.wrong
             continue
         below = {following for following in _children(node) if following != STAY}
@@ -108,17 +108,17 @@ def _weigh_wrong(outcome: int, rows: Rows, shown: Shown, weights: NDArray[np.int
 
 
 def _children(node: Node) -> Sequence[int]:
-    return (*node.branches, node.absent) if node.test == Test.LABEL else (node.yes, node.no, node.absent)
+    return (*node.branches, node.absent) if node.test == TestKind.LABEL else (node.yes, node.no, node.absent)
 
 
 def _without(tree: Tree, question: _Question) -> tuple[Tree, list[int]]:
     """The tree with a question made a leaf, and which of its nodes are left: those that something leads to."""
     nodes = list(tree.nodes)
-    nodes[question.node] = leaf(question.outcome)
+    nodes[question.node] = make_leaf(question.outcome)
     kept = [False] * len(nodes)
     kept[0] = True
     for index, node in enumerate(nodes):
-        if kept[index] and node.test != Test.LEAF:
+        if kept[index] and node.test != TestKind.LEAF:
             for following in _children(node):
                 if following != STAY:
                     kept[following] = True
@@ -128,7 +128,7 @@ def _without(tree: Tree, question: _Question) -> tuple[Tree, list[int]]:
 
 
 def _moved(node: Node, place: dict[int, int]) -> Node:
-    if node.test == Test.LEAF:
+    if node.test == TestKind.LEAF:
         return node
     return node._replace(
         yes=place[node.yes],

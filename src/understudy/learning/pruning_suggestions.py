@@ -18,8 +18,8 @@ from understudy.learning.fit import fitting
 from understudy.learning.pruning import SAME, links
 from understudy.learning.training_set import Shown, arrays, teaching
 from understudy.model.automaton import Transition
-from understudy.model.lesson import Lesson, Trees
-from understudy.model.tree import STAY, Tree, leaf
+from understudy.model.lesson import Lesson, TreeOptions
+from understudy.model.tree import STAY, Tree, make_leaf
 
 ENOUGH = 30
 """Fewer press-made examples say too little about examples to come; and each of them was meant."""
@@ -44,7 +44,7 @@ class Suggestion:
 def with_pruning(lesson: Lesson, pruning: float) -> Lesson:
     """The lesson, learned with a pruning; 0 prunes nothing."""
     learner = lesson.options.learner
-    if not isinstance(learner, Trees):
+    if not isinstance(learner, TreeOptions):
         return lesson
     return replace(lesson, options=replace(lesson.options, learner=replace(learner, pruning=pruning)))
 
@@ -54,7 +54,7 @@ def suggestion(lesson: Lesson) -> Suggestion | None:
 
     Of no pruning and those at which something changes, the one with the fewest wrong decisions; of several, the most.
     """
-    if not isinstance(lesson.options.learner, Trees):
+    if not isinstance(lesson.options.learner, TreeOptions):
         return None
     bare = with_pruning(lesson, 0.0)
     fit, states = fitting(bare), _states(bare)
@@ -85,7 +85,7 @@ def _states(lesson: Lesson) -> list[Shown]:
 def _tree(fit: Fit, shown: Shown) -> Tree:
     """The tree that is learned; it stays where nothing was pressed."""
     tree = fit(shown) if (shown.groups != WATCHED).any() else None
-    return tree if isinstance(tree, Tree) else Tree((leaf(STAY),))
+    return tree if isinstance(tree, Tree) else Tree((make_leaf(STAY),))
 
 
 def _count_wrong_by_pruning(fit: Fit, shown: Shown, out: Rows, steps: Sequence[float]) -> NDArray[np.int64]:

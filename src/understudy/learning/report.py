@@ -10,10 +10,10 @@ from understudy.learning.fit import learn_state
 from understudy.learning.training_set import heeded, teaching, vectors
 from understudy.learning.tree_growth import prepare
 from understudy.model.automaton import Transition
-from understudy.model.describe import shown
-from understudy.model.lesson import Example, Lesson, Trees
+from understudy.model.describe import list_shown_vectors
+from understudy.model.lesson import Example, Lesson, TreeOptions
 from understudy.model.tree import STAY, Tree
-from understudy.model.tree_text import sentences
+from understudy.model.tree_text import describe_exits
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ def report(lesson: Lesson) -> Report:
 
     `fit_ms` is from Example objects to a finished function, without the kernel's compilation.
     """
-    if isinstance(lesson.options.learner, Trees):
+    if isinstance(lesson.options.learner, TreeOptions):
         prepare()
     transitions: dict[str, Transition] = {}
     states: dict[str, StateReport] = {}
@@ -68,7 +68,9 @@ def _sentences(lesson: Lesson, state: str, function: Transition) -> tuple[str, .
     automaton = lesson.automaton
     if not isinstance(function, Tree):
         return (f"decided by {type(getattr(function, 'classifier', function)).__name__} of scikit-learn",)
-    return sentences(function, automaton.features, automaton.state_names, state, shown(lesson, state))
+    return describe_exits(
+        function, automaton.features, automaton.state_names, state, list_shown_vectors(lesson, state)
+    )
 
 
 def contradictions(lesson: Lesson, state: str) -> tuple[tuple[Example, ...], ...]:

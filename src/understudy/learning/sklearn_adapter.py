@@ -13,14 +13,14 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import DefinitionError, UnderstudyError, listed
+from understudy.errors import DefinitionError, UnderstudyError, join_names
 from understudy.learning._tree_kernels import WATCHED
 from understudy.learning.splits import vote
 from understudy.learning.training_set import Shown
 from understudy.model.automaton import Transition
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy.model.lesson import Scikit
-from understudy.model.tree import STAY, Step, Tree, leaf
+from understudy.model.lesson import SklearnOptions
+from understudy.model.tree import STAY, PathStep, Tree, make_leaf
 
 
 class Allowed(NamedTuple):
@@ -104,7 +104,7 @@ class ScikitTransition:
         rows = [encoded(row, self.kinds) for row in values.tolist()]
         return np.asarray(self.classifier.predict(rows), np.int64) if rows else np.zeros(0, np.int64)
 
-    def path(self, values: Sequence[float]) -> tuple[tuple[Step, ...], int]:
+    def path(self, values: Sequence[float]) -> tuple[tuple[PathStep, ...], int]:
         """Nothing: a classifier passes no tests."""
         return (), STAY
 
@@ -128,7 +128,7 @@ def encoded(values: Sequence[float], kinds: Sequence[Kind]) -> list[float]:
     return row
 
 
-def fit(learner: Scikit, shown: Shown, kinds: Sequence[Kind]) -> Transition:
+def fit(learner: SklearnOptions, shown: Shown, kinds: Sequence[Kind]) -> Transition:
     """A classifier fitted to the press-made examples, or a leaf where all of them agree.
 
     They are put in one order first, so that the order they were shown in makes no difference.
@@ -140,10 +140,10 @@ def fit(learner: Scikit, shown: Shown, kinds: Sequence[Kind]) -> Transition:
         zip((encoded(row, kinds) for row in shown.values[pressed].tolist()), outcomes.tolist(), strict=True)
     )
     if len(set(outcomes.tolist())) == 1:
-        return Tree((leaf(int(outcomes[0])),))
+        return Tree((make_leaf(int(outcomes[0])),))
     if not kinds:
         ballot = zip(outcomes.tolist(), shown.groups[pressed].tolist(), strict=True)
-        return Tree((leaf(vote(ballot, current=shown.current)),))
+        return Tree((make_leaf(vote(ballot, current=shown.current)),))
     try:
         with catch_warnings():
             simplefilter("ignore")  # a lesson too small to converge on is fitted all the same
@@ -159,20 +159,20 @@ def fit(learner: Scikit, shown: Shown, kinds: Sequence[Kind]) -> Transition:
     return fitted
 
 
-def _build(learner: Scikit) -> Any:
+def _build(learner: SklearnOptions) -> Any:
     allowed = ALLOWED.get(learner.classifier)
     if allowed is None:
         raise DefinitionError(
             what="lesson options",
             problem=f"classifier {learner.classifier!r} is not allowed",
-            remedy=f"choose one of {listed(ALLOWED)}",
+            remedy=f"choose one of {join_names(ALLOWED)}",
         )
     unknown = sorted(set(learner.parameters) - set(allowed.parameters))
     if unknown:
         raise DefinitionError(
             what=f"classifier {learner.classifier}",
             problem=f"parameter {unknown[0]!r} is not allowed",
-            remedy=f"choose from {listed(allowed.parameters)}",
+            remedy=f"choose from {join_names(allowed.parameters)}",
         )
     try:
         module = import_module(allowed.module)

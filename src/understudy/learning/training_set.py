@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError
 from understudy.learning._tree_kernels import DEFAULT, SHOWN, WATCHED
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy.model.lesson import Example, ExampleKind, Lesson, Scikit
+from understudy.model.lesson import Example, ExampleKind, Lesson, SklearnOptions
 from understudy.model.tree import STAY
 
 GROUPS = {
@@ -39,7 +39,7 @@ class Shown:
 def heeded(lesson: Lesson) -> tuple[Example, ...]:
     """The examples that teach: all but those in quarantine, and automatic defaults where the lesson leaves them out."""
     learner = lesson.options.learner
-    defaults = isinstance(learner, Scikit) or learner.defaults
+    defaults = isinstance(learner, SklearnOptions) or learner.defaults
     return tuple(
         example
         for example in lesson.examples

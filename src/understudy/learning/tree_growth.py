@@ -13,7 +13,7 @@ from understudy.errors import DefinitionError
 from understudy.learning import _tree_kernels
 from understudy.learning.splits import Gap, arc, threshold, vote
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 
 MOST_WEIGHT = 1_500_000
 """The heaviest lesson of one state that the integers of scores hold: examples, or 10 for each press-made one
@@ -114,24 +114,24 @@ def _nodes(
     for index, ((test, feature, outcome, away, _, _, start, stop, sort, sort2), gaps) in enumerate(
         zip(rows, cuts.tolist(), strict=True)
     ):
-        if test == Test.LEAF:
+        if test == TestKind.LEAF:
             if outcome == STAY:
                 here = order[start:stop]
                 ballot = zip(outcomes[here].tolist(), groups[here].tolist(), strict=True)
                 outcome = vote(ballot, current=current)
-            built.append(leaf(outcome))
+            built.append(make_leaf(outcome))
             continue
         kind = kinds[feature]
         absent = children.get((index, away), STAY) if away >= 0 else STAY
-        if isinstance(kind, Categorical) and test == Test.LABEL:
+        if isinstance(kind, Categorical) and test == TestKind.LABEL:
             branches = tuple(children.get((index, label), STAY) for label in range(len(kind.labels)))
-            built.append(Node(Test.LABEL, feature, absent=absent, branches=branches))
+            built.append(Node(TestKind.LABEL, feature, absent=absent, branches=branches))
             continue
         low = high = nan
         first = Gap(gaps[0], gaps[1], sort)
-        if test == Test.BELOW:
+        if test == TestKind.BELOW:
             high = threshold(first, midpoints=midpoints)
-        elif isinstance(kind, Toroidal) and test == Test.ARC:
+        elif isinstance(kind, Toroidal) and test == TestKind.ARC:
             low, high = arc(first, Gap(gaps[2], gaps[3], sort2), kind.period, midpoints=midpoints)
         else:
             absent = STAY  # "is it absent?" sends them to yes

@@ -8,9 +8,9 @@ from types import MappingProxyType
 from typing import Protocol
 
 from understudy.errors import DefinitionError, UnknownName
-from understudy.model.binding import NOTHING_BOUND, Binding, called
+from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
 from understudy.model.features import BoundFeature
-from understudy.model.tree import Step
+from understudy.model.tree import PathStep
 
 
 class Transition(Protocol):
@@ -20,7 +20,7 @@ class Transition(Protocol):
         """The next state's index for a feature vector, or STAY."""
         ...
 
-    def path(self, values: Sequence[float], /) -> tuple[tuple[Step, ...], int]:
+    def path(self, values: Sequence[float], /) -> tuple[tuple[PathStep, ...], int]:
         """The tests passed on the way, and the leaf reached; nothing where the function cannot say."""
         ...
 
@@ -50,7 +50,7 @@ class State:
             return f"{self.name} (raises {self.flag})"
         if self.behavior is None:
             return f"{self.name} (idles)"
-        runs = called(self.behavior, self.binding)
+        runs = format_bound_name(self.behavior, self.binding)
         return runs if self.behavior == self.name else f"{self.name}: {runs}"
 
 

@@ -51,7 +51,7 @@ IDLE = Command()
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class StateEffect:
     """What a basic behavior does, once, when started, to a counter or timer of the automaton that holds the state.
 
     A counter is set to `value`, incremented by it, or reset to 0; a timer is set (it reads the seconds since) or
@@ -78,29 +78,29 @@ class Change:
             )
 
 
-def set_counter(name: str, value: float) -> Change:
+def set_counter(name: str, value: float) -> StateEffect:
     """Set a counter of the automaton to `value`."""
-    return Change("set", "counter", name, value)
+    return StateEffect("set", "counter", name, value)
 
 
-def increment(name: str, by: float = 1.0) -> Change:
+def increment(name: str, by: float = 1.0) -> StateEffect:
     """Add `by` to a counter of the automaton."""
-    return Change("increment", "counter", name, by)
+    return StateEffect("increment", "counter", name, by)
 
 
-def reset_counter(name: str) -> Change:
+def reset_counter(name: str) -> StateEffect:
     """Set a counter of the automaton to 0."""
-    return Change("reset", "counter", name)
+    return StateEffect("reset", "counter", name)
 
 
-def set_timer(name: str) -> Change:
+def set_timer(name: str) -> StateEffect:
     """Start a timer of the automaton: from now on it reads the seconds since."""
-    return Change("set", "timer", name)
+    return StateEffect("set", "timer", name)
 
 
-def reset_timer(name: str) -> Change:
+def reset_timer(name: str) -> StateEffect:
     """Make a timer of the automaton absent again."""
-    return Change("reset", "timer", name)
+    return StateEffect("reset", "timer", name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ class Behavior:
 
     name: str
     command: Command = IDLE
-    changes: tuple[Change, ...] = ()
+    changes: tuple[StateEffect, ...] = ()
     doc: str = ""
     function: Callable[..., Mapping[str, Column]] | None = field(default=None, compare=False)
     parameters: tuple[str, ...] = ()

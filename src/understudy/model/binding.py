@@ -45,7 +45,7 @@ class Binding(Mapping[str, str]):
 NOTHING_BOUND = Binding()
 
 
-def called(name: str, binding: Mapping[str, str]) -> str:
+def format_bound_name(name: str, binding: Mapping[str, str]) -> str:
     """How a bound name is written: distance_to(A), or just done where there is nothing to bind."""
     return f"{name}({', '.join(binding.values())})" if binding else name
 

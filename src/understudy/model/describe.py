@@ -12,7 +12,7 @@ from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import Lesson
 from understudy.model.tree import Tree
-from understudy.model.tree_text import sentences
+from understudy.model.tree_text import describe_exits
 
 ABSENT = "–"
 BY_CLASSIFIER = "decided by a classifier of scikit-learn"
@@ -21,7 +21,7 @@ _DIGITS = {"m": 2, "s": 1}
 _DEGREES = re.compile(r"(\d+(?:\.\d+)?)°")
 
 
-def shown(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:
+def list_shown_vectors(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:
     """The feature vectors that a state's function was learned from."""
     if lesson is None:
         return []
@@ -30,19 +30,21 @@ def shown(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:
     return [example.values for example in teaching if pooled or example.state == state]
 
 
-def conditions(automaton: Automaton, lesson: Lesson | None) -> dict[str, list[str]]:
+def describe_transitions(automaton: Automaton, lesson: Lesson | None) -> dict[str, list[str]]:
     """By state, in words, when it switches to what, as it was learned from the lesson."""
     said = {}
     for state, function in automaton.transitions.items():
         if isinstance(function, Tree):
-            vectors = shown(lesson, state)
-            said[state] = list(sentences(function, automaton.features, automaton.state_names, state, vectors))
+            vectors = list_shown_vectors(lesson, state)
+            said[state] = list(
+                describe_exits(function, automaton.features, automaton.state_names, state, vectors)
+            )
         else:
             said[state] = [BY_CLASSIFIER]
     return said
 
 
-def options(lesson: Lesson) -> dict[str, Any]:
+def describe_options(lesson: Lesson) -> dict[str, Any]:
     """How a lesson is learned."""
     chosen = lesson.options
     learner = getattr(chosen.learner, "classifier", "trees")
@@ -56,7 +58,7 @@ def options(lesson: Lesson) -> dict[str, Any]:
     }
 
 
-def plain(value: float, bound: BoundFeature) -> float | str | None:
+def convert_to_plain(value: float, bound: BoundFeature) -> float | str | None:
     """A value as people write it: a number, a label, or None where absent."""
     if isnan(value):
         return None
@@ -68,7 +70,7 @@ def is_angle(bound: BoundFeature) -> bool:
     return isinstance(bound.kind, Toroidal) and bound.feature.unit == "rad"
 
 
-def value(bound: BoundFeature, number: float, *, unit: bool = True) -> str:
+def format_value(bound: BoundFeature, number: float, *, unit: bool = True) -> str:
     """A value with its unit: 3.42 m, −31°, yes; a dash where it is absent."""
     if isnan(number):
         return ABSENT
@@ -88,7 +90,7 @@ def around_zero(angle: float) -> int:
     return int((angle + 179) % 360 - 179)
 
 
-def signed(text: str) -> str:
+def format_condition(text: str) -> str:
     """A condition whose angles are said like the readings: "between 350° and 10°" is between −10° and 10°."""
 
     def turned(match: re.Match[str]) -> str:
@@ -98,8 +100,8 @@ def signed(text: str) -> str:
     return _DEGREES.sub(turned, text)
 
 
-def values(features: Sequence[BoundFeature], numbers: Sequence[float]) -> str:
+def format_values(features: Sequence[BoundFeature], numbers: Sequence[float]) -> str:
     """Labels and values: "distance_to(A) = 3.42 m, angle_to(A) = −31°"."""
     return ", ".join(
-        f"{bound} = {value(bound, number)}" for bound, number in zip(features, numbers, strict=True)
+        f"{bound} = {format_value(bound, number)}" for bound, number in zip(features, numbers, strict=True)
     )

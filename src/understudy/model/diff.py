@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from understudy.model.automaton import Automaton
-from understudy.model.describe import conditions, options, plain
+from understudy.model.describe import convert_to_plain, describe_options, describe_transitions
 from understudy.model.lesson import Example
-from understudy.model.library import Taught
+from understudy.model.library import TrainedAutomaton
 
 
-def changes(before: Taught, after: Taught) -> dict[str, list[str]]:
+def diff_automata(before: TrainedAutomaton, after: TrainedAutomaton) -> dict[str, list[str]]:
     """Topics with what is gone (-) and new (+) in each; topics without changes are left out."""
     old, new = before.automaton, after.automaton
     found = {
@@ -42,15 +42,15 @@ def _features(automaton: Automaton) -> dict[str, str]:
     return {str(bound): f"  {bound.kind} {bound.feature.unit}".rstrip() for bound in automaton.features}
 
 
-def _options(taught: Taught) -> dict[str, str]:
-    chosen = {} if taught.lesson is None else options(taught.lesson)
+def _options(taught: TrainedAutomaton) -> dict[str, str]:
+    chosen = {} if taught.lesson is None else describe_options(taught.lesson)
     return {
         "stateless": f": {taught.automaton.stateless}",
         **{key: f": {value}" for key, value in chosen.items()},
     }
 
 
-def _examples(taught: Taught) -> dict[str, str]:
+def _examples(taught: TrainedAutomaton) -> dict[str, str]:
     if taught.lesson is None:
         return {}
     pressed = [example for example in taught.lesson.examples if example.pressed]
@@ -63,16 +63,16 @@ def _example(example: Example, automaton: Automaton) -> str:
     said = "stay" if example.next == example.state else f"go to {example.next}"
     values = []
     for bound, value in zip(automaton.features, example.values, strict=True):
-        shown = plain(value, bound)
+        shown = convert_to_plain(value, bound)
         written = "absent" if shown is None else f"{shown:.4g}" if isinstance(shown, float) else shown
         values.append(f"{bound} {written}")
     kept = f" - in quarantine: {example.quarantined}" if example.quarantined else ""
     return f"  in {example.state} {said} ({example.kind}): {', '.join(values)}{kept}"
 
 
-def _conditions(old: Taught, new: Taught) -> list[str]:
+def _conditions(old: TrainedAutomaton, new: TrainedAutomaton) -> list[str]:
     lines = []
-    before, after = (conditions(each.automaton, each.lesson) for each in (old, new))
+    before, after = (describe_transitions(each.automaton, each.lesson) for each in (old, new))
     for state in dict.fromkeys([*before, *after]):
         gone = [line for line in before.get(state, []) if line not in after.get(state, [])]
         come = [line for line in after.get(state, []) if line not in before.get(state, [])]

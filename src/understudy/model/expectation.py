@@ -13,7 +13,7 @@ LONGEST_S = 86_400.0
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class Expectation:
     """From the moment of `snapshot`, started afresh, the automaton raises `flag` within `within_s` seconds.
 
     `scenario` is the file of the world it was taken of, as it was then, called `world`; `agent` the one who is to do

@@ -1,7 +1,7 @@
 """Features: named readings that transitions are decided on (paper section 3.1).
 
 Most are data: a reading of the body, possibly of a target. `@feature` makes one from a function of readings.
-`Flag`, `Counter`, `Timer` and `TimeInState` read the automaton itself rather than the body.
+`FlagFeature`, `CounterFeature`, `TimerFeature` and `TimeInState` read the automaton itself rather than the body.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from understudy.errors import DefinitionError, UnderstudyError
-from understudy.model.binding import NOTHING_BOUND, Binding, called
+from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
 from understudy.model.kinds import BOOLEAN, Column, Continuous, Kind
 
 ReadingKey: TypeAlias = tuple[str, str | None]
@@ -22,7 +22,7 @@ Percept: TypeAlias = Mapping[ReadingKey, Column]
 """One snapshot of a body: columns [N] by reading and target."""
 
 
-class Readings:
+class ReadingsView:
     """What a function sees of the robot or of one target: its readings as attributes, columns [N]."""
 
     __slots__ = ("_percept", "_target")
@@ -38,7 +38,7 @@ class Readings:
             raise AttributeError(f"{of} has no reading {reading!r}") from None
 
 
-def returned(by: str, function: Callable[..., Any], readings: Sequence[Readings]) -> Any:
+def call_user_function(by: str, function: Callable[..., Any], readings: Sequence[ReadingsView]) -> Any:
     """What a function of somebody's own makes of readings; its failure becomes one paragraph that names it."""
     try:
         return function(*readings)
@@ -112,7 +112,7 @@ def feature(kind: Kind, *, unit: str = "") -> Callable[[Callable[..., Column]], 
 
 
 @dataclass(frozen=True, slots=True)
-class Flag:
+class FlagFeature:
     """Whether the automaton in the current state has raised this flag; a basic behavior raises none."""
 
     name: str
@@ -122,7 +122,7 @@ class Flag:
 
 
 @dataclass(frozen=True, slots=True)
-class Counter:
+class CounterFeature:
     """The value of one of the automaton's counters; 0 when the automaton starts."""
 
     name: str
@@ -132,7 +132,7 @@ class Counter:
 
 
 @dataclass(frozen=True, slots=True)
-class Timer:
+class TimerFeature:
     """Seconds since one of the automaton's timers was set; absent when it never was."""
 
     name: str
@@ -151,7 +151,7 @@ class TimeInState:
     parameters: tuple[str, ...] = ()
 
 
-OwnFeature: TypeAlias = Flag | Counter | Timer | TimeInState
+OwnFeature: TypeAlias = FlagFeature | CounterFeature | TimerFeature | TimeInState
 AnyFeature: TypeAlias = Feature | OwnFeature
 
 
@@ -171,7 +171,7 @@ class BoundFeature:
             )
 
     def __str__(self) -> str:
-        return called(self.feature.name, self.binding)
+        return format_bound_name(self.feature.name, self.binding)
 
     @property
     def kind(self) -> Kind:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.binding import NOTHING_BOUND, Binding
-from understudy.model.expectation import Outcome
+from understudy.model.expectation import Expectation
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
 
@@ -78,7 +78,7 @@ BOUNDARIES = ("default keeps the gap", "midpoint")
 
 
 @dataclass(frozen=True, slots=True)
-class Trees:
+class TreeOptions:
     """Learn decision trees. `boundary` says where cuts go; lessons with watched examples take midpoints.
 
     Without `defaults`, what was recorded automatically after a switch teaches nothing. `pruning` is how many examples
@@ -105,7 +105,7 @@ class Trees:
 
 
 @dataclass(frozen=True, slots=True)
-class Scikit:
+class SklearnOptions:
     """Learn with a classifier of scikit-learn, from an allowed list: unreadable and slower than trees."""
 
     classifier: str
@@ -114,11 +114,11 @@ class Scikit:
     )
 
 
-Learner: TypeAlias = Trees | Scikit
+Learner: TypeAlias = TreeOptions | SklearnOptions
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class LearnerOptions:
     """What a lesson chose of how it is learned; stored with it.
 
     `reaction_s`: how late presses come, s (0 to 1). `watched`: silence is consent, record it. `unlearning`: a
@@ -127,7 +127,7 @@ class Options:
 
     reaction_s: float = 0.0
     watched: bool = False
-    learner: Learner = Trees()
+    learner: Learner = TreeOptions()
     unlearning: bool = False
 
     def __post_init__(self) -> None:
@@ -140,7 +140,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Record:
+class ReadingLog:
     """All readings of the body at the moments a lesson keeps: each press, the second before it, watched
     ticks.
 
@@ -153,7 +153,7 @@ class Record:
 
     def __eq__(self, other: object) -> bool:
         return (
-            isinstance(other, Record)
+            isinstance(other, ReadingLog)
             and self.keys == other.keys
             and np.array_equal(self.values, other.values, equal_nan=True)
             and np.array_equal(self.seconds, other.seconds)
@@ -162,10 +162,10 @@ class Record:
     def __len__(self) -> int:
         return len(self.seconds)
 
-    def with_rows(self, values: Sequence[Sequence[float]], seconds: Sequence[float]) -> Record:
+    def with_rows(self, values: Sequence[Sequence[float]], seconds: Sequence[float]) -> ReadingLog:
         """This record with rows added."""
         added = np.array(values, np.float64).reshape(-1, len(self.keys))
-        return Record(self.keys, np.vstack([self.values, added]), np.append(self.seconds, seconds))
+        return ReadingLog(self.keys, np.vstack([self.values, added]), np.append(self.seconds, seconds))
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,9 +176,9 @@ class Lesson:
 
     automaton: Automaton
     examples: tuple[Example, ...] = ()
-    options: Options = Options()
-    record: Record = Record()
-    outcomes: tuple[Outcome, ...] = ()
+    options: LearnerOptions = LearnerOptions()
+    record: ReadingLog = ReadingLog()
+    outcomes: tuple[Expectation, ...] = ()
 
     def __post_init__(self) -> None:
         if self.automaton.transitions:

@@ -11,10 +11,10 @@ from understudy.errors import DefinitionError, RecursionRefused, UnknownName
 from understudy.model.automaton import Automaton
 from understudy.model.behaviors import Behavior
 from understudy.model.binding import Target
-from understudy.model.features import AnyFeature, Flag
+from understudy.model.features import AnyFeature, FlagFeature
 from understudy.model.lesson import Lesson
 
-Part = TypeVar("Part", AnyFeature, Behavior, Target)
+KitPart = TypeVar("KitPart", AnyFeature, Behavior, Target)
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Kit:
         return (*self.features.values(), *self.behaviors.values(), *self.targets.values())
 
 
-def _add(parts: dict[str, Part], part: Part, sort: str) -> None:
+def _add(parts: dict[str, KitPart], part: KitPart, sort: str) -> None:
     if part.name in parts:
         raise DefinitionError(
             what="kit", problem=f"two {sort} are called {part.name!r}", remedy="rename one of the two"
@@ -62,7 +62,7 @@ def _add(parts: dict[str, Part], part: Part, sort: str) -> None:
 
 
 @dataclass(frozen=True)
-class Taught:
+class TrainedAutomaton:
     """An automaton of the library with the lesson it was learned from (None if it was written by hand)."""
 
     automaton: Automaton
@@ -74,17 +74,17 @@ class Library:
     """A kit and the automata taught with it, by name. Frozen: `with_taught` gives a new one."""
 
     kit: Kit
-    taught: Mapping[str, Taught] = field(default_factory=lambda: MappingProxyType({}))
+    taught: Mapping[str, TrainedAutomaton] = field(default_factory=lambda: MappingProxyType({}))
 
     @classmethod
     def of(cls, kit: Kit, *automata: Automaton) -> Self:
         """A library of a kit and automata that have no lessons."""
         library = cls(kit)
         for automaton in automata:
-            library = library.with_taught(Taught(automaton))
+            library = library.with_taught(TrainedAutomaton(automaton))
         return library
 
-    def with_taught(self, taught: Taught) -> Self:
+    def with_taught(self, taught: TrainedAutomaton) -> Self:
         """This library with an automaton added or replaced; refused if it would contain itself."""
         name = taught.automaton.name
         if name in self.kit.behaviors:
@@ -101,7 +101,7 @@ class Library:
     def features(self) -> Mapping[str, AnyFeature]:
         """What an automaton may look at, by name: the kit's features, and each flag that an automaton here raises."""
         flags = (flag for taught in self.taught.values() for flag in taught.automaton.flags)
-        return {**{flag: Flag(flag) for flag in flags}, **self.kit.features}
+        return {**{flag: FlagFeature(flag) for flag in flags}, **self.kit.features}
 
     def behavior(self, name: str) -> Behavior | Automaton:
         """The basic behavior or automaton of this name; UnknownName where there is none."""

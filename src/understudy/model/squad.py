@@ -12,7 +12,7 @@ from math import isfinite
 from typing import Literal, TypeAlias, get_args
 
 from understudy.errors import DefinitionError
-from understudy.model.binding import NOTHING_BOUND, Binding, called
+from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
 from understudy.model.kinds import BOOLEAN, NO, YES, Continuous, Kind
 
 Telling: TypeAlias = Literal["any", "all", "none", "count", "fraction"]
@@ -95,7 +95,7 @@ class Statistic:
 
 
 @dataclass(frozen=True, slots=True)
-class Duty:
+class Assignment:
     """What some members of a squad are to do: those of a role, a share of them, or the rest (neither: all).
 
     `share` is how many (from 1), or what part of them (below 1, of those of the role).
@@ -108,20 +108,20 @@ class Duty:
 
     def __str__(self) -> str:
         who = self.role or ""
-        return f"{who}{' ' * bool(who)}{called(self.behavior, self.binding)}"
+        return f"{who}{' ' * bool(who)}{format_bound_name(self.behavior, self.binding)}"
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
     """What a coordinator's basic behavior tells its members; of several duties that fit one, the first with room."""
 
-    duties: tuple[Duty, ...]
+    duties: tuple[Assignment, ...]
 
     def within(self, binding: Mapping[str, str]) -> Order:
         """The order with parameters replaced by what they stand for."""
         return Order(
             tuple(
-                Duty(each.behavior, each.binding.within(binding), each.role, each.share)
+                Assignment(each.behavior, each.binding.within(binding), each.role, each.share)
                 for each in self.duties
             )
         )

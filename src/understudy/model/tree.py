@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 STAY = -1  # as an outcome: keep the current state; as a child: nothing was ever shown there, so keep it too
 
 
-class Test(IntEnum):
+class TestKind(IntEnum):
     """What a node asks of its feature's value x."""
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -39,12 +39,12 @@ class Node(NamedTuple):
     branches: tuple[int, ...] = ()
 
 
-def leaf(outcome: int) -> Node:
+def make_leaf(outcome: int) -> Node:
     """A leaf that answers `outcome`: the index of a state, or STAY."""
-    return Node(Test.LEAF, yes=outcome)
+    return Node(TestKind.LEAF, yes=outcome)
 
 
-class Step(NamedTuple):
+class PathStep(NamedTuple):
     """One node passed on the way down: the node's index, and which child was taken."""
 
     node: int
@@ -57,10 +57,10 @@ Nested: TypeAlias = tuple[Any, ...]
 
 
 def _nested(nodes: Sequence[Node]) -> Nested:
-    below: dict[int, Nested] = {STAY: tuple(leaf(STAY))}
+    below: dict[int, Nested] = {STAY: tuple(make_leaf(STAY))}
     for index in reversed(range(len(nodes))):  # children come after their parents
         node = nodes[index]
-        if node.test == Test.LEAF:
+        if node.test == TestKind.LEAF:
             below[index] = tuple(node)
             continue
         branches = tuple(below[child] for child in node.branches)
@@ -100,27 +100,27 @@ class Tree:
             else:
                 node = yes if x >= low or x < high else no
 
-    def path(self, values: Sequence[float]) -> tuple[tuple[Step, ...], int]:
+    def path(self, values: Sequence[float]) -> tuple[tuple[PathStep, ...], int]:
         """The steps `decide` takes for a feature vector, and the leaf reached (STAY where it ends before one)."""
         steps = []
         index = 0
-        while index >= 0 and self.nodes[index].test != Test.LEAF:
+        while index >= 0 and self.nodes[index].test != TestKind.LEAF:
             node = self.nodes[index]
             step = _step(index, node, values[node.feature])
             steps.append(step)
-            index = child(node, step)
+            index = get_child(node, step)
         return tuple(steps), index
 
-    def leaves(self) -> Iterator[tuple[tuple[Step, ...], int]]:
+    def leaves(self) -> Iterator[tuple[tuple[PathStep, ...], int]]:
         """Every leaf with the steps that lead to it, from the first side to the last."""
-        waiting: list[tuple[int, tuple[Step, ...]]] = [(0, ())]  # no recursion: noise grows trees deep
+        waiting: list[tuple[int, tuple[PathStep, ...]]] = [(0, ())]  # no recursion: noise grows trees deep
         while waiting:
             index, steps = waiting.pop()
             node = self.nodes[index]
-            if node.test == Test.LEAF:
+            if node.test == TestKind.LEAF:
                 yield steps, index
                 continue
-            below = [(child(node, step), (*steps, step)) for step in _sides(index, node)]
+            below = [(get_child(node, step), (*steps, step)) for step in _sides(index, node)]
             waiting.extend(reversed([each for each in below if each[0] != STAY]))
 
     @property
@@ -129,44 +129,44 @@ class Tree:
         deepest = [0] * len(self.nodes)
         for index, node in enumerate(self.nodes):  # children come after their parents
             for following in (
-                (node.yes, node.no, node.absent, *node.branches) if node.test != Test.LEAF else ()
+                (node.yes, node.no, node.absent, *node.branches) if node.test != TestKind.LEAF else ()
             ):
                 if following != STAY:
                     deepest[following] = deepest[index] + 1
         return max(deepest)
 
 
-def child(node: Node, step: Step) -> int:
+def get_child(node: Node, step: PathStep) -> int:
     """The node that a step leads to, or STAY."""
     if step.side == "label":
         return node.branches[step.label]
     return {"yes": node.yes, "no": node.no, "absent": node.absent}[step.side]
 
 
-def _step(index: int, node: Node, x: float) -> Step:
+def _step(index: int, node: Node, x: float) -> PathStep:
     if x != x:
-        return Step(index, "yes" if node.test == Test.ABSENT else "absent")
-    if node.test == Test.LABEL:
-        return Step(index, "label", int(x))
-    if node.test == Test.BELOW:
+        return PathStep(index, "yes" if node.test == TestKind.ABSENT else "absent")
+    if node.test == TestKind.LABEL:
+        return PathStep(index, "label", int(x))
+    if node.test == TestKind.BELOW:
         inside = x < node.high
-    elif node.test == Test.ARC:
-        inside = in_arc(x, node.low, node.high)
+    elif node.test == TestKind.ARC:
+        inside = is_in_arc(x, node.low, node.high)
     else:
         inside = False
-    return Step(index, "yes" if inside else "no")
+    return PathStep(index, "yes" if inside else "no")
 
 
-def _sides(index: int, node: Node) -> Iterator[Step]:
-    if node.test == Test.LABEL:
-        yield from (Step(index, "label", label) for label in range(len(node.branches)))
+def _sides(index: int, node: Node) -> Iterator[PathStep]:
+    if node.test == TestKind.LABEL:
+        yield from (PathStep(index, "label", label) for label in range(len(node.branches)))
         if node.absent not in node.branches:
-            yield Step(index, "absent")
+            yield PathStep(index, "absent")
         return
-    yield Step(index, "yes")
-    yield Step(index, "no")
+    yield PathStep(index, "yes")
+    yield PathStep(index, "no")
 
 
-def in_arc(x: float, low: float, high: float) -> bool:
+def is_in_arc(x: float, low: float, high: float) -> bool:
     """Whether low <= x < high, going round across the seam where low > high."""
     return low <= x < high if low <= high else x >= low or x < high

@@ -8,53 +8,53 @@ from math import pi, tau
 
 from understudy.model.automaton import Automaton, State
 from understudy.model.binding import NOTHING_BOUND, Binding
-from understudy.model.features import BoundFeature, Flag
-from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.model.features import BoundFeature, FlagFeature
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
 
 
 @dataclass(frozen=True)
-class Ask:
+class TreeTest:
     """A test with what follows it: another test, or the name of the next state. Absent counts as no."""
 
     feature: str
-    yes: Question
-    no: Question
+    yes: TreeBranch
+    no: TreeBranch
     below: float | None = None
     arc: tuple[float, float] | None = None
     absent: bool = False
 
 
-Question = Ask | str
+TreeBranch = TreeTest | str
 
 
-def below(feature: str, value: float, yes: Question, no: Question) -> Ask:
+def split_below(feature: str, value: float, yes: TreeBranch, no: TreeBranch) -> TreeTest:
     """Is it less than `value`?"""
-    return Ask(feature, yes, no, below=value)
+    return TreeTest(feature, yes, no, below=value)
 
 
-def within(feature: str, half: float, yes: Question, no: Question) -> Ask:
+def split_within(feature: str, half: float, yes: TreeBranch, no: TreeBranch) -> TreeTest:
     """Is this angle at most `half` to either side of straight ahead?"""
-    return Ask(feature, yes, no, arc=(tau - half, half))
+    return TreeTest(feature, yes, no, arc=(tau - half, half))
 
 
-def on_the_left(feature: str, yes: Question, no: Question) -> Ask:
+def split_on_left(feature: str, yes: TreeBranch, no: TreeBranch) -> TreeTest:
     """Is this angle between straight ahead and straight back, to the left?"""
-    return Ask(feature, yes, no, arc=(0.0, pi))
+    return TreeTest(feature, yes, no, arc=(0.0, pi))
 
 
-def seen(feature: str, yes: Question, no: Question) -> Ask:
+def split_on_presence(feature: str, yes: TreeBranch, no: TreeBranch) -> TreeTest:
     """Is this reading there?"""
-    return Ask(feature, yes, no, absent=True)
+    return TreeTest(feature, yes, no, absent=True)
 
 
-def raised(flag: str, yes: Question, no: Question) -> Ask:
+def split_on_flag(flag: str, yes: TreeBranch, no: TreeBranch) -> TreeTest:
     """Is this flag up in the automaton below?"""
-    return Ask(flag, yes, no)
+    return TreeTest(flag, yes, no)
 
 
-def automaton(
+def build_automaton(
     name: str,
-    asks: Mapping[str, Question],
+    asks: Mapping[str, TreeBranch],
     *,
     readings: Mapping[str, BoundFeature],
     runs: Mapping[str, str] | None = None,
@@ -74,35 +74,35 @@ def automaton(
     )
     names = [state.name for state in states]
     features = list(dict.fromkeys(feature for ask in asks.values() for feature in _features(ask)))
-    bound = tuple(readings.get(feature) or BoundFeature(Flag(feature)) for feature in features)
+    bound = tuple(readings.get(feature) or BoundFeature(FlagFeature(feature)) for feature in features)
     trees = {state: _tree(ask, features, names) for state, ask in asks.items()}
     return Automaton(name, states, bound, parameters, transitions=trees)
 
 
-def _features(ask: Question) -> list[str]:
+def _features(ask: TreeBranch) -> list[str]:
     return [] if isinstance(ask, str) else [ask.feature, *_features(ask.yes), *_features(ask.no)]
 
 
-def _tree(ask: Question, features: list[str], states: list[str]) -> Tree:
+def _tree(ask: TreeBranch, features: list[str], states: list[str]) -> Tree:
     nodes: list[Node] = []
 
-    def grow(ask: Question) -> int:
+    def grow(ask: TreeBranch) -> int:
         """The index of the first node of what grows here; children come after their parents."""
         index = len(nodes)
         if isinstance(ask, str):
-            nodes.append(leaf(states.index(ask)))
+            nodes.append(make_leaf(states.index(ask)))
             return index
-        nodes.append(leaf(0))
+        nodes.append(make_leaf(0))
         yes, no = grow(ask.yes), grow(ask.no)
         feature = features.index(ask.feature)
         if ask.arc:
-            nodes[index] = Node(Test.ARC, feature, *ask.arc, yes, no, no)
+            nodes[index] = Node(TestKind.ARC, feature, *ask.arc, yes, no, no)
         elif ask.absent:
-            nodes[index] = Node(Test.ABSENT, feature, yes=no, no=yes)
+            nodes[index] = Node(TestKind.ABSENT, feature, yes=no, no=yes)
         elif ask.below is not None:
-            nodes[index] = Node(Test.BELOW, feature, high=ask.below, yes=yes, no=no, absent=no)
+            nodes[index] = Node(TestKind.BELOW, feature, high=ask.below, yes=yes, no=no, absent=no)
         else:
-            nodes[index] = Node(Test.LABEL, feature, absent=no, branches=(no, yes))
+            nodes[index] = Node(TestKind.LABEL, feature, absent=no, branches=(no, yes))
         return index
 
     grow(ask)

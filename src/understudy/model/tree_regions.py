@@ -7,16 +7,16 @@ from math import inf
 from typing import NamedTuple, TypeAlias
 
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy.model.tree import STAY, Node, Step, Test, Tree, child
+from understudy.model.tree import STAY, Node, PathStep, TestKind, Tree, get_child
 
-Part: TypeAlias = tuple[float, float]
+Interval: TypeAlias = tuple[float, float]
 """Values from the first up to but not including the second; a label k is the part from k to k + 1."""
 
 
-class Region(NamedTuple):
+class ValueSet(NamedTuple):
     """Some of a feature's values: rising parts, none touching the next; and whether absence belongs."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[Interval, ...]
     absent: bool
 
     @property
@@ -24,25 +24,25 @@ class Region(NamedTuple):
         """Whether nothing belongs."""
         return not self.parts and not self.absent
 
-    def __and__(self, other: Region) -> Region:
+    def __and__(self, other: ValueSet) -> ValueSet:
         parts = [
             (max(low, low2), min(high, high2))
             for low, high in self.parts
             for low2, high2 in other.parts
             if max(low, low2) < min(high, high2)
         ]
-        return Region(tuple(sorted(parts)), self.absent and other.absent)
+        return ValueSet(tuple(sorted(parts)), self.absent and other.absent)
 
-    def __or__(self, other: Region) -> Region:
-        parts: list[Part] = []
+    def __or__(self, other: ValueSet) -> ValueSet:
+        parts: list[Interval] = []
         for low, high in sorted((*self.parts, *other.parts)):
             if parts and low <= parts[-1][1]:
                 parts[-1] = (parts[-1][0], max(high, parts[-1][1]))
             else:
                 parts.append((low, high))
-        return Region(tuple(parts), self.absent or other.absent)
+        return ValueSet(tuple(parts), self.absent or other.absent)
 
-    def meets(self, other: Region) -> bool:
+    def meets(self, other: ValueSet) -> bool:
         """Whether some value, or absence, belongs to both."""
         return (self.absent and other.absent) or any(
             low < high2 and low2 < high for low, high in self.parts for low2, high2 in other.parts
@@ -54,33 +54,35 @@ class Region(NamedTuple):
         )
 
 
-Box: TypeAlias = tuple[Region, ...]
+Box: TypeAlias = tuple[ValueSet, ...]
 """A region for each feature: the feature vectors with every value in its region."""
 
-ABSENT_ONLY = Region((), True)
+ABSENT_ONLY = ValueSet((), True)
 
 
-def everything(kind: Kind) -> Region:
+def make_full_value_set(kind: Kind) -> ValueSet:
     """All values of a kind, and absence."""
     if isinstance(kind, Toroidal):
-        return Region(((0.0, kind.period),), True)
+        return ValueSet(((0.0, kind.period),), True)
     if isinstance(kind, Categorical):
-        return Region(((0.0, float(len(kind.labels))),), True)
-    return Region(((-inf, inf),), True)
+        return ValueSet(((0.0, float(len(kind.labels))),), True)
+    return ValueSet(((-inf, inf),), True)
 
 
-def boxes(tree: Tree, kinds: Sequence[Kind]) -> list[tuple[int, Box]]:
+def list_leaf_boxes(tree: Tree, kinds: Sequence[Kind]) -> list[tuple[int, Box]]:
     """The tree's leaves, first to last: the outcome of each (STAY: nothing was shown) and what leads to it.
 
     A feature that was never shown absent has no absence in any of them.
     """
-    knows = known_absent(tree, len(kinds))
+    knows = find_known_absent(tree, len(kinds))
     found: list[tuple[int, Box]] = []
-    whole = tuple(Region(everything(kind).parts, known) for kind, known in zip(kinds, knows, strict=True))
+    whole = tuple(
+        ValueSet(make_full_value_set(kind).parts, known) for kind, known in zip(kinds, knows, strict=True)
+    )
     waiting: list[tuple[int, Box]] = [(0, whole)]
     while waiting:
         index, box = waiting.pop()
-        if index == STAY or tree.nodes[index].test == Test.LEAF:
+        if index == STAY or tree.nodes[index].test == TestKind.LEAF:
             found.append((STAY if index == STAY else tree.nodes[index].yes, box))
             continue
         node = tree.nodes[index]
@@ -93,67 +95,67 @@ def boxes(tree: Tree, kinds: Sequence[Kind]) -> list[tuple[int, Box]]:
     return found
 
 
-def known_absent(tree: Tree, features: int) -> list[bool]:
+def find_known_absent(tree: Tree, features: int) -> list[bool]:
     """For each feature, whether the tree was ever shown it absent."""
     knows = [False] * features
     for node in tree.nodes:
-        if node.test == Test.ABSENT or (node.test != Test.LEAF and node.absent != STAY):
+        if node.test == TestKind.ABSENT or (node.test != TestKind.LEAF and node.absent != STAY):
             knows[node.feature] = True
     return knows
 
 
-def path_box(tree: Tree, steps: Iterable[Step], kinds: Sequence[Kind]) -> Box:
+def make_path_box(tree: Tree, steps: Iterable[PathStep], kinds: Sequence[Kind]) -> Box:
     """What held on the way of one decision."""
-    box = [everything(kind) for kind in kinds]
+    box = [make_full_value_set(kind) for kind in kinds]
     for step in steps:
         node = tree.nodes[step.node]
         kind = kinds[node.feature]
         region = ABSENT_ONLY
         if step.side == "label":
-            region = Region(((float(step.label), step.label + 1.0),), False)
-        elif step.side != "absent" and not (node.test == Test.ABSENT and step.side == "yes"):
-            inside = _inside(node, kind) if node.test != Test.ABSENT else Region((), True)
+            region = ValueSet(((float(step.label), step.label + 1.0),), False)
+        elif step.side != "absent" and not (node.test == TestKind.ABSENT and step.side == "yes"):
+            inside = _inside(node, kind) if node.test != TestKind.ABSENT else ValueSet((), True)
             region = inside if step.side == "yes" else _rest(inside, kind)
         box[node.feature] &= region
     return tuple(box)
 
 
-def covers(box: Box, other: Box) -> bool:
+def contains_box(box: Box, other: Box) -> bool:
     """Whether all of the other is in the first."""
     return all(region & region2 == region2 for region, region2 in zip(box, other, strict=True))
 
 
-def _children(node: Node, kind: Kind) -> list[tuple[int, Region]]:
+def _children(node: Node, kind: Kind) -> list[tuple[int, ValueSet]]:
     """A node's children, each with all the values of its feature that lead there."""
-    sides: dict[int, Region] = {}
-    if node.test == Test.LABEL:
+    sides: dict[int, ValueSet] = {}
+    if node.test == TestKind.LABEL:
         for label, following in enumerate(node.branches):
-            region = Region(((float(label), label + 1.0),), False)
-            sides[following] = sides.get(following, Region((), False)) | region
+            region = ValueSet(((float(label), label + 1.0),), False)
+            sides[following] = sides.get(following, ValueSet((), False)) | region
     else:
         inside = _inside(node, kind)
         for side, region in (("yes", inside), ("no", _rest(inside, kind))):
-            following = child(node, Step(0, side))
-            sides[following] = sides.get(following, Region((), False)) | region
-    if node.test != Test.ABSENT:
-        sides[node.absent] = sides.get(node.absent, Region((), False)) | ABSENT_ONLY
+            following = get_child(node, PathStep(0, side))
+            sides[following] = sides.get(following, ValueSet((), False)) | region
+    if node.test != TestKind.ABSENT:
+        sides[node.absent] = sides.get(node.absent, ValueSet((), False)) | ABSENT_ONLY
     return list(sides.items())
 
 
-def _inside(node: Node, kind: Kind) -> Region:
-    if node.test == Test.ABSENT:
+def _inside(node: Node, kind: Kind) -> ValueSet:
+    if node.test == TestKind.ABSENT:
         return ABSENT_ONLY
-    if node.test == Test.BELOW:
-        return Region(((-inf, node.high),), False)
+    if node.test == TestKind.BELOW:
+        return ValueSet(((-inf, node.high),), False)
     if node.low <= node.high:
-        return Region(((node.low, node.high),), False)
-    whole = everything(kind).parts[0]
-    return Region(((whole[0], node.high),), False) | Region(((node.low, whole[1]),), False)
+        return ValueSet(((node.low, node.high),), False)
+    whole = make_full_value_set(kind).parts[0]
+    return ValueSet(((whole[0], node.high),), False) | ValueSet(((node.low, whole[1]),), False)
 
 
-def _rest(inside: Region, kind: Kind) -> Region:
+def _rest(inside: ValueSet, kind: Kind) -> ValueSet:
     """The present values that are not inside."""
-    low, high = everything(kind).parts[0]
+    low, high = make_full_value_set(kind).parts[0]
     parts = []
     for start, stop in inside.parts:
         if low < start:
@@ -161,4 +163,4 @@ def _rest(inside: Region, kind: Kind) -> Region:
         low = stop
     if low < high:
         parts.append((low, high))
-    return Region(tuple(parts), False)
+    return ValueSet(tuple(parts), False)

@@ -14,14 +14,23 @@ from typing import TypeAlias
 
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.tree import STAY, Step, Tree
-from understudy.model.tree_regions import Box, Part, Region, boxes, covers, everything, known_absent, path_box
+from understudy.model.tree import STAY, PathStep, Tree
+from understudy.model.tree_regions import (
+    Box,
+    Interval,
+    ValueSet,
+    contains_box,
+    find_known_absent,
+    list_leaf_boxes,
+    make_full_value_set,
+    make_path_box,
+)
 
 FULL_TURN = 360.0
 MOST_DIGITS = 17
 
 
-class Words:
+class FeatureText:
     """How to speak of one feature: each number as short as can be, so that it is told apart from the other cuts
     and every value that was shown (`values`) stays on its side: whole degrees, cm, three digits where that will do.
     """
@@ -46,13 +55,13 @@ class Words:
             self._said[cut], said = self._shortest(cut, least, under, over)
             before = exact
 
-    def is_whole(self, region: Region) -> bool:
+    def is_whole(self, region: ValueSet) -> bool:
         """Whether the region says nothing: all present values belong, and absence if it was ever shown."""
-        return region.parts == everything(self.kind).parts and region.absent == self._known_absent
+        return region.parts == make_full_value_set(self.kind).parts and region.absent == self._known_absent
 
-    def statement(self, region: Region) -> str:
+    def statement(self, region: ValueSet) -> str:
         """What a region says: the feature's name, "is", and the parts joined by "or"."""
-        whole = everything(self.kind).parts
+        whole = make_full_value_set(self.kind).parts
         if region.parts == whole:
             return f"{self.name} is {'anything' if region.absent else 'not absent'}"
         parts = self._labels(region) if isinstance(self.kind, Categorical) else self._parts(region)
@@ -62,14 +71,14 @@ class Words:
         """A cut, or another value, with its unit."""
         return f"{self._said.get(value) or self._rounded(self._shown(value), 0)[0]}{self._unit}"
 
-    def _labels(self, region: Region) -> list[str]:
+    def _labels(self, region: ValueSet) -> list[str]:
         labels = self.kind.labels if isinstance(self.kind, Categorical) else ()
         left_out = [label for index, label in enumerate(labels) if float(index) not in region]
         if len(left_out) == 1 and len(labels) > 2:
             return [f"not {left_out[0]}"]
         return [label for index, label in enumerate(labels) if float(index) in region]
 
-    def _parts(self, region: Region) -> list[str]:
+    def _parts(self, region: ValueSet) -> list[str]:
         parts = list(region.parts)
         if isinstance(self.kind, Toroidal):
             if len(parts) > 1 and parts[0][0] == 0.0 and parts[-1][1] == self.kind.period:
@@ -77,13 +86,13 @@ class Words:
             return [self._arc(part) for part in parts]
         return [self._interval(part) for part in parts]
 
-    def _arc(self, part: Part) -> str:
+    def _arc(self, part: Interval) -> str:
         low, high = part
         if high == nextafter(low, inf):
             return self.number(low)
         return f"between {self.number(low)} and {self.number(high)}"
 
-    def _interval(self, part: Part) -> str:
+    def _interval(self, part: Interval) -> str:
         low, high = part
         above, at_most = _just_above(low), _just_above(high)
         under = f"at most {self.number(high)}" if at_most else f"below {self.number(high)}"
@@ -157,18 +166,18 @@ MOST_LEAVES = 48
 """A tree with more leaves is put in words leaf by leaf: nobody would read it, and joining them takes long."""
 
 
-def conditions(
+def describe_tree_outcomes(
     tree: Tree, features: Sequence[BoundFeature], shown: Vectors = ()
 ) -> Mapping[int, tuple[str, ...]]:
     """For each outcome of a tree, when: a condition for each way; "always" where there is no other outcome.
 
     Every feature vector decided so fulfills one of them, and no other vector does.
     """
-    found = simplified(tree, features)
-    return {outcome: worded(tree, features, boxes, shown) for outcome, boxes in found.items()}
+    found = simplify_outcome_boxes(tree, features)
+    return {outcome: describe_boxes(tree, features, boxes, shown) for outcome, boxes in found.items()}
 
 
-def worded(
+def describe_boxes(
     tree: Tree, features: Sequence[BoundFeature], found: Sequence[Box], shown: Vectors = ()
 ) -> tuple[str, ...]:
     """A condition for each of some boxes that the tree tells apart."""
@@ -176,7 +185,7 @@ def worded(
     return tuple(" and ".join(_statements(box, words)) or "always" for box in found)
 
 
-def sentences(
+def describe_exits(
     tree: Tree,
     features: Sequence[BoundFeature],
     state_names: Sequence[str],
@@ -184,7 +193,7 @@ def sentences(
     shown: Vectors = (),
 ) -> tuple[str, ...]:
     """When a state is left, a sentence for each way: "load when food_below_me is yes"; the last: when not."""
-    found = conditions(tree, features, shown)
+    found = describe_tree_outcomes(tree, features, shown)
     here = list(state_names).index(state) if state in state_names else STAY
     leaves = tuple(
         f"{state_names[outcome]} {text if text == 'always' else 'when ' + text}"
@@ -197,20 +206,20 @@ def sentences(
     return (*leaves, "stays otherwise" if leaves else "stays always")
 
 
-def path_conditions(
-    tree: Tree, steps: Iterable[Step], features: Sequence[BoundFeature], shown: Vectors = ()
+def describe_path(
+    tree: Tree, steps: Iterable[PathStep], features: Sequence[BoundFeature], shown: Vectors = ()
 ) -> tuple[str, ...]:
     """What held on the way of one decision: a statement for each feature that was asked about."""
     steps = tuple(steps)
     words = _words(tree, features, shown)
-    box = path_box(tree, steps, [bound.kind for bound in features])
+    box = make_path_box(tree, steps, [bound.kind for bound in features])
     asked = {tree.nodes[step.node].feature for step in steps}
     return tuple(words[feature].statement(box[feature]) for feature in sorted(asked))
 
 
-def simplified(tree: Tree, features: Sequence[BoundFeature]) -> dict[int, list[Box]]:
+def simplify_outcome_boxes(tree: Tree, features: Sequence[BoundFeature]) -> dict[int, list[Box]]:
     """The feature vectors of each outcome as few, wide boxes; only those of one outcome may overlap."""
-    leaves = boxes(tree, [bound.kind for bound in features])
+    leaves = list_leaf_boxes(tree, [bound.kind for bound in features])
     found: dict[int, list[Box]] = {}
     for outcome in sorted({outcome for outcome, _ in leaves if outcome != STAY}):
         mine = [box for leads_to, box in leaves if leads_to == outcome]
@@ -222,20 +231,20 @@ def simplified(tree: Tree, features: Sequence[BoundFeature]) -> dict[int, list[B
     return found
 
 
-def _words(tree: Tree, features: Sequence[BoundFeature], shown: Vectors) -> list[Words]:
+def _words(tree: Tree, features: Sequence[BoundFeature], shown: Vectors) -> list[FeatureText]:
     cuts: list[list[float]] = [[] for _ in features]
     for node in tree.nodes:
         if node.feature >= 0:
             cuts[node.feature] += [cut for cut in (node.low, node.high) if cut == cut]
-    knows = known_absent(tree, len(features))
+    knows = find_known_absent(tree, len(features))
     values = list(zip(*shown, strict=True)) or [()] * len(features)
     return [
-        Words(bound, own, known_absent=known, values=there)
+        FeatureText(bound, own, known_absent=known, values=there)
         for bound, own, known, there in zip(features, cuts, knows, values, strict=True)
     ]
 
 
-def _statements(box: Box, words: Sequence[Words]) -> list[str]:
+def _statements(box: Box, words: Sequence[FeatureText]) -> list[str]:
     return [
         word.statement(region) for region, word in zip(box, words, strict=True) if not word.is_whole(region)
     ]
@@ -257,7 +266,7 @@ def _widened(box: Box, whole: Box, others: Sequence[Box]) -> Box:
         for other in others
     ]
 
-    def widen(feature: int, region: Region) -> None:
+    def widen(feature: int, region: ValueSet) -> None:
         kept_out = [other for other, by in zip(others, apart, strict=True) if by == {feature}]
         if any(region.meets(other[feature]) for other in kept_out):
             return
@@ -272,17 +281,17 @@ def _widened(box: Box, whole: Box, others: Sequence[Box]) -> Box:
         low, high = (full.parts[0][0], full.parts[-1][1]) if full.parts else (0.0, 0.0)
         if len(wide[feature].parts) == 1:
             ((start, stop),) = wide[feature].parts
-            widen(feature, Region(((low, stop),), wide[feature].absent))
+            widen(feature, ValueSet(((low, stop),), wide[feature].absent))
             ((start, stop),) = wide[feature].parts
-            widen(feature, Region(((start, high),), wide[feature].absent))
+            widen(feature, ValueSet(((start, high),), wide[feature].absent))
     return tuple(wide)
 
 
 def _without_covered(found: Sequence[Box]) -> list[Box]:
     kept: list[Box] = []
     for box in found:
-        if not any(covers(other, box) for other in kept):
-            kept = [other for other in kept if not covers(box, other)] + [box]
+        if not any(contains_box(other, box) for other in kept):
+            kept = [other for other in kept if not contains_box(box, other)] + [box]
     return kept
 
 

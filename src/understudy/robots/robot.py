@@ -12,7 +12,7 @@ from zlib import crc32
 
 import numpy as np
 
-from understudy.errors import FileError, UnderstudyError, UnknownName, listed
+from understudy.errors import FileError, UnderstudyError, UnknownName, join_names
 from understudy.model.features import Percept, ReadingKey
 from understudy.robots.derived_readings import Derived
 from understudy.robots.inputs import Senses
@@ -260,5 +260,5 @@ def _world_of(file: RobotFile, path: Path | str) -> tuple[Scenario | None, Robot
     kind = file.kind or next(iter(scenario.types))
     if kind not in scenario.types or (file.kind is None and len(scenario.types) > 1):
         problem = "is missing" if file.kind is None else f"is {kind!r:.60}, which {file.world} has not"
-        raise FileError(path=path, place="kind", problem=problem, remedy=f"give {listed(scenario.types)}")
+        raise FileError(path=path, place="kind", problem=problem, remedy=f"give {join_names(scenario.types)}")
     return scenario, scenario.types[kind]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, UnknownName
-from understudy.model.features import Percept, ReadingKey, Readings, returned
+from understudy.model.features import Percept, ReadingKey, ReadingsView, call_user_function
 from understudy.model.kinds import Column
 from understudy.runtime.body import ISSUED, ORDER, Body, Commanding, every_key
 from understudy.runtime.feature_columns import check_targets, floats
@@ -58,8 +58,10 @@ class Acting:
         function = ground.behavior.function
         if function is None:
             return {}
-        targets = [Readings(percept, ground.binding[parameter]) for parameter in ground.behavior.parameters]
-        found = returned(f"behavior {ground}", function, [Readings(percept), *targets])
+        targets = [
+            ReadingsView(percept, ground.binding[parameter]) for parameter in ground.behavior.parameters
+        ]
+        found = call_user_function(f"behavior {ground}", function, [ReadingsView(percept), *targets])
         remedy = "return a command: a number for every agent, by channel"
         if not isinstance(found, Mapping):
             raise DefinitionError(

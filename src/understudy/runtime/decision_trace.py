@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from understudy.model.tree import STAY, Step
+from understudy.model.tree import STAY, PathStep
 from understudy.runtime.interpreter import Interpreter, Machine
 
 
@@ -21,7 +21,7 @@ class Decision:
     before: str
     after: str
     values: tuple[float, ...]
-    steps: tuple[Step, ...]
+    steps: tuple[PathStep, ...]
 
 
 class Trace:
@@ -35,7 +35,7 @@ class Trace:
         self.switches: list[Decision] = []
         self.unshown: list[Decision] = []
         self.interpreter = interpreter
-        self._noted: set[tuple[Machine, tuple[Step, ...]]] = set()
+        self._noted: set[tuple[Machine, tuple[PathStep, ...]]] = set()
         interpreter.watch(self._decided)
 
     def close(self) -> None:

@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, UnknownName
-from understudy.model.features import BoundFeature, Feature, Percept, ReadingKey, Readings, returned
+from understudy.model.features import (
+    BoundFeature,
+    Feature,
+    Percept,
+    ReadingKey,
+    ReadingsView,
+    call_user_function,
+)
 from understudy.model.kinds import Categorical, Column, Toroidal
 from understudy.runtime.body import Body, every_key
 
@@ -90,8 +97,11 @@ def feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Col
     if feature.function is None:
         found, gave = percept[feature_key(bound)], f"the body's reading {feature.reading!r} has"
     else:
-        targets = [Readings(percept, bound.binding[parameter]) for parameter in feature.parameters]
-        found, gave = returned(what, feature.function, [Readings(percept), *targets]), "it returned"
+        targets = [ReadingsView(percept, bound.binding[parameter]) for parameter in feature.parameters]
+        found, gave = (
+            call_user_function(what, feature.function, [ReadingsView(percept), *targets]),
+            "it returned",
+        )
     column = floats(found, what=what, remedy="return one number per agent")
     if column.shape != (agents,):
         raise DefinitionError(

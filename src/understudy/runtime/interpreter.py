@@ -13,7 +13,7 @@ from operator import itemgetter
 from typing import TypeAlias
 
 from understudy.model.automaton import Automaton
-from understudy.model.features import Counter, Flag, OwnFeature, Timer
+from understudy.model.features import CounterFeature, FlagFeature, OwnFeature, TimerFeature
 from understudy.model.kinds import NO, YES
 from understudy.model.tree import STAY
 from understudy.runtime.program import Child, Freshened, Instance, Program, Source
@@ -85,7 +85,7 @@ class Machine:
         ]
         self._pick = _picker(instance.sources)
         self._own = [
-            (index, source.name if isinstance(source, Flag) else None, source)
+            (index, source.name if isinstance(source, FlagFeature) else None, source)
             for index, source in enumerate(instance.sources)
             if not isinstance(source, int)
         ]
@@ -156,11 +156,11 @@ class Machine:
         """
         if isinstance(feature, Freshened):
             return feature.fresh if self.entered == now else row[feature.position]
-        if isinstance(feature, Flag):
+        if isinstance(feature, FlagFeature):
             return YES if self.active.flag == feature.name else NO
-        if isinstance(feature, Counter):
+        if isinstance(feature, CounterFeature):
             return self.counters.get(feature.name, 0.0)
-        if isinstance(feature, Timer):
+        if isinstance(feature, TimerFeature):
             return elapsed(now, self.timers[feature.name]) if feature.name in self.timers else nan
         return elapsed(now, self.entered)
 

@@ -13,8 +13,8 @@ from typing import TypeAlias
 
 from understudy.errors import DefinitionError, UnboundParameter, UnknownName
 from understudy.model.automaton import Automaton, State
-from understudy.model.behaviors import Behavior, Change
-from understudy.model.binding import NOTHING_BOUND, Binding, called
+from understudy.model.behaviors import Behavior, StateEffect
+from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
 from understudy.model.features import BoundFeature, Feature, OwnFeature
 from understudy.model.library import Library
 
@@ -30,7 +30,7 @@ class GroundBehavior:
     binding: Binding = NOTHING_BOUND
 
     def __str__(self) -> str:
-        return called(self.behavior.name, self.binding)
+        return format_bound_name(self.behavior.name, self.binding)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +59,10 @@ class Instance:
     binding: Binding
     sources: tuple[Source, ...]
     children: tuple[Child, ...]
-    changes: tuple[tuple[Change, ...], ...]
+    changes: tuple[tuple[StateEffect, ...], ...]
 
     def __str__(self) -> str:
-        return called(self.automaton.name, self.binding)
+        return format_bound_name(self.automaton.name, self.binding)
 
 
 Child: TypeAlias = Instance | int
@@ -114,7 +114,7 @@ class _Linker:
 
     def instance(self, automaton: Automaton, binding: Binding) -> Instance:
         children: list[Child] = []
-        changes: list[tuple[Change, ...]] = []
+        changes: list[tuple[StateEffect, ...]] = []
         for state in automaton.states:
             changes.append(self.changes(state))
             if state.behavior is None:
@@ -124,7 +124,7 @@ class _Linker:
         sources = tuple(self.source(bound, binding, automaton) for bound in automaton.features)
         return Instance(automaton, binding, sources, tuple(children), tuple(changes))
 
-    def changes(self, state: State) -> tuple[Change, ...]:
+    def changes(self, state: State) -> tuple[StateEffect, ...]:
         behavior = self.library.kit.behaviors.get(state.behavior or "")
         return behavior.changes if behavior else ()
 

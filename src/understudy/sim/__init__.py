@@ -1,5 +1,5 @@
 """Worlds: simulated robots, many worlds side by side, made from scenarios, of which some are built in."""
 
-from understudy.kernel_cache import find_cache
+from understudy.kernel_cache import choose_cache_folder
 
-find_cache()
+choose_cache_folder()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from understudy.errors import UnknownName
-from understudy.kernel_cache import undisturbed
+from understudy.kernel_cache import pause_garbage_collection
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import IDLE_PROGRAM
 from understudy.sim.scenario.files import SUFFIX, builtin_scenarios, load_scenario, with_markers
@@ -28,7 +28,7 @@ def find_world(name: str | Path) -> Scenario:
 
 def prepare(scenario: Scenario) -> None:
     """Have the kernels compiled or loaded, so that no later call waits (a minute, once per installation)."""
-    with undisturbed():
+    with pause_garbage_collection():
         engine = Engine.of(World(scenario), IDLE_PROGRAM)
         engine.run(1)
         engine.tick()

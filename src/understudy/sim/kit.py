@@ -9,7 +9,7 @@ from types import MappingProxyType
 from understudy.errors import SettingError
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Target
-from understudy.model.features import AnyFeature, Feature, Flag, TimeInState
+from understudy.model.features import AnyFeature, Feature, FlagFeature, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.library import Kit
 from understudy.runtime.body import Channel, Reading
@@ -35,7 +35,7 @@ FEATURES: Mapping[str, str] = {"range": "distance_to", "bearing": "angle_to"}
 """How features of readings are called where it is not as the reading."""
 PARAMETER = "A"
 """What features of targets call their target."""
-OWN_FEATURES = (Flag("done"), Flag("failed"), TimeInState())
+OWN_FEATURES = (FlagFeature("done"), FlagFeature("failed"), TimeInState())
 
 MOVING = (
     Channel("drive", unit="forward speeds", doc="1 drives ahead at the robot's speed, -1 back."),

@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import FileError, SettingError, UnknownName, listed
+from understudy.errors import FileError, SettingError, UnknownName, join_names
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.library import Kit
@@ -337,7 +337,7 @@ class World:
         """The object in a slot, which has to be there."""
         things = self.state.objects[self._index("world", world, self.worlds)]
         if not things[self._index("slot", slot, len(things))]["present"]:
-            there = listed(map(str, np.flatnonzero(things["present"])))
+            there = join_names(map(str, np.flatnonzero(things["present"])))
             raise self._wrong("slot", f"is {slot}, where no object is", f"give one of {there}")
         return things[slot]
 

@@ -17,7 +17,7 @@ from understudy.errors import FileError
 _FRAME = Struct("<II")  # length, checksum
 
 
-class Log:
+class AppendLog:
     """An open log; `write` appends a record, and with `sync` it is on disk when the call returns."""
 
     def __init__(self, path: Path) -> None:

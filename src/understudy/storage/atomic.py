@@ -20,7 +20,7 @@ UNFINISHED = ".unfinished"
 """How the names of files end that are being written; their names begin with a dot."""
 
 
-def write(path: Path, data: bytes) -> None:
+def write_atomically(path: Path, data: bytes) -> None:
     """Put `data` at `path`: a temporary file beside it, synced, then renamed over it."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     try:
@@ -46,7 +46,7 @@ def sync_folder(folder: Path) -> None:
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
+def lock_folder(folder: Path) -> Iterator[None]:
     """Keep other processes from writing in a folder; what a killed one left unfinished is removed."""
     if fcntl is None:  # pragma: no cover
         yield
@@ -62,7 +62,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def failing(
+def convert_os_errors(
     path: Path, doing: str, remedy: str = "see that the folder exists and that you may use it"
 ) -> Iterator[None]:
     """Errors of the operating system inside become a FileError of this path."""

@@ -8,48 +8,57 @@ from math import nan
 import numpy as np
 from msgspec import UnsetType
 
-from understudy.errors import listed
+from understudy.errors import join_names
 from understudy.model.automaton import Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.expectation import Outcome
+from understudy.model.expectation import Expectation
 from understudy.model.features import (
     AnyFeature,
     BoundFeature,
-    Counter,
+    CounterFeature,
     Feature,
-    Flag,
+    FlagFeature,
     OwnFeature,
     TimeInState,
-    Timer,
+    TimerFeature,
 )
 from understudy.model.kinds import Categorical, Kind, parse_kind
-from understudy.model.lesson import Example, ExampleKind, Learner, Lesson, Options, Record, Scikit, Trees
+from understudy.model.lesson import (
+    Example,
+    ExampleKind,
+    Learner,
+    LearnerOptions,
+    Lesson,
+    ReadingLog,
+    SklearnOptions,
+    TreeOptions,
+)
 from understudy.model.library import Kit
-from understudy.storage.json_text import Source, Steps
-from understudy.storage.packing import unpack, unpack_bytes
+from understudy.storage.json_text import JsonSteps, Source
+from understudy.storage.packing import unpack_bytes, unpack_column
 from understudy.storage.schema import (
     AutomatonDoc,
+    DocValue,
     ExampleDoc,
     FeatureDoc,
     LessonDoc,
     OptionsDoc,
     RecordDoc,
     TreesDoc,
-    Value,
     WatchedDoc,
 )
 
 OWN: dict[str, type[OwnFeature]] = {
-    "flag": Flag,
-    "counter": Counter,
-    "timer": Timer,
+    "flag": FlagFeature,
+    "counter": CounterFeature,
+    "timer": TimerFeature,
     "time in state": TimeInState,
 }
 
 
-def automaton_of(doc: AutomatonDoc, kit: Kit | None, source: Source) -> Automaton:
+def decode_automaton(doc: AutomatonDoc, kit: Kit | None, source: Source) -> Automaton:
     """The automaton, without transition functions; without a kit, features are as the document says."""
-    here: Steps = ("automaton",)
+    here: JsonSteps = ("automaton",)
     source.once(doc.parameters, (*here, "parameters"), "parameter")
     source.once([state.name for state in doc.states], (*here, "states"), "state")
     states = []
@@ -64,13 +73,15 @@ def automaton_of(doc: AutomatonDoc, kit: Kit | None, source: Source) -> Automato
         return Automaton(doc.name, tuple(states), tuple(features), tuple(doc.parameters), doc.stateless)
 
 
-def _feature(doc: FeatureDoc, kit: Kit | None, source: Source, here: Steps) -> BoundFeature:
+def _feature(doc: FeatureDoc, kit: Kit | None, source: Source, here: JsonSteps) -> BoundFeature:
     with source.at((*here, "kind"), remedy="restore an earlier version if you did not mean to edit it"):
         kind = parse_kind(doc.kind, where=f"feature {doc.name!r}")
     feature = _declared(doc, kind) if kit is None else _known(doc, kind, kit, source, here)
     if set(doc.binding) != set(feature.parameters):
-        bound = f"it binds {listed(doc.binding)}" if doc.binding else "it binds nothing"
-        what = f"exactly its parameters ({listed(feature.parameters)})" if feature.parameters else "nothing"
+        bound = f"it binds {join_names(doc.binding)}" if doc.binding else "it binds nothing"
+        what = (
+            f"exactly its parameters ({join_names(feature.parameters)})" if feature.parameters else "nothing"
+        )
         raise source.wrong((*here, "binding"), f"{bound}, for feature {doc.name!r}", f"bind {what}")
     return BoundFeature(feature, Binding(doc.binding))
 
@@ -81,12 +92,12 @@ def _declared(doc: FeatureDoc, kind: Kind) -> AnyFeature:
     return OWN[doc.sort](doc.name, kind, doc.unit)
 
 
-def _known(doc: FeatureDoc, kind: Kind, kit: Kit, source: Source, here: Steps) -> AnyFeature:
+def _known(doc: FeatureDoc, kind: Kind, kit: Kit, source: Source, here: JsonSteps) -> AnyFeature:
     known = kit.features.get(doc.name)
     if doc.sort != "body" and (known is None or _own_sort(known) == doc.sort):
         return OWN[doc.sort](doc.name, kind, doc.unit)
     if known is None:
-        has = listed(name for name, feature in kit.features.items() if isinstance(feature, Feature))
+        has = join_names(name for name, feature in kit.features.items() if isinstance(feature, Feature))
         problem = f"the kit has no feature {doc.name!r}; its features are {has}"
         raise source.wrong(
             (*here, "name"), problem, "open it with the kit it was taught with, or correct the name"
@@ -109,9 +120,9 @@ def _own_sort(feature: AnyFeature) -> str:
     return next((sort for sort, own in OWN.items() if isinstance(feature, own)), "body")
 
 
-def lesson_of(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesson:
+def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesson:
     """The lesson; its examples are in the order of their numbers."""
-    here: Steps = ("lesson",)
+    here: JsonSteps = ("lesson",)
     record = _record(doc.record, source, (*here, "record"))
     reader = _Examples(automaton, len(record), source)
     examples = [reader.pressed(each, (*here, "examples", index)) for index, each in enumerate(doc.examples)]
@@ -131,7 +142,7 @@ MOST_BYTES = 1 << 27
 """What an outcome may unpack to: no world of ours takes more, and a damaged file must not fill the memory."""
 
 
-def _outcomes(doc: LessonDoc, source: Source, here: Steps) -> tuple[Outcome, ...]:
+def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Expectation, ...]:
     found = []
     for index, each in enumerate([] if isinstance(doc.outcomes, UnsetType) else doc.outcomes):
         parts = []
@@ -145,38 +156,40 @@ def _outcomes(doc: LessonDoc, source: Source, here: Steps) -> tuple[Outcome, ...
             scenario, snapshot = parts[0].decode("utf-8", errors="replace"), parts[1]
             targets = Binding(each.targets)
             found.append(
-                Outcome(
+                Expectation(
                     each.flag, each.within_s, each.world, scenario, snapshot, each.agent, each.sort, targets
                 )
             )
     return tuple(found)
 
 
-def _options(doc: OptionsDoc) -> Options:
+def _options(doc: OptionsDoc) -> LearnerOptions:
     learner: Learner
     if isinstance(doc.learner, TreesDoc):
         pruning = 0.0 if isinstance(doc.learner.pruning, UnsetType) else doc.learner.pruning
-        learner = Trees(doc.learner.boundary, defaults=doc.learner.defaults is not False, pruning=pruning)
+        learner = TreeOptions(
+            doc.learner.boundary, defaults=doc.learner.defaults is not False, pruning=pruning
+        )
     else:
-        learner = Scikit(doc.learner.classifier, doc.learner.parameters)
-    return Options(doc.reaction_s, doc.watched, learner, doc.unlearning is True)
+        learner = SklearnOptions(doc.learner.classifier, doc.learner.parameters)
+    return LearnerOptions(doc.reaction_s, doc.watched, learner, doc.unlearning is True)
 
 
-def _record(doc: RecordDoc, source: Source, here: Steps) -> Record:
+def _record(doc: RecordDoc, source: Source, here: JsonSteps) -> ReadingLog:
     columns = []
     for steps, text in (
         ((*here, "seconds"), doc.seconds),
         *(((*here, "readings", index, "values"), each.values) for index, each in enumerate(doc.readings)),
     ):
         try:
-            columns.append(unpack(text, length=doc.moments))
+            columns.append(unpack_column(text, length=doc.moments))
         except ValueError as error:
             remedy = "restore an earlier version, or the line as it was"
             raise source.wrong(steps, f"the packed numbers cannot be read: {error}", remedy) from error
     seconds, *readings = columns
     source.once([f"{each.reading} of {each.of}" for each in doc.readings], (*here, "readings"), "reading")
     values = np.column_stack(readings) if readings else np.zeros((doc.moments, 0))
-    return Record(tuple((each.reading, each.of) for each in doc.readings), values, seconds)
+    return ReadingLog(tuple((each.reading, each.of) for each in doc.readings), values, seconds)
 
 
 class _Examples:
@@ -186,7 +199,7 @@ class _Examples:
         self.automaton, self.moments, self.source = automaton, moments, source
         self.numbers: set[int] = set()
 
-    def pressed(self, doc: ExampleDoc, here: Steps) -> Example:
+    def pressed(self, doc: ExampleDoc, here: JsonSteps) -> Example:
         """A press-made example."""
         self.check_numbers([doc.number], lambda _: (*here, "number"))
         for key, state in (("state", doc.state), ("next", doc.next)):
@@ -195,7 +208,7 @@ class _Examples:
         features = self.automaton.features
         if len(doc.values) != len(features):
             problem = f"example {doc.number} has {len(doc.values)} values for {len(features)} features"
-            remedy = f"give one each for {listed(str(bound) for bound in features)}"
+            remedy = f"give one each for {join_names(str(bound) for bound in features)}"
             raise self.source.wrong((*here, "values"), problem, remedy)
         return Example(
             doc.number,
@@ -215,15 +228,15 @@ class _Examples:
             doc.quarantined,
         )
 
-    def watched(self, doc: WatchedDoc, here: Steps) -> list[Example]:
+    def watched(self, doc: WatchedDoc, here: JsonSteps) -> list[Example]:
         """The watched examples of one group of columns."""
         length = len(doc.number)
         features = self.automaton.features
         if len(doc.values) != len(features):
             problem = f"there are {len(doc.values)} columns of values for {len(features)} features"
-            remedy = f"give one each for {listed(str(bound) for bound in features)}"
+            remedy = f"give one each for {join_names(str(bound) for bound in features)}"
             raise self.source.wrong((*here, "values"), problem, remedy)
-        columns: list[tuple[Steps, Sequence[object]]] = [
+        columns: list[tuple[JsonSteps, Sequence[object]]] = [
             (("state",), doc.state),
             (("next",), doc.next),
             *((("values", index), column) for index, column in enumerate(doc.values)),
@@ -269,7 +282,7 @@ class _Examples:
             for row in range(length)
         ]
 
-    def check_numbers(self, numbers: Sequence[int], at: Callable[[int], Steps]) -> None:
+    def check_numbers(self, numbers: Sequence[int], at: Callable[[int], JsonSteps]) -> None:
         for index, number in enumerate(numbers):
             if number in self.numbers:
                 raise self.source.wrong(
@@ -277,13 +290,13 @@ class _Examples:
                 )
             self.numbers.add(number)
 
-    def check_state(self, name: str, here: Steps) -> None:
+    def check_state(self, name: str, here: JsonSteps) -> None:
         states = self.automaton.state_names
         if name not in states:
             problem = f"automaton {self.automaton.name!r} has no state {name!r}"
-            raise self.source.wrong(here, problem, f"name one of its states: {listed(states)}")
+            raise self.source.wrong(here, problem, f"name one of its states: {join_names(states)}")
 
-    def check_moment(self, moment: int | None, window: int, here: Steps) -> None:
+    def check_moment(self, moment: int | None, window: int, here: JsonSteps) -> None:
         if moment is not None and moment >= self.moments:
             problem = f"it is of moment {moment}, but the record has {self.moments}"
             raise self.source.wrong((*here, "moment"), problem, "count moments from 0, or leave it out")
@@ -291,14 +304,14 @@ class _Examples:
             problem = f"its window reaches {window} moments back, before the record begins"
             raise self.source.wrong((*here, "window"), problem, "give no more than its moment")
 
-    def value(self, value: Value, bound: BoundFeature, here: Steps) -> float:
+    def value(self, value: DocValue, bound: BoundFeature, here: JsonSteps) -> float:
         if value is None:
             return nan
         labels = bound.kind.labels if isinstance(bound.kind, Categorical) else ()
         if isinstance(value, str) and value in labels:
             return float(labels.index(value))
         if labels or isinstance(value, str):
-            right = f"one of its labels: {listed(labels)}" if labels else "a number"
+            right = f"one of its labels: {join_names(labels)}" if labels else "a number"
             problem = f"{value!r} is outside feature {bound}, which is {bound.kind}"
             raise self.source.wrong(here, problem, f"write {right}, or null where absent")
         with self.source.at(here):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from understudy.errors import listed
+from understudy.errors import join_names
 from understudy.model.automaton import Automaton
 from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.storage.encode import EVERY_STATE
-from understudy.storage.json_text import Source, Steps
+from understudy.storage.json_text import JsonSteps, Source
 from understudy.storage.schema import (
     AbsentDoc,
     ArcDoc,
@@ -23,9 +23,9 @@ from understudy.storage.schema import (
 )
 
 
-def trees_of(doc: BuiltDoc, automaton: Automaton, source: Source) -> Mapping[str, Tree]:
+def decode_trees(doc: BuiltDoc, automaton: Automaton, source: Source) -> Mapping[str, Tree]:
     """The tree of each state."""
-    here: Steps = ("built", "trees")
+    here: JsonSteps = ("built", "trees")
     movable = [state.name for state in automaton.states if state.flag is None]
     if automaton.stateless and EVERY_STATE in doc.trees and EVERY_STATE not in automaton.state_names:
         if list(doc.trees) != [EVERY_STATE]:
@@ -36,11 +36,11 @@ def trees_of(doc: BuiltDoc, automaton: Automaton, source: Source) -> Mapping[str
     for name in doc.trees:
         if name not in movable:
             problem = f"there is a tree for {name!r}, which is no state of {automaton.name!r} to be left"
-            raise source.wrong((*here, name), problem, f"give trees to {listed(movable)} only")
+            raise source.wrong((*here, name), problem, f"give trees to {join_names(movable)} only")
     return {name: _tree(nodes, automaton, source, (*here, name)) for name, nodes in doc.trees.items()}
 
 
-def _tree(nodes: list[NodeDoc], automaton: Automaton, source: Source, here: Steps) -> Tree:
+def _tree(nodes: list[NodeDoc], automaton: Automaton, source: Source, here: JsonSteps) -> Tree:
     if not nodes:
         raise source.wrong(here, "this tree has no nodes", "leave the tree out where a state keeps itself")
     reader = _Nodes(automaton, len(nodes), source)
@@ -54,21 +54,21 @@ class _Nodes:
         self.automaton, self.length, self.source = automaton, length, source
         self.names = [str(bound) for bound in automaton.features]
 
-    def node(self, doc: NodeDoc, index: int, here: Steps) -> Node:
+    def node(self, doc: NodeDoc, index: int, here: JsonSteps) -> Node:
         if isinstance(doc, StayDoc):
-            return leaf(STAY)
+            return make_leaf(STAY)
         if isinstance(doc, GoDoc):
             if doc.to not in self.automaton.state_names:
                 problem = f"it goes to {doc.to!r}, which is no state of automaton {self.automaton.name!r}"
-                remedy = f"name one of its states: {listed(self.automaton.state_names)}"
+                remedy = f"name one of its states: {join_names(self.automaton.state_names)}"
                 raise self.source.wrong((*here, "to"), problem, remedy)
-            return leaf(self.automaton.index(doc.to))
+            return make_leaf(self.automaton.index(doc.to))
         feature = self.feature(doc.feature, here)
         if isinstance(doc, LabelDoc):
             return self.label(doc, feature, index, here)
         yes, no = self.child(doc.yes, index, (*here, "yes")), self.child(doc.no, index, (*here, "no"))
         if isinstance(doc, AbsentDoc):
-            return Node(Test.ABSENT, feature, yes=yes, no=no)
+            return Node(TestKind.ABSENT, feature, yes=yes, no=no)
         kind = self.automaton.features[feature].kind
         absent = self.child(doc.absent, index, (*here, "absent"))
         if isinstance(kind, Categorical):
@@ -76,38 +76,38 @@ class _Nodes:
                 here, f"feature {doc.feature} has labels, not numbers", "test it by label"
             )
         if isinstance(doc, BelowDoc):
-            return Node(Test.BELOW, feature, high=doc.cut, yes=yes, no=no, absent=absent)
-        return self.arc(doc, kind, Node(Test.ARC, feature, doc.low, doc.high, yes, no, absent), here)
+            return Node(TestKind.BELOW, feature, high=doc.cut, yes=yes, no=no, absent=absent)
+        return self.arc(doc, kind, Node(TestKind.ARC, feature, doc.low, doc.high, yes, no, absent), here)
 
-    def arc(self, doc: ArcDoc, kind: object, node: Node, here: Steps) -> Node:
+    def arc(self, doc: ArcDoc, kind: object, node: Node, here: JsonSteps) -> Node:
         if not isinstance(kind, Toroidal):
             raise self.source.wrong(
                 here, f"feature {doc.feature} is not toroidal: it has no arcs", "test it by a cut"
             )
         return node
 
-    def label(self, doc: LabelDoc, feature: int, index: int, here: Steps) -> Node:
+    def label(self, doc: LabelDoc, feature: int, index: int, here: JsonSteps) -> Node:
         kind = self.automaton.features[feature].kind
         labels = kind.labels if isinstance(kind, Categorical) else ()
         if set(doc.branches) != set(labels):
-            right = f"give one each for {listed(labels)}" if labels else "test it by a cut"
-            problem = f"feature {doc.feature} is {kind}, but the branches are for {listed(doc.branches)}"
+            right = f"give one each for {join_names(labels)}" if labels else "test it by a cut"
+            problem = f"feature {doc.feature} is {kind}, but the branches are for {join_names(doc.branches)}"
             raise self.source.wrong((*here, "branches"), problem, right)
         branches = tuple(
             self.child(doc.branches[label], index, (*here, "branches", label)) for label in labels
         )
         absent = self.child(doc.absent, index, (*here, "absent"))
-        return Node(Test.LABEL, feature, absent=absent, branches=branches)
+        return Node(TestKind.LABEL, feature, absent=absent, branches=branches)
 
-    def feature(self, name: str, here: Steps) -> int:
+    def feature(self, name: str, here: JsonSteps) -> int:
         if name not in self.names:
             problem = f"it tests {name!r}, which is no feature of automaton {self.automaton.name!r}"
             raise self.source.wrong(
-                (*here, "feature"), problem, f"name one of its features: {listed(self.names)}"
+                (*here, "feature"), problem, f"name one of its features: {join_names(self.names)}"
             )
         return self.names.index(name)
 
-    def child(self, child: ChildDoc, parent: int, here: Steps) -> int:
+    def child(self, child: ChildDoc, parent: int, here: JsonSteps) -> int:
         if child == "stay":
             return STAY
         if child >= self.length:

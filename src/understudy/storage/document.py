@@ -19,26 +19,26 @@ import msgspec
 from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import Transition
 from understudy.model.lesson import LEARNER_VERSION, Lesson
-from understudy.model.library import Kit, Taught
-from understudy.storage.decode import automaton_of, lesson_of
-from understudy.storage.decode_trees import trees_of
-from understudy.storage.encode import automaton_doc, built_doc, lesson_doc, ordered
-from understudy.storage.json_text import Source, lay_out, repeated_key, steps_of
-from understudy.storage.schema import FORMAT, MIGRATIONS, Document, ScikitDoc, Versioned
+from understudy.model.library import Kit, TrainedAutomaton
+from understudy.storage.decode import decode_automaton, decode_lesson
+from understudy.storage.decode_trees import decode_trees
+from understudy.storage.encode import encode_automaton, encode_built_trees, encode_lesson, sort_examples
+from understudy.storage.json_text import Source, find_repeated_key, format_document, parse_json_path
+from understudy.storage.schema import FORMAT, MIGRATIONS, Document, FormatVersion, ScikitDoc
 
 Learn: TypeAlias = Callable[[Lesson], Mapping[str, Transition]]
 """Builds the transition functions of a lesson: `understudy.learning.fit.learn`."""
 
 
 @dataclass(frozen=True, slots=True)
-class Opened:
+class LoadedDocument:
     """What a document held; `rebuilt` says why its transition functions were built anew, or None."""
 
-    taught: Taught
+    taught: TrainedAutomaton
     rebuilt: str | None = None
 
 
-def encode(taught: Taught) -> bytes:
+def encode_document(taught: TrainedAutomaton) -> bytes:
     """The document of an automaton; DefinitionError where it could not be read back as it is."""
     automaton, lesson = taught.automaton, taught.lesson
     bare = replace(automaton, transitions={})
@@ -52,7 +52,7 @@ def encode(taught: Taught) -> bytes:
     if document.built is not None and lesson is not None:
         document.built.hash = _hash(document)
     try:
-        data = lay_out(document)
+        data = format_document(document)
         _prove(data, taught)
     except (UnicodeEncodeError, FileError) as error:
         problem = "it has text that is not Unicode" if isinstance(error, UnicodeEncodeError) else str(error)
@@ -64,13 +64,15 @@ def encode(taught: Taught) -> bytes:
     return data
 
 
-def _prove(data: bytes, taught: Taught) -> None:
+def _prove(data: bytes, taught: TrainedAutomaton) -> None:
     """Read the document back: nothing is saved that could not be opened again, exactly as it was."""
     features = {bound.feature.name: bound.feature for bound in taught.automaton.features}
-    lesson = None if taught.lesson is None else ordered(taught.lesson)
+    lesson = None if taught.lesson is None else sort_examples(taught.lesson)
     kept = taught.automaton.transitions
-    opened = decode(data, Kit(features, {}, {}), path=taught.automaton.name, learn=lambda _: kept).taught
-    if _document(opened) != _document(Taught(taught.automaton, lesson)):
+    opened = decode_document(
+        data, Kit(features, {}, {}), path=taught.automaton.name, learn=lambda _: kept
+    ).taught
+    if _document(opened) != _document(TrainedAutomaton(taught.automaton, lesson)):
         raise FileError(
             path=taught.automaton.name,
             place="",
@@ -79,40 +81,42 @@ def _prove(data: bytes, taught: Taught) -> None:
         )
 
 
-def _document(taught: Taught) -> Document:
+def _document(taught: TrainedAutomaton) -> Document:
     """What a document holds of an automaton; no trees where they were not learned yet."""
     lesson = taught.lesson
     teaches = lesson is not None and any(not example.quarantined for example in lesson.examples)
     unlearned = teaches and not taught.automaton.transitions
     return Document(
         format=FORMAT,
-        automaton=automaton_doc(taught.automaton),
-        lesson=None if lesson is None else lesson_doc(lesson),
-        built=None if unlearned else built_doc(taught),
+        automaton=encode_automaton(taught.automaton),
+        lesson=None if lesson is None else encode_lesson(lesson),
+        built=None if unlearned else encode_built_trees(taught),
     )
 
 
-def decode(data: bytes, kit: Kit | None, *, path: Path | str, learn: Learn | None = None) -> Opened:
+def decode_document(
+    data: bytes, kit: Kit | None, *, path: Path | str, learn: Learn | None = None
+) -> LoadedDocument:
     """The automaton and lesson of a document, its features looked up in `kit`
     (None: taken as the document says, good for looking at but not for running).
 
     FileError, naming the place, for whatever cannot be right. Where the stored trees are not what the lesson
     gives, or it keeps none, `learn` builds them; without it that is an error too.
     """
-    document, source = parse(data, path=path)
-    automaton = automaton_of(document.automaton, kit, source)
-    lesson = None if document.lesson is None else lesson_of(document.lesson, automaton, source)
-    trees = {} if document.built is None else trees_of(document.built, automaton, source)
+    document, source = parse_document(data, path=path)
+    automaton = decode_automaton(document.automaton, kit, source)
+    lesson = None if document.lesson is None else decode_lesson(document.lesson, automaton, source)
+    trees = {} if document.built is None else decode_trees(document.built, automaton, source)
     stale = _stale(document, source)
     if lesson is None or stale is None:
-        return Opened(Taught(replace(automaton, transitions=trees), lesson))
+        return LoadedDocument(TrainedAutomaton(replace(automaton, transitions=trees), lesson))
     if learn is None:
         problem = f"its trees must be built: {stale}"
         remedy = "open it with a learner, or build and save it with `understudy rebuild`"
         raise source.wrong(("built",), problem, remedy)
     with source.at(("lesson",)):
         learned = replace(automaton, transitions=learn(lesson))
-    return Opened(Taught(learned, lesson), stale)
+    return LoadedDocument(TrainedAutomaton(learned, lesson), stale)
 
 
 def _stale(document: Document, source: Source) -> str | None:
@@ -140,12 +144,12 @@ def _hash(document: Document) -> str:
     return "sha256:" + hashlib.sha256(msgspec.json.encode(parts)).hexdigest()
 
 
-def parse(data: bytes, *, path: Path | str) -> tuple[Document, Source]:
+def parse_document(data: bytes, *, path: Path | str) -> tuple[Document, Source]:
     """The document in these bytes, brought to the current format; FileError where there is none."""
     source = Source(path, data.decode("utf-8", errors="replace"))
     try:
         data.decode("utf-8")
-        repeated = repeated_key(source.text)
+        repeated = find_repeated_key(source.text)
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise _unreadable(path, f"line {line}", "it is not UTF-8 text") from error
@@ -164,7 +168,7 @@ def parse(data: bytes, *, path: Path | str) -> tuple[Document, Source]:
         return _current(data, source), source
     except msgspec.ValidationError as error:
         problem, _, place = str(error).partition(" - at `")
-        steps = steps_of(place.rstrip("`"))
+        steps = parse_json_path(place.rstrip("`"))
         raise source.wrong(steps, _lower(problem), "see docs/formats.md for what belongs there") from error
     except msgspec.DecodeError as error:  # what Python's reader takes and JSON does not: NaN, Infinity
         at = re.search(r"\(byte (\d+)\)", str(error))
@@ -174,7 +178,7 @@ def parse(data: bytes, *, path: Path | str) -> tuple[Document, Source]:
 
 
 def _current(data: bytes, source: Source) -> Document:
-    found = msgspec.json.decode(data, type=Versioned).format
+    found = msgspec.json.decode(data, type=FormatVersion).format
     if found > FORMAT:
         problem = f"it has format {found}, and this Understudy reads up to {FORMAT}"
         raise source.wrong(("format",), problem, "update Understudy to open it")
@@ -199,11 +203,11 @@ def _lower(text: str) -> str:
     return text[:1].lower() + text[1:]
 
 
-def fingerprint(taught: Taught) -> str:
+def fingerprint_automaton(taught: TrainedAutomaton) -> str:
     """The same for two automata only if states, lessons and transition functions are all the same."""
-    return digest(encode(taught))
+    return hash_content(encode_document(taught))
 
 
-def digest(content: bytes) -> str:
+def hash_content(content: bytes) -> str:
     """The same for two contents only if they are the same."""
     return hashlib.sha256(content).hexdigest()[:16]

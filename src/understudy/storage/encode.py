@@ -11,13 +11,13 @@ from msgspec import UNSET
 
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
-from understudy.model.expectation import Outcome
-from understudy.model.features import BoundFeature, Counter, Feature, Flag, Timer
+from understudy.model.expectation import Expectation
+from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimerFeature
 from understudy.model.kinds import Categorical
-from understudy.model.lesson import Example, Lesson, Options, Record, Trees
-from understudy.model.library import Taught
-from understudy.model.tree import STAY, Node, Test, Tree
-from understudy.storage.packing import pack, pack_bytes
+from understudy.model.lesson import Example, LearnerOptions, Lesson, ReadingLog, TreeOptions
+from understudy.model.library import TrainedAutomaton
+from understudy.model.tree import STAY, Node, TestKind, Tree
+from understudy.storage.packing import pack_bytes, pack_column
 from understudy.storage.schema import (
     AbsentDoc,
     ArcDoc,
@@ -25,6 +25,7 @@ from understudy.storage.schema import (
     BelowDoc,
     BuiltDoc,
     ChildDoc,
+    DocValue,
     ExampleDoc,
     FeatureDoc,
     GoDoc,
@@ -39,7 +40,6 @@ from understudy.storage.schema import (
     StateDoc,
     StayDoc,
     TreesDoc,
-    Value,
     WatchedDoc,
 )
 
@@ -49,12 +49,12 @@ EVERY_STATE = "*"
 """Stands for all states of a stateless automaton, which share one tree."""
 
 
-def ordered(lesson: Lesson) -> Lesson:
+def sort_examples(lesson: Lesson) -> Lesson:
     """The lesson with its examples in the order of their numbers, as documents keep them."""
     return replace(lesson, examples=tuple(sorted(lesson.examples, key=lambda example: example.number)))
 
 
-def automaton_doc(automaton: Automaton) -> AutomatonDoc:
+def encode_automaton(automaton: Automaton) -> AutomatonDoc:
     """States, features and parameters."""
     return AutomatonDoc(
         name=automaton.name,
@@ -73,11 +73,11 @@ def _feature_doc(bound: BoundFeature) -> FeatureDoc:
     match bound.feature:
         case Feature():
             sort = "body"
-        case Flag():
+        case FlagFeature():
             sort = "flag"
-        case Counter():
+        case CounterFeature():
             sort = "counter"
-        case Timer():
+        case TimerFeature():
             sort = "timer"
         case _:
             sort = "time in state"
@@ -90,10 +90,10 @@ def _feature_doc(bound: BoundFeature) -> FeatureDoc:
     )
 
 
-def lesson_doc(lesson: Lesson) -> LessonDoc:
+def encode_lesson(lesson: Lesson) -> LessonDoc:
     """Options, examples, record and outcomes."""
     features = lesson.automaton.features
-    examples = ordered(lesson).examples
+    examples = sort_examples(lesson).examples
     return LessonDoc(
         options=_options_doc(lesson.options),
         examples=[_example_doc(example, features) for example in examples if example.pressed],
@@ -103,7 +103,7 @@ def lesson_doc(lesson: Lesson) -> LessonDoc:
     )
 
 
-def _outcome_doc(outcome: Outcome) -> OutcomeDoc:
+def _outcome_doc(outcome: Expectation) -> OutcomeDoc:
     return OutcomeDoc(
         flag=outcome.flag,
         within_s=outcome.within_s,
@@ -116,9 +116,9 @@ def _outcome_doc(outcome: Outcome) -> OutcomeDoc:
     )
 
 
-def _options_doc(options: Options) -> OptionsDoc:
+def _options_doc(options: LearnerOptions) -> OptionsDoc:
     learner: TreesDoc | ScikitDoc
-    if isinstance(options.learner, Trees):
+    if isinstance(options.learner, TreeOptions):
         trees = options.learner
         learner = TreesDoc(
             boundary=trees.boundary,
@@ -148,28 +148,28 @@ def _example_doc(example: Example, features: Sequence[BoundFeature]) -> ExampleD
         edited=example.edited,
         moment=example.moment,
         window=example.window,
-        own={name: number(value) for name, value in example.own.items()},
+        own={name: encode_number(value) for name, value in example.own.items()},
         binding=dict(example.binding),
         quarantined=example.quarantined,
     )
 
 
-def _values(example: Example, features: Sequence[BoundFeature]) -> list[Value]:
+def _values(example: Example, features: Sequence[BoundFeature]) -> list[DocValue]:
     if len(example.values) != len(features):
         raise DefinitionError(
             what=f"example {example.number}",
             problem=f"it has {len(example.values)} values",
             remedy=f"give one for each of the {len(features)} features",
         )
-    values: list[Value] = []
+    values: list[DocValue] = []
     for bound, value in zip(features, example.values, strict=True):
         checked = bound.kind.check(value, where=f"example {example.number}, feature {bound}")
         label = isinstance(bound.kind, Categorical) and not isnan(checked)
-        values.append(cast(Categorical, bound.kind).labels[int(checked)] if label else number(checked))
+        values.append(cast(Categorical, bound.kind).labels[int(checked)] if label else encode_number(checked))
     return values
 
 
-def number(value: float) -> float | None:
+def encode_number(value: float) -> float | None:
     """A number as JSON has it: None where absent."""
     return None if isnan(value) else float(value)
 
@@ -192,7 +192,7 @@ def _watched_doc(group: Sequence[Example], features: Sequence[BoundFeature]) -> 
         edited=_unless_all([example.edited for example in group], False),
         moment=_unless_all([example.moment for example in group], None),
         window=_unless_all([example.window for example in group], 0),
-        own={name: [number(example.own[name]) for example in group] for name in group[0].own},
+        own={name: [encode_number(example.own[name]) for example in group] for name in group[0].own},
         binding=dict(group[0].binding),
         quarantined=_unless_all([example.quarantined for example in group], ""),
     )
@@ -202,24 +202,24 @@ def _unless_all(column: list[T], usual: T) -> list[T]:
     return [] if all(value == usual for value in column) else column
 
 
-def _record_doc(record: Record) -> RecordDoc:
+def _record_doc(record: ReadingLog) -> RecordDoc:
     return RecordDoc(
         moments=len(record),
-        seconds=pack(record.seconds),
+        seconds=pack_column(record.seconds),
         readings=[
-            ReadingDoc(reading=reading, of=target, values=pack(record.values[:, column]))
+            ReadingDoc(reading=reading, of=target, values=pack_column(record.values[:, column]))
             for column, (reading, target) in enumerate(record.keys)
         ],
     )
 
 
-def built_doc(taught: Taught) -> BuiltDoc | None:
+def encode_built_trees(taught: TrainedAutomaton) -> BuiltDoc | None:
     """The transition functions; None for those of classifiers, which are fitted again on loading."""
     automaton = taught.automaton
     trees: dict[str, list[NodeDoc]] = {}
     for state, transition in automaton.transitions.items():
         if not isinstance(transition, Tree):
-            if taught.lesson is None or isinstance(taught.lesson.options.learner, Trees):
+            if taught.lesson is None or isinstance(taught.lesson.options.learner, TreeOptions):
                 raise DefinitionError(
                     what=f"automaton {automaton.name!r}",
                     problem=f"the transition function of state {state!r} is no tree",
@@ -243,15 +243,15 @@ def _shared(transitions: Mapping[str, object], automaton: Automaton) -> bool:
 
 
 def _node_doc(node: Node, automaton: Automaton) -> NodeDoc:
-    if node.test == Test.LEAF:
+    if node.test == TestKind.LEAF:
         return StayDoc() if node.yes == STAY else GoDoc(to=automaton.states[node.yes].name)
     feature = automaton.features[node.feature]
     yes, no, absent = _child(node.yes), _child(node.no), _child(node.absent)
-    if node.test == Test.BELOW:
+    if node.test == TestKind.BELOW:
         return BelowDoc(feature=str(feature), cut=node.high, yes=yes, no=no, absent=absent)
-    if node.test == Test.ARC:
+    if node.test == TestKind.ARC:
         return ArcDoc(feature=str(feature), low=node.low, high=node.high, yes=yes, no=no, absent=absent)
-    if node.test == Test.ABSENT:
+    if node.test == TestKind.ABSENT:
         return AbsentDoc(feature=str(feature), yes=yes, no=no)
     labels = cast(Categorical, feature.kind).labels
     branches = {label: _child(child) for label, child in zip(labels, node.branches, strict=True)}

@@ -35,7 +35,7 @@ OPENED = (
 """The objects and arrays whose members each get a line of their own; `*` is any key or index."""
 
 
-def lay_out(document: Any) -> bytes:
+def format_document(document: Any) -> bytes:
     """A document's bytes: indented, keys in declared order, UTF-8, a line feed at the end."""
     return (_lines(msgspec.to_builtins(document), (), "") + "\n").encode("utf-8")
 
@@ -59,7 +59,7 @@ def _under(path: tuple[str, ...], key: str) -> tuple[str, ...]:
     return (*path, key) if (*path, key) in OPENED else (*path, "*")
 
 
-def repeated_key(text: str) -> str | None:
+def find_repeated_key(text: str) -> str | None:
     """The first key that an object of this JSON text has twice: JSON readers would silently drop one."""
     found: list[str] = []
 
@@ -71,7 +71,7 @@ def repeated_key(text: str) -> str | None:
     return found[0] if found else None
 
 
-def line_of(text: str, steps: Sequence[str | int]) -> int | None:
+def find_line(text: str, steps: Sequence[str | int]) -> int | None:
     """The line (from 1) where the member at these keys and indices begins, or its nearest ancestor."""
     position = _skip(text, 0)
     try:
@@ -82,12 +82,12 @@ def line_of(text: str, steps: Sequence[str | int]) -> int | None:
     return text.count("\n", 0, position) + 1 if position < len(text) else None
 
 
-def spelled(steps: Sequence[str | int]) -> str:
+def format_json_path(steps: Sequence[str | int]) -> str:
     """Keys and indices as a JSON path: $.automaton.states[2].name."""
     return "$" + "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)
 
 
-def steps_of(path: str) -> tuple[str | int, ...]:
+def parse_json_path(path: str) -> tuple[str | int, ...]:
     """The keys and indices of a JSON path as msgspec gives it, up to the first it leaves out ([...])."""
     known = path.removeprefix("$").partition("[...]")[0]
     return tuple(int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", known))
@@ -117,7 +117,7 @@ def _member(text: str, position: int, step: str | int) -> int:
     raise KeyError(step)
 
 
-Steps: TypeAlias = tuple[str | int, ...]
+JsonSteps: TypeAlias = tuple[str | int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,18 +127,18 @@ class Source:
     path: Path | str
     text: str
 
-    def wrong(self, steps: Steps, problem: str, remedy: str) -> FileError:
+    def wrong(self, steps: JsonSteps, problem: str, remedy: str) -> FileError:
         """The error for what is at these keys and indices."""
         return FileError(path=self.path, place=self.place(steps), problem=problem, remedy=remedy)
 
-    def place(self, steps: Steps) -> str:
+    def place(self, steps: JsonSteps) -> str:
         """A JSON path with the line it is on."""
-        line = line_of(self.text, steps)
-        return spelled(steps) + (f" (line {line})" if line else "")
+        line = find_line(self.text, steps)
+        return format_json_path(steps) + (f" (line {line})" if line else "")
 
     @contextmanager
     def at(
-        self, steps: Steps, remedy: str = "edit it there, or restore an earlier version"
+        self, steps: JsonSteps, remedy: str = "edit it there, or restore an earlier version"
     ) -> Iterator[None]:
         """Errors of the model's own inside become errors of the file, at this place."""
         try:
@@ -148,7 +148,7 @@ class Source:
         except UnderstudyError as error:
             raise self.wrong(steps, str(error), remedy) from error
 
-    def once(self, names: Sequence[str], steps: Steps, what: str) -> None:
+    def once(self, names: Sequence[str], steps: JsonSteps, what: str) -> None:
         """FileError where a name comes twice."""
         seen: dict[str, int] = {}
         for index, name in enumerate(names):

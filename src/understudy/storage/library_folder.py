@@ -20,9 +20,9 @@ from unicodedata import normalize
 from urllib.parse import unquote
 
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnknownName
-from understudy.model.library import Kit, Library, Taught
-from understudy.storage.atomic import failing, locked, sync_folder, write
-from understudy.storage.document import Learn, Opened, decode, encode
+from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.storage.atomic import convert_os_errors, lock_folder, sync_folder, write_atomically
+from understudy.storage.document import Learn, LoadedDocument, decode_document, encode_document
 
 LONGEST = 150
 """Bytes of a file name without its ending; every file system takes 255."""
@@ -30,7 +30,7 @@ LONGEST = 150
 _DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
 
 
-def stem(name: str) -> str:
+def make_file_stem(name: str) -> str:
     """The file name, without ending, of the automaton of this name.
 
     Letters, digits, _ and - stay, and so do spaces inside; other characters become %XX. DefinitionError where
@@ -63,7 +63,7 @@ def _percent(character: str) -> str:
     return "".join(f"%{byte:02X}" for byte in character.encode("utf-8"))
 
 
-def alike(name: str) -> str:
+def normalize_name(name: str) -> str:
     """What names have in common that some file systems take for one: no case, one form of each character."""
     return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())
 
@@ -73,7 +73,7 @@ _VERSION = re.compile(r"(\d{4,})(?: (\d{4}-\d\d-\d\d \d\d\.\d\d\.\d\d))?\.json")
 
 
 @dataclass(frozen=True, slots=True)
-class OpenedLibrary:
+class LoadedLibrary:
     """A library, and by name why transition functions were built anew."""
 
     library: Library
@@ -81,7 +81,7 @@ class OpenedLibrary:
 
 
 @dataclass(frozen=True, slots=True)
-class Version:
+class SavedVersion:
     """A former version of an automaton: its number from 1, when it was saved (UTC), its file."""
 
     number: int
@@ -89,28 +89,28 @@ class Version:
     path: Path
 
 
-def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> OpenedLibrary:
+def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> LoadedLibrary:
     """All automata of a folder. The first thing wrong is raised, naming the file and place."""
     library, rebuilt = Library(kit), {}
-    for path in documents(Path(folder)):
+    for path in list_documents(Path(folder)):
         opened = open_document(path, kit, learn)
-        library = joined(library, opened.taught, path)
+        library = add_automaton(library, opened.taught, path)
         if opened.rebuilt is not None:
             rebuilt[opened.taught.automaton.name] = opened.rebuilt
-    return OpenedLibrary(library, MappingProxyType(rebuilt))
+    return LoadedLibrary(library, MappingProxyType(rebuilt))
 
 
-def documents(folder: Path) -> list[Path]:
+def list_documents(folder: Path) -> list[Path]:
     """The documents in a folder, in order of name; files that are still being written are no documents."""
-    with failing(folder, "opening the library"):
+    with convert_os_errors(folder, "opening the library"):
         return sorted(path for path in folder.iterdir() if path.suffix == ".json" and path.name[0] != ".")
 
 
-def open_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Opened:
+def open_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
     """The automaton in a file of a library; FileError where the file is not named after it."""
     opened = read_document(path, kit, learn)
     name = opened.taught.automaton.name
-    expected = f"{stem(name)}.json"
+    expected = f"{make_file_stem(name)}.json"
     if normalize("NFC", path.name) != normalize("NFC", expected):
         also = f", as {expected} beside it does" if path.with_name(expected).exists() else ""
         problem = f"it holds automaton {name!r}{also}"
@@ -119,20 +119,20 @@ def open_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Op
     return opened
 
 
-def read_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Opened:
+def read_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
     """The automaton in any file."""
     if path.exists() and not path.is_file():  # a pipe would be waited for without end
         raise FileError(path=path, place="", problem="it is not a file", remedy="remove it, or rename it")
-    with failing(path, "reading", remedy="see that the file exists and that you may read it"):
+    with convert_os_errors(path, "reading", remedy="see that the file exists and that you may read it"):
         data = path.read_bytes()
-    return decode(data, kit, path=path, learn=learn)
+    return decode_document(data, kit, path=path, learn=learn)
 
 
-def joined(library: Library, taught: Taught, path: Path) -> Library:
+def add_automaton(library: Library, taught: TrainedAutomaton, path: Path) -> Library:
     """The library with the automaton from this file; FileError where its name is taken."""
     name = taught.automaton.name
     for other in library.taught:
-        if alike(other) == alike(name):
+        if normalize_name(other) == normalize_name(name):
             problem = (
                 f"automaton {name!r} is also called {other!r} beside it, but for case or the form of letters"
             )
@@ -148,38 +148,38 @@ def joined(library: Library, taught: Taught, path: Path) -> Library:
         raise RecursionRefused(cycle=error.cycle, path=path) from error
 
 
-def save(folder: Path | str, taught: Taught) -> Path:
+def save_automaton(folder: Path | str, taught: TrainedAutomaton) -> Path:
     """Write an automaton into a library's folder, keeping the former version; nothing if nothing changed.
 
     When it returns, the document will outlast a power cut; when it raises, the folder is as it was.
     """
     folder = Path(folder)
-    path = folder / f"{stem(taught.automaton.name)}.json"
-    data = encode(taught)
+    path = folder / f"{make_file_stem(taught.automaton.name)}.json"
+    data = encode_document(taught)
     if folder.exists() and not folder.is_dir():
         remedy = "name a folder to keep the library in"
         raise FileError(path=folder, place="", problem="it is a file, not a folder", remedy=remedy)
-    with failing(path, "saving", remedy="see that the disk has room and that you may write there"):
+    with convert_os_errors(path, "saving", remedy="see that the disk has room and that you may write there"):
         folder.mkdir(parents=True, exist_ok=True)
-        with locked(folder):
+        with lock_folder(folder):
             _refuse_alike(taught.automaton.name, path)
             former = path.read_bytes() if path.exists() else None
             if former == data:
                 return path
             if former is not None:
                 _keep(path, former)
-            write(path, data)
+            write_atomically(path, data)
     return path
 
 
-def rename(folder: Path, former: str, taught: Taught) -> Path:
+def rename_automaton(folder: Path, former: str, taught: TrainedAutomaton) -> Path:
     """Give an automaton another name, `taught` being it under that name; its former versions come along.
 
     Killed in between, the folder has it under both names, each version under one of them.
     """
-    path, name = folder / f"{stem(former)}.json", stem(taught.automaton.name)
-    renamed, data = folder / f"{name}.json", encode(taught)
-    with failing(path, "renaming"), locked(folder):
+    path, name = folder / f"{make_file_stem(former)}.json", make_file_stem(taught.automaton.name)
+    renamed, data = folder / f"{name}.json", encode_document(taught)
+    with convert_os_errors(path, "renaming"), lock_folder(folder):
         _refuse_alike(taught.automaton.name, renamed)
         if renamed.exists():
             raise DefinitionError(
@@ -187,8 +187,8 @@ def rename(folder: Path, former: str, taught: Taught) -> Path:
                 problem=f"{renamed.name} is there already",
                 remedy="give it another name",
             )
-        write(renamed, data)
-        _move_versions(folder / VERSIONS / stem(former), folder / VERSIONS / name)
+        write_atomically(renamed, data)
+        _move_versions(folder / VERSIONS / make_file_stem(former), folder / VERSIONS / name)
         path.unlink()
         sync_folder(folder)
     return renamed
@@ -210,7 +210,7 @@ def _move_versions(source: Path, target: Path) -> None:
 
 def _refuse_alike(name: str, path: Path) -> None:
     for other in path.parent.glob("*.json"):
-        if other.name != path.name and alike(unquote(other.stem)) == alike(name):
+        if other.name != path.name and normalize_name(unquote(other.stem)) == normalize_name(name):
             raise DefinitionError(
                 what=f"automaton {name!r}",
                 problem=f"{other.name} has that name already, but for case or the form of letters",
@@ -227,22 +227,22 @@ def _keep(path: Path, former: bytes) -> None:
         return
     saved = datetime.fromtimestamp(path.stat().st_mtime, UTC)
     number = kept[-1].number + 1 if kept else 1
-    with locked(folder):
-        write(folder / f"{number:04} {saved:%Y-%m-%d %H.%M.%S}.json", former)
+    with lock_folder(folder):
+        write_atomically(folder / f"{number:04} {saved:%Y-%m-%d %H.%M.%S}.json", former)
     sync_folder(folder.parent)
     sync_folder(path.parent)
 
 
-def versions(folder: Path, name: str) -> tuple[Version, ...]:
+def list_versions(folder: Path, name: str) -> tuple[SavedVersion, ...]:
     """The former versions of an automaton, oldest first; the current one is not among them."""
-    return _versions(folder / VERSIONS / stem(name))
+    return _versions(folder / VERSIONS / make_file_stem(name))
 
 
-def _versions(folder: Path) -> tuple[Version, ...]:
+def _versions(folder: Path) -> tuple[SavedVersion, ...]:
     if not folder.is_dir():
         return ()
     found = [(match, path) for path in folder.iterdir() if (match := _VERSION.fullmatch(path.name))]
-    listed = [Version(int(match[1]), _date(match[2]), path) for match, path in found]
+    listed = [SavedVersion(int(match[1]), _date(match[2]), path) for match, path in found]
     return tuple(sorted(listed, key=lambda version: version.number))
 
 
@@ -253,9 +253,11 @@ def _date(text: str | None) -> datetime | None:
         return None
 
 
-def load_version(folder: Path, name: str, number: int, kit: Kit | None, learn: Learn | None = None) -> Opened:
+def load_version(
+    folder: Path, name: str, number: int, kit: Kit | None, learn: Learn | None = None
+) -> LoadedDocument:
     """A former version of an automaton."""
-    kept = {version.number: version.path for version in versions(folder, name)}
+    kept = {version.number: version.path for version in list_versions(folder, name)}
     if number not in kept:
         where = f"automaton {name!r} in {folder}"
         raise UnknownName(what="version", name=str(number), where=where, known=[str(each) for each in kept])

@@ -10,7 +10,7 @@ import numpy as np
 from understudy.model.kinds import Column
 
 
-def pack(column: Column) -> str:
+def pack_column(column: Column) -> str:
     """A column as text: little-endian float64."""
     return pack_bytes(np.ascontiguousarray(column, dtype="<f8").tobytes())
 
@@ -34,8 +34,8 @@ def unpack_bytes(text: str, *, most: int) -> bytes:
     return data
 
 
-def unpack(text: str, *, length: int) -> Column:
-    """The column that `pack` made a text of; ValueError saying what is wrong with it."""
+def unpack_column(text: str, *, length: int) -> Column:
+    """The column that `pack_column` made a text of; ValueError saying what is wrong with it."""
     try:
         packed = b64decode(text.encode("ascii"), validate=True)
         unzip = zlib.decompressobj()

@@ -13,7 +13,7 @@ from understudy.learning.fit import learn_state
 from understudy.learning.training_set import teaching
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
-from understudy.model.lesson import Example, ExampleKind, Lesson, Record
+from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.tree import STAY
 from understudy.training.edits import counted, quarantined
 from understudy.training.feature_values import values_of
@@ -52,7 +52,7 @@ class Switched:
             correction.number, outcome.state, (), outcome.state, ExampleKind.CONFIRMATION, correction=True,
             moment=0, own=outcome.own, binding=binding,
         )  # fmt: skip
-        record = Record(self._keys, np.array([moment.values]), np.array([moment.seconds]))
+        record = ReadingLog(self._keys, np.array([moment.values]), np.array([moment.seconds]))
         return replace(stay, values=values_of(stay, lesson, record, steady=self._steady), moment=None)
 
 

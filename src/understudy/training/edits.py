@@ -10,9 +10,9 @@ from understudy.errors import SessionError, UnknownName
 from understudy.learning.mislabels import same_press
 from understudy.model.automaton import State
 from understudy.model.binding import Binding
-from understudy.model.expectation import Outcome
+from understudy.model.expectation import Expectation
 from understudy.model.features import BoundFeature
-from understudy.model.lesson import Example, ExampleKind, Lesson, Options
+from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.training.lesson_design import check_names, chosen_feature, chosen_state
 
@@ -25,8 +25,8 @@ class Choice(TypedDict, total=False):
     features: Sequence[str | BoundFeature]
     parameters: Sequence[str]
     stateless: bool
-    options: Options
-    outcomes: Sequence[Outcome]
+    options: LearnerOptions
+    outcomes: Sequence[Expectation]
     names: Mapping[str, str]
 
 

@@ -12,9 +12,17 @@ from math import nan
 import numpy as np
 
 from understudy.errors import SessionError
-from understudy.model.features import AnyFeature, BoundFeature, Counter, Feature, Flag, Percept, Timer
+from understudy.model.features import (
+    AnyFeature,
+    BoundFeature,
+    CounterFeature,
+    Feature,
+    FlagFeature,
+    Percept,
+    TimerFeature,
+)
 from understudy.model.kinds import NO, Categorical
-from understudy.model.lesson import Example, Lesson, Record
+from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import feature_column
 from understudy.runtime.interpreter import Machine, elapsed
@@ -42,11 +50,11 @@ def own_value(feature: AnyFeature, own: Mapping[str, float]) -> float | None:
     """
     if isinstance(feature, Feature):
         return feature.fresh if own.get("time_in_state") == 0.0 else None
-    if isinstance(feature, Flag):
+    if isinstance(feature, FlagFeature):
         return own.get(f"flag {feature.name}", NO)
-    if isinstance(feature, Counter):
+    if isinstance(feature, CounterFeature):
         return own.get(f"counter {feature.name}", 0.0)
-    if isinstance(feature, Timer):
+    if isinstance(feature, TimerFeature):
         return own.get(f"timer {feature.name}", nan)
     return own.get("time_in_state", nan)
 
@@ -71,7 +79,7 @@ def shown(
 
 
 def values_of(
-    example: Example, lesson: Lesson, record: Record, *, steady: frozenset[str]
+    example: Example, lesson: Lesson, record: ReadingLog, *, steady: frozenset[str]
 ) -> tuple[float, ...]:
     """The values of the lesson's features at an example's moment; `steady` readings (categories) are never
     shifted.
@@ -87,7 +95,7 @@ def values_of(
     return tuple(_value(bound, example, percept) for bound in lesson.automaton.features)
 
 
-def percept_at(example: Example, record: Record, *, reaction_s: float, steady: frozenset[str]) -> Percept:
+def percept_at(example: Example, record: ReadingLog, *, reaction_s: float, steady: frozenset[str]) -> Percept:
     """The snapshot of an example's moment, its shiftable readings taken `reaction_s` earlier if a press made
     it.
     """
@@ -98,7 +106,7 @@ def percept_at(example: Example, record: Record, *, reaction_s: float, steady: f
     }
 
 
-def shifted_row(example: Example, record: Record, reaction_s: float) -> int:
+def shifted_row(example: Example, record: ReadingLog, reaction_s: float) -> int:
     """The row of the record nearest to `reaction_s` before an example's moment, if a press made it."""
     row = example.moment or 0
     if not (example.pressed and reaction_s > 0 and example.window > 0):
@@ -116,7 +124,7 @@ def _value(bound: BoundFeature, example: Example, percept: Percept) -> float:
     return float(feature_column(ground, percept, agents=1)[0])
 
 
-def valued(old: Lesson, new: Lesson, record: Record, *, steady: frozenset[str]) -> Lesson:
+def valued(old: Lesson, new: Lesson, record: ReadingLog, *, steady: frozenset[str]) -> Lesson:
     """The new lesson with its examples' values, which are still the old one's, computed again from the
     record.
 

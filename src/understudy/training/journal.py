@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from understudy.errors import FileError
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
-from understudy.model.lesson import Example, Record
+from understudy.model.lesson import Example, ReadingLog
 from understudy.runtime.interpreter import Level
-from understudy.storage.append_log import Log, read_log
+from understudy.storage.append_log import AppendLog, read_log
 from understudy.training.sample_buffer import Moment
 from understudy.training.trainee import Entry, Mode, Press
 
@@ -168,7 +168,7 @@ class Journal:
 
     def __init__(self, path: Path | None = None) -> None:
         self.path = path
-        self._log: Log | None = None
+        self._log: AppendLog | None = None
         self._ticks: list[tuple[Moment, str]] = []
         self._first = 0
         self._kept_rows = 0
@@ -181,7 +181,7 @@ class Journal:
         """
         journal = cls(path)
         if path is not None:
-            journal._log = Log.create(path, MAGIC)
+            journal._log = AppendLog.create(path, MAGIC)
             journal._kept_rows = rows
             journal.write(entry, sync=True)
         return journal
@@ -190,7 +190,7 @@ class Journal:
     def resumed(cls, path: Path, *, ticks: int, rows: int) -> Self:
         """Go on with a journal that holds `ticks` ticks and `rows` rows of the lesson's record."""
         journal = cls(path)
-        journal._log = Log.append(path, MAGIC)
+        journal._log = AppendLog.append(path, MAGIC)
         journal._first, journal._kept_rows = ticks, rows
         return journal
 
@@ -245,7 +245,7 @@ class Journal:
         self.write(Placed())
         self._snapshot_tick = None
 
-    def new_rows(self, record: Record) -> Rows:
+    def new_rows(self, record: ReadingLog) -> Rows:
         """The rows of a record that no entry holds yet."""
         if self._log is None:
             return Rows(0, b"")

@@ -12,10 +12,10 @@ from typing import Self
 
 from understudy.errors import FileError
 from understudy.model.features import ReadingKey
-from understudy.model.lesson import Example, Lesson, Record
-from understudy.model.library import Library, Taught
+from understudy.model.lesson import Example, Lesson, ReadingLog
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.interpreter import Level
-from understudy.storage.document import decode, encode
+from understudy.storage.document import decode_document, encode_document
 from understudy.training.corrections import Unlearning
 from understudy.training.history import History
 from understudy.training.journal import (
@@ -66,7 +66,7 @@ class Past:
     def none(cls, lesson: Lesson, keys: Sequence[ReadingKey], targets: Mapping[str, str], agent: int) -> Self:
         """The past of a session that begins with a lesson."""
         return cls(
-            History(replace(lesson, record=Record())), Recorder(keys, lesson.record), dict(targets), agent
+            History(replace(lesson, record=ReadingLog())), Recorder(keys, lesson.record), dict(targets), agent
         )
 
     @classmethod
@@ -155,12 +155,12 @@ class Past:
 
 def lesson_bytes(lesson: Lesson) -> bytes:
     """A lesson for the journal: its document, with nothing built."""
-    return encode(Taught(lesson.automaton, lesson))
+    return encode_document(TrainedAutomaton(lesson.automaton, lesson))
 
 
 def lesson_from(data: bytes, library: Library, path: Path) -> Lesson:
     """A lesson from the journal."""
-    opened = decode(data, library.kit, path=path, learn=lambda lesson: {})
+    opened = decode_document(data, library.kit, path=path, learn=lambda lesson: {})
     if opened.taught.lesson is None:
         raise FileError(path=path, place="", problem="an entry holds no lesson", remedy="begin a new session")
     return opened.taught.lesson
@@ -176,7 +176,7 @@ def difference(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Exampl
         after.options,
         after.outcomes,
     ):
-        design = lesson_bytes(replace(after, examples=(), record=Record()))
+        design = lesson_bytes(replace(after, examples=(), record=ReadingLog()))
     old = {example.number: example for example in before.examples}
     new = {example.number for example in after.examples}
     different = [example for example in after.examples if old.get(example.number) is not example]
@@ -190,4 +190,4 @@ def changed(lesson: Lesson, step: Stepped, library: Library, path: Path) -> Less
         base = lesson_from(step.design, library, path)
     new = {example.number: example for example in step.changed}
     kept = [new.pop(e.number, e) for e in lesson.examples if e.number not in step.removed]
-    return replace(base, examples=(*kept, *new.values()), record=Record())
+    return replace(base, examples=(*kept, *new.values()), record=ReadingLog())

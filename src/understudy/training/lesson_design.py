@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.features import BoundFeature, Flag
-from understudy.model.lesson import Lesson, Options
+from understudy.model.features import BoundFeature, FlagFeature
+from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library
 
 _CALL = re.compile(r"\s*([^\s(),=]+(?:\s+[^\s(),=]+)*)\s*(?:\(([^()]*)\))?\s*")
@@ -28,7 +28,7 @@ def new_lesson(
     flags: Sequence[str] = (),
     parameters: Sequence[str] = (),
     stateless: bool = False,
-    options: Options | None = None,
+    options: LearnerOptions | None = None,
 ) -> Lesson:
     """An empty lesson for an automaton `name`: a start state, these states, and a state per flag."""
     automaton = Automaton(
@@ -43,7 +43,7 @@ def new_lesson(
         stateless=stateless,
     )
     check_names(library, automaton)
-    return Lesson(automaton, options=options or Options())
+    return Lesson(automaton, options=options or LearnerOptions())
 
 
 def chosen_state(library: Library, text: str | State) -> State:
@@ -81,7 +81,7 @@ def check_names(library: Library, automaton: Automaton) -> None:
                 remedy="rename the parameter",
             )
     for flag in automaton.flags:
-        if not isinstance(library.kit.features.get(flag, Flag(flag)), Flag):
+        if not isinstance(library.kit.features.get(flag, FlagFeature(flag)), FlagFeature):
             raise DefinitionError(
                 what=f"automaton {automaton.name!r}",
                 problem=f"its flag {flag!r} has the name of a feature",

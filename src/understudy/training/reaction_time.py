@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from understudy.errors import UnderstudyError
 from understudy.model.features import BoundFeature, Percept
 from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, Lesson, Record
+from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, Lesson, ReadingLog
 from understudy.runtime.feature_columns import feature_column
 from understudy.training.feature_values import shifted_row
 
@@ -119,7 +119,7 @@ def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -
     return max(found, key=lambda each: each.weight, default=None)
 
 
-def _percept(record: Record, group: Sequence[Example], steady: frozenset[str]) -> Percept:
+def _percept(record: ReadingLog, group: Sequence[Example], steady: frozenset[str]) -> Percept:
     """All readings of a group: shift by shift, and for each of them press by press."""
     rows = np.array([[shifted_row(each, record, shift) for each in group] for shift in SHIFTS_S.tolist()])
     unshifted = np.broadcast_to(rows[0], rows.shape)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from understudy.model.features import ReadingKey
-from understudy.model.lesson import LONGEST_REACTION_S, Lesson, Record
+from understudy.model.lesson import LONGEST_REACTION_S, Lesson, ReadingLog
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +28,9 @@ class Moment:
 class Recorder:
     """Recent moments of one agent, and the rows kept for its lesson."""
 
-    def __init__(self, keys: Sequence[ReadingKey], record: Record | None = None) -> None:
+    def __init__(self, keys: Sequence[ReadingKey], record: ReadingLog | None = None) -> None:
         self.keys = tuple(keys)
-        record = record or Record()
+        record = record or ReadingLog()
         kept = list(record.keys)
         columns = [kept.index(key) if key in kept else -1 for key in self.keys]
         old = np.array([[np.nan if c < 0 else row[c] for c in columns] for row in record.values])
@@ -78,9 +78,9 @@ class Recorder:
         return self._episode[-1].seconds
 
     @property
-    def record(self) -> Record:
+    def record(self) -> ReadingLog:
         """Everything kept so far, as a view."""
-        return Record(self.keys, self._values[: self._kept], self._seconds[: self._kept])
+        return ReadingLog(self.keys, self._values[: self._kept], self._seconds[: self._kept])
 
 
 def compact(lesson: Lesson) -> Lesson:
@@ -101,5 +101,5 @@ def compact(lesson: Lesson) -> Lesson:
             replace(example, moment=None if example.moment is None else place[example.moment])
             for example in lesson.examples
         ),
-        record=Record(record.keys, record.values[used], record.seconds[used]),
+        record=ReadingLog(record.keys, record.values[used], record.seconds[used]),
     )

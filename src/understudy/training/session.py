@@ -18,7 +18,7 @@ from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import Percept
 from understudy.model.lesson import Example, Lesson
-from understudy.model.library import Library, Taught
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.body import Body, Resettable, every_key, rewinds
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import link
@@ -363,10 +363,10 @@ class Session:
         self._notebook.step(what, lesson, before=run, after=run)
         self._relink(trainee)
 
-    def taught(self) -> Taught:
+    def taught(self) -> TrainedAutomaton:
         """The automaton as learned from the lesson now, with the lesson: what a library keeps."""
         lesson = self._notebook.complete
-        return Taught(learned(lesson), lesson)
+        return TrainedAutomaton(learned(lesson), lesson)
 
     def close(self) -> None:
         """Put everything on disk."""
@@ -390,7 +390,7 @@ class Session:
 
     def _new_trainee(self, lesson: Lesson, mode: Mode) -> Trainee:
         automaton = learned(lesson) if mode is Mode.TESTING else lesson.automaton
-        library = self.library.with_taught(Taught(automaton))
+        library = self.library.with_taught(TrainedAutomaton(automaton))
         bound = {name: target for name, target in self._targets.items() if name in automaton.parameters}
         return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)
 

@@ -12,7 +12,7 @@ from math import inf
 import numpy as np
 
 from understudy.model.features import ReadingKey
-from understudy.model.lesson import Example, Lesson, Record
+from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.training.feature_values import values_of
 from understudy.training.sample_buffer import Moment
 
@@ -71,7 +71,7 @@ class Watching:
                 if seen.moment.seconds - last_stay.get(example.state, -inf) < STAY_APART_S - 1e-9:
                     continue
                 last_stay[example.state] = seen.moment.seconds
-            alone = Record(tuple(keys), np.array([seen.moment.values]), np.array([seen.moment.seconds]))
+            alone = ReadingLog(tuple(keys), np.array([seen.moment.values]), np.array([seen.moment.seconds]))
             values = values_of(replace(example, moment=0), lesson, alone, steady=steady)
             example = replace(example, values=values)
             if vector(example) not in known:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 
 from understudy.model.automaton import Automaton, State
-from understudy.model.binding import called
+from understudy.model.binding import format_bound_name
 from understudy.viz.graph_layout import BADGE, Arrow, Box, place_arrows, place_boxes
 from understudy.viz.palette import COLORS, FAINT, INK, LINE, PAPER
 
@@ -71,7 +71,7 @@ def automaton_svg(automaton: Automaton, conditions: Conditions) -> str:
 
 
 def _title(automaton: Automaton) -> str:
-    return called(automaton.name, {name: name for name in automaton.parameters})
+    return format_bound_name(automaton.name, {name: name for name in automaton.parameters})
 
 
 def _description(automaton: Automaton, edges: Sequence[_Edge]) -> str:
@@ -113,7 +113,7 @@ def _subtitle(state: State) -> str:
         return f"raises {state.flag}" if state.flag != state.name else "flag"
     if state.behavior is None:
         return "idles"
-    runs = called(state.behavior, state.binding)
+    runs = format_bound_name(state.behavior, state.binding)
     return "" if runs == state.name else runs
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from understudy.errors import SettingError
 from understudy.sim.view import Frame, WorldView
-from understudy.storage.atomic import write
+from understudy.storage.atomic import write_atomically
 from understudy.viz.appearance import (
     FEW,
     Grid,
@@ -175,7 +175,7 @@ def path_png(frames: Sequence[Frame], path: Path | str, *, title: str = "A run")
     _label(axes, last, now, drawn, inch=sheet.inch)
     buffer = BytesIO()
     sheet.figure.savefig(buffer, format="png")
-    write(Path(path), buffer.getvalue())
+    write_atomically(Path(path), buffer.getvalue())
 
 
 def _summary(view: WorldView) -> str:

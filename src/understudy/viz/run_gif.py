@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.sim.view import Frame
-from understudy.storage.atomic import write
+from understudy.storage.atomic import write_atomically
 from understudy.viz.appearance import FEW, Points, doings, own_colors, places, unit
 from understudy.viz.canvas import FINE, Pen
 from understudy.viz.caption import Caption
@@ -57,7 +57,7 @@ def run_gif(frames: Sequence[Frame], path: Path | str, *, speed: float = 8.0, pe
     times = [round(1000 / per_s / 10) * 10] * (len(film.frames) - 1) + [2500]  # the end stays a while
     drawn = BytesIO()
     next(flat).save(drawn, "GIF", save_all=True, append_images=flat, duration=times, loop=0)
-    write(Path(path), drawn.getvalue())
+    write_atomically(Path(path), drawn.getvalue())
 
 
 def _chosen(frames: Sequence[Frame], every_s: float) -> list[Frame]:

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from understudy.model.features import Readings, feature
+from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import NO, YES, Column, Continuous
 from understudy.model.lesson import Lesson
 from understudy.model.library import Kit, Library
@@ -29,25 +29,25 @@ Translate: TypeAlias = Callable[[Screen], Mapping[str, float]]
 
 
 @feature(Continuous(), unit="rad")
-def signed_angle_to(robot: Readings, A: Readings) -> Column:
+def signed_angle_to(robot: ReadingsView, A: ReadingsView) -> Column:
     """Where it is, from -pi to pi: 0 ahead, left positive."""
     return np.mod(A.bearing + pi, tau) - pi
 
 
 @feature(Continuous(), unit="rad")
-def round_angle_to(robot: Readings, A: Readings) -> Column:
+def round_angle_to(robot: ReadingsView, A: ReadingsView) -> Column:
     """Where it is, from 0 to 2 pi as a plain number."""
     return A.bearing
 
 
 @feature(Continuous())
-def sine_to(robot: Readings, A: Readings) -> Column:
+def sine_to(robot: ReadingsView, A: ReadingsView) -> Column:
     """The sine of where it is: positive to the left."""
     return np.sin(A.bearing)
 
 
 @feature(Continuous())
-def cosine_to(robot: Readings, A: Readings) -> Column:
+def cosine_to(robot: ReadingsView, A: ReadingsView) -> Column:
     """The cosine of where it is: positive ahead."""
     return np.cos(A.bearing)
 

@@ -17,8 +17,8 @@ from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, Lesson
-from understudy.model.library import Library, Taught
-from understudy.model.tree import STAY, Step, Tree
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.tree import STAY, PathStep, Tree
 from understudy.sim.scenario.schema import Chance, Scenario
 
 
@@ -35,7 +35,7 @@ class Drawing:
         drawn = (outcome for outcome, upto in self.shares.get(leaf, ()) if values[-1] < upto)
         return next(drawn, STAY)
 
-    def path(self, values: Sequence[float]) -> tuple[tuple[Step, ...], int]:
+    def path(self, values: Sequence[float]) -> tuple[tuple[PathStep, ...], int]:
         """The steps to the leaf, and the leaf."""
         return self.tree.path(values[:-1])
 
@@ -54,7 +54,7 @@ def drawn_by_votes(library: Library, *, corrected: bool) -> Library:
     return Library.of(library.kit, *automata)
 
 
-def drawing(taught: Taught, *, corrected: bool) -> Automaton:
+def drawing(taught: TrainedAutomaton, *, corrected: bool) -> Automaton:
     """A learned automaton with leaves that draw."""
     automaton, lesson = taught.automaton, taught.lesson or Lesson(taught.automaton)
     name = chance_of(automaton.name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from understudy.model.lesson import Options, Trees
+from understudy.model.lesson import LearnerOptions, TreeOptions
 from understudy_lab.ablation.feature_variants import (
     with_all_features,
     with_angle_as,
@@ -30,19 +30,21 @@ class Variant:
 
     about: str
     against: str = BASE
-    options: Mapping[str, Options] = field(default_factory=lambda: WATCHED)
+    options: Mapping[str, LearnerOptions] = field(default_factory=lambda: WATCHED)
     topics: tuple[Topic, ...] = TOPICS
     reaction: Reaction = Reaction()
     person: MakesPerson = Person
     drawn: str = ""
 
 
-def _options(options: Mapping[str, Options] = WATCHED, **changed: object) -> Mapping[str, Options]:
+def _options(
+    options: Mapping[str, LearnerOptions] = WATCHED, **changed: object
+) -> Mapping[str, LearnerOptions]:
     """The options of all lessons with something changed."""
     return {name: replace(each, **changed) for name, each in options.items()}  # type: ignore[arg-type]
 
 
-def _late(seconds: float) -> Mapping[str, Options]:
+def _late(seconds: float) -> Mapping[str, LearnerOptions]:
     """The usual options, but for a demonstrator known to be this late."""
     return {**WATCHED, "goto": replace(WATCHED["goto"], reaction_s=seconds)}
 
@@ -55,7 +57,7 @@ NEXT_TICK = Reaction(0.0, 0.0, 0.05)
 """No delay at all: what is seen at one tick is pressed for the next. (Pressing at the very tick would correct a robot
 before it has done anything.)"""
 SILENTLY = _options(watched=False)
-NO_DEFAULTS = Trees(defaults=False)
+NO_DEFAULTS = TreeOptions(defaults=False)
 KNOWN, UNKNOWN = "reaction time known", "reaction time unknown"
 
 VARIANTS: Mapping[str, Variant] = {
@@ -76,7 +78,7 @@ VARIANTS: Mapping[str, Variant] = {
         person=Confirming,
     ),
     "cuts at midpoints, not watched": Variant(
-        "boundary", against=SILENT, options=_options(SILENTLY, learner=Trees(boundary="midpoint"))
+        "boundary", against=SILENT, options=_options(SILENTLY, learner=TreeOptions(boundary="midpoint"))
     ),
     "angle from -π to π": Variant("angles", topics=with_angle_as("signed_angle_to(A)")),
     "angle from 0 to 2π": Variant("angles", topics=with_angle_as("round_angle_to(A)")),

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from understudy.analysis.evaluation import Decide
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column, Kind
-from understudy.model.lesson import Options
-from understudy.model.library import Kit, Library, Taught
+from understudy.model.lesson import LearnerOptions
+from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.body import Body, every_key
 from understudy.runtime.feature_columns import feature_key
 from understudy.runtime.program import link
@@ -67,7 +67,7 @@ class Exercise:
     flat: Topic
     topics: tuple[Topic, ...]
     make: Callable[[str, int], Body]
-    options: Mapping[str, Options]
+    options: Mapping[str, LearnerOptions]
     targets: Mapping[str, str] = field(default_factory=dict)
     rests: bool = False
     """Whether resting is something to be learned: the robot has to say when it is there."""
@@ -94,7 +94,7 @@ class Exercise:
         """Which readings its lessons are about, of the targets they bind: what Understudy's teacher chose."""
         library = self.library()
         for topic in self.topics:
-            library = library.with_taught(Taught(topic.choose(library).automaton))
+            library = library.with_taught(TrainedAutomaton(topic.choose(library).automaton))
         features = link(library, self.topics[-1].name, self.targets).features
         keys = every_key(self.world([0]))
         return sorted(keys.index(feature_key(feature)) for feature in features)

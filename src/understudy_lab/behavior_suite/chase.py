@@ -9,7 +9,7 @@ import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario, TargetOf, Walk
@@ -144,7 +144,7 @@ FEAT = Feat(
     bounded="one that knew where it will go",
     kit=kit_of(SCENARIO),
     topics=(TOPIC,),
-    options={"chase": Options(watched=True, reaction_s=0.2)},
+    options={"chase": LearnerOptions(watched=True, reaction_s=0.2)},
     practice=lambda practice, seed: World(SCENARIO, [seed]),
     trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S + STAYS_S, judge, bound, ({"A": "hare"},)),
     hand=Hand,

@@ -8,7 +8,7 @@ import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario, TargetOf
@@ -238,9 +238,9 @@ FEAT = Feat(
     kit=kit_of(SCENARIO),
     topics=(circle(LEFT), circle(RIGHT), lap(LEFT), lap(RIGHT), EIGHT),
     options={
-        **{f"circle_{side}": Options(watched=True, reaction_s=0.2) for side in SIDES.values()},
-        **{f"lap_{side}": Options(watched=True, reaction_s=0.2) for side in SIDES.values()},
-        "eight": Options(watched=True),
+        **{f"circle_{side}": LearnerOptions(watched=True, reaction_s=0.2) for side in SIDES.values()},
+        **{f"lap_{side}": LearnerOptions(watched=True, reaction_s=0.2) for side in SIDES.values()},
+        "eight": LearnerOptions(watched=True),
     },
     practice=lambda practice, seed: World(SCENARIO, [seed]),
     trial=_trial,

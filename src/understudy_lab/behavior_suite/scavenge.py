@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Capture, Objects, Robots, Scenario, TargetOf
@@ -210,7 +210,10 @@ FEAT = Feat(
     bounded="the shortest lines that join nine cans",
     kit=kit_of(SCENARIO),
     topics=(APPROACH, SCAVENGE),
-    options={"approach": Options(watched=True, reaction_s=0.2), "scavenge": Options(watched=True)},
+    options={
+        "approach": LearnerOptions(watched=True, reaction_s=0.2),
+        "scavenge": LearnerOptions(watched=True),
+    },
     practice=practice,
     trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound),
     hand=Hand,

@@ -12,7 +12,7 @@ import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import YES, Column
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Kit
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import Camera, Locator, RobotType, Sonar
@@ -72,7 +72,7 @@ class Feat:
     bounded: str
     kit: Kit
     topics: Sequence[Topic]
-    options: Mapping[str, Options]
+    options: Mapping[str, LearnerOptions]
     practice: MakesBody
     trial: MakesTrial
     hand: Callable[[World], Hand]

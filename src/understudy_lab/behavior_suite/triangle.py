@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import YES, Column
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Region, Robots, Scenario, TargetOf
@@ -222,9 +222,9 @@ FEAT = Feat(
     kit=kit_of(SCENARIO),
     topics=(FACE, SETTLE, LINE_UP),
     options={
-        "face": Options(watched=True, reaction_s=0.2),
-        "settle": Options(watched=True),
-        "line_up": Options(watched=True),
+        "face": LearnerOptions(watched=True, reaction_s=0.2),
+        "settle": LearnerOptions(watched=True),
+        "line_up": LearnerOptions(watched=True),
     },
     practice=practice,
     trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound, BINDINGS),

@@ -9,7 +9,7 @@ import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
@@ -160,7 +160,7 @@ def _make_circling_task(name: str, what: str, make: Callable[[int], Plot]) -> Fe
         bounded="the obstacle's convex hull, once around",
         kit=built([make(0)], solid=True).kit,
         topics=(follow(name, LEFT, "obstacle", cases=2, seconds=20.0),),
-        options={name: Options(watched=True, reaction_s=0.2)},
+        options={name: LearnerOptions(watched=True, reaction_s=0.2)},
         practice=lambda practice, seed: built([make(seed)], solid=True),
         trial=lambda seeds: _make_circling_trial(seeds, make),
         hand=by_hand(LEFT),
@@ -230,7 +230,7 @@ def _make_wall_task(hand: str) -> Feat:
         bounded="the room shrunk by 1 m, once around",
         kit=built([room(0)], solid=False).kit,
         topics=(follow(name, hand, "room", cases=2, seconds=20.0),),
-        options={name: Options(watched=True, reaction_s=0.2)},
+        options={name: LearnerOptions(watched=True, reaction_s=0.2)},
         practice=lambda practice, seed: built([room(seed)], solid=False),
         trial=lambda seeds: _make_room_trial(seeds, hand),
         hand=by_hand(hand),

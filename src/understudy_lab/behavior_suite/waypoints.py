@@ -9,7 +9,7 @@ import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import YES, Column
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Objects, Robots, Scenario, TargetOf
@@ -152,7 +152,7 @@ FEAT = Feat(
     bounded="straight lines from post to post",
     kit=kit_of(SCENARIO),
     topics=(GOTO, PATROL),
-    options={"goto": Options(watched=True, reaction_s=0.2), "patrol": Options(watched=True)},
+    options={"goto": LearnerOptions(watched=True, reaction_s=0.2), "patrol": LearnerOptions(watched=True)},
     practice=lambda practice, seed: World(SCENARIO, [seed]),
     trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound),
     hand=Hand,

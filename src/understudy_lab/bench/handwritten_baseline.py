@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from understudy.model.behaviors import Behavior
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.library import Library
-from understudy.model.tree import Node, Test
+from understudy.model.tree import Node, TestKind
 from understudy_lab.bench import standard_task
 
 READINGS: dict[tuple[str, str | None], int] = {
@@ -152,8 +152,8 @@ def _number(bound: BoundFeature, flags: list[str]) -> int:
 
 
 def _test(node: Node, features: list[int], *, start: int, first: int) -> tuple[int, int, int, int]:
-    if node.test == Test.LEAF:
-        return Test.LEAF, 0, start + node.yes, 0
-    yes, no = (node.branches[1], node.branches[0]) if node.test == Test.LABEL else (node.yes, node.no)
-    kind = Test.ARC if node.test == Test.ARC else Test.BELOW
+    if node.test == TestKind.LEAF:
+        return TestKind.LEAF, 0, start + node.yes, 0
+    yes, no = (node.branches[1], node.branches[0]) if node.test == TestKind.LABEL else (node.yes, node.no)
+    kind = TestKind.ARC if node.test == TestKind.ARC else TestKind.BELOW
     return kind, features[node.feature], first + yes, first + no

@@ -23,10 +23,10 @@ from understudy.errors import UnderstudyError
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target
-from understudy.model.features import BoundFeature, Feature, Flag
+from understudy.model.features import BoundFeature, Feature, FlagFeature
 from understudy.model.kinds import Continuous, Toroidal
 from understudy.model.library import Kit, Library
-from understudy.model.tree import Node, Test, Tree, leaf
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
 
@@ -80,20 +80,20 @@ def interpreter() -> Interpreter:
         ("A",),
         transitions=dict.fromkeys(("start", "forward", "left", "right"), _steer()),
     )
-    done = BoundFeature(Flag("done"))
-    arrived = Tree((Node(Test.LABEL, 0, branches=(1, 2)), leaf(1), leaf(2)))
-    enough = Tree((Node(Test.BELOW, 1, high=5.0, yes=1, no=2), leaf(2), leaf(3)))
+    done = BoundFeature(FlagFeature("done"))
+    arrived = Tree((Node(TestKind.LABEL, 0, branches=(1, 2)), make_leaf(1), make_leaf(2)))
+    enough = Tree((Node(TestKind.BELOW, 1, high=5.0, yes=1, no=2), make_leaf(2), make_leaf(3)))
     harvest = Automaton(
         "harvest",
         (START, State("goto", "goto", Binding(A="food")), State("load", "load"), State("done", flag="done")),
         (done, BoundFeature(stored)),
-        transitions={"start": Tree((leaf(1),)), "goto": arrived, "load": enough},
+        transitions={"start": Tree((make_leaf(1),)), "goto": arrived, "load": enough},
     )
     forage = Automaton(
         "forage",
         (START, State("harvest", "harvest"), State("rest", "load")),
         (done, BoundFeature(stored)),
-        transitions={"start": Tree((leaf(1),)), "harvest": arrived, "rest": arrived},
+        transitions={"start": Tree((make_leaf(1),)), "harvest": arrived, "rest": arrived},
     )
     basics = [Behavior(name, Command()) for name in ("forward", "left", "right", "load")]
     kit = Kit.of(distance, angle, stored, *basics, Target("food"))
@@ -104,13 +104,13 @@ def _steer() -> Tree:
     """Done when near; else forward when it is ahead, left or right when it is not."""
     return Tree(
         (
-            Node(Test.BELOW, 0, high=NEAR, yes=1, no=2),
-            leaf(4),
-            Node(Test.ARC, 1, low=tau - AHEAD, high=AHEAD, yes=3, no=4),
-            leaf(1),
-            Node(Test.BELOW, 1, high=tau / 2, yes=5, no=6),
-            leaf(2),
-            leaf(3),
+            Node(TestKind.BELOW, 0, high=NEAR, yes=1, no=2),
+            make_leaf(4),
+            Node(TestKind.ARC, 1, low=tau - AHEAD, high=AHEAD, yes=3, no=4),
+            make_leaf(1),
+            Node(TestKind.BELOW, 1, high=tau / 2, yes=5, no=6),
+            make_leaf(2),
+            make_leaf(3),
         )
     )
 

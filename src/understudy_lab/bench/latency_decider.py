@@ -14,7 +14,7 @@ from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
-from understudy.model.tree_builder import automaton, below
+from understudy.model.tree_builder import build_automaton, split_below
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot
 from understudy.robots.ros.open_transport import open_transport
@@ -58,9 +58,9 @@ class Waking:
 def program() -> Program:
     """Ahead, but turn where something is near."""
     sonar = BoundFeature(Feature("sonar", Continuous(), "sonar_ahead"))
-    decide = below("sonar", NEAR_M, "left", "forward")
+    decide = split_below("sonar", NEAR_M, "left", "forward")
     basics = {"forward": Command(drive=1.0), "left": Command(turn=1.0)}
-    made = automaton(
+    made = build_automaton(
         NAME, dict.fromkeys(("start", *basics), decide), readings={"sonar": sonar}, basics=basics
     )
     kit = Kit.of(sonar.feature, *(Behavior(name, command) for name, command in basics.items()))

@@ -25,11 +25,11 @@ from understudy.learning.mislabels import slips
 from understudy.learning.pruning_suggestions import suggestion
 from understudy.learning.tree_growth import grow, prepare
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.diff import changes
+from understudy.model.diff import diff_automata
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import BOOLEAN, TAU, Continuous, Kind, Toroidal
-from understudy.model.lesson import Example, ExampleKind, Lesson, Record
-from understudy.model.library import Taught
+from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
+from understudy.model.library import TrainedAutomaton
 from understudy.training.reaction_time import lateness
 
 Data = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -195,7 +195,7 @@ def two_hundred() -> Lesson:
     )
     features = tuple(BoundFeature(Feature(name, kind, reading=name)) for name, kind in KINDS.items())
     seconds = np.concatenate([100 * number + before[:, 0] for number in range(200)])
-    record = Record(tuple((name, None) for name in KINDS), np.vstack(rows), seconds)
+    record = ReadingLog(tuple((name, None) for name in KINDS), np.vstack(rows), seconds)
     return Lesson(Automaton("goto", states, features), tuple(examples), record=record)
 
 
@@ -205,7 +205,7 @@ def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
     correction = replace(lesson.examples[-1], correction=True)
     corrected = replace(lesson, examples=(*lesson.examples[:-1], correction))
     doubts = Doubts(lesson, transitions)
-    now, former = Taught(learned(lesson), lesson), _former(lesson)
+    now, former = TrainedAutomaton(learned(lesson), lesson), _former(lesson)
     return {
         "who is to blame": lambda: judge(corrected, correction),
         "slips": lambda: slips(lesson),
@@ -214,18 +214,18 @@ def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
         "doubts": lambda: Doubts(lesson, transitions),
         "one doubt": lambda: doubts.doubt(first.state, first.values),
         "why": lambda: explain(lesson, first.state, first.values, transitions[first.state]),
-        "what changed": lambda: (changes(former, now), moved(former, now)),
+        "what changed": lambda: (diff_automata(former, now), moved(former, now)),
         "fewer questions": lambda: suggestion(lesson),
         "moments replayed": lambda: replayed(now, former),
     }
 
 
-def _former(lesson: Lesson) -> Taught:
+def _former(lesson: Lesson) -> TrainedAutomaton:
     """What it was ten examples ago, with one in twenty shown otherwise."""
     shown = lesson.examples[:-10]
     before = tuple(replace(each, next=each.state) if each.number % 20 == 0 else each for each in shown)
     former = replace(lesson, examples=before)
-    return Taught(learned(former), former)
+    return TrainedAutomaton(learned(former), former)
 
 
 def run_looks(*, rounds: int = ROUNDS) -> dict[str, Any]:

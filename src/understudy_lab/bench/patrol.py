@@ -13,7 +13,14 @@ from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.library import Library
-from understudy.model.tree_builder import Ask, Question, automaton, below, raised, seen
+from understudy.model.tree_builder import (
+    TreeBranch,
+    TreeTest,
+    build_automaton,
+    split_below,
+    split_on_flag,
+    split_on_presence,
+)
 from understudy.sim.kit import kit_of
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
@@ -44,37 +51,41 @@ def library() -> Library:
         "time_in_state": BoundFeature(TimeInState()),
         **sonars,
     }
-    free = below("front_left", 0.5, "right", below("front_right", 0.5, "left", "forwards"))
-    wander: dict[str, Question] = {
+    free = split_below("front_left", 0.5, "right", split_below("front_right", 0.5, "left", "forwards"))
+    wander: dict[str, TreeBranch] = {
         "start": free,
         "forwards": free,
-        "left": below("front_right", 1.0, "left", below("front_left", 0.8, "left", "forwards")),
-        "right": below("front_left", 1.0, "right", below("front_right", 0.8, "right", "forwards")),
+        "left": split_below("front_right", 1.0, "left", split_below("front_left", 0.8, "left", "forwards")),
+        "right": split_below(
+            "front_left", 1.0, "right", split_below("front_right", 0.8, "right", "forwards")
+        ),
     }
     servo = dict.fromkeys(("start", *BASICS), _servo())
     return Library.of(
         kit,
-        automaton("wander", wander, readings=readings, basics=BASICS),
-        automaton("servo", servo, readings=readings, flags=("done",), basics=BASICS, parameters=("A",)),
+        build_automaton("wander", wander, readings=readings, basics=BASICS),
+        build_automaton("servo", servo, readings=readings, flags=("done",), basics=BASICS, parameters=("A",)),
         _patrol(readings),
     )
 
 
-def _servo() -> Question:
+def _servo() -> TreeBranch:
     """Toward the middle of the blob, until it is large; turn left where none is seen."""
-    toward = below("blob_x", 65.0, "left", below("blob_x", 95.0, "forwards", "right"))
-    return seen("blob_size", below("blob_size", 1500.0, toward, "done"), "left")
+    toward = split_below("blob_x", 65.0, "left", split_below("blob_x", 95.0, "forwards", "right"))
+    return split_on_presence("blob_size", split_below("blob_size", 1500.0, toward, "done"), "left")
 
 
 def _patrol(readings: Mapping[str, BoundFeature]) -> Automaton:
-    attack = seen("intruder_size", "attack", "disperse")
-    return automaton(
+    attack = split_on_presence("intruder_size", "attack", "disperse")
+    return build_automaton(
         "patrol",
         {
             "start": attack,
-            "disperse": seen("intruder_size", "attack", below("time_in_state", 30.0, "disperse", "home")),
-            "attack": raised("done", "home", below("time_in_state", 20.0, "attack", "disperse")),
-            "home": raised("done", "disperse", below("time_in_state", 30.0, "home", "disperse")),
+            "disperse": split_on_presence(
+                "intruder_size", "attack", split_below("time_in_state", 30.0, "disperse", "home")
+            ),
+            "attack": split_on_flag("done", "home", split_below("time_in_state", 20.0, "attack", "disperse")),
+            "home": split_on_flag("done", "disperse", split_below("time_in_state", 30.0, "home", "disperse")),
         },
         readings=readings,
         runs={"disperse": "wander", "attack": "servo", "home": "servo"},
@@ -90,13 +101,13 @@ def lead() -> Automaton:
         "someone_there": BoundFeature(features["someone_done"]),
         "all_there": BoundFeature(features["all_done"]),
     }
-    return automaton(
+    return build_automaton(
         "lead",
         {
             "start": "out",
-            "out": Ask("sees", "attack", "out"),
-            "attack": raised("someone_there", "home", "attack"),
-            "home": raised("all_there", "out", "home"),
+            "out": TreeTest("sees", "attack", "out"),
+            "attack": split_on_flag("someone_there", "home", "attack"),
+            "home": split_on_flag("all_there", "out", "home"),
         },
         readings=readings,
         runs={"out": "wander", "attack": "servo", "home": "servo"},

@@ -22,7 +22,14 @@ from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import TAU, Continuous, Toroidal
 from understudy.model.library import Kit, Library
-from understudy.model.tree_builder import Question, automaton, below, on_the_left, raised, within
+from understudy.model.tree_builder import (
+    TreeBranch,
+    build_automaton,
+    split_below,
+    split_on_flag,
+    split_on_left,
+    split_within,
+)
 from understudy.sim.scenario.schema import (
     Locator,
     Objects,
@@ -170,21 +177,21 @@ CROWD = Manners(personal=0.0, arrived=0.0)
 
 def make_base_library() -> Library:
     """`make_base_library`: toward the nearest beacon, but away from a robot that is near and ahead."""
-    decide = below(
+    decide = split_below(
         "robot_range",
         PERSONAL,
-        within("robot_angle", pi / 2, on_the_left("robot_angle", "right", "left"), _seek()),
+        split_within("robot_angle", pi / 2, split_on_left("robot_angle", "right", "left"), _seek()),
         _seek(),
     )
     return _library(_automaton(BASE, dict.fromkeys(("start", "there", *COMMANDS), decide), basics=COMMANDS))
 
 
-def _seek() -> Question:
-    return below("beacon_range", ARRIVED, "there", _toward("beacon_angle", AHEAD))
+def _seek() -> TreeBranch:
+    return split_below("beacon_range", ARRIVED, "there", _toward("beacon_angle", AHEAD))
 
 
-def _toward(angle: str, ahead: float) -> Question:
-    return within(angle, ahead, "forward", on_the_left(angle, "left", "right"))
+def _toward(angle: str, ahead: float) -> TreeBranch:
+    return split_within(angle, ahead, "forward", split_on_left(angle, "left", "right"))
 
 
 def make_full_library(manners: Manners = Manners()) -> Library:
@@ -193,30 +200,36 @@ def make_full_library(manners: Manners = Manners()) -> Library:
 
 
 def _errand(m: Manners) -> Automaton:
-    visit = below("robot_range", m.personal, within("robot_angle", pi / 2, "give_way", "visit"), "visit")
+    visit = split_below(
+        "robot_range", m.personal, split_within("robot_angle", pi / 2, "give_way", "visit"), "visit"
+    )
     return _automaton(
         FULL,
         {
-            "start": below("robot_range", m.personal, "give_way", "visit"),
-            "visit": raised("arrived", "leave", visit),
-            "give_way": raised("clear", "visit", below("robot_range", 2 * m.personal, "give_way", "visit")),
-            "leave": below("front", m.close, "visit", below("beacon_range", m.away, "leave", "visit")),
+            "start": split_below("robot_range", m.personal, "give_way", "visit"),
+            "visit": split_on_flag("arrived", "leave", visit),
+            "give_way": split_on_flag(
+                "clear", "visit", split_below("robot_range", 2 * m.personal, "give_way", "visit")
+            ),
+            "leave": split_below(
+                "front", m.close, "visit", split_below("beacon_range", m.away, "leave", "visit")
+            ),
         },
         runs={"visit": "travel", "give_way": "give_way", "leave": "forward"},
     )
 
 
 def _travel(m: Manners) -> Automaton:
-    sides = below("left", m.beside, "skirt", below("right", m.beside, "skirt", "approach"))
-    near = below("beacon_range", m.arrived, "arrived", "skirt")
+    sides = split_below("left", m.beside, "skirt", split_below("right", m.beside, "skirt", "approach"))
+    near = split_below("beacon_range", m.arrived, "arrived", "skirt")
     return _automaton(
         "travel",
         {
-            "start": below(
-                "front", m.close, "skirt", below("beacon_range", m.arrived, "arrived", "approach")
+            "start": split_below(
+                "front", m.close, "skirt", split_below("beacon_range", m.arrived, "arrived", "approach")
             ),
-            "approach": raised("there", "arrived", below("front", m.close, "skirt", sides)),
-            "skirt": raised("past", below("front", m.close, "skirt", "approach"), near),
+            "approach": split_on_flag("there", "arrived", split_below("front", m.close, "skirt", sides)),
+            "skirt": split_on_flag("past", split_below("front", m.close, "skirt", "approach"), near),
         },
         runs={"approach": "steer", "skirt": "dodge"},
         flags=("arrived",),
@@ -229,7 +242,7 @@ def _steer(m: Manners) -> Automaton:
     return _automaton(
         "steer",
         {
-            state: below("beacon_range", m.arrived, "there", _toward("beacon_angle", ahead))
+            state: split_below("beacon_range", m.arrived, "there", _toward("beacon_angle", ahead))
             for state, ahead in wide.items()
         },
         flags=("there",),
@@ -238,20 +251,24 @@ def _steer(m: Manners) -> Automaton:
 
 
 def _dodge(m: Manners) -> Automaton:
-    beside = below("left", m.beside, "forward", below("right", m.beside, "forward", "past"))
-    turn = below(
+    beside = split_below("left", m.beside, "forward", split_below("right", m.beside, "forward", "past"))
+    turn = split_below(
         "left",
         m.beside,
         "right",
-        below("right", m.beside, "left", on_the_left("beacon_angle", "left", "right")),
+        split_below("right", m.beside, "left", split_on_left("beacon_angle", "left", "right")),
     )
     return _automaton(
         "dodge",
         {
-            "start": below("front", m.close, turn, beside),
-            "forward": below("front", m.close, below("left", m.beside, "right", "left"), beside),
-            "left": below("front", m.free, below("left", m.beside / 2, "right", "left"), "forward"),
-            "right": below("front", m.free, below("right", m.beside / 2, "left", "right"), "forward"),
+            "start": split_below("front", m.close, turn, beside),
+            "forward": split_below("front", m.close, split_below("left", m.beside, "right", "left"), beside),
+            "left": split_below(
+                "front", m.free, split_below("left", m.beside / 2, "right", "left"), "forward"
+            ),
+            "right": split_below(
+                "front", m.free, split_below("right", m.beside / 2, "left", "right"), "forward"
+            ),
         },
         flags=("past",),
         basics=COMMANDS,
@@ -259,17 +276,19 @@ def _dodge(m: Manners) -> Automaton:
 
 
 def _give_way(m: Manners) -> Automaton:
-    turn = on_the_left("robot_angle", "right", "left")
+    turn = split_on_left("robot_angle", "right", "left")
 
-    def aside(way: str) -> Question:
-        return below("robot_range", m.personal, within("robot_angle", pi / 2, way, "forward"), "clear")
+    def aside(way: str) -> TreeBranch:
+        return split_below(
+            "robot_range", m.personal, split_within("robot_angle", pi / 2, way, "forward"), "clear"
+        )
 
-    pass_by = within("robot_angle", pi / 3, turn, below("front", m.close, "clear", "forward"))
+    pass_by = split_within("robot_angle", pi / 3, turn, split_below("front", m.close, "clear", "forward"))
     return _automaton(
         "give_way",
         {
-            "start": below("robot_range", m.personal, turn, "clear"),
-            "forward": below("robot_range", m.personal, pass_by, "clear"),
+            "start": split_below("robot_range", m.personal, turn, "clear"),
+            "forward": split_below("robot_range", m.personal, pass_by, "clear"),
             "left": aside("left"),
             "right": aside("right"),
         },
@@ -296,5 +315,5 @@ def _library(*automata: Automaton) -> Library:
     return Library.of(Kit.of(*features.values(), *basics, Target("beacon"), Target("robot")), *automata)
 
 
-def _automaton(name: str, asks: Mapping[str, Question], **more: Any) -> Automaton:
-    return automaton(name, asks, readings=_READINGS, **more)
+def _automaton(name: str, asks: Mapping[str, TreeBranch], **more: Any) -> Automaton:
+    return build_automaton(name, asks, readings=_READINGS, **more)

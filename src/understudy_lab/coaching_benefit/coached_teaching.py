@@ -20,7 +20,7 @@ from understudy.coaching.queries import Asking, When
 from understudy.coaching.situation_setup import stage
 from understudy.learning.fit import learn
 from understudy.learning.mislabels import slips
-from understudy.model.library import Library, Taught
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import Exercise, drawn
 from understudy_lab.noisy_teachers.slipping_person import seen_at
@@ -50,7 +50,7 @@ class Course:
     """What one novice's teaching came to: what was learned by each of STEPS, and in the end."""
 
     session: Session
-    by_step: dict[int, Taught] = field(default_factory=dict)
+    by_step: dict[int, TrainedAutomaton] = field(default_factory=dict)
     followed: Counter[str] = field(default_factory=Counter)
     """By kind, and by sentence."""
     pressed: set[int] = field(default_factory=set)

@@ -10,8 +10,8 @@ from types import MappingProxyType
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.model.lesson import Lesson, Options
-from understudy.model.library import Kit, Library, Taught
+from understudy.model.lesson import LearnerOptions, Lesson
+from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.sim.forage import Forage, practices
@@ -48,7 +48,7 @@ class Exercise:
     body: Callable[[int], World | Soccer]
     lesson: Callable[[], Lesson]
     put_down: Callable[[Novice, Session, str], None]
-    judge: Callable[[Taught, int], tuple[float, bool]]
+    judge: Callable[[TrainedAutomaton, int], tuple[float, bool]]
     targets: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -64,7 +64,7 @@ def _by_the_ball(novice: Novice, session: Session, situation: str) -> None:
     session.reset(drawn(novice))
 
 
-def _servoed(taught: Taught, seed: int) -> tuple[float, bool]:
+def _servoed(taught: TrainedAutomaton, seed: int) -> tuple[float, bool]:
     reached = [[each == each for each in times] for times in judge_servoing(taught, seed).values()]
     return float(np.mean(reached)), all(2 * sum(of) >= len(of) for of in reached)
 
@@ -94,7 +94,7 @@ def _by_the_station(novice: Novice, session: Session, situation: str) -> None:
     session.moved()
 
 
-def _went(taught: Taught, seed: int) -> tuple[float, bool]:
+def _went(taught: TrainedAutomaton, seed: int) -> tuple[float, bool]:
     body = Forage(range(PLACES * seed, PLACES * (seed + 1)), practices()["an arena"])
     engine = Engine.of(body, link(Library(forage_kit).with_taught(taught), "goto", {"A": "station"}))
     engine.run(round(LIMIT_S / body.tick_s))
@@ -117,7 +117,7 @@ EXERCISES: Mapping[str, Exercise] = MappingProxyType(
             forage_kit,
             Going,
             lambda seed: Forage([seed], practices()["an arena"]),
-            lambda: replace(GOTO.choose(Library(forage_kit)), options=Options(reaction_s=REACTION_S)),
+            lambda: replace(GOTO.choose(Library(forage_kit)), options=LearnerOptions(reaction_s=REACTION_S)),
             _by_the_station,
             _went,
             {"A": "station"},

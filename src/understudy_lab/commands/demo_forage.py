@@ -43,12 +43,12 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 
 def _path(library: Library, folder: Path, seed: int) -> Path:
     """Draw one run."""
-    from understudy.storage.atomic import failing
+    from understudy.storage.atomic import convert_os_errors
     from understudy.viz import path_png
     from understudy_lab.forage.teach import frames_of, worlds_of
 
     world, picture = worlds_of(seed)[0], folder / "path.png"
-    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+    with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
         path_png(frames_of(library, world), picture, title=f"Taught to forage: world {world}")
     return picture
 

@@ -51,14 +51,14 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 
 def _film(taught: Taught, folder: Path, world: int) -> Path:
     """A film of one patrol."""
-    from understudy.storage.atomic import failing
+    from understudy.storage.atomic import convert_os_errors
     from understudy.viz import run_gif
     from understudy_lab.patrol.evaluate import DEFER
     from understudy_lab.patrol.practice import coordinated
 
     team = coordinated(taught.robots.library, taught.coordinators.library, [world], DEFER)
     film = folder / "patrol.gif"
-    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+    with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
         run_gif(_frames(team), film, speed=SPEED)
     return film
 

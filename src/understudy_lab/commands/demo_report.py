@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from understudy.model.library import Library, Taught
+    from understudy.model.library import Library, TrainedAutomaton
     from understudy_lab.teachers.teacher import Account, Progress
 
 
@@ -18,10 +18,12 @@ def make_room(out: Path) -> None:
     """The folders for what the demo keeps: a place that cannot be written to is told before the teaching."""
     from tempfile import TemporaryFile
 
-    from understudy.storage.atomic import failing
+    from understudy.storage.atomic import convert_os_errors
 
     for folder in (out / "library", out / "pictures"):
-        with failing(folder, "making the folder", remedy="name a folder that you may write to with --out"):
+        with convert_os_errors(
+            folder, "making the folder", remedy="name a folder that you may write to with --out"
+        ):
             folder.mkdir(parents=True, exist_ok=True)
             TemporaryFile(dir=folder).close()
 
@@ -56,24 +58,26 @@ def live(talk: Console) -> Iterator[Progress]:
         live.update(drawn(), refresh=True)
 
 
-def tell_lessons(taught: Sequence[Taught], talk: Console) -> None:
+def tell_lessons(taught: Sequence[TrainedAutomaton], talk: Console) -> None:
     """When each of them leaves its states."""
     from rich.markup import escape
     from rich.padding import Padding
     from rich.table import Table
 
-    from understudy.model.binding import called
-    from understudy.model.describe import conditions
+    from understudy.model.binding import format_bound_name
+    from understudy.model.describe import describe_transitions
 
     talk.print(
         "\n[bold]What it learned[/]  [dim]when it leaves each state; read off the examples, nothing else[/]"
     )
     for each in taught:
         automaton = each.automaton
-        title = called(automaton.name, {parameter: parameter for parameter in automaton.parameters})
+        title = format_bound_name(
+            automaton.name, {parameter: parameter for parameter in automaton.parameters}
+        )
         talk.print(f"  [bold cyan]{escape(title)}[/]")
         grid = Table.grid(padding=(0, 2))
-        for state, lines in conditions(automaton, each.lesson).items():
+        for state, lines in describe_transitions(automaton, each.lesson).items():
             leaves = [line for line in lines if not line.startswith("stays")]
             for index, line in enumerate(leaves):
                 grid.add_row(f"[cyan]{escape(state)}[/]" if index == 0 else "", escape(line))
@@ -82,17 +86,17 @@ def tell_lessons(taught: Sequence[Taught], talk: Console) -> None:
 
 def keep(library: Library, folder: Path, pictures: Path) -> list[Path]:
     """Save a library, and a graph of each of its automata; the graphs."""
-    from understudy.storage.atomic import failing, write
-    from understudy.storage.library_folder import save
+    from understudy.storage.atomic import convert_os_errors, write_atomically
+    from understudy.storage.library_folder import save_automaton
     from understudy.ui.cli.library_data import graph_conditions
     from understudy.viz import automaton_svg
 
     for taught in library.taught.values():
-        save(folder, taught)
+        save_automaton(folder, taught)
     graphs = {pictures / f"{name}.svg": taught for name, taught in library.taught.items()}
-    with failing(pictures, "writing the pictures", remedy="see that the disk has room"):
+    with convert_os_errors(pictures, "writing the pictures", remedy="see that the disk has room"):
         for picture, taught in graphs.items():
-            write(picture, automaton_svg(taught.automaton, graph_conditions(taught)).encode())
+            write_atomically(picture, automaton_svg(taught.automaton, graph_conditions(taught)).encode())
     return list(graphs)
 
 

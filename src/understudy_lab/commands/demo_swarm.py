@@ -81,7 +81,7 @@ def _judge(
 
 def _film(team: Team, folder: Path) -> Path:
     """A film of the two hundred."""
-    from understudy.storage.atomic import failing
+    from understudy.storage.atomic import convert_os_errors
     from understudy.viz import run_gif
 
     film = folder / "swarm.gif"
@@ -89,7 +89,7 @@ def _film(team: Team, folder: Path) -> Path:
     while team.ground.time_s < FILM_S:
         team.run(EVERY)
         frames.append(_frame(team))
-    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+    with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
         run_gif(frames, film, speed=SPEED)
     return film
 
@@ -98,7 +98,7 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
     """How many times as fast as real time ten thousand run, at ten ticks a second; a picture of their ways."""
     from time import perf_counter
 
-    from understudy.storage.atomic import failing
+    from understudy.storage.atomic import convert_os_errors
     from understudy.viz import path_png
     from understudy_lab.swarm.practice import led
     from understudy_lab.tasks.swarm_world import of_platoons
@@ -112,7 +112,7 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
         taken += perf_counter() - began
         frames.append(_frame(team))
     picture = folder / "swarm-large.png"
-    with failing(folder, "writing the pictures", remedy="see that the disk has room"):
+    with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
         path_png(frames, picture, title=f"{PLATOONS} platoons")
     return round((team.ground.time_s - begun) / taken, 1), picture
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from understudy.analysis.evaluation import Evaluation, Progress, evaluate
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
@@ -20,7 +20,7 @@ from understudy_lab.teachers.teacher import Teacher, Teaching
 WORLDS = 100
 CORNER_WORLDS = 20
 
-METHODS: Mapping[str, Mapping[str, Options]] = {"watched": WATCHED, "plain": PLAIN}
+METHODS: Mapping[str, Mapping[str, LearnerOptions]] = {"watched": WATCHED, "plain": PLAIN}
 """With watched examples and a reaction time for GoTo, as the demo teaches; and the paper's plain method."""
 
 

@@ -13,7 +13,7 @@ from math import isnan, pi, tau
 from types import MappingProxyType
 
 from understudy.model.kinds import NO, YES
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import Screen
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, DEPOSIT, FORAGE, GOTO, HARVEST, all_home
@@ -184,5 +184,5 @@ LAYERS: Mapping[str, tuple[Topic, ...]] = MappingProxyType(
         "one layer, told nothing": (TOLD_NOTHING,),
     }
 )
-OPTIONS: Mapping[str, Options] = MappingProxyType({"goto": Options(reaction_s=0.2)})
+OPTIONS: Mapping[str, LearnerOptions] = MappingProxyType({"goto": LearnerOptions(reaction_s=0.2)})
 """The paper's method, without watched examples; a lesson about motion says how late presses come."""

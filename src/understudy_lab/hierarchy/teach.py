@@ -12,7 +12,7 @@ import numpy as np
 
 from understudy.analysis.evaluation import LENIENCE, measure_program
 from understudy.model.kinds import Column
-from understudy.model.lesson import Lesson, Options
+from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.runtime.program import link
@@ -132,7 +132,7 @@ def _looked_at(
     make: MakesBody,
     seed: int,
     chosen: Sequence[Topic],
-    options: Mapping[str, Options],
+    options: Mapping[str, LearnerOptions],
 ) -> dict[str, Any]:
     curve = Curve(whole, lambda library, look: success(library, unseen(seed, look)))
     patience = Patience(MOST_CORRECTIONS, lessons=1, seconds=MOST_S)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from msgspec.structs import replace
 
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Kit, Library
 from understudy.runtime.team.coordinator_body import Troop
 from understudy.runtime.team.team import Team
@@ -169,7 +169,7 @@ def led(robots: Libraries, coordinator: Library, seeds: Sequence[int], behavior:
 
 
 TOPICS = {SCOUT: salvage_scout_teacher.SCOUTS, CARRIER: salvage_carrier_teacher.CARRIERS}
-OPTIONS = {"goto": Options(watched=True, reaction_s=0.2)}
+OPTIONS = {"goto": LearnerOptions(watched=True, reaction_s=0.2)}
 """Of lessons about motion: silence is consent, and presses come late."""
 
 

@@ -9,8 +9,8 @@ from types import MappingProxyType
 import numpy as np
 
 from understudy.learning.mislabels import slips
-from understudy.model.lesson import Options
-from understudy.model.library import Library, Taught
+from understudy.model.lesson import LearnerOptions
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.body import Body
 from understudy.sim.forage import Forage, practices
 from understudy.training.feature_values import steady_readings
@@ -62,7 +62,7 @@ TASKS: Mapping[str, Task] = MappingProxyType(
 class Course:
     """What one teaching came to: what was learned after so many corrections, the last one in the end."""
 
-    taught: list[Taught] = field(default_factory=list)
+    taught: list[TrainedAutomaton] = field(default_factory=list)
     corrections: int = 0
     asked: int = 0
     slipped: int = 0
@@ -95,7 +95,7 @@ def teach(name: str, way: str, seed: int, chance: float) -> Course:
         Library(EXERCISES[name].kit),
         task.make,
         seed,
-        options={topic.name: Options(unlearning=way == BY_ITSELF)},
+        options={topic.name: LearnerOptions(unlearning=way == BY_ITSELF)},
         reaction=Reaction(ALIKE.least_s, 0.0, ALIKE.least_s) if way == CLEAN else _late(draws),
         progress=progress,
         patience=Patience(corrections=MOST, lessons=1),

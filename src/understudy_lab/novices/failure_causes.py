@@ -7,7 +7,7 @@ from math import isnan, nan
 
 from understudy.model.automaton import START
 from understudy.model.lesson import ExampleKind
-from understudy.model.library import Taught
+from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
 from understudy_lab.novices.success import everywhere, succeeded
 from understudy_lab.novices.traits import UNDERSTOOD
@@ -18,7 +18,7 @@ TURNS = ("left", "right")
 FINDS, SWINGS, WALKS_ON, RESTS = "keeps turning to one side", "swings left and right", "walks on", "rests"
 
 
-def states_unseeing(taught: Taught) -> list[str]:
+def states_unseeing(taught: TrainedAutomaton) -> list[str]:
     """The states that it goes through from the start while it sees nothing; the last is that it stays in, or the one
     that it comes back to.
     """
@@ -46,7 +46,7 @@ def does_unseeing(states: list[str]) -> str:
     return RESTS if last == START.name else WALKS_ON
 
 
-def turned_back(taught: Taught) -> dict[str, int]:
+def turned_back(taught: TrainedAutomaton) -> dict[str, int]:
     """How often a turn to either side was pressed into the other one while nothing was seen."""
     lesson = taught.lesson
     presses = [

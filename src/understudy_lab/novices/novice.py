@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from understudy.model.library import Library, Taught
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.training.session import Session
 from understudy.training.session_view import Screen
 from understudy_lab.novices.traits import ALIKE, UNDERSTOOD, Habits, Traits
@@ -41,7 +41,7 @@ class Novice(Person):
         self._side: str | None = None  # where they last saw the ball
         self._unlike_since: float | None = None  # when the robot began not to do what they wish
 
-    def teach(self) -> Taught:
+    def teach(self) -> TrainedAutomaton:
         """Put the robot into one situation after the other and drive it, for five minutes; what it learned then."""
         traits, draws, given_s = self.traits, self._draws, self.habits.given_s
         body = Soccer([FIRST_SEED + int(draws.integers(2**40))], self._start(traits.situations[0]))

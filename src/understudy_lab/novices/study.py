@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy.model.library import Library, Taught
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.program import link
 from understudy_lab.lesson_stats import described
 from understudy_lab.novices.failure_causes import states_unseeing, turned_back
@@ -68,7 +68,7 @@ def _rounded(value: Any) -> Any:
     return round(value, 4) if isinstance(value, float) else value
 
 
-def judge(taught: Taught, seed: int) -> dict[str, list[float]]:
+def judge(taught: TrainedAutomaton, seed: int) -> dict[str, list[float]]:
     """Seconds to the ball, ten trials from each of the paper's positions; NaN where the limit came first."""
     starts = [start for start in POSITIONS.values() for _ in range(TRIALS)]
     body = Soccer(range(100 * seed, 100 * seed + len(starts)), starts)

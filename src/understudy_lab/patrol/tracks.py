@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
-from understudy.model.squad import Duty
+from understudy.model.squad import Assignment
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.squad_body import Squads
 from understudy.runtime.team.team import Team
@@ -90,7 +90,7 @@ def _reaches(team: Team) -> Iterator[Reach]:
             robots[id(layer)] = [robot[roster.squad[member] == squad] for squad in range(roster.squads)]
 
 
-def _meaning(duty: Duty | None, home: str) -> int:
+def _meaning(duty: Assignment | None, home: str) -> int:
     """What an order means to a robot whose home is there."""
     if duty is None:
         return OTHER

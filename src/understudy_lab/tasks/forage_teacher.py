@@ -7,23 +7,23 @@ from math import isnan, pi, tau
 from types import MappingProxyType
 
 from understudy.model.kinds import NO, YES
-from understudy.model.lesson import Options
+from understudy.model.lesson import LearnerOptions
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import Screen
 from understudy_lab.teachers.person import Seen, raised
 from understudy_lab.teachers.teacher import Case, Push, Topic
 
-WATCHED: Mapping[str, Options] = MappingProxyType(
+WATCHED: Mapping[str, LearnerOptions] = MappingProxyType(
     {
-        "goto": Options(watched=True, reaction_s=0.2),  # a lesson about motion: presses come late
-        "harvest": Options(watched=True),
-        "deposit": Options(watched=True),
-        "forage": Options(watched=True),
+        "goto": LearnerOptions(watched=True, reaction_s=0.2),  # a lesson about motion: presses come late
+        "harvest": LearnerOptions(watched=True),
+        "deposit": LearnerOptions(watched=True),
+        "forage": LearnerOptions(watched=True),
     }
 )
 """The options the demo teaches with."""
 
-PLAIN: Mapping[str, Options] = MappingProxyType({name: Options() for name in WATCHED})
+PLAIN: Mapping[str, LearnerOptions] = MappingProxyType({name: LearnerOptions() for name in WATCHED})
 """The paper's plain method: neither watched examples nor a reaction time."""
 
 THERE_M = 0.38  # what a person calls being there

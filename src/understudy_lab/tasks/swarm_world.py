@@ -14,7 +14,16 @@ from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.library import Kit, Library
-from understudy.model.tree_builder import Ask, Question, automaton, below, on_the_left, raised, seen, within
+from understudy.model.tree_builder import (
+    TreeBranch,
+    TreeTest,
+    build_automaton,
+    split_below,
+    split_on_flag,
+    split_on_left,
+    split_on_presence,
+    split_within,
+)
 from understudy.sim.kit import kit_of
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario
@@ -91,13 +100,13 @@ def robots(kit: Kit, manners: Manners = Manners()) -> Library:
     )
 
 
-def _timed(seconds: float, yes: Question, no: Question) -> Ask:
-    return below("time", seconds, no, yes)
+def _timed(seconds: float, yes: TreeBranch, no: TreeBranch) -> TreeTest:
+    return split_below("time", seconds, no, yes)
 
 
-def _vain(seconds: float, unheard: str, other: str, here: str) -> Ask:
+def _vain(seconds: float, unheard: str, other: str, here: str) -> TreeTest:
     """Go on until nobody has called for a while, or in vain for so long."""
-    return _timed(seconds, other, _timed(4.0, raised(unheard, other, here), here))
+    return _timed(seconds, other, _timed(4.0, split_on_flag(unheard, other, here), here))
 
 
 def _readings(kit: Kit, targets: tuple[str, ...] = ()) -> Mapping[str, BoundFeature]:
@@ -108,33 +117,35 @@ def _readings(kit: Kit, targets: tuple[str, ...] = ()) -> Mapping[str, BoundFeat
     return found | {"time": BoundFeature(TimeInState())}
 
 
-def _automaton(kit: Kit, name: str, asks: Mapping[str, Question], *of: str, **more: Any) -> Automaton:
-    return automaton(name, asks, readings=_readings(kit, of), **more)
+def _automaton(kit: Kit, name: str, asks: Mapping[str, TreeBranch], *of: str, **more: Any) -> Automaton:
+    return build_automaton(name, asks, readings=_readings(kit, of), **more)
 
 
 def _wander(kit: Kit) -> Automaton:
-    turned = below("chance", 0.3, "{}", "forward")
+    turned = split_below("chance", 0.3, "{}", "forward")
     return _automaton(
         kit,
         "wander",
         {
             "start": "forward",
-            "forward": raised("stuck", "left", below("chance", 0.04, "left", "forward")),
-            "left": Ask(turned.feature, "left", "forward", below=0.3),
+            "forward": split_on_flag("stuck", "left", split_below("chance", 0.04, "left", "forward")),
+            "left": TreeTest(turned.feature, "left", "forward", below=0.3),
         },
         runs={"forward": "forward", "left": "rotate_left"},
     )
 
 
-def _steered(distance: Question, angle: str, ahead: float, ways: tuple[str, str, str]) -> Question:
+def _steered(distance: TreeBranch, angle: str, ahead: float, ways: tuple[str, str, str]) -> TreeBranch:
     forward, left, right = ways
-    return within(angle, ahead, forward, on_the_left(angle, left, right))
+    return split_within(angle, ahead, forward, split_on_left(angle, left, right))
 
 
 def _approach(kit: Kit, m: Manners) -> Automaton:
-    def way(ahead: float) -> Question:
-        turn = within("angle_to A", ahead, "forward", on_the_left("angle_to A", "left", "right"))
-        return seen("distance_to A", below("distance_to A", m.there, "done", turn), "failed")
+    def way(ahead: float) -> TreeBranch:
+        turn = split_within("angle_to A", ahead, "forward", split_on_left("angle_to A", "left", "right"))
+        return split_on_presence(
+            "distance_to A", split_below("distance_to A", m.there, "done", turn), "failed"
+        )
 
     return _automaton(
         kit,
@@ -148,9 +159,11 @@ def _approach(kit: Kit, m: Manners) -> Automaton:
 
 
 def _haul(kit: Kit, m: Manners) -> Automaton:
-    def way(ahead: float) -> Question:
-        turn = within("angle_to home", ahead, "forward", on_the_left("angle_to home", "left", "right"))
-        return raised("enough", turn, raised("holding", "drop", "done"))
+    def way(ahead: float) -> TreeBranch:
+        turn = split_within(
+            "angle_to home", ahead, "forward", split_on_left("angle_to home", "left", "right")
+        )
+        return split_on_flag("enough", turn, split_on_flag("holding", "drop", "done"))
 
     return _automaton(
         kit,
@@ -160,7 +173,7 @@ def _haul(kit: Kit, m: Manners) -> Automaton:
             "forward": way(m.astray),
             "left": way(m.ahead),
             "right": way(m.ahead),
-            "drop": raised("holding", "drop", "done"),
+            "drop": split_on_flag("holding", "drop", "done"),
         },
         "home",
         runs={"forward": "pull_forward", "left": "pull_left", "right": "pull_right", "drop": "let_go"},
@@ -169,18 +182,22 @@ def _haul(kit: Kit, m: Manners) -> Automaton:
 
 
 def _search(kit: Kit) -> Automaton:
-    look = seen("distance_to free_container", "container", seen("distance_to free_crate", "crate", "wander"))
-    begin = raised("enough", "haul", raised("holding", "drop", look))
+    look = split_on_presence(
+        "distance_to free_container",
+        "container",
+        split_on_presence("distance_to free_crate", "crate", "wander"),
+    )
+    begin = split_on_flag("enough", "haul", split_on_flag("holding", "drop", look))
     return _automaton(
         kit,
         "search",
         {
             "start": begin,
-            "haul": raised("done", "wander", "haul"),
+            "haul": split_on_flag("done", "wander", "haul"),
             "drop": begin,
             "wander": look,
-            "crate": raised("done", "done", raised("failed", "wander", "crate")),
-            "container": raised("done", "done", raised("failed", "wander", "container")),
+            "crate": split_on_flag("done", "done", split_on_flag("failed", "wander", "crate")),
+            "container": split_on_flag("done", "done", split_on_flag("failed", "wander", "container")),
         },
         "free_crate",
         "free_container",
@@ -198,19 +215,19 @@ def _search(kit: Kit) -> Automaton:
 
 def _join(kit: Kit, m: Manners, name: str, thing: str, caller: str, calls: str) -> Automaton:
     of_caller, free = f"distance_to {caller}", f"distance_to free_{thing}"
-    begin = below(free, m.at, "call", seen(of_caller, "come", "wait"))
-    begin = raised("enough", "haul", raised("holding", "drop", begin))
+    begin = split_below(free, m.at, "call", split_on_presence(of_caller, "come", "wait"))
+    begin = split_on_flag("enough", "haul", split_on_flag("holding", "drop", begin))
     return _automaton(
         kit,
         name,
         {
             "start": begin,
             "drop": begin,
-            "wait": seen(of_caller, "come", "wait"),
-            "come": raised("done", "hold", raised("failed", "wait", "come")),
-            "call": raised("enough", "haul", "call"),
-            "hold": raised("enough", "haul", raised("holding", "hold", "wait")),
-            "haul": raised("done", "wait", "haul"),
+            "wait": split_on_presence(of_caller, "come", "wait"),
+            "come": split_on_flag("done", "hold", split_on_flag("failed", "wait", "come")),
+            "call": split_on_flag("enough", "haul", "call"),
+            "hold": split_on_flag("enough", "haul", split_on_flag("holding", "hold", "wait")),
+            "haul": split_on_flag("done", "wait", "haul"),
         },
         f"free_{thing}",
         caller,
@@ -232,10 +249,10 @@ def _alone(kit: Kit, m: Manners) -> Automaton:
         "alone",
         {
             "start": "search",
-            "search": raised("done", "call", "search"),
-            "call": raised("enough", "haul", _timed(m.waits, "leave", "call")),
-            "haul": raised("done", "search", "haul"),
-            "leave": raised("holding", "leave", "away"),
+            "search": split_on_flag("done", "call", "search"),
+            "call": split_on_flag("enough", "haul", _timed(m.waits, "leave", "call")),
+            "haul": split_on_flag("done", "search", "haul"),
+            "leave": split_on_flag("holding", "leave", "away"),
             "away": _timed(m.away, "search", "away"),
         },
         runs={
@@ -249,17 +266,17 @@ def _alone(kit: Kit, m: Manners) -> Automaton:
 
 
 def _answering(kit: Kit, m: Manners) -> Automaton:
-    heard = seen("distance_to caller", "help", "search")
+    heard = split_on_presence("distance_to caller", "help", "search")
     return _automaton(
         kit,
         "alone_answering",
         {
             "start": "search",
-            "search": raised("done", "call", heard),
-            "call": raised("enough", "haul", _timed(m.waits, "leave", "call")),
-            "help": _timed(m.gives_up, "leave", raised("holding", "help", "help")),
-            "haul": raised("done", "search", "haul"),
-            "leave": raised("holding", "leave", "away"),
+            "search": split_on_flag("done", "call", heard),
+            "call": split_on_flag("enough", "haul", _timed(m.waits, "leave", "call")),
+            "help": _timed(m.gives_up, "leave", split_on_flag("holding", "help", "help")),
+            "haul": split_on_flag("done", "search", "haul"),
+            "leave": split_on_flag("holding", "leave", "away"),
             "away": _timed(m.away, "search", "away"),
         },
         "caller",
@@ -281,7 +298,7 @@ def squad(kit: Kit, m: Manners = Manners()) -> Library:
         "squad_work",
         {
             "start": "search",
-            "search": raised("someone_at free_crate", "help", "search"),
+            "search": split_on_flag("someone_at free_crate", "help", "search"),
             "help": _vain(m.gives_up, "unheard caller", "search", "help"),
         },
         "free_crate",
@@ -298,7 +315,7 @@ def platoon(kit: Kit, m: Manners = Manners()) -> Library:
         "platoon_work",
         {
             "start": "work",
-            "work": raised("found free_container", "muster", "work"),
+            "work": split_on_flag("found free_container", "muster", "work"),
             "muster": _vain(m.musters, "unheard musterer", "work", "muster"),
         },
         "free_container",

@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 
 from understudy.model.binding import NOTHING_BOUND, Binding
-from understudy.model.lesson import Lesson, Options
+from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.training.session import Session
@@ -134,7 +134,7 @@ class Teacher:
         make: MakesBody,
         seed: int,
         *,
-        options: Mapping[str, Options],
+        options: Mapping[str, LearnerOptions],
         reaction: Reaction = Reaction(),
         progress: Progress = lambda name, what, account: None,
         patience: Patience = Patience(),

@@ -13,15 +13,15 @@ from understudy.learning.sklearn_adapter import ScikitTransition, encoded
 from understudy.learning.training_set import teaching
 from understudy.model.automaton import START, Transition
 from understudy.model.kinds import Continuous
-from understudy.model.lesson import Learner, Lesson, Scikit, Trees
+from understudy.model.lesson import Learner, Lesson, SklearnOptions, TreeOptions
 from understudy_lab.unlearning.datasets import Labels, Sparse, Vectors, example, lesson_of
 
 CORRECTIONS = 20
 """After so many corrections the teacher stops."""
 LEARNERS: dict[str, Learner] = {
-    "trees": Trees(),
-    "k-NN": Scikit("KNeighborsClassifier", {"n_neighbors": 3}),
-    "SVM": Scikit("SVC", {"C": 10.0}),
+    "trees": TreeOptions(),
+    "k-NN": SklearnOptions("KNeighborsClassifier", {"n_neighbors": 3}),
+    "SVM": SklearnOptions("SVC", {"C": 10.0}),
 }
 AT_ONCE = 16
 

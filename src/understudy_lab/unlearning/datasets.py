@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
-from understudy.model.lesson import Example, ExampleKind, Learner, Lesson, Options
+from understudy.model.lesson import Example, ExampleKind, Learner, LearnerOptions, Lesson
 
 DATA_SETS = ("iris", "wine", "breast_cancer", "digits")
 SIZES = ("4 a class", "60 in all")
@@ -84,7 +84,7 @@ def lesson_of(drawn: Sparse, learner: Learner) -> Lesson:
         example(number, values, label)
         for number, (values, label) in enumerate(zip(drawn.shown.tolist(), drawn.labels, strict=True), 1)
     )
-    return Lesson(automaton, examples, Options(learner=learner))
+    return Lesson(automaton, examples, LearnerOptions(learner=learner))
 
 
 def example(number: int, values: Sequence[float], label: int, *, correction: bool = False) -> Example:

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.model.library import Taught
-from understudy.storage.library_folder import save
+from understudy.model.library import TrainedAutomaton
+from understudy.storage.library_folder import save_automaton
 
 
 @pytest.fixture
 def library(tmp_path: Path) -> Path:
     folder = tmp_path / "library"
     for automaton in AUTOMATA:
-        save(folder, Taught(automaton))
+        save_automaton(folder, TrainedAutomaton(automaton))
     return folder

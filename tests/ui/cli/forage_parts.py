@@ -7,7 +7,7 @@ from math import pi, tau
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
-from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.sim.forage import kit
 
 A = Binding(A="A")
@@ -15,26 +15,26 @@ angle_to, distance_to = kit.features["angle_to"], kit.features["distance_to"]
 food_below_me, food_left, food_stored = (
     kit.features[name] for name in ("food_below_me", "food_left", "food_stored")
 )
-ALWAYS = Tree((leaf(1),))
+ALWAYS = Tree((make_leaf(1),))
 DONE = BoundFeature(kit.features["done"])
 
 
 def steer(width: float) -> Tree:
     return Tree(
         (
-            Node(Test.BELOW, 0, high=0.3, yes=1, no=2),
-            leaf(4),
-            Node(Test.ARC, 1, low=tau - width, high=width, yes=3, no=4),
-            leaf(1),
-            Node(Test.BELOW, 1, high=pi, yes=5, no=6),
-            leaf(2),
-            leaf(3),
+            Node(TestKind.BELOW, 0, high=0.3, yes=1, no=2),
+            make_leaf(4),
+            Node(TestKind.ARC, 1, low=tau - width, high=width, yes=3, no=4),
+            make_leaf(1),
+            Node(TestKind.BELOW, 1, high=pi, yes=5, no=6),
+            make_leaf(2),
+            make_leaf(3),
         )
     )
 
 
 def when_done(no: int, yes: int) -> Tree:
-    return Tree((Node(Test.LABEL, 0, branches=(1, 2)), leaf(no), leaf(yes)))
+    return Tree((Node(TestKind.LABEL, 0, branches=(1, 2)), make_leaf(no), make_leaf(yes)))
 
 
 goto = Automaton(
@@ -64,13 +64,13 @@ harvest = Automaton(
         "goto": when_done(1, 2),
         "load": Tree(
             (
-                Node(Test.BELOW, 2, high=9.5, yes=1, no=2),
-                Node(Test.BELOW, 1, high=0.5, yes=3, no=4),
-                leaf(3),
-                Node(Test.LABEL, 3, branches=(5, 6)),
-                leaf(STAY),
-                leaf(3),
-                leaf(1),
+                Node(TestKind.BELOW, 2, high=9.5, yes=1, no=2),
+                Node(TestKind.BELOW, 1, high=0.5, yes=3, no=4),
+                make_leaf(3),
+                Node(TestKind.LABEL, 3, branches=(5, 6)),
+                make_leaf(STAY),
+                make_leaf(3),
+                make_leaf(1),
             )
         ),
     },
@@ -87,7 +87,7 @@ deposit = Automaton(
     transitions={
         "start": ALWAYS,
         "goto": when_done(1, 2),
-        "unload": Tree((Node(Test.BELOW, 1, high=0.5, yes=1, no=2), leaf(3), leaf(2))),
+        "unload": Tree((Node(TestKind.BELOW, 1, high=0.5, yes=1, no=2), make_leaf(3), make_leaf(2))),
     },
 )
 forage = Automaton(

@@ -9,14 +9,14 @@ from tests.coaching.lessons import GOTO, goto
 from tests.ui.cli.commands import run, said
 
 from understudy.learning.fit import learned
-from understudy.model.library import Taught
-from understudy.storage.library_folder import save
+from understudy.model.library import TrainedAutomaton
+from understudy.storage.library_folder import save_automaton
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     lesson = goto((*GOTO, ("forward", "left", "directive", 0.3, 350)))
-    save(tmp_path / "taught", Taught(learned(lesson), lesson))
+    save_automaton(tmp_path / "taught", TrainedAutomaton(learned(lesson), lesson))
     return tmp_path / "taught"
 
 

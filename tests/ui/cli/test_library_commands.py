@@ -15,9 +15,9 @@ from tests.model.lessons import goto as taught_goto
 from tests.ui.cli.commands import ROOT, run, said
 
 from understudy.learning.fit import learned
-from understudy.model.lesson import Options, Trees
-from understudy.model.library import Taught
-from understudy.storage.library_folder import save
+from understudy.model.lesson import LearnerOptions, TreeOptions
+from understudy.model.library import TrainedAutomaton
+from understudy.storage.library_folder import save_automaton
 
 TABLE = """state,next,kind,distance:continuous,ready:categorical(no|yes)
 start,forward,directive,5,yes
@@ -29,7 +29,7 @@ forward,done,directive,0.4,yes
 @pytest.fixture
 def lessons(tmp_path: Path) -> Path:
     folder = tmp_path / "lessons"
-    save(folder, taught_goto())
+    save_automaton(folder, taught_goto())
     original = taught_goto()
     assert original.lesson is not None
     return folder
@@ -74,8 +74,8 @@ def test_show(lessons: Path, library: Path) -> None:
 def test_show_says_why_examples_are_in_quarantine_and_what_was_pruned(tmp_path: Path) -> None:
     lesson, reasons = goto(), {2: "too [late]", 3: "slipped", 5: "slipped"}
     examples = tuple(replace(each, quarantined=reasons.get(each.number, "")) for each in lesson.examples)
-    held = replace(lesson, examples=examples, options=Options(learner=Trees(pruning=0.5)))
-    save(tmp_path, Taught(learned(held), held))
+    held = replace(lesson, examples=examples, options=LearnerOptions(learner=TreeOptions(pruning=0.5)))
+    save_automaton(tmp_path, TrainedAutomaton(learned(held), held))
     text = run("show", "goto", "-l", tmp_path).stdout
     assert "‡ in quarantine: it teaches nothing\n  2: too [late]\n  3, 5: slipped\n" in text
     assert "learns decision trees, pruned by 0.5\n" in text

@@ -22,8 +22,8 @@ from tests.ui.cli.commands import run, said
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Percept, TimeInState
-from understudy.model.library import Library, Taught
-from understudy.model.tree import STAY, Node, Test, Tree, leaf
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.robots.live_run import Live
 from understudy.robots.recording.header import Ran
 from understudy.robots.recording.reader import read_recording
@@ -33,7 +33,7 @@ from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Commands, every_key
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
-from understudy.storage.library_folder import open_library, save
+from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.ui.cli.options import find_kit
@@ -54,11 +54,11 @@ def after(seconds: float, state: int) -> Tree:
     """To a state once so long in this one, or where something is near."""
     return Tree(
         (
-            Node(Test.BELOW, 0, high=seconds, yes=1, no=4),
-            Node(Test.BELOW, 1, high=0.5, yes=2, no=3),
-            leaf(state),
-            leaf(STAY),
-            leaf(state),
+            Node(TestKind.BELOW, 0, high=seconds, yes=1, no=4),
+            Node(TestKind.BELOW, 1, high=0.5, yes=2, no=3),
+            make_leaf(state),
+            make_leaf(STAY),
+            make_leaf(state),
         )
     )
 
@@ -128,9 +128,12 @@ def test_where_another_library_decides_otherwise_is_shown(library: Path, tmp_pat
 def test_what_has_changed_since_decides_as_it_was(tmp_path: Path) -> None:
     """Unless a library is named: then it is asked as it is."""
     folder, path = tmp_path / "library", tmp_path / "run.mcap"
-    save(folder, Taught(WANDER))
+    save_automaton(folder, TrainedAutomaton(WANDER))
     said("run", "arena", "-l", folder, "--behavior", "wander", "--seconds", "5", "--record", path)
-    save(folder, Taught(replace(WANDER, transitions={**WANDER.transitions, "forward": after(2.0, 2)})))
+    save_automaton(
+        folder,
+        TrainedAutomaton(replace(WANDER, transitions={**WANDER.transitions, "forward": after(2.0, 2)})),
+    )
     told = said("run", "--replay", path)
     assert (told["former"], told["differences"]) == ({"wander": 1}, [])
     assert "wander is another by now: this is its version 1" in run("run", "--replay", path).stdout
@@ -149,8 +152,8 @@ def test_a_coordinator_decides_again_as_recorded(tmp_path: Path) -> None:
     """What squads read follows from what their robots read, so the robots' readings are enough."""
     library, path = tmp_path / "library", tmp_path / "run.mcap"
     for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
-        save(library, Taught(automaton))
-    save(library / "patrol", Taught(lead()))
+        save_automaton(library, TrainedAutomaton(automaton))
+    save_automaton(library / "patrol", TrainedAutomaton(lead()))
     told = said("run", "patrol", "-l", library, "--behavior", "lead", "--seconds", "120", "--record", path)
     assert told["robots"] == 4
     recording = read_recording(path)
@@ -162,7 +165,7 @@ def test_a_coordinator_decides_again_as_recorded(tmp_path: Path) -> None:
 def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
     """Readings come late and irregularly from a real one; a run begins at any time of its clock."""
     folder, path = tmp_path / "library", tmp_path / "run.mcap"
-    save(folder, Taught(WANDER))
+    save_automaton(folder, TrainedAutomaton(WANDER))
     library = open_library(folder, KIT).library
     now, wire = [100.0], Wire()
     with Recorder(path, clock=lambda: now[0]) as recorder:
@@ -197,7 +200,10 @@ def test_robots_of_a_team_decide_again_as_recorded(
     """
     folder, path = tmp_path / "library", tmp_path / "run.mcap"
     near = BoundFeature(KIT.features["distance_to"], Binding(A="red_flag"))
-    save(folder, Taught(replace(WANDER, name="approach", features=(BoundFeature(TimeInState()), near))))
+    save_automaton(
+        folder,
+        TrainedAutomaton(replace(WANDER, name="approach", features=(BoundFeature(TimeInState()), near))),
+    )
     libraries = dict.fromkeys(["rover"], open_library(folder, KIT).library)
     with Recorder(path, clock=lambda: 0.0) as recorder:
         rig = Rig(recorder=recorder)
@@ -296,7 +302,7 @@ def toward(tmp_path: Path) -> Path:
             time_s, percept = session.body.time_s, session.percept
             session.tick()
             recorder.decided(time_s, percept, [session.trainee.path], at_s=time_s)
-    save(tmp_path / "shown", session.taught())
+    save_automaton(tmp_path / "shown", session.taught())
     return tmp_path / "goto.mcap"
 
 

@@ -15,9 +15,9 @@ from tests.ui.cli.commands import ROOT, run, said
 
 from understudy.errors import SettingError
 from understudy.model.automaton import START, Automaton, State
-from understudy.model.library import Taught
-from understudy.model.tree import Tree, leaf
-from understudy.storage.library_folder import save
+from understudy.model.library import TrainedAutomaton
+from understudy.model.tree import Tree, make_leaf
+from understudy.storage.library_folder import save_automaton
 from understudy.ui.cli.options import behavior_of, find_kit, library_for
 from understudy_lab.bench.patrol import lead
 
@@ -93,8 +93,8 @@ def test_run_elsewhere(library: Path, tmp_path: Path) -> None:
 def test_a_squad_runs_what_it_was_taught(tmp_path: Path) -> None:
     """Its automata are in a folder of its name; what its coordinator does is said by what the robots do."""
     for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
-        save(tmp_path, Taught(automaton))
-    save(tmp_path / "patrol", Taught(lead()))
+        save_automaton(tmp_path, TrainedAutomaton(automaton))
+    save_automaton(tmp_path / "patrol", TrainedAutomaton(lead()))
     for name in ("lead", "patrol/lead"):
         told = said("run", "patrol", "-l", tmp_path, "--behavior", name, "--seconds", "5")
         assert (told["behavior"], told["doing"]) == ("lead", {"wander": 4})
@@ -107,8 +107,8 @@ def test_types_that_differ_run_what_is_in_their_folders(tmp_path: Path) -> None:
     """Others idle; and a name that two types know has to say whose."""
     for kind, behavior in (("scout", "forward"), ("carrier", "rotate_left")):
         states = (START, State(behavior, behavior))
-        roam = Automaton("roam", states, (), (), False, {"start": Tree((leaf(1),))})
-        save(tmp_path / kind, Taught(roam))
+        roam = Automaton("roam", states, (), (), False, {"start": Tree((make_leaf(1),))})
+        save_automaton(tmp_path / kind, TrainedAutomaton(roam))
     told = said("run", "salvage", "-l", tmp_path, "--behavior", "carrier/roam", "--seconds", "2")
     assert told["doing"] == {"rotate_left": 8, "idles": 4}
     told = said("run", "salvage", "-l", tmp_path, "--behavior", "load", "--seconds", "1")

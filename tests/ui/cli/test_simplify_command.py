@@ -8,8 +8,8 @@ import pytest
 from tests.ui.cli.commands import run, said
 from tests.ui.cli.forage_parts import goto
 
-from understudy.model.library import Taught
-from understudy.storage.library_folder import save
+from understudy.model.library import TrainedAutomaton
+from understudy.storage.library_folder import save_automaton
 
 TABLE = ["state,next,kind,distance:continuous"]
 TABLE += [f"go,{'stop' if number < 20 else 'go'},directive,{number / 4}" for number in range(40)]
@@ -82,7 +82,7 @@ def test_how_to_keep_it_all_the_same(tmp_path: Path) -> None:
 
 def test_what_has_no_questions(library: Path, tmp_path: Path) -> None:
 
-    save(tmp_path / "other", Taught(goto))
+    save_automaton(tmp_path / "other", TrainedAutomaton(goto))
     for name, folder, told in (("goto", tmp_path / "other", "written by hand"), ("x", library, "reading")):
         refused = run("simplify", name, "-l", folder)
         assert refused.exit_code == 2

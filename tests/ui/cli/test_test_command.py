@@ -14,11 +14,11 @@ from tests.ui.cli.forage_parts import goto
 
 from understudy.analysis.expectations import here, promise
 from understudy.learning.fit import learned
-from understudy.model.library import Library, Taught
-from understudy.model.tree import Tree, leaf
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.tree import Tree, make_leaf
 from understudy.sim.forage import Forage, kit
 from understudy.sim.team.libraries import libraries_of, troop_of
-from understudy.storage.library_folder import open_library, save
+from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy_lab.bench.patrol import lead
@@ -36,7 +36,7 @@ def fetching(library: Path) -> Path:
     session.tick()
     session.reset(11)
     promise(session, flag="done", within_s=60.0)
-    save(library, session.taught())
+    save_automaton(library, session.taught())
     return library
 
 
@@ -69,7 +69,7 @@ def test_all_as_shown(fetching: Path) -> None:
 
 def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
     """Whoever changes GoTo is told what that does to those who run it."""
-    save(fetching, Taught(replace(goto, transitions={"start": Tree((leaf(0),))})))
+    save_automaton(fetching, TrainedAutomaton(replace(goto, transitions={"start": Tree((make_leaf(0),))})))
     told, text = failed(fetching)
     assert told["fetch"]["failed"] == [
         {"outcome": "done within 60 s in forage", "problem": None, "comes_with_former": ["goto"]}
@@ -90,7 +90,9 @@ def test_two_outcomes_of_one_wording(fetching: Path) -> None:
     assert taught.lesson is not None
     (fine,) = taught.lesson.outcomes
     slow, broken = replace(fine, within_s=0.2), replace(fine, within_s=0.2, snapshot=b"nothing")
-    save(fetching, Taught(taught.automaton, replace(taught.lesson, outcomes=(slow, broken))))
+    save_automaton(
+        fetching, TrainedAutomaton(taught.automaton, replace(taught.lesson, outcomes=(slow, broken)))
+    )
     told, text = failed(fetching)
     first, second = told["fetch"]["failed"]
     assert (first["problem"], "snapshot" in second["problem"]) == (None, True)
@@ -104,7 +106,7 @@ def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
     first = taught.lesson.examples[0]
     against = [replace(first, number=number, next="done") for number in (8, 9)]
     lesson = replace(taught.lesson, examples=(*taught.lesson.examples, *against), outcomes=())
-    save(fetching, Taught(learned(lesson), lesson))
+    save_automaton(fetching, TrainedAutomaton(learned(lesson), lesson))
     told, text = failed(fetching)
     assert told["fetch"]["no_longer"] == [
         "where it went from start to goto as shown (example 1), it now goes to done"
@@ -116,7 +118,7 @@ def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
 
 def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
-        save(tmp_path, Taught(automaton))
+        save_automaton(tmp_path, TrainedAutomaton(automaton))
     known = libraries_of(SCENARIO, ROBOTS, lambda name, kit: Library.of(kit, lead()))
     troop = troop_of(SCENARIO, "patrol", known)
     lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
@@ -128,12 +130,14 @@ def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     outcome = here(session, flag="done", within_s=3.0)
     assert (outcome.sort, outcome.agent) == ("patrol", 0)
     promise(session, flag="done", within_s=3.0)
-    save(tmp_path / "patrol", session.taught())
+    save_automaton(tmp_path / "patrol", session.taught())
     told = found(tmp_path)
     assert set(told) == {"wander", "servo", "patrol", "patrol/out"}
     assert told["patrol/out"]["works"]
     wander = ROBOTS.automaton("wander")
-    save(tmp_path, Taught(replace(wander, transitions={"start": wander.transitions["start"]})))
+    save_automaton(
+        tmp_path, TrainedAutomaton(replace(wander, transitions={"start": wander.transitions["start"]}))
+    )
     assert found(tmp_path)["wander"]["affected"] == ["patrol", "patrol/out"]
 
 

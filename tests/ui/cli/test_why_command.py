@@ -11,9 +11,9 @@ import pytest
 from tests.sim.patrollers import ROBOTS
 from tests.ui.cli.commands import run, said
 
-from understudy.model.library import Library, Taught
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.forage import Forage, kit
-from understudy.storage.library_folder import open_library, save
+from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy_lab.bench.patrol import lead
@@ -34,7 +34,7 @@ def approached(tmp_path: Path) -> Path:
     session.run_for(2.0)
     session.direct("rotate_left")
     session.tick()
-    save(tmp_path / "library", session.taught())
+    save_automaton(tmp_path / "library", session.taught())
     return tmp_path / "library"
 
 
@@ -132,8 +132,8 @@ def test_a_recording_of_another_library_gives_no_reasons(library: Path) -> None:
 def test_a_robot_in_a_team_is_asked_from_its_coordinator_down(tmp_path: Path) -> None:
     folder = tmp_path / "library"
     for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
-        save(folder, Taught(automaton))
-    save(folder / "patrol", Taught(lead()))
+        save_automaton(folder, TrainedAutomaton(automaton))
+    save_automaton(folder / "patrol", TrainedAutomaton(lead()))
     path = tmp_path / "run.jsonl"
     arguments = ("-l", folder, "--behavior", "lead", "--seconds", "22", "--trace", path)
     assert run("run", "patrol", *arguments).exit_code == 0
@@ -166,8 +166,10 @@ def test_a_library_that_changed_is_never_lied_about(library: Path, tmp_path: Pat
     other = replace(
         other, transitions={name: it for name, it in other.transitions.items() if name != "right"}
     )
-    save(library, Taught(other))
-    save(library, Taught(replace(other, transitions={"start": other.transitions["start"]})))
+    save_automaton(library, TrainedAutomaton(other))
+    save_automaton(
+        library, TrainedAutomaton(replace(other, transitions={"start": other.transitions["start"]}))
+    )
     told = said("why", path, "--time", "3")
     assert told["former"] == {"goto": 1}
     assert {**told, "former": {}} == before

@@ -18,7 +18,7 @@ from understudy.model.lesson import ExampleKind, Lesson
 from understudy.robots.twin import drawn
 from understudy.sim.forage import kit
 from understudy.sim.target_lookup import place_of
-from understudy.storage.library_folder import open_library, versions
+from understudy.storage.library_folder import list_versions, open_library
 from understudy.training.trainee import Mode
 from understudy.ui.controller.training_plan import Choices
 from understudy.ui.tui.app import Ended
@@ -205,7 +205,7 @@ async def test_what_is_saved_is_opened_again_and_goes_on(tmp_path: Path) -> None
         await hand.press("s", "q")
     lesson = saved(tmp_path)
     assert [example.binding["A"] for example in lesson.examples] == ["station"] * 2 + ["nearest_food"] * 2
-    assert len(versions(tmp_path, "goto")) == 1
+    assert len(list_versions(tmp_path, "goto")) == 1
 
 
 @run

@@ -13,7 +13,7 @@ from tests.ui.tui.desks import GOTO, Wall, plan
 from understudy.errors import KindError, UnderstudyError
 from understudy.model.automaton import START, State
 from understudy.model.binding import Binding
-from understudy.model.describe import signed, value
+from understudy.model.describe import format_condition, format_value
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library
 from understudy.sim.forage import Forage, kit
@@ -128,7 +128,7 @@ VALUES = [
 
 @pytest.mark.parametrize(("bound", "number", "text"), VALUES)
 def test_values_are_said_with_their_units(bound: BoundFeature, number: float, text: str) -> None:
-    assert value(bound, number) == text
+    assert format_value(bound, number) == text
 
 
 SAID = [
@@ -158,7 +158,9 @@ def test_what_is_no_value_is_refused(bound: BoundFeature, text: str, problem: st
 
 
 def test_conditions_say_angles_like_readings() -> None:
-    assert signed("angle_to(A) is between 350° and 10.5°") == "angle_to(A) is between −10° and 10.5°"
+    assert (
+        format_condition("angle_to(A) is between 350° and 10.5°") == "angle_to(A) is between −10° and 10.5°"
+    )
 
 
 def test_bars() -> None:

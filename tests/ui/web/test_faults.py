@@ -9,7 +9,7 @@ from types import MappingProxyType
 import pytest
 from tests.ui.web.pages import GOTO, Wall, page, served
 
-from understudy.model.features import Readings, feature
+from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Kit
 from understudy.sim.catalog import find_world
@@ -24,7 +24,7 @@ def test_a_feature_of_somebodys_own_that_fails(tmp_path: Path) -> None:
     failing = False
 
     @feature(Continuous())
-    def risky(robot: Readings) -> Column:
+    def risky(robot: ReadingsView) -> Column:
         """Fails after a while."""
         if failing:
             raise RuntimeError("out of cheese")

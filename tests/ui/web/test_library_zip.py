@@ -14,7 +14,7 @@ from starlette.testclient import TestClient
 from tests.ui.web.pages import GOTO, HOME, Page, page, served, studio
 from tests.ui.web.test_library import files, names, teach
 
-from understudy.storage.library_folder import versions
+from understudy.storage.library_folder import list_versions
 from understudy.ui.web.app import app
 from understudy.ui.web.server import Studio
 
@@ -102,7 +102,7 @@ def test_what_is_there_is_replaced_only_when_asked(desk: Desk) -> None:
     said = "Nothing new was in it; replaced goto, former versions are kept"
     assert desk.give(parcel, taken="replace") == (200, {"said": said})
     assert desk.stage.shelf.library.taught["goto"].lesson is not None
-    assert [each.number for each in versions(desk.stage.shelf.folder, "goto")] == [1, 2]
+    assert [each.number for each in list_versions(desk.stage.shelf.folder, "goto")] == [1, 2]
 
 
 def document(desk: Desk, **automaton: str) -> str:

@@ -9,7 +9,7 @@ import pytest
 from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 from tests.ui.web.test_library import CARRY, files, names, teach
 
-from understudy.storage.library_folder import versions
+from understudy.storage.library_folder import list_versions
 from understudy.ui.web.server import Studio
 
 
@@ -43,7 +43,7 @@ def test_what_is_trained_has_another_name(made: Studio, person: Page) -> None:
     teach(person, "forward")
     person.done("save")
     assert names(made.stage) == ["reach"]
-    assert [each.number for each in versions(made.stage.shelf.folder, "reach")] == [1, 2]
+    assert [each.number for each in list_versions(made.stage.shelf.folder, "reach")] == [1, 2]
 
 
 def test_versions_go_behind_those_of_a_former_one(made: Studio, person: Page) -> None:
@@ -128,7 +128,7 @@ def test_back_to_a_version_and_forth(made: Studio, person: Page) -> None:
     assert "version 1" in made.stage.said.text
     person.done("go_back", name="goto", version=2)
     assert made.stage.trained.screen.examples == 4
-    assert [each.number for each in versions(made.stage.shelf.folder, "goto")] == [1, 2, 3]
+    assert [each.number for each in list_versions(made.stage.shelf.folder, "goto")] == [1, 2, 3]
     person.done("rename", name="goto", to="reach")
     person.done("go_back", name="reach", version=1)
     assert (made.stage.trained.name, made.stage.trained.screen.examples) == ("reach", 2)

@@ -10,8 +10,8 @@ import pytest
 from tests.sim.patrollers import ROBOTS
 from tests.ui.web.pages import Frame, Page, page, plain, served, studio
 
-from understudy.model.library import Taught
-from understudy.storage.library_folder import save
+from understudy.model.library import TrainedAutomaton
+from understudy.storage.library_folder import save_automaton
 from understudy.ui.web.frames import NONE
 from understudy.ui.web.server import Studio
 
@@ -28,7 +28,7 @@ LEAD: dict[str, Any] = {
 def made(tmp_path: Path) -> Studio:
     folder = tmp_path / "library"
     for name in ROBOTS.taught:
-        save(folder, Taught(ROBOTS.automaton(name)))
+        save_automaton(folder, TrainedAutomaton(ROBOTS.automaton(name)))
     return studio(folder, world="patrol")
 
 

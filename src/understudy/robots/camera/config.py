@@ -15,7 +15,7 @@ from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.robots.camera.blobs import LEAST_PX, Camera
 from understudy.robots.camera.color import Color
 from understudy.sim.scenario.squad_schema import Part
-from understudy.storage.atomic import write
+from understudy.storage.atomic import write_atomically
 
 CAMERA, COLORS = "camera", "colors"
 HEADING = f"[{CAMERA}.{COLORS}]"
@@ -104,7 +104,7 @@ def write_color(path: Path, name: str, color: Color) -> None:
         missing = isinstance(error, FileNotFoundError)
         problem = "there is no such file" if missing else f"cannot be read ({error})"
         raise FileError(path=path, place="", problem=problem, remedy="give a robot's file") from None
-    write(path, with_color(content, name, color, path).encode())
+    write_atomically(path, with_color(content, name, color, path).encode())
 
 
 def _document(content: str, path: Path | str) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import UnderstudyError, listed
+from understudy.errors import UnderstudyError, join_names
 from understudy.robots.camera.blobs import Image
 from understudy.robots.camera.opencv import opencv
 
@@ -118,7 +118,7 @@ def decode(data: Data, *, encoding: str, width: int, height: int, step: int) -> 
     """
     channels = CHANNELS.get(encoding)
     if channels is None:
-        known = f"let the camera send one of {listed(CHANNELS)}"
+        known = f"let the camera send one of {join_names(CHANNELS)}"
         raise ImageError(problem=f"its encoding is {encoding!r:.40}", remedy=known)
     _check_size(width, height)
     if channels == 2 and width % 2:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.automaton import Automaton, Transition
-from understudy.model.behaviors import Change
+from understudy.model.behaviors import StateEffect
 from understudy.model.binding import Binding
-from understudy.model.features import BoundFeature, Counter, Feature, Flag, Timer
+from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimerFeature
 from understudy.model.tree import STAY, Tree
 from understudy.runtime.engine.tables import (
     ADD,
@@ -130,7 +130,7 @@ class _Ground:
     binding: Binding
     sources: tuple[Source, ...]
     children: tuple[int, ...]
-    changes: tuple[tuple[Change, ...], ...]
+    changes: tuple[tuple[StateEffect, ...], ...]
 
 
 class _Merging:
@@ -231,11 +231,11 @@ class _Laying:
             return source
         if isinstance(source, Freshened):
             sort, which = RISEN if source.fresh else FALLEN, source.position
-        elif isinstance(source, Flag):
+        elif isinstance(source, FlagFeature):
             sort, which = FLAG, self.flag(source.name)
-        elif isinstance(source, Counter):
+        elif isinstance(source, CounterFeature):
             sort, which = COUNTER, memory["counter", source.name]
-        elif isinstance(source, Timer):
+        elif isinstance(source, TimerFeature):
             sort, which = TIMER, memory["timer", source.name]
         else:
             sort, which = TIME, 0
@@ -259,8 +259,8 @@ def _memories(grounds: Sequence[_Ground]) -> tuple[int, int, list[dict[Kept, int
         for change in (change for changes in ground.changes for change in changes):
             kept[change.of, change.name] = None
         for source in ground.sources:
-            if isinstance(source, Counter | Timer):
-                kept["counter" if isinstance(source, Counter) else "timer", source.name] = None
+            if isinstance(source, CounterFeature | TimerFeature):
+                kept["counter" if isinstance(source, CounterFeature) else "timer", source.name] = None
         begin = begins[number]
         memories[number] = {each: begin + position for position, each in enumerate(kept)}
         slots = max(slots, begin + len(kept))
@@ -271,7 +271,7 @@ def _memories(grounds: Sequence[_Ground]) -> tuple[int, int, list[dict[Kept, int
     return max(depths, default=1), slots, memories
 
 
-def _change(change: Change, memory: Mapping[Kept, int]) -> tuple[int, int, float]:
+def _change(change: StateEffect, memory: Mapping[Kept, int]) -> tuple[int, int, float]:
     slot = memory[change.of, change.name]
     if change.action == "reset":
         return SET, slot, np.nan

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
-from understudy.kernel_cache import find_cache
+from understudy.kernel_cache import choose_cache_folder
 from understudy.model.features import Percept
 from understudy.model.kinds import Column
 from understudy.runtime.body import ORDER, Body, Fused, FusedPlan
@@ -23,7 +23,7 @@ from understudy.runtime.feature_columns import Sensing, body_feature, feature_ke
 from understudy.runtime.interpreter import Level, elapsed
 from understudy.runtime.program import IDLING, Program
 
-find_cache()
+choose_cache_folder()
 from understudy.runtime.engine import _pulse_kernels  # noqa: E402 - Numba is imported here, once it has a place for its cache
 
 Each: TypeAlias = Callable[[Callable[[tuple[int, int]], Any], Iterable[tuple[int, int]]], Iterable[Any]]

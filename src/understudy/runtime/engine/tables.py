@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.kinds import Categorical
-from understudy.model.tree import STAY, Node, Test, Tree
+from understudy.model.tree import STAY, Node, TestKind, Tree
 
 FLAG, COUNTER, TIMER, TIME, FALLEN, RISEN = range(6)
 SORTS = 8
@@ -106,34 +106,34 @@ def flat(tree: Tree, *, sources: Sequence[int], first: int, at: int) -> tuple[in
 
     def after(child: int) -> int:
         """What follows, as `NODE` spells it."""
-        if child != STAY and tree.nodes[child].test != Test.LEAF:
+        if child != STAY and tree.nodes[child].test != TestKind.LEAF:
             return begins[child]
         outcome = STAY if child == STAY else tree.nodes[child].yes
         return STAY if outcome == STAY else -2 - (first + outcome)
 
     rows: list[Row] = []
     for node in tree.nodes:
-        if node.test == Test.LEAF:
+        if node.test == TestKind.LEAF:
             continue
         yes, no, absent = after(node.yes), after(node.no), after(node.absent)
-        if node.test == Test.LABEL:
+        if node.test == TestKind.LABEL:
             branches = [after(branch) for branch in node.branches]
             rows.extend(_halved(branches, sources[node.feature], absent, at=at + len(rows)))
-        elif node.test == Test.BELOW:
+        elif node.test == TestKind.BELOW:
             rows.append(Row(-inf, node.high, sources[node.feature], yes, no, absent))
-        elif node.test == Test.ABSENT:
+        elif node.test == TestKind.ABSENT:
             rows.append(Row(inf, -inf, sources[node.feature], no, no, yes))
-        elif node.test == Test.ARC and node.low <= node.high:
+        elif node.test == TestKind.ARC and node.low <= node.high:
             rows.append(Row(node.low, node.high, sources[node.feature], yes, no, absent))
-        elif node.test == Test.ARC:
+        elif node.test == TestKind.ARC:
             rows.append(Row(node.high, node.low, sources[node.feature], no, yes, absent))
     return after(0), rows
 
 
 def _rows(node: Node) -> int:
-    if node.test == Test.LABEL:
+    if node.test == TestKind.LABEL:
         return max(len(node.branches) - 1, 1)
-    return int(node.test != Test.LEAF)
+    return int(node.test != TestKind.LEAF)
 
 
 def _halved(branches: Sequence[int], source: int, absent: int, *, at: int) -> Iterator[Row]:
@@ -169,15 +169,15 @@ def check_tree(tree: Tree, automaton: Automaton, state: str) -> None:
 
 
 def _problem(node: Node, automaton: Automaton) -> str | None:
-    if node.test == Test.LEAF:
+    if node.test == TestKind.LEAF:
         known = STAY <= node.yes < len(automaton.states)
         return None if known else f"answers state {node.yes} of {len(automaton.states)}"
     if not 0 <= node.feature < len(automaton.features):
         return f"asks for feature {node.feature} of {len(automaton.features)}"
     bound = automaton.features[node.feature]
-    if node.test == Test.LABEL:
+    if node.test == TestKind.LABEL:
         labels = len(bound.kind.labels) if isinstance(bound.kind, Categorical) else 0
         known = 0 < len(node.branches) == labels
         return None if known else f"has {len(node.branches)} branches for the {labels} labels of {bound}"
-    cuts = {Test.BELOW: (node.high,), Test.ARC: (node.low, node.high)}.get(Test(node.test), ())
+    cuts = {TestKind.BELOW: (node.high,), TestKind.ARC: (node.low, node.high)}.get(TestKind(node.test), ())
     return f"has a boundary of {bound} that is no number" if any(map(isnan, cuts)) else None

@@ -9,10 +9,10 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import DefinitionError, UnderstudyError, UnknownName, listed
+from understudy.errors import DefinitionError, UnderstudyError, UnknownName, join_names
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.squad import Duty, Role, Squad
+from understudy.model.squad import Assignment, Role, Squad
 from understudy.runtime.body import Body, Commands
 from understudy.runtime.program import GroundBehavior, Program
 
@@ -150,7 +150,11 @@ def _problem(member: Member, squad: Squad, sorts: Sequence[tuple[str, Sequence[s
 
 
 def ordered(
-    squad: Squad, order: GroundBehavior, role: Role, duty: Duty, finds: Callable[[str, Binding], Program]
+    squad: Squad,
+    order: GroundBehavior,
+    role: Role,
+    duty: Assignment,
+    finds: Callable[[str, Binding], Program],
 ) -> Program:
     """What members in a role run by an order; DefinitionError where they do not know it."""
     what = f"squad {squad.name!r}, order {str(order)!r}"
@@ -163,7 +167,7 @@ def ordered(
         raise DefinitionError(
             what=what,
             problem=f"its {role.name} ({role.of}) know no behavior {duty.behavior!r}",
-            remedy=f"teach it to them, or order what they know: {listed(error.known)}",
+            remedy=f"teach it to them, or order what they know: {join_names(error.known)}",
         ) from None
     except UnderstudyError as error:
         error.add_note(f"{what} asks for it")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import UnknownName
 from understudy.model.kinds import Column
-from understudy.model.squad import Duty, Order, Squad
+from understudy.model.squad import Assignment, Order, Squad
 from understudy.runtime.program import IDLE_PROGRAM
 from understudy.runtime.team.comms import DOWN, Delayed, Radio
 from understudy.runtime.team.members import Band, Roster
@@ -29,7 +29,7 @@ class Ordering:
     def __init__(self, squad: Squad, roster: Roster, bands: Sequence[Band], radio: Radio | None) -> None:
         self.squad, self.roster, self.bands, self._radio = squad, roster, bands, radio
         self._orders: list[Order | None] = [None]
-        self.duties: list[Duty | None] = [None]
+        self.duties: list[Assignment | None] = [None]
         self.clear()
 
     def clear(self) -> None:
@@ -43,7 +43,7 @@ class Ordering:
         self._delayed = None if radio is None else (Delayed(radio, DOWN), Delayed(radio, DOWN))
 
     @property
-    def duty(self) -> list[Duty | None]:
+    def duty(self) -> list[Assignment | None]:
         """What each member does, as it has heard."""
         return [self.duties[number] for number in self.heard.tolist()]
 
@@ -136,8 +136,8 @@ class Ordering:
             for member, number in shared(order, numbers, roles, before, there).items():
                 self.meant[member] = number
 
-    def _number(self, duty: Duty) -> int:
-        plain = Duty(duty.behavior, duty.binding)
+    def _number(self, duty: Assignment) -> int:
+        plain = Assignment(duty.behavior, duty.binding)
         if plain not in self.duties:
             self.duties.append(plain)
         return self.duties.index(plain)
@@ -154,7 +154,11 @@ class Ordering:
             self.bands[number].layer.runner.begin(self.roster.row[mine], program)
 
     def go_back(
-        self, orders: Sequence[Order | None], issued: Column, duties: Sequence[Duty | None], answering: Column
+        self,
+        orders: Sequence[Order | None],
+        issued: Column,
+        duties: Sequence[Assignment | None],
+        answering: Column,
     ) -> None:
         """Go back to orders that stood once; members begin what they did."""
         self.order = np.array([self.numbered(order) for order in orders], np.intp)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import BOOLEAN, Column, Kind
-from understudy.model.squad import Duty, Order, Squad, Statistic
+from understudy.model.squad import Assignment, Order, Squad, Statistic
 from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading
 from understudy.runtime.team.comms import Radio, Reports, Traffic, traffic
 from understudy.runtime.team.members import Band, Roster
@@ -207,14 +207,14 @@ class Squads:
             memory.times = np.array(times)
 
 
-def _spelled(duty: Duty) -> tuple[str, dict[str, str], str | None, str | None]:
+def _spelled(duty: Assignment) -> tuple[str, dict[str, str], str | None, str | None]:
     return duty.behavior, dict(duty.binding), duty.role, None if duty.share is None else str(duty.share)
 
 
 def _read(
     behavior: str, binding: Mapping[str, str], role: str | None = None, share: str | None = None
-) -> Duty:
-    return Duty(behavior, Binding(binding), role, None if share is None else Fraction(share))
+) -> Assignment:
+    return Assignment(behavior, Binding(binding), role, None if share is None else Fraction(share))
 
 
 def readings_of(squad: Squad, below: Sequence[Reading]) -> tuple[Reading, ...]:

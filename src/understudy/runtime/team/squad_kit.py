@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from understudy.errors import DefinitionError
 from understudy.model.behaviors import Behavior
 from understudy.model.binding import Binding
-from understudy.model.features import Feature, Flag, TimeInState
+from understudy.model.features import Feature, FlagFeature, TimeInState
 from understudy.model.library import Kit, Library
-from understudy.model.squad import Duty, Order, Squad
+from understudy.model.squad import Assignment, Order, Squad
 from understudy.runtime.body import Reading
 from understudy.runtime.team.squad_body import readings_of
 
@@ -28,7 +28,7 @@ def squad_kit(squad: Squad, below: Sequence[Reading], members: Mapping[str, Libr
         for reading in readings_of(squad, below)
     ]  # fmt: skip
     targets = next(iter(members.values())).kit.targets.values()
-    own = (Flag("done"), Flag("failed"), TimeInState())
+    own = (FlagFeature("done"), FlagFeature("failed"), TimeInState())
     return Kit.of(*features, *own, *_orders(squad, members), *targets)
 
 
@@ -50,7 +50,7 @@ def _orders(squad: Squad, members: Mapping[str, Library]) -> list[Behavior]:
     for name, parameters in found.items():
         binding = Binding({each: each for each in parameters})
         everyone = len(knows[name]) == len(squad.roles)
-        duties = [Duty(name, binding, None if everyone else role) for role in knows[name]]
+        duties = [Assignment(name, binding, None if everyone else role) for role in knows[name]]
         doc = f"Order {'all' if everyone else ' and '.join(knows[name])} to run {name}."
         behaviors.append(
             Behavior(name, doc=doc, parameters=parameters, order=Order(tuple(dict.fromkeys(duties))))

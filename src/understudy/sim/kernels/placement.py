@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from understudy.kernel_cache import kernel_sources
+from understudy.kernel_cache import hash_kernel_sources
 from understudy.sim.kernels.clearance import (
     AMOUNT,
     ANGLE,
@@ -442,4 +442,4 @@ def _keyed(sources: str) -> Any:
     return lay_out
 
 
-lay_out = _keyed(kernel_sources())
+lay_out = _keyed(hash_kernel_sources())

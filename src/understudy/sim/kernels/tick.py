@@ -4,7 +4,7 @@ from typing import Any
 
 from numba import njit
 
-from understudy.kernel_cache import kernel_sources
+from understudy.kernel_cache import hash_kernel_sources
 from understudy.runtime.engine._pulse_kernels import pulse
 from understudy.runtime.team._squad_kernels import lead_world
 from understudy.sim.kernels.barrier import BLOCK, claim, each, wait
@@ -150,7 +150,7 @@ def follow(
 
 
 def _keyed(sources: str) -> Any:
-    """The kernel, kept by Numba for as long as no file of kernels changes (see `kernel_sources`)."""
+    """The kernel, kept by Numba for as long as no file of kernels changes (see `hash_kernel_sources`)."""
 
     @bare  # type: ignore[untyped-decorator]
     def advance(
@@ -212,4 +212,4 @@ def _keyed(sources: str) -> Any:
     return advance
 
 
-advance = _keyed(kernel_sources())
+advance = _keyed(hash_kernel_sources())

@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 from msgspec.structs import replace
 
-from understudy.errors import FileError, SettingError, listed
+from understudy.errors import FileError, SettingError, join_names
 from understudy.sim.params import names_of
 from understudy.sim.scenario.scenario_errors import suggestion
 from understudy.sim.scenario.schema import VERSION, Objects, Scenario, TargetOf
@@ -124,7 +124,7 @@ def _table(content: str | bytes, path: Path | str) -> Document:
 
 def _head(document: Document, path: Path | str) -> Document:
     """What follows the head of a scenario's file, with the version under its key."""
-    begin = "let the file begin with " + listed(repr(line) for line in HEAD.splitlines())
+    begin = "let the file begin with " + join_names(repr(line) for line in HEAD.splitlines())
     if document.get("understudy") != FORMAT:
         given = document.get("understudy")
         problem = "is missing" if given is None else f"is {given!r:.60}: this is no scenario"

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import NoReturn
 
-from understudy.errors import SettingError, listed
+from understudy.errors import SettingError, join_names
 from understudy.sim.scenario.schema import Scenario
 
 
@@ -33,4 +33,8 @@ def suggestion(name: str, names: Iterable[str], *, what: str) -> str:
     names = list(names)
     close = get_close_matches(name, names, n=1)
     meant = f"did you mean {close[0]!r}? " if close else ""
-    return f"{meant}known are {listed(map(repr, names))}" if names else f"declare a {what} of this name first"
+    return (
+        f"{meant}known are {join_names(map(repr, names))}"
+        if names
+        else f"declare a {what} of this name first"
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from understudy.errors import listed
+from understudy.errors import join_names
 from understudy.sim.params import SIGNAL, most_of, robot_count, signals_of
 from understudy.sim.scenario.scenario_errors import Checker
 from understudy.sim.scenario.schema import Claimed, Goal, Objects, Pull, RobotType, TargetOf
@@ -44,7 +44,7 @@ def _check_box(checker: Checker, key: str, thing: Objects, pull: Pull) -> None:
     others = [word for word in NOT_BESIDE if getattr(thing, word)]
     others += ["amount"] if thing.amount not in (0, (0, 0)) else []
     if others:
-        problem = f"is given beside {listed(others)}"
+        problem = f"is given beside {join_names(others)}"
         checker.wrong(f"{key}.pull", problem, "leave out one or the other: boxes to pull are nothing else")
     robots = sum(robot_count(each.count, each.at) for each in checker.scenario.robots)
     if pull.robots > robots:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from understudy.errors import listed
+from understudy.errors import join_names
 from understudy.model.kinds import Categorical
 from understudy.sim.kit import (
     CARRYING,
@@ -200,14 +200,14 @@ def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
     given = [name for name in _REFERENCES if getattr(target, name) is not None]
     if len(given) != 1 and sorted(given) not in _TOGETHER:
         remedy = f"give exactly one of {', '.join(_REFERENCES)}; a signal may be beside a team or a robot"
-        checker.wrong(key, f"has {listed(given)}", remedy)
+        checker.wrong(key, f"has {join_names(given)}", remedy)
     for name in ("nearest", "object"):
         if name in given:
             checker.known(f"{key}.{name}", getattr(target, name), names.classes, what="class of objects")
     if target.team is not None:
         checker.known(f"{key}.team", target.team, names.teams, what="team")
     if target.color is not None and target.color not in names.colors:
-        remedy = f"give one that is there: {listed(map(repr, names.colors))}"
+        remedy = f"give one that is there: {join_names(map(repr, names.colors))}"
         checker.wrong(f"{key}.color", f"is {target.color!r}, a color nobody has", remedy)
     if target.index and target.object is None:
         checker.wrong(f"{key}.index", "is given without an object", "leave it out, or give the object")

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 
-from understudy.errors import listed
+from understudy.errors import join_names
 from understudy.model.kinds import BOOLEAN
-from understudy.model.squad import Duty, Squad, Statistic
+from understudy.model.squad import Assignment, Squad, Statistic
 from understudy.runtime.body import Reading
 from understudy.runtime.team.squad_body import readings_of as readings_of_squad
 from understudy.sim.kit import OWN_FEATURES, behaviors_of, readings_of, readings_of_type
@@ -121,7 +121,7 @@ def _check_reading(
         known = dict.fromkeys(reading for readings in roles.values() for reading in readings)
         checker.wrong(key, f"is of {name!r}, which {who} reads", suggestion(name, known, what="reading"))
     if len(having) < len(roles):
-        problem = f"is of {name!r}, which only members in {listed(map(repr, having))} read"
+        problem = f"is of {name!r}, which only members in {join_names(map(repr, having))} read"
         checker.wrong(key, problem, f"give one role, such as role = {having[0]!r}")
 
 
@@ -151,7 +151,7 @@ def _check_orders(checker: Checker, squad: Squad, ordered: Mapping[str, frozense
     return known | set(squad.orders)
 
 
-def _check_duties(checker: Checker, key: str, duties: tuple[Duty, ...], squad: Squad) -> None:
+def _check_duties(checker: Checker, key: str, duties: tuple[Assignment, ...], squad: Squad) -> None:
     """Duties are for roles and targets that are there, and somebody is left for each."""
     roles = [role.name for role in squad.roles]
     left = set(roles)

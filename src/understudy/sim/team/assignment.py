@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from understudy.errors import listed
+from understudy.errors import join_names
 from understudy.model.squad import Squad
 from understudy.runtime.team.members import Member
 from understudy.runtime.team.team import Tree
@@ -175,7 +175,7 @@ def _sum(wishes: Sequence[Wish], each: Sequence[int], numbers: Mapping[str, int]
         for wish, size in zip(wishes, each, strict=True)
     ]
     total = _total(wishes, each, numbers)
-    return f"{listed(words)} {'make' if len(words) == 1 else 'together make'} {total}"
+    return f"{join_names(words)} {'make' if len(words) == 1 else 'together make'} {total}"
 
 
 def _seats(scenario: Scenario, sort: str, numbers: Mapping[str, int]) -> Iterator[tuple[Wish, int]]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TypeAlias
 
-from understudy.errors import SettingError, listed
+from understudy.errors import SettingError, join_names
 from understudy.model.library import Kit, Library
 from understudy.runtime.body import Body, Reading
 from understudy.runtime.engine.engine import Engine
@@ -24,7 +24,7 @@ from understudy.sim.kit import kits_of, mixed, readings_of
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.assignment import deal
 from understudy.sim.world import World
-from understudy.storage.library_folder import documents
+from understudy.storage.library_folder import list_documents
 
 Libraries: TypeAlias = Mapping[str, Library]
 """What each sort of agents knows, by its name: types of robots, and sorts of squads."""
@@ -58,7 +58,7 @@ def folders_of(scenario: Scenario, folder: Path, kit: Kit) -> Mapping[str, tuple
     kits = kits_of(scenario, kit)
     if not mixed(kits):
         return dict.fromkeys(kits, (folder, kit))
-    former = folder.is_dir() and bool(documents(folder))
+    former = folder.is_dir() and bool(list_documents(folder))
     return {
         name: (folder, kit) if former and not (folder / name).is_dir() else (folder / name, own)
         for name, own in kits.items()
@@ -92,7 +92,7 @@ def sort_of(libraries: Libraries, behavior: str | None) -> str:
     found = leading or taught or able[:1] or names[:1]
     if any(libraries[name] is not libraries[found[0]] for name in found) or len(leading) > 1:
         sorts = "squads" if leading else "robots"
-        remedy = f"name it as {listed(f'{name}/{behavior}' for name in found)}"
+        remedy = f"name it as {join_names(f'{name}/{behavior}' for name in found)}"
         problem = f"is known to several sorts of {sorts}"
         raise SettingError(where="team", setting=repr(behavior), problem=problem, remedy=remedy)
     return found[0]

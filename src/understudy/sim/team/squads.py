@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from understudy.errors import DefinitionError
 from understudy.model.binding import Binding
-from understudy.model.squad import Duty, Order, Role, Squad, Statistic
+from understudy.model.squad import Assignment, Order, Role, Squad, Statistic
 from understudy.sim.scenario.scenario_errors import Checker
 from understudy.sim.scenario.squad_schema import DutyOf, StatisticOf
 
@@ -50,8 +50,8 @@ def statistics_of(checker: Checker, key: str, name: str, spelled: StatisticOf) -
         checker.wrong(key, error.problem.removeprefix("it "), error.remedy)
 
 
-def _duty(checker: Checker, key: str, duty: DutyOf) -> Duty:
-    return Duty(duty.run, Binding(duty.with_), duty.role, _share(checker, f"{key}.share", duty.share))
+def _duty(checker: Checker, key: str, duty: DutyOf) -> Assignment:
+    return Assignment(duty.run, Binding(duty.with_), duty.role, _share(checker, f"{key}.share", duty.share))
 
 
 def _share(checker: Checker, key: str, share: int | str | None) -> Fraction | None:

@@ -10,16 +10,27 @@ from typing import TYPE_CHECKING, Any
 
 from understudy.errors import UnderstudyError
 from understudy.model.automaton import Automaton
-from understudy.model.describe import conditions, options, plain, shown
+from understudy.model.describe import (
+    convert_to_plain,
+    describe_options,
+    describe_transitions,
+    list_shown_vectors,
+)
 from understudy.model.lesson import Example
-from understudy.model.library import Kit, Library, Taught
+from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.model.tree import STAY, Tree
-from understudy.model.tree_text import conditions as tree_conditions
-from understudy.storage.document import Learn, Opened
-from understudy.storage.library_folder import documents, joined, open_document, stem, versions
+from understudy.model.tree_text import describe_tree_outcomes as tree_conditions
+from understudy.storage.document import Learn, LoadedDocument
+from understudy.storage.library_folder import (
+    add_automaton,
+    list_documents,
+    list_versions,
+    make_file_stem,
+    open_document,
+)
 
 if TYPE_CHECKING:
-    from understudy.model.library import Kit, Library, Taught
+    from understudy.model.library import Kit, Library, TrainedAutomaton
     from understudy.sim.scenario.schema import Scenario
     from understudy.sim.team.libraries import Libraries
 
@@ -30,7 +41,7 @@ class Shelf:
 
     folder: Path
     library: Library
-    opened: dict[str, Opened]
+    opened: dict[str, LoadedDocument]
     problems: dict[str, UnderstudyError]
 
 
@@ -40,19 +51,19 @@ def look(folder: Path, kit: Kit | None, learn: Learn | None) -> Shelf:
     Without a kit features are as the documents say, so that any library can be looked at.
     """
     library = Library(Kit.of() if kit is None else kit)
-    opened: dict[str, Opened] = {}
+    opened: dict[str, LoadedDocument] = {}
     problems: dict[str, UnderstudyError] = {}
-    for path in documents(folder):
+    for path in list_documents(folder):
         try:
             found = open_document(path, kit, learn)
-            library = joined(library, found.taught, path)
+            library = add_automaton(library, found.taught, path)
             opened[found.taught.automaton.name] = found
         except UnderstudyError as error:
             problems[path.name] = error
     return Shelf(folder, library, opened, problems)
 
 
-def graph_conditions(taught: Taught) -> dict[tuple[str, str], list[str]]:
+def graph_conditions(taught: TrainedAutomaton) -> dict[tuple[str, str], list[str]]:
     """By state and next state, in words, when: for a picture."""
     automaton, names = taught.automaton, taught.automaton.state_names
     return {
@@ -60,16 +71,16 @@ def graph_conditions(taught: Taught) -> dict[tuple[str, str], list[str]]:
         for state, function in automaton.transitions.items()
         if isinstance(function, Tree)
         for outcome, texts in tree_conditions(
-            function, automaton.features, shown(taught.lesson, state)
+            function, automaton.features, list_shown_vectors(taught.lesson, state)
         ).items()
         if outcome != STAY and names[outcome] != state
     }
 
 
-def summary(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
+def summary(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, Any]:
     """One automaton in a line."""
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
-    path = folder / f"{stem(automaton.name)}.json"
+    path = folder / f"{make_file_stem(automaton.name)}.json"
     return {
         "name": automaton.name,
         "parameters": automaton.parameters,
@@ -79,7 +90,7 @@ def summary(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
         "watched": 0 if lesson is None else sum(not example.pressed for example in lesson.examples),
         "uses": uses(automaton, library),
         "used_by": library.users(automaton.name),
-        "versions": len(versions(folder, automaton.name)),
+        "versions": len(list_versions(folder, automaton.name)),
         "saved": datetime.fromtimestamp(path.stat().st_mtime, UTC),
         "rebuilt": opened.rebuilt,
     }
@@ -91,7 +102,7 @@ def uses(automaton: Automaton, library: Library) -> list[str]:
     return [name for name in runs if name in library.taught]
 
 
-def whole(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
+def whole(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, Any]:
     """Everything about one automaton."""
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     return {
@@ -102,12 +113,12 @@ def whole(folder: Path, library: Library, opened: Opened) -> dict[str, Any]:
             for bound in automaton.features
         ],
         "stateless": automaton.stateless,
-        "conditions": conditions(automaton, lesson),
-        "options": None if lesson is None else options(lesson),
+        "conditions": describe_transitions(automaton, lesson),
+        "options": None if lesson is None else describe_options(lesson),
         "examples": [] if lesson is None else [example_row(each, automaton) for each in lesson.examples],
         "versions": [
             {"number": version.number, "saved": version.saved, "file": version.path}
-            for version in versions(folder, automaton.name)
+            for version in list_versions(folder, automaton.name)
         ],
     }
 
@@ -123,7 +134,7 @@ def example_row(example: Example, automaton: Automaton) -> dict[str, Any]:
         "correction": example.correction,
         "edited": example.edited,
         "quarantined": example.quarantined,
-        "values": {str(bound): plain(value, bound) for bound, value in values},
+        "values": {str(bound): convert_to_plain(value, bound) for bound, value in values},
     }
 
 
@@ -169,19 +180,21 @@ def _as_it_was(library: Library, place: Path, name: str, mark: str) -> tuple[Lib
     """The library with an automaton as its mark says, and which former version that is; None where it still is so."""
     from understudy.analysis.explain_run import CannotRepeat
     from understudy.errors import UnderstudyError
-    from understudy.storage.document import fingerprint
-    from understudy.storage.library_folder import load_version, versions
+    from understudy.storage.document import fingerprint_automaton
+    from understudy.storage.library_folder import list_versions, load_version
     from understudy.ui.cli.options import learner
 
     now = library.taught.get(name)
-    if now is not None and fingerprint(now) == mark:
+    if now is not None and fingerprint_automaton(now) == mark:
         return library, None
-    for version in reversed(versions(place, name)):
+    for version in reversed(list_versions(place, name)):
         try:
-            taught: Taught = load_version(place, name, version.number, library.kit, learner()).taught
+            taught: TrainedAutomaton = load_version(
+                place, name, version.number, library.kit, learner()
+            ).taught
         except UnderstudyError:
             continue  # of another kit, or damaged: it is none of what was run, as far as anybody can tell
-        if fingerprint(taught) == mark:
+        if fingerprint_automaton(taught) == mark:
             return library.with_taught(taught), version.number
     problem = f"{name} in {place} {'is another by now' if now else 'is gone'}, and no former version is what was run"
     raise CannotRepeat(problem=problem, remedy="run it again with --trace, and ask that")

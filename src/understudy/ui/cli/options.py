@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from understudy.errors import SettingError, UnderstudyError, listed
+from understudy.errors import SettingError, UnderstudyError, join_names
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from understudy.sim.scenario.schema import Scenario
     from understudy.sim.team.libraries import Libraries
     from understudy.storage.document import Learn
-    from understudy.storage.library_folder import OpenedLibrary
+    from understudy.storage.library_folder import LoadedLibrary
 
 Library: TypeAlias = Annotated[Path, typer.Option("--library", "-l", help="The folder the automata are in.")]
 ScenarioName: TypeAlias = Annotated[
@@ -133,7 +133,7 @@ def _no_kit(named: str, problem: str) -> SettingError:
     return SettingError(where="--kit", setting=repr(named), problem=problem, remedy=remedy)
 
 
-def opened(library: Path, kit: Kit) -> OpenedLibrary:
+def opened(library: Path, kit: Kit) -> LoadedLibrary:
     """A library; transition functions that were built anew are reported on stderr."""
     from understudy.storage.library_folder import open_library
 
@@ -183,14 +183,14 @@ def behavior_of(library: Taught, named: str | None, folder: Path) -> str:
         return tops[0]
     if MAIN in tops:
         return MAIN
-    automata = f"the automata of {folder} are {listed(library.taught)}"
+    automata = f"the automata of {folder} are {join_names(library.taught)}"
     if not folder.exists():
         automata = f"there is no folder {folder} with automata"
     raise SettingError(
         where="command line",
         setting="--behavior",
         problem="is missing",
-        remedy=f"give --behavior NAME: {automata}, and the basic behaviors are {listed(library.kit.behaviors)}",
+        remedy=f"give --behavior NAME: {automata}, and the basic behaviors are {join_names(library.kit.behaviors)}",
     )
 
 

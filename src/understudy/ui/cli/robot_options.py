@@ -136,10 +136,12 @@ def _see_record(record: Path | None, *, recorded: bool) -> None:
 
 def _place(path: Path) -> Path:
     """Where a recording that begins now is kept."""
-    from understudy.storage.atomic import failing
+    from understudy.storage.atomic import convert_os_errors
 
     folder = path.parent / FOLDER
-    with failing(folder, "making the folder of recordings", remedy="give --record PATH, or --no-record"):
+    with convert_os_errors(
+        folder, "making the folder of recordings", remedy="give --record PATH, or --no-record"
+    ):
         folder.mkdir(exist_ok=True)
     name = f"{path.stem}-{datetime.now():%Y-%m-%dT%H-%M-%S}"
     again = (folder / f"{name}{'' if number == 1 else f'-{number}'}.mcap" for number in count(1))

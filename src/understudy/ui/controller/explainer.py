@@ -17,9 +17,9 @@ from understudy.analysis.tracing import Query
 from understudy.learning.explain import Explanation, explain
 from understudy.learning.fit import learn
 from understudy.model.automaton import Transition
-from understudy.model.describe import conditions, signed
+from understudy.model.describe import describe_transitions, format_condition
 from understudy.model.lesson import Lesson
-from understudy.model.library import Taught
+from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
 from understudy.runtime.interpreter import Interpreter, Machine
 from understudy.training.session import Session
@@ -105,8 +105,8 @@ class Why:
     def rules(self) -> list[tuple[str, str]]:
         """What was learned so far: (state, when it is left), a pair per condition."""
         taught = self._taught(self.learned()[0].automaton.name)
-        found = conditions(taught.automaton, taught.lesson)
-        return [(state, signed(line)) for state, lines in found.items() for line in lines]
+        found = describe_transitions(taught.automaton, taught.lesson)
+        return [(state, format_condition(line)) for state, lines in found.items() for line in lines]
 
     def levels(self) -> tuple[Level, ...]:
         """What every level, from the automaton under training down, would decide now by what was learned, and why."""
@@ -132,10 +132,10 @@ class Why:
             return None  # states were chosen anew
         return switch, reason(switch.call, switch.query, self._taught(switch.automaton))
 
-    def _taught(self, name: str) -> Taught:
+    def _taught(self, name: str) -> TrainedAutomaton:
         lesson, transitions = self.learned()
         if name == lesson.automaton.name:
-            return Taught(replace(lesson.automaton, transitions=transitions), lesson)
+            return TrainedAutomaton(replace(lesson.automaton, transitions=transitions), lesson)
         return self._session.library.taught[name]
 
     def lines(self, screen: Screen) -> list[str]:

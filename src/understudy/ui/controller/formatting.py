@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import degrees, inf, isnan, nan, radians
 
 from understudy.errors import KindError
-from understudy.model.describe import ABSENT, around_zero, is_angle, values
+from understudy.model.describe import ABSENT, around_zero, format_values, is_angle
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, ExampleKind
@@ -45,7 +45,7 @@ def recorded(examples: Sequence[Example], features: Sequence[BoundFeature]) -> s
     first = examples[0]
     parts = [f"{first.state} confirmed" if first.kind is ExampleKind.CONFIRMATION else step(first)]
     if features:
-        parts.append(values(features, first.values))
+        parts.append(format_values(features, first.values))
     if any(example.kind is ExampleKind.DEFAULT for example in examples):
         parts.append("with its default")
     return ("correction: " if first.correction else "") + ", ".join(parts)

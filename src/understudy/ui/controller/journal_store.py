@@ -19,8 +19,8 @@ from urllib.parse import unquote
 from understudy.errors import UnderstudyError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.storage.atomic import failing
-from understudy.storage.library_folder import stem
+from understudy.storage.atomic import convert_os_errors
+from understudy.storage.library_folder import make_file_stem
 from understudy.training.journal_replay import Past
 
 try:
@@ -49,9 +49,9 @@ class Unfinished:
 def new_path(library: Path, name: str, *, now: datetime) -> Path:
     """Where the journal of a session that begins now goes."""
     folder = library / FOLDER
-    with failing(folder, "making the folder of journals"):
+    with convert_os_errors(folder, "making the folder of journals"):
         folder.mkdir(parents=True, exist_ok=True)
-    began = f"{stem(name)}-{now:%Y-%m-%d-%H.%M.%S}"
+    began = f"{make_file_stem(name)}-{now:%Y-%m-%d-%H.%M.%S}"
     names = chain([began], (f"{began}-{number}" for number in count(2)))
     return next(path for each in names if not (path := folder / f"{each}{RUNNING}").exists())
 
@@ -90,7 +90,7 @@ def cut_off(library: Path, world: str, opened: Library) -> dict[str, Unfinished]
 def end(path: Path, library: Path, name: str) -> Path:
     """A session ended as it should, or is not wanted any more: mark its journal, and drop the oldest such."""
     ended = path.with_suffix(ENDED)
-    with failing(path, "marking the journal as ended"):
+    with convert_os_errors(path, "marking the journal as ended"):
         path.rename(ended)
         for old in _of(library, name, ENDED)[:-KEPT]:
             old.unlink(missing_ok=True)
@@ -99,7 +99,7 @@ def end(path: Path, library: Path, name: str) -> Path:
 
 def reopen(ended: Path) -> None:
     """A session that was marked as ended is cut off again."""
-    with failing(ended, "marking the journal as cut off"):
+    with convert_os_errors(ended, "marking the journal as cut off"):
         ended.rename(ended.with_suffix(RUNNING))
 
 
@@ -128,7 +128,7 @@ def _kept(lesson: Lesson, index: int) -> tuple[object, ...]:
 
 def _of(library: Path, name: str, ending: str) -> list[Path]:
     pattern = re.compile(
-        re.escape(stem(name)) + r"-\d{4}-\d\d-\d\d-\d\d\.\d\d\.\d\d(-\d+)?" + re.escape(ending)
+        re.escape(make_file_stem(name)) + r"-\d{4}-\d\d-\d\d-\d\d\.\d\d\.\d\d(-\d+)?" + re.escape(ending)
     )
     folder = library / FOLDER
     if not folder.is_dir():
@@ -150,7 +150,7 @@ class Lock:
     @classmethod
     def tried(cls, path: Path) -> Self | None:
         """The lock of a journal, or None where another process has it."""
-        with failing(path, "opening the journal"):
+        with convert_os_errors(path, "opening the journal"):
             file = path.open("rb")
         if fcntl is not None:
             try:

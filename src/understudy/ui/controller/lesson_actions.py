@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from understudy.analysis import expectations
 from understudy.analysis.simplify_preview import Simpler, simpler, simplifiable
-from understudy.errors import SessionError, listed
+from understudy.errors import SessionError, join_names
 from understudy.learning.pruning_suggestions import with_pruning
-from understudy.model.expectation import Outcome
+from understudy.model.expectation import Expectation
 from understudy.ui.controller.status import Said, says
 from understudy.ui.controller.trainer import Desk
 
@@ -35,7 +35,9 @@ def release(desk: Desk, numbers: Sequence[int]) -> Said:
 
 def _examples(numbers: Sequence[int]) -> str:
     """Examples by number, with the verb: "Example 3 is", "Examples 3 and 5 are"."""
-    return f"Example {numbers[0]} is" if len(numbers) == 1 else f"Examples {listed(map(str, numbers))} are"
+    return (
+        f"Example {numbers[0]} is" if len(numbers) == 1 else f"Examples {join_names(map(str, numbers))} are"
+    )
 
 
 @says
@@ -56,7 +58,7 @@ def withdraw(desk: Desk, number: int) -> Said:
     return Said(f"No longer promised: {outcome}; undo takes that back")
 
 
-def promised(desk: Desk, number: int) -> Outcome:
+def promised(desk: Desk, number: int) -> Expectation:
     """The outcome of this number; SessionError where there is none."""
     kept = desk.session.lesson.outcomes
     if not 0 <= number < len(kept):

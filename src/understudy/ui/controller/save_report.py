@@ -7,21 +7,23 @@ from pathlib import Path
 from understudy.analysis.lesson_tests import NOBODY, lost
 from understudy.errors import UnderstudyError
 from understudy.learning.fit import learn
-from understudy.model.library import Library, Taught
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.team.libraries import Libraries
-from understudy.storage.library_folder import read_document, stem
+from understudy.storage.library_folder import make_file_stem, read_document
 
 MOST_SAID = 2
 
 
 def lost_since(
-    folder: Path, library: Library, taught: Taught, libraries: Libraries = NOBODY
+    folder: Path, library: Library, taught: TrainedAutomaton, libraries: Libraries = NOBODY
 ) -> tuple[str, ...]:
     """What worked with the version in the folder and no longer does with this one, a sentence each: see `lost`."""
-    return lost(library, taught, _former(folder / f"{stem(taught.automaton.name)}.json", library), libraries)
+    return lost(
+        library, taught, _former(folder / f"{make_file_stem(taught.automaton.name)}.json", library), libraries
+    )
 
 
-def _former(path: Path, library: Library) -> Taught | None:
+def _former(path: Path, library: Library) -> TrainedAutomaton | None:
     """The version before; None where there is none, or none that could be compared with."""
     if not path.exists():
         return None

@@ -13,10 +13,10 @@ from typing import Unpack
 from understudy.errors import SessionError
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
-from understudy.model.library import Taught
+from understudy.model.library import TrainedAutomaton
 from understudy.robots.twin import Ground, Twin, unnoted
 from understudy.sim.view import WorldView
-from understudy.storage.library_folder import save
+from understudy.storage.library_folder import save_automaton
 from understudy.training.edits import Edit
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -378,9 +378,9 @@ class Desk:
         path = self.keep(taught)
         return Said(told(path, worse), "error" if worse else "recorded")
 
-    def keep(self, taught: Taught) -> Path:
+    def keep(self, taught: TrainedAutomaton) -> Path:
         """Save the automaton into the library, keeping the former version, without another look at what it does."""
-        path = save(self.folder, taught)
+        path = save_automaton(self.folder, taught)
         self._saved = taught.lesson
         return path
 

@@ -10,10 +10,10 @@ from understudy.errors import DefinitionError, SessionError, SettingError, Unbou
 from understudy.model.automaton import Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
-from understudy.model.lesson import Lesson, Options
-from understudy.model.library import Library, Taught
+from understudy.model.lesson import LearnerOptions, Lesson
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.scenario.schema import Scenario
-from understudy.storage.library_folder import alike, stem
+from understudy.storage.library_folder import make_file_stem, normalize_name
 from understudy.training.edits import Choice, rechosen
 from understudy.training.lesson_design import chosen_feature, new_lesson
 
@@ -32,7 +32,7 @@ class Choices:
     reaction_s: float | None = None
     unlearning: bool | None = None
 
-    def options(self, former: Options) -> Options:
+    def options(self, former: LearnerOptions) -> LearnerOptions:
         """A lesson's options with what was chosen."""
         return replace(
             former,
@@ -41,7 +41,7 @@ class Choices:
             unlearning=former.unlearning if self.unlearning is None else self.unlearning,
         )
 
-    def anew(self, former: Options) -> Choice:
+    def anew(self, former: LearnerOptions) -> Choice:
         """What is chosen anew for a lesson with these options."""
         choice = Choice(
             states=self.states or (),
@@ -81,9 +81,9 @@ class Start:
 
 def checked(plan: Plan) -> Start | None:
     """What the session starts with, or None where something is still to choose; what is wrong is raised."""
-    stem(plan.name)
+    make_file_stem(plan.name)
     for other in plan.library.taught:
-        if other != plan.name and alike(other) == alike(plan.name):
+        if other != plan.name and normalize_name(other) == normalize_name(plan.name):
             raise DefinitionError(
                 what=f"automaton {plan.name!r}",
                 problem=f"the library has it as {other!r}, but for case or the form of letters",
@@ -91,7 +91,7 @@ def checked(plan: Plan) -> Start | None:
             )
     if plan.known:
         return _again(plan)
-    plan.library.with_taught(Taught(Automaton(plan.name)))  # refuses the name of a basic behavior
+    plan.library.with_taught(TrainedAutomaton(Automaton(plan.name)))  # refuses the name of a basic behavior
     lesson = new(plan, plan.choices)
     settled = plan.choices.states and plan.choices.features
     return Start(lesson, targets(plan, lesson, plan.choices)) if settled else None
@@ -106,9 +106,9 @@ def new(plan: Plan, choices: Choices) -> Lesson:
         features=choices.features or (),
         flags=choices.flags or (),
         parameters=choices.parameters or (),
-        options=choices.options(Options()),
+        options=choices.options(LearnerOptions()),
     )
-    plan.library.with_taught(Taught(lesson.automaton))  # refuses one that contains itself
+    plan.library.with_taught(TrainedAutomaton(lesson.automaton))  # refuses one that contains itself
     return lesson
 
 

@@ -17,7 +17,7 @@ from textual.widgets.option_list import Option
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.model.automaton import START, State
-from understudy.model.binding import called
+from understudy.model.binding import format_bound_name
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.training.edits import Choice, rechosen
@@ -245,14 +245,14 @@ def _row(label: str, name: str, value: str, placeholder: str) -> ComposeResult:
 def _calls(name: str, parameters: Sequence[str], known: Sequence[str]) -> list[str]:
     """A name with its parameters bound in every way: distance_to(A), distance_to(station)."""
     ways = product(known, repeat=len(parameters))
-    return [called(name, dict(zip(parameters, way, strict=True))) for way in ways]
+    return [format_bound_name(name, dict(zip(parameters, way, strict=True))) for way in ways]
 
 
 def _call(state: str | State) -> str:
     """How a state is written in the list: goto(station), or home=goto(station)."""
     if isinstance(state, str):
         return state
-    call = called(state.behavior or START.name, state.binding)
+    call = format_bound_name(state.behavior or START.name, state.binding)
     return call if state.name == state.behavior else f"{state.name}={call}"
 
 

@@ -77,7 +77,7 @@ class LessonScreen(Screen[None]):
         for example in reversed(self.desk.session.examples):
             mark = "! " if example.number in torn else "◆ " if example.correction else ""
             number = str(example.number)
-            shown = [describe.value(*pair) for pair in zip(features, example.values, strict=True)]
+            shown = [describe.format_value(*pair) for pair in zip(features, example.values, strict=True)]
             what = Text(f"{mark}{example.kind}", TONES["correction"] if mark else "")
             table.add_row(number, example.state, example.next, *shown, what, key=number)
         table.move_cursor(row=max(0, min(at, table.row_count - 1)))

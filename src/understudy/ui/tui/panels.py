@@ -100,7 +100,7 @@ def readings(desk: Desk, width: int) -> Text:
     labels = [str(bound) for bound in desk.features]
     wide = max((len(label) for label in labels), default=0)
     for label, bound in zip(labels, desk.features, strict=True):
-        now = describe.value(bound, desk.screen.features[label])
+        now = describe.format_value(bound, desk.screen.features[label])
         room = width - wide - 13
         bars = formatting.spark(bound, desk.memory.readings(label), room) if room >= 4 else ""
         lines.append(Text.assemble(f"{label:<{wide}} ", (f"{now:>10}", "bold"), (f"  {bars}", "cyan")))
@@ -126,7 +126,10 @@ def examples(desk: Desk, width: int, height: int) -> Text:
     if not presses:
         return lines[0]  # no room for any
     told = [
-        [describe.value(*pair, unit=False) for pair in zip(desk.features, press[0].values, strict=True)]
+        [
+            describe.format_value(*pair, unit=False)
+            for pair in zip(desk.features, press[0].values, strict=True)
+        ]
         for press in presses
     ]
     wides = [max(map(len, column)) for column in zip(*told, strict=True)]

@@ -20,10 +20,10 @@ from starlette.routing import Route
 
 from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.learning.fit import learn
-from understudy.model.library import Kit, Library, Taught
-from understudy.storage.atomic import failing
-from understudy.storage.document import decode, encode, parse
-from understudy.storage.library_folder import documents, save, stem
+from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.storage.atomic import convert_os_errors
+from understudy.storage.document import decode_document, encode_document, parse_document
+from understudy.storage.library_folder import list_documents, make_file_stem, save_automaton
 from understudy.ui.controller.status import Said
 from understudy.ui.web.server import Studio
 from understudy.ui.web.session_host import Stage, explained
@@ -41,8 +41,8 @@ _UNUSABLE = (BadZipFile, EOFError, NotImplementedError, OSError, RuntimeError, V
 def packed(folder: Path) -> bytes:
     """The documents of a library's folder; no former versions, no journals, no trash."""
     made = BytesIO()
-    with failing(folder, "packing the library"), ZipFile(made, "w", ZIP_DEFLATED) as archive:
-        for path in documents(folder) if folder.exists() else ():
+    with convert_os_errors(folder, "packing the library"), ZipFile(made, "w", ZIP_DEFLATED) as archive:
+        for path in list_documents(folder) if folder.exists() else ():
             if path.is_file():
                 archive.writestr(path.name, path.read_bytes())
     return made.getvalue()
@@ -90,15 +90,15 @@ def _read(archive: ZipFile, member: ZipInfo, most: int) -> bytes:
 
 def _joined(library: Library, file: str, content: bytes) -> Library:
     shown = f"{file} in the zip"
-    lesson = parse(content, path=shown)[0].lesson
+    lesson = parse_document(content, path=shown)[0].lesson
     if lesson is not None:  # its columns are packed once more
         columns = 1 + len(lesson.record.readings)
         if 8 * lesson.record.moments * columns > MOST_UNPACKED:
             raise _wrong(shown, f"its record is longer than {MOST_UNPACKED // 2**20} MB", "leave it out")
-    taught = decode(content, library.kit, path=shown, learn=learn).taught
+    taught = decode_document(content, library.kit, path=shown, learn=learn).taught
     name = taught.automaton.name
-    if file != f"{stem(name)}.json":
-        raise _wrong(shown, f"it holds automaton {name!r}", f"call it {stem(name)}.json")
+    if file != f"{make_file_stem(name)}.json":
+        raise _wrong(shown, f"it holds automaton {name!r}", f"call it {make_file_stem(name)}.json")
     if name in library.taught:
         raise _wrong(shown, "it is in the zip twice", "leave one of them out")
     try:
@@ -199,7 +199,7 @@ def take_in(stage: Stage, given: Library, taken: str) -> str:
         library = library.with_taught(given.taught[name])  # refuses one that would contain itself
     new = [name for name in wanted if name not in here.library.taught]
     for name in wanted:
-        save(here.folder, given.taught[name])
+        save_automaton(here.folder, given.taught[name])
     stage.look()
     replaced = [name for name in different if name in wanted]
     said = f"Imported {', '.join(new)}" if new else "Nothing new was in it"
@@ -208,12 +208,12 @@ def take_in(stage: Stage, given: Library, taken: str) -> str:
     return said
 
 
-def _taken(shelf: Shelf, taught: Taught) -> bool:
+def _taken(shelf: Shelf, taught: TrainedAutomaton) -> bool:
     """Whether the library has another automaton of this name; SessionError where it has one of a name like it."""
     name = taught.automaton.name
     if name in shelf.library.taught or name in shelf.problems:
-        path = shelf.folder / f"{stem(name)}.json"
-        with failing(path, "reading"):
-            return path.read_bytes() != encode(taught)
+        path = shelf.folder / f"{make_file_stem(name)}.json"
+        with convert_os_errors(path, "reading"):
+            return path.read_bytes() != encode_document(taught)
     shelf.refuse_taken(name, remedy="rename one of the two")
     return False

@@ -94,11 +94,11 @@ def _region(each: Advice, lesson: Lesson) -> dict[str, Any]:
     """By feature, the parts of its values and whether absence belongs; features that may be anything are left out."""
     from math import isinf
 
-    from understudy.model.tree_regions import everything
+    from understudy.model.tree_regions import make_full_value_set
 
     found = {}
     for bound, part in zip(lesson.automaton.features, each.region or (), strict=True):
-        if part != everything(bound.kind):
+        if part != make_full_value_set(bound.kind):
             ends = [[None if isinf(end) else end for end in ends] for ends in part.parts]
             found[str(bound)] = {"parts": ends, "absent": part.absent}
     return found

@@ -11,7 +11,7 @@ from understudy.ui.cli.options import LIBRARY, Json, KitName, Library, SomeWorld
 
 if TYPE_CHECKING:
     from understudy.learning.change_attribution import Moved
-    from understudy.model.library import Kit, Taught
+    from understudy.model.library import Kit, TrainedAutomaton
 
 
 def diff(
@@ -33,13 +33,13 @@ def diff(
     """
     from understudy.errors import SettingError
     from understudy.learning.change_attribution import moved
-    from understudy.model.diff import changes
-    from understudy.storage.library_folder import versions
+    from understudy.model.diff import diff_automata
+    from understudy.storage.library_folder import list_versions
     from understudy.ui.cli.options import some_kit
     from understudy.ui.cli.output import print_json
 
     parts = some_kit(kit, world)
-    kept = versions(library, name)
+    kept = list_versions(library, name)
     if before is None:
         if not kept:
             _taught(library, name, None, parts)  # an automaton that is not there is the first thing to say
@@ -50,7 +50,7 @@ def diff(
         before = str(kept[-1].number)
     told: dict[str, Any] = {"name": name, "from": before, "to": after or "current"}
     former, later = _taught(library, name, before, parts), _taught(library, name, after, parts)
-    told["changes"] = changes(former, later)
+    told["changes"] = diff_automata(former, later)
     told["moved"] = [_moved(each) for each in moved(former, later)]
     if as_json:
         print_json(told)
@@ -58,12 +58,12 @@ def diff(
         _show(told)
 
 
-def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> Taught:
-    from understudy.storage.library_folder import load_version, read_document, stem
+def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> TrainedAutomaton:
+    from understudy.storage.library_folder import load_version, make_file_stem, read_document
     from understudy.ui.cli.options import learner
 
     if which is None:
-        return read_document(library / f"{stem(name)}.json", kit, learner()).taught
+        return read_document(library / f"{make_file_stem(name)}.json", kit, learner()).taught
     if which.isdecimal():
         return load_version(library, name, int(which), kit, learner()).taught
     return read_document(Path(which), kit, learner()).taught

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from understudy.learning.csv_table import Row
     from understudy.learning.report import Report
     from understudy.model.lesson import Lesson
-    from understudy.model.library import Library, Taught
+    from understudy.model.library import Library, TrainedAutomaton
     from understudy.robots.recording.reader import Pressed
 
 
@@ -96,7 +96,7 @@ def learn(
     from understudy.learning.csv_table import read_lesson_table, read_rows
     from understudy.learning.fit import predict as predicted
     from understudy.learning.report import report
-    from understudy.model.library import Taught
+    from understudy.model.library import TrainedAutomaton
     from understudy.ui.cli.output import compile_once, print_json
 
     if (library is None) != (name is None):
@@ -131,7 +131,7 @@ def learn(
     compile_once(learner=True, quiet=as_json)
     result = report(shown)
     automaton = replace(shown.automaton, transitions=result.transitions)
-    saved = None if library is None else _saved(library, Taught(automaton, shown))
+    saved = None if library is None else _saved(library, TrainedAutomaton(automaton, shown))
     following = None if rows is None else predicted(result.transitions, automaton.state_names, rows)
     if not as_json:
         _show(result, rows, following, saved)
@@ -151,15 +151,15 @@ def _only_table(context: typer.Context) -> None:
             raise SettingError(where="learn", setting=f"--{option}", problem=problem, remedy=remedy)
 
 
-def _saved(folder: Path, taught: Taught) -> Path:
+def _saved(folder: Path, taught: TrainedAutomaton) -> Path:
     """Where it was saved; refused where the automata of the folder would then contain themselves."""
     from understudy.model.library import Kit, Library
-    from understudy.storage.library_folder import save
+    from understudy.storage.library_folder import save_automaton
     from understudy.ui.cli.library_data import look
 
     beside = look(folder, None, lambda _: {}).library if folder.is_dir() else Library(Kit.of())
     beside.with_taught(taught)
-    return save(folder, taught)
+    return save_automaton(folder, taught)
 
 
 def _show(
@@ -241,7 +241,7 @@ def _begun(library: Library, asked: Asked, presses: Sequence[Pressed]) -> Lesson
     from dataclasses import replace
 
     from understudy.errors import SettingError
-    from understudy.model.lesson import Options
+    from understudy.model.lesson import LearnerOptions
     from understudy.robots.recording.teach_from_recording import names_pressed
     from understudy.training.lesson_design import new_lesson
     from understudy.ui.cli.options import names_in
@@ -273,5 +273,5 @@ def _begun(library: Library, asked: Asked, presses: Sequence[Pressed]) -> Lesson
         features=features,
         flags=flags,
         parameters=names_in(asked.parameters) or (),
-        options=Options(reaction_s=asked.reaction_s or 0.0),
+        options=LearnerOptions(reaction_s=asked.reaction_s or 0.0),
     )

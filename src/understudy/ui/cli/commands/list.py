@@ -57,7 +57,7 @@ def rebuild(
 
     Needed after editing a document by hand, or with a new version of the learner; the former version is kept.
     """
-    from understudy.storage.library_folder import open_library, save
+    from understudy.storage.library_folder import open_library, save_automaton
     from understudy.ui.cli.options import find_kit, learner
     from understudy.ui.cli.output import console, count, print_json
 
@@ -67,7 +67,7 @@ def rebuild(
     rebuilt = {}
     for name, reason in opened.rebuilt.items():
         if (not names or name in names) and "classifier" not in reason:
-            save(library, opened.library.taught[name])
+            save_automaton(library, opened.library.taught[name])
             rebuilt[name] = reason
     if as_json:
         print_json({"library": str(library), "rebuilt": rebuilt})

@@ -139,7 +139,7 @@ app.command("stops")(stops)
 
 
 def _show(found: Survey) -> None:
-    from understudy.errors import listed
+    from understudy.errors import join_names
     from understudy.ui.cli.output import console, table
 
     made = table("reading", "#rate", "#age", "~value", "~topic", title=found.name)
@@ -158,7 +158,7 @@ def _show(found: Survey) -> None:
     for problem in found.problems:
         out.print(problem, markup=False)
     if found.lacks:
-        out.print(f"Lessons that ask for {listed(found.lacks)} find that absent.", markup=False)
+        out.print(f"Lessons that ask for {join_names(found.lacks)} find that absent.", markup=False)
     if not found.problems:
         out.print(f"{found.name}: all is there.", markup=False)
 

@@ -104,7 +104,7 @@ def _write(
     """Write the files of all robots, and of the team; what is there and says something else is left, and told of."""
     from understudy.robots.robot_file import parse_robot
     from understudy.sim_mujoco.robot_files import names_of_robots, robot_file, team_file
-    from understudy.storage.atomic import failing, write
+    from understudy.storage.atomic import convert_os_errors, write_atomically
     from understudy.ui.cli.output import console
 
     names = names_of_robots(scenario)
@@ -118,14 +118,14 @@ def _write(
         parse_robot(content, folder / name)
     if len(names) > 1:
         files["team.toml"] = team_file(scenario)
-    with failing(folder, "writing the robots' files"):
+    with convert_os_errors(folder, "writing the robots' files"):
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():
             path, said = folder / name, "Wrote {}"
             if path.exists() and path.read_bytes() != content.encode():
                 said = "Left {} as it is: it says something else; remove it, and it is written anew"
             else:
-                write(path, content.encode())
+                write_atomically(path, content.encode())
             console().print(said.format(path), soft_wrap=True, markup=False)
 
 

@@ -160,13 +160,15 @@ def _known(
 
 def _changed(ran: Ran, known: Libraries) -> list[str]:
     """Automata that are not what they were when it was recorded."""
-    from understudy.storage.document import fingerprint
+    from understudy.storage.document import fingerprint_automaton
 
     found = []
     for sort, marks in ran.automata.items():
         taught = known[sort].taught if sort in known else {}
         found += [
-            name for name, mark in marks.items() if name not in taught or fingerprint(taught[name]) != mark
+            name
+            for name, mark in marks.items()
+            if name not in taught or fingerprint_automaton(taught[name]) != mark
         ]
     return found
 
@@ -174,7 +176,7 @@ def _changed(ran: Ran, known: Libraries) -> list[str]:
 def _show(result: ReplayResult, differences: Sequence[Difference], out: Console) -> None:
     from rich.markup import escape
 
-    from understudy.errors import listed
+    from understudy.errors import join_names
     from understudy.ui.cli.output import count
 
     if not result.whole:
@@ -183,7 +185,7 @@ def _show(result: ReplayResult, differences: Sequence[Difference], out: Console)
         )
     if result.changed:
         are = "is another" if len(result.changed) == 1 else "are others"
-        out.print(f"[dim]{escape(listed(result.changed))} {are} since it was recorded[/]", soft_wrap=True)
+        out.print(f"[dim]{escape(join_names(result.changed))} {are} since it was recorded[/]", soft_wrap=True)
     for name, version in result.former.items():
         out.print(f"[dim]{escape(name)} is another by now: this is its version {version}[/]", soft_wrap=True)
     head = f"{result.behavior} over {count(result.ticks, 'tick')} ({result.seconds:.1f} s)"

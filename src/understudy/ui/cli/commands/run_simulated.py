@@ -268,11 +268,11 @@ def _watch(running: Running, speed: float, trace: TraceWriter | None) -> list[Fr
 
 
 def _draw(frames: list[Frame], path: Path, *, title: str, speed: float) -> None:
-    from understudy.storage.atomic import failing
+    from understudy.storage.atomic import convert_os_errors
     from understudy.viz.path_png import path_png
     from understudy.viz.run_gif import run_gif
 
-    with failing(
+    with convert_os_errors(
         path, "writing the picture", remedy="name a file in a folder that exists and that you may write to"
     ):
         if path.suffix.lower() == ".gif":

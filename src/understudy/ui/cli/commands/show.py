@@ -76,12 +76,16 @@ def _structure(automaton: Automaton, out: Console) -> None:
     from rich.columns import Columns
     from rich.markup import escape
 
-    from understudy.model.binding import called
+    from understudy.model.binding import format_bound_name
     from understudy.ui.cli.output import table
 
     states = table("state", "does")
     for state in automaton.states:
-        does = "[dim]idles[/]" if state.behavior is None else escape(called(state.behavior, state.binding))
+        does = (
+            "[dim]idles[/]"
+            if state.behavior is None
+            else escape(format_bound_name(state.behavior, state.binding))
+        )
         states.add_row(escape(state.name), does if state.flag is None else f"raises {escape(state.flag)}")
     features = table("feature", "kind", "unit")
     for bound in automaton.features:

@@ -39,11 +39,11 @@ def simplify(
     [dim]understudy simplify goto --library demo/library[/]
     """
     from understudy.analysis.simplify_preview import refused, simpler
-    from understudy.storage.library_folder import read_document, save, stem
+    from understudy.storage.library_folder import make_file_stem, read_document, save_automaton
     from understudy.ui.cli.options import learner, some_kit
     from understudy.ui.cli.output import print_json
 
-    path = library / f"{stem(name)}.json"
+    path = library / f"{make_file_stem(name)}.json"
     taught = read_document(path, some_kit(kit, world), learner()).taught
     found = simpler(taught, pruning)
     if pruning is None and found.suggested is None and keep:
@@ -51,7 +51,7 @@ def simplify(
         raise refused(name, problem, remedy)
     told = {**_facts(found), "kept": keep}
     if keep:
-        save(library, found.after)
+        save_automaton(library, found.after)
     if as_json:
         print_json(told)
     else:

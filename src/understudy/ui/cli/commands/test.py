@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from understudy.analysis.lesson_tests import Examined
     from understudy.errors import UnderstudyError
-    from understudy.model.library import Kit, Library, Taught
+    from understudy.model.library import Kit, Library, TrainedAutomaton
     from understudy.sim.scenario.schema import Scenario
 
 
@@ -54,7 +54,7 @@ def check(
     """
     from understudy.analysis.lesson_tests import examined, lines
     from understudy.errors import SettingError
-    from understudy.storage.library_folder import documents
+    from understudy.storage.library_folder import list_documents
     from understudy.ui.cli.options import find_kit, find_world, team_for
     from understudy.ui.cli.output import console, print_json
 
@@ -63,7 +63,7 @@ def check(
         problem = f"is another folder than {folder}"
         raise SettingError(where="--library", setting=str(same), problem=problem, remedy=remedy)
     library = folder or same or LIBRARY
-    documents(library)  # a folder that is not there is the first thing to say
+    list_documents(library)  # a folder that is not there is the first thing to say
     named = world or _fitting(library, kit)
     where, parts = find_world(named), find_kit(kit, named)
     known = team_for(where, None, library, parts)
@@ -124,15 +124,15 @@ def _places(
             yield place, library
 
 
-def _former(place: Path, library: Library) -> dict[str, tuple[int, Taught]]:
+def _former(place: Path, library: Library) -> dict[str, tuple[int, TrainedAutomaton]]:
     """The last former version of each automaton that has one which can be opened, with its number."""
     from understudy.errors import UnderstudyError
-    from understudy.storage.library_folder import read_document, versions
+    from understudy.storage.library_folder import list_versions, read_document
     from understudy.ui.cli.options import learner
 
     found = {}
     for name in library.taught:
-        kept = versions(place, name)
+        kept = list_versions(place, name)
         if kept:
             try:
                 found[name] = kept[-1].number, read_document(kept[-1].path, library.kit, learner()).taught

@@ -12,7 +12,7 @@ from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName, Library, Na
 if TYPE_CHECKING:
     from understudy.model.library import Kit
     from understudy.model.library import Library as LibraryOf
-    from understudy.storage.document import Opened
+    from understudy.storage.document import LoadedDocument
     from understudy.ui.cli.library_data import Shelf
 
 
@@ -116,7 +116,7 @@ def unresolved(library: LibraryOf, name: str) -> list[str]:
 
 def notes(shelf: Shelf, name: str) -> list[str]:
     """What is worth a look: stale trees, contradictions, idle features, states never entered."""
-    from understudy.errors import listed
+    from understudy.errors import join_names
     from understudy.model.tree import Tree
 
     opened = shelf.opened[name]
@@ -131,15 +131,15 @@ def notes(shelf: Shelf, name: str) -> list[str]:
         used = {node.feature for tree in trees for node in tree.nodes}
         idle = [str(bound) for index, bound in enumerate(automaton.features) if index not in used]
         if idle:
-            found.append(f"{listed(idle)} {'decides' if len(idle) == 1 else 'decide'} nothing")
+            found.append(f"{join_names(idle)} {'decides' if len(idle) == 1 else 'decide'} nothing")
         entered = {tree.nodes[leaf].yes for tree in trees for _, leaf in tree.leaves()}
         never = [state.name for index, state in enumerate(automaton.states) if index and index not in entered]
         if never:
-            found.append(f"nothing ever leads to {listed(never)}")
+            found.append(f"nothing ever leads to {join_names(never)}")
     return found
 
 
-def _lesson_notes(opened: Opened) -> list[str]:
+def _lesson_notes(opened: LoadedDocument) -> list[str]:
     from understudy.learning.report import contradictions, disagreements
     from understudy.ui.cli.output import count
 

@@ -8,10 +8,10 @@ from understudy.errors import SessionError, UnknownName
 from understudy.learning.change_attribution import HowMoved, Moved, moved
 from understudy.learning.fit import learn
 from understudy.model import describe
-from understudy.model.diff import changes
-from understudy.model.library import Taught
+from understudy.model.diff import diff_automata
+from understudy.model.library import TrainedAutomaton
 from understudy.storage import library_folder
-from understudy.storage.library_folder import alike, load_version, save, versions
+from understudy.storage.library_folder import list_versions, load_version, normalize_name, save_automaton
 from understudy.ui.controller import journal_store
 from understudy.ui.controller.status import Said
 from understudy.ui.web.actions import session
@@ -53,7 +53,7 @@ def save_current_automaton(stage: Stage, message: Save) -> NotSavedReply | Said:
 def remove(stage: Stage, message: Remove) -> Said:
     """Move a trained behavior to the trash."""
     desk, name = stage.desk, message.name
-    if desk is not None and alike(name) == alike(desk.name):
+    if desk is not None and normalize_name(name) == normalize_name(desk.name):
         raise SessionError(f"{name} is being trained: open another before it is removed")
     if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
         raise SessionError(f"{desk.name}, which is being trained, runs {name}: choose its states first")
@@ -143,10 +143,10 @@ class ChangesReply(Data, frozen=True, kw_only=True):
     moved: list[MovedData]
 
 
-def list_versions(stage: Stage, message: Versions) -> VersionsReply:
+def send_versions(stage: Stage, message: Versions) -> VersionsReply:
     """List the former versions, the latest first, and when each was saved."""
     stage.shelf.of(message.name)
-    found = reversed(versions(stage.shelf.folder, message.name))
+    found = reversed(list_versions(stage.shelf.folder, message.name))
     return VersionsReply(
         versions=[
             VersionData(number=each.number, saved=each.saved.isoformat() if each.saved else None)
@@ -162,7 +162,7 @@ def compare_versions(stage: Stage, message: Changes) -> ChangesReply:
     name, to = message.name, message.to
     before = _version(stage, name, message.version)
     after = stage.shelf.of(name) if to is None else _version(stage, name, to)
-    found, switches = changes(before, after), moved(before, after)
+    found, switches = diff_automata(before, after), moved(before, after)
     if switches:
         found.pop("conditions", None)  # they say which, and why
     return ChangesReply(
@@ -176,8 +176,8 @@ def _moved(each: Moved) -> MovedData:
         from_=each.state,
         to=each.next,
         what=each.what,
-        gone=[describe.signed(line) for line in each.gone],
-        new=[describe.signed(line) for line in each.new],
+        gone=[describe.format_condition(line) for line in each.gone],
+        new=[describe.format_condition(line) for line in each.new],
         examples=[
             InvolvedData(number=who.number, happened=who.happened, how=who.how) for who in each.examples
         ],
@@ -191,12 +191,12 @@ def go_back(stage: Stage, message: GoBack) -> Said | None:
     stage.look()
     stage.shelf.of(name)
     taught = library.named(stage.shelf, _version(stage, name, number), name)  # it may have had another name
-    save(stage.shelf.folder, taught)
+    save_automaton(stage.shelf.folder, taught)
     said = f"{name} is as it was in version {number}; what it was until now is kept as a version, too"
     return session.changed(stage, name, said, here=here)
 
 
-def _version(stage: Stage, name: str, number: int) -> Taught:
+def _version(stage: Stage, name: str, number: int) -> TrainedAutomaton:
     return load_version(stage.shelf.folder, name, number, stage.kit, learn).taught
 
 
@@ -216,7 +216,7 @@ def rename(stage: Stage, message: Rename) -> Said | None:
             f"{name} is run by {runs}: duplicate it instead, or choose the states of {runs} first"
         )
     stage.shelf.refuse_new(to, remedy="give another name")
-    library_folder.rename(stage.shelf.folder, name, library.named(stage.shelf, taught, to))
+    library_folder.rename_automaton(stage.shelf.folder, name, library.named(stage.shelf, taught, to))
     return session.changed(stage, to, f"{name} is called {to} now", here=here)
 
 

@@ -6,7 +6,7 @@ import zlib
 from pathlib import Path
 
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
-from understudy.model.binding import Binding, called
+from understudy.model.binding import Binding, format_bound_name
 from understudy.sim.world import World
 from understudy.training.journal import Pressed, Snapshot, Stepped, read_journal
 from understudy.training.other_agents import Instant
@@ -186,7 +186,7 @@ def occupy(stage: Stage, message: Others) -> Said:
         former = (None, {}) if before is None else (before.behavior, before.targets)
         desk.session.others(*former, library=library)
         raise
-    doing = "idle" if behavior is None else f"run {called(behavior, Binding(targets))}"
+    doing = "idle" if behavior is None else f"run {format_bound_name(behavior, Binding(targets))}"
     stage.moved += 1
     return Said(f"The others {doing} meanwhile")
 

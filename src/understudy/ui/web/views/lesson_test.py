@@ -10,9 +10,9 @@ from understudy.errors import SessionError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, Suggestion
 from understudy.model import describe
-from understudy.model.library import Library, Taught
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.scenario.files import dump_scenario
-from understudy.storage.library_folder import load_version, versions
+from understudy.storage.library_folder import list_versions, load_version
 from understudy.training.other_agents import Instant
 from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.lesson_actions import seen
@@ -70,12 +70,12 @@ def _present(stage: Stage) -> Library:
     return library if desk is None else library.with_taught(desk.session.taught())
 
 
-def _former(stage: Stage, name: str) -> tuple[str, Taught | None]:
+def _former(stage: Stage, name: str) -> tuple[str, TrainedAutomaton | None]:
     """What an automaton was before, and what that is called: the last former version, or what is saved."""
     desk, saved = stage.desk, stage.shelf.library.taught.get(name)
     if desk is not None and name == desk.name and desk.unsaved:
         return SAVED, saved
-    kept = versions(stage.shelf.folder, name)
+    kept = list_versions(stage.shelf.folder, name)
     if not kept:
         return "", None
     try:
@@ -227,4 +227,4 @@ def _suggested(found: Suggestion | None) -> SuggestionData | None:
 
 
 def _signed(lines: list[str]) -> list[str]:
-    return list(map(describe.signed, lines))
+    return list(map(describe.format_condition, lines))

@@ -15,11 +15,19 @@ from msgspec import field
 
 from understudy.errors import FileError, SessionError, UnderstudyError, UnknownName
 from understudy.learning.fit import learn
-from understudy.model.binding import called
-from understudy.model.library import Kit, Library, Taught
+from understudy.model.binding import format_bound_name
+from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.program import link
-from understudy.storage.atomic import failing, locked, sync_folder
-from understudy.storage.library_folder import alike, documents, joined, open_document, save, stem, versions
+from understudy.storage.atomic import convert_os_errors, lock_folder, sync_folder
+from understudy.storage.library_folder import (
+    add_automaton,
+    list_documents,
+    list_versions,
+    make_file_stem,
+    normalize_name,
+    open_document,
+    save_automaton,
+)
 from understudy.ui.web.messages.base import Data
 
 TRASH = ".trash"
@@ -83,10 +91,10 @@ class Shelf:
     def refuse_taken(self, name: str, *, remedy: str) -> None:
         """SessionError where the folder has a document of this name, or of one that is like it."""
         for other in [*self.library.taught, *self.problems]:
-            if alike(other) == alike(name):
+            if normalize_name(other) == normalize_name(name):
                 raise SessionError(f"the library has {other} already: {remedy}")
 
-    def of(self, name: str) -> Taught:
+    def of(self, name: str) -> TrainedAutomaton:
         """The automaton of this name as it is in the library."""
         if name in self.problems:
             raise SessionError(self.problems[name])
@@ -115,7 +123,9 @@ class Shelf:
     def _row(self, name: str) -> TrainedData:
         taught = self.library.taught[name]
         states = taught.automaton.states
-        runs = dict.fromkeys(called(each.behavior, each.binding) for each in states if each.behavior)
+        runs = dict.fromkeys(
+            format_bound_name(each.behavior, each.binding) for each in states if each.behavior
+        )
         why_not = self._why_not(name)
         lesson = taught.lesson
         return TrainedData(
@@ -124,7 +134,7 @@ class Shelf:
             runs=list(runs),
             flags=list(taught.automaton.flags),
             examples=0 if lesson is None else sum(example.pressed for example in lesson.examples),
-            versions=len(versions(self.folder, name)),
+            versions=len(list_versions(self.folder, name)),
             complete=why_not is None,
             why_not=why_not,
         )
@@ -142,7 +152,7 @@ class Shelf:
 
 def check_folder(folder: Path) -> None:
     """Refuse what is no folder and cannot become one."""
-    with failing(folder, "opening the library"):
+    with convert_os_errors(folder, "opening the library"):
         there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     if not there.is_dir():
         remedy = "name a folder, which is made where there is none"
@@ -156,32 +166,32 @@ def look(folder: Path, kit: Kit) -> Shelf:
     """A library's folder as it is now; an empty shelf where it is still to be made."""
     library = Library(kit)
     problems: dict[str, str] = {}
-    for path in documents(folder) if folder.exists() else ():
+    for path in list_documents(folder) if folder.exists() else ():
         try:
-            library = joined(library, open_document(path, kit, learn).taught, path)
+            library = add_automaton(library, open_document(path, kit, learn).taught, path)
         except UnderstudyError as error:
             problems[unquote(path.stem)] = str(error)
     return Shelf(folder, library, problems, tuple(sorted({name for name, _, _ in _trashed(folder)})))
 
 
-def save_copy(shelf: Shelf, taught: Taught, name: str) -> None:
+def save_copy(shelf: Shelf, taught: TrainedAutomaton, name: str) -> None:
     """Save an automaton under another name."""
-    save(shelf.folder, named(shelf, taught, name))
+    save_automaton(shelf.folder, named(shelf, taught, name))
 
 
-def named(shelf: Shelf, taught: Taught, name: str) -> Taught:
+def named(shelf: Shelf, taught: TrainedAutomaton, name: str) -> TrainedAutomaton:
     """An automaton under another name; refused where that is a basic behavior's, or it would contain itself."""
     automaton, lesson = replace(taught.automaton, name=name), taught.lesson
     if lesson is not None:
         lesson = replace(lesson, automaton=replace(lesson.automaton, name=name))
-    copy = Taught(automaton, lesson)
+    copy = TrainedAutomaton(automaton, lesson)
     shelf.library.with_taught(copy)
     return copy
 
 
 def remove(shelf: Shelf, name: str) -> None:
     """Move an automaton to the trash."""
-    path = shelf.folder / f"{stem(name)}.json"
+    path = shelf.folder / f"{make_file_stem(name)}.json"
     if not path.is_file():
         known = [*shelf.library.taught, *shelf.problems]
         raise UnknownName(what="automaton", name=name, where="the library", known=known)
@@ -192,10 +202,10 @@ def remove(shelf: Shelf, name: str) -> None:
     numbers = [number for known, number, _ in _trashed(shelf.folder) if known == name]
     number = max(numbers, default=0) + 1
     ending = "" if number == 1 else f"~{number}"
-    with failing(path, "removing"):
+    with convert_os_errors(path, "removing"):
         trash.mkdir(exist_ok=True)
-        with locked(shelf.folder):
-            path.rename(trash / f"{stem(name)}{ending}.json")
+        with lock_folder(shelf.folder):
+            path.rename(trash / f"{make_file_stem(name)}{ending}.json")
             sync_folder(trash)
             sync_folder(shelf.folder)
 
@@ -206,8 +216,8 @@ def restore(shelf: Shelf, name: str) -> None:
     if not kept:
         raise UnknownName(what="automaton", name=name, where="the trash", known=list(shelf.trash))
     shelf.refuse_taken(name, remedy="remove that first")
-    path = shelf.folder / f"{stem(name)}.json"
-    with failing(path, "restoring"), locked(shelf.folder):
+    path = shelf.folder / f"{make_file_stem(name)}.json"
+    with convert_os_errors(path, "restoring"), lock_folder(shelf.folder):
         max(kept)[1].rename(path)
         sync_folder(shelf.folder)
 

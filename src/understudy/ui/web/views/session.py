@@ -10,12 +10,12 @@ from msgspec import field, structs
 from understudy.learning.report import contradictions
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
-from understudy.model.binding import called
-from understudy.model.describe import BY_CLASSIFIER, shown
-from understudy.model.lesson import Example, Lesson, Trees
+from understudy.model.binding import format_bound_name
+from understudy.model.describe import BY_CLASSIFIER, list_shown_vectors
+from understudy.model.lesson import Example, Lesson, TreeOptions
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
-from understudy.model.tree_text import Vectors, conditions
+from understudy.model.tree_text import Vectors, describe_tree_outcomes
 from understudy.ui.controller.key_bindings import Arrow
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.web.messages.base import Data
@@ -82,7 +82,7 @@ def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> Nes
         edges=[
             WayData(from_=state, to=following, when=when)
             for state, function in automaton.transitions.items()
-            for following, when in ways(automaton, function, (), shown(lesson, state))
+            for following, when in ways(automaton, function, (), list_shown_vectors(lesson, state))
             if following != state
         ],
     )
@@ -93,7 +93,7 @@ def state_fields(state: State, library: Library) -> dict[str, Any]:
     return {
         "name": state.name,
         "flag": state.flag is not None,
-        "runs": None if state.behavior is None else called(state.behavior, state.binding),
+        "runs": None if state.behavior is None else format_bound_name(state.behavior, state.binding),
         "automaton": state.behavior if state.behavior in library.taught else None,
     }
 
@@ -106,10 +106,10 @@ def ways(
         for following in directed:
             yield following, [BY_CLASSIFIER]
         return
-    found: Mapping[int, Sequence[Any]] = conditions(function, automaton.features, vectors)
+    found: Mapping[int, Sequence[Any]] = describe_tree_outcomes(function, automaton.features, vectors)
     for outcome, texts in found.items():
         if outcome != STAY:
-            yield automaton.state_names[outcome], [describe.signed(text) for text in texts]
+            yield automaton.state_names[outcome], [describe.format_condition(text) for text in texts]
 
 
 ModeName: TypeAlias = Literal["training", "testing"]
@@ -270,7 +270,7 @@ class Picture:
                 unlearning=options.unlearning,
                 flags=list(dict.fromkeys(state.flag for state in automaton.states if state.flag)),
                 outcomes=list(map(str, lesson.outcomes)),
-                pruning=options.learner.pruning if isinstance(options.learner, Trees) else None,
+                pruning=options.learner.pruning if isinstance(options.learner, TreeOptions) else None,
                 edition=1 if self._lesson is None else self._lesson.edition + 1,
             )
         return self._lesson
@@ -309,7 +309,8 @@ def _examples(lesson: Lesson) -> list[ExampleData]:
             state=example.state,
             next=example.next,
             values=[
-                describe.value(bound, value) for bound, value in zip(features, example.values, strict=True)
+                describe.format_value(bound, value)
+                for bound, value in zip(features, example.values, strict=True)
             ],
             kind=example.kind.value,
             correction=example.correction,
@@ -332,6 +333,6 @@ def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[EdgeDa
         for example in lesson.examples:
             if example.state == state and example.next != state and example.pressed:
                 led.setdefault(example.next, []).append(example.number)
-        for following, when in ways(lesson.automaton, function, list(led), shown(lesson, state)):
+        for following, when in ways(lesson.automaton, function, list(led), list_shown_vectors(lesson, state)):
             if following != state:
                 yield EdgeData(from_=state, to=following, when=when, examples=led.get(following, []))
