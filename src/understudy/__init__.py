@@ -59,9 +59,9 @@ if TYPE_CHECKING:
     from understudy.sim.world import World
     from understudy.storage.library_folder import open_library, save_automaton
     from understudy.training.lesson_design import new_lesson
-    from understudy.training.reaction_time import Lateness, lateness
+    from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
     from understudy.training.session import Session
-    from understudy.training.session_view import Screen
+    from understudy.training.session_view import SessionView
     from understudy.training.trainee import Mode
 
 _HOMES = {
@@ -161,20 +161,18 @@ _HOMES = {
     ),
     "training.lesson_design": ("new_lesson",),
     "training.reaction_time": (
-        "Lateness",
-        "lateness",
+        "ReactionEstimate",
+        "estimate_reaction_time",
     ),
     "training.session": ("Session",),
-    "training.session_view": ("Screen",),
+    "training.session_view": ("SessionView",),
     "training.trainee": ("Mode",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "BOOLEAN",
-    "START",
-    "TAU",
     "Automaton",
+    "BOOLEAN",
     "Behavior",
     "Binding",
     "Body",
@@ -196,17 +194,19 @@ __all__ = [
     "Interpreter",
     "Judgement",
     "Kit",
-    "Lateness",
     "LearnerOptions",
     "Lesson",
     "Library",
     "Mode",
+    "ReactionEstimate",
     "Reading",
     "Run",
-    "Screen",
+    "START",
     "Session",
+    "SessionView",
     "SklearnOptions",
     "State",
+    "TAU",
     "Target",
     "Team",
     "TimeInState",
@@ -220,12 +220,12 @@ __all__ = [
     "UnderstudyError",
     "World",
     "behavior",
+    "estimate_reaction_time",
     "evaluate",
     "explain",
     "feature",
     "increment",
     "judge",
-    "lateness",
     "learn",
     "learned",
     "libraries_of",

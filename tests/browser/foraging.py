@@ -18,7 +18,7 @@ from tests.browser.glance import glance
 from tests.browser.hand import drag_robot, turn_robot
 from tests.browser.teacher import Teacher
 
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.tasks import forage_teacher
 from understudy_lab.teachers.person import Seen, Verdict, Wish
 from understudy_lab.teachers.teacher import Topic
@@ -86,7 +86,7 @@ class Forager(Teacher):
 
     # What they see
 
-    def screen(self) -> Screen:
+    def screen(self) -> SessionView:
         """What the page shows now."""
         return glance(self.page)
 
@@ -206,7 +206,7 @@ class Forager(Teacher):
         """Direct the robot to whatever they wish."""
         topic = about.topic
 
-        def wish(screen: Screen) -> str | None:
+        def wish(screen: SessionView) -> str | None:
             self.speed(about.drives if screen.state == "goto" else about.shows)
             return topic.show(screen)
 
@@ -377,7 +377,7 @@ def innermost(path: Sequence[str], about: About) -> About:
     return next((known[name] for name in reversed(path) if name in known), about)
 
 
-def on_its_way(screen: Screen) -> bool:
+def on_its_way(screen: SessionView) -> bool:
     """It has turned to A and drives there."""
     return screen.state == "forward" and screen.waiting is None
 

@@ -9,7 +9,7 @@ from typing import Any
 from playwright.sync_api import Page
 
 from understudy.model.kinds import NO, YES
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 
 LOOK = """() => {
@@ -32,11 +32,11 @@ NAMES = re.compile(r"\w+")
 CLOCK = re.compile(r"(\d+):([\d.]+)")
 
 
-def glance(page: Page) -> Screen:
+def glance(page: Page) -> SessionView:
     """What the page shows now."""
     seen: dict[str, Any] = page.evaluate(LOOK)
     clock = CLOCK.search(seen["clock"])
-    return Screen(
+    return SessionView(
         time_s=int(clock[1]) * 60 + float(clock[2]) if clock else 0.0,
         mode=Mode.TESTING if seen["testing"] else Mode.TRAINING,
         state=seen["state"],

@@ -19,7 +19,7 @@ from tests.browser.conftest import NAMES, QUIET
 from tests.browser.foraging import GOTO, HARVEST, WAYS, Forager, on_its_way
 from tests.browser.studio import Studio
 
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 
 PICTURES = Path(__file__).parents[2] / "docs" / "pictures"
 ANYWHERE = 1_000
@@ -158,12 +158,12 @@ def outcomes(person: Forager, take: Take) -> None:
     person.save()
 
 
-def _content(screen: Screen) -> str | None:
+def _content(screen: SessionView) -> str | None:
     """Nothing to press."""
     return None
 
 
-def _way(screen: Screen) -> float:
+def _way(screen: SessionView) -> float:
     return screen.features["distance_to(A)"]
 
 

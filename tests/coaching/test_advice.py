@@ -14,7 +14,7 @@ from tests.learning.lessons import tables
 from tests.model.lessons import goto as recorded
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.give_advice import UNSURE, advice
+from understudy.coaching.give_advice import UNSURE, give_advice
 from understudy.learning.fit import learn
 from understudy.learning.sklearn_adapter import ALLOWED
 from understudy.model.kinds import Categorical, Kind
@@ -23,7 +23,7 @@ from understudy.sim.forage import kit
 
 
 def advised(lesson: Lesson, kind: AdviceKind | None = None) -> list[Advice]:
-    return [each for each in advice(lesson, learn(lesson), kit=kit) if kind in (None, each.kind)]
+    return [each for each in give_advice(lesson, learn(lesson), kit=kit) if kind in (None, each.kind)]
 
 
 def test_most_useful_first_and_each_weight_is_a_share() -> None:
@@ -179,7 +179,7 @@ def test_a_feature_left_out_that_would_tell_a_contradiction_apart() -> None:
     (first,) = advised(both, AdviceKind.SEPARATING)
     assert "food_left" in first.sentence
     assert not [
-        each for each in advice(both, learn(both)) if each.kind is AdviceKind.SEPARATING
+        each for each in give_advice(both, learn(both)) if each.kind is AdviceKind.SEPARATING
     ]  # there is no kit to look in
 
 
@@ -269,7 +269,7 @@ def test_only_of_classifiers_that_learn_soon_it_says_whether_more_would_help(cla
 def test_situations_that_a_robot_came_into_take_the_place_of_imagined_ones() -> None:
     lesson = goto()
     behind = np.array([[2.0, radians(degrees)] for degrees in range(160, 200)])
-    found = advice(lesson, learn(lesson), situations=behind)
+    found = give_advice(lesson, learn(lesson), situations=behind)
     assert {each.sentence for each in found if each.kind is AdviceKind.GAP and each.state == "left"} == {
         "Show me what to do in left when A is behind you: I was never shown that."
     }

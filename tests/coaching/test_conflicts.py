@@ -9,7 +9,7 @@ from tests.coaching.lessons import GOTO, Row, goto
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.conflicts import MOST
-from understudy.coaching.give_advice import advice
+from understudy.coaching.give_advice import give_advice
 from understudy.learning.fit import learn
 from understudy.learning.mislabels import slips
 from understudy.model.lesson import Lesson
@@ -20,7 +20,7 @@ SLIP: Row = ("forward", "done", "directive", 3.4, 105)
 
 
 def slips_of(lesson: Lesson, meant: dict[int, float] | None = None) -> list[Advice]:
-    found = advice(lesson, learn(lesson), meant=meant or {})
+    found = give_advice(lesson, learn(lesson), meant=meant or {})
     return [each for each in found if each.kind is AdviceKind.SLIP]
 
 
@@ -36,7 +36,7 @@ def test_what_was_meant_is_not_asked_again_and_hangs_together_by_itself() -> Non
     lesson = goto((*FAR, *NEAR, SLIP))
     (asked,) = slips_of(lesson)
     assert not slips_of(lesson, {8: asked.doubt})
-    everything = advice(lesson, learn(lesson))
+    everything = give_advice(lesson, learn(lesson))
     assert not [each for each in everything if each.kind is AdviceKind.SINGLE and 8 in each.examples]
 
 

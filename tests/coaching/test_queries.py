@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from tests.coaching.lessons import GOTO, goto
 
-from understudy.coaching.queries import Asking, Question, When
+from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
 from understudy.model.lesson import LearnerOptions, SklearnOptions
 from understudy.model.library import Library
 from understudy.sim.catalog import find_world
@@ -32,7 +32,7 @@ def looking_away() -> Session:
 
 def test_it_asks_once_and_goes_on_when_let() -> None:
     session = looking_away()
-    asking = Asking(session)
+    asking = UncertaintyQueries(session)
     question = asking.look()
     assert isinstance(question, Question)
     assert question.sentence.startswith("I am not sure: I would ")
@@ -41,7 +41,7 @@ def test_it_asks_once_and_goes_on_when_let() -> None:
     before = session.instant()
     session.tick()
     session.rewind(before)  # not yet asked, as the clock has it; but it was let go on
-    later = Asking(session, unsure=question.doubt.amount)
+    later = UncertaintyQueries(session, unsure=question.doubt.amount)
     assert later.look() is not None
     later._last_s = -9.0
     assert later.look() is None
@@ -58,7 +58,7 @@ def test_where_nothing_can_be_learned_any_more_it_asks_nothing() -> None:
     session.direct("forward")
     session.tick()
     session.test()
-    asking = Asking(session)
+    asking = UncertaintyQueries(session)
     session.undo()
     assert session.mode is Mode.TRAINING
     assert asking.look() is None
@@ -66,7 +66,7 @@ def test_where_nothing_can_be_learned_any_more_it_asks_nothing() -> None:
 
 def test_after_a_question_it_rests() -> None:
     session = looking_away()
-    asking = Asking(session, When.MARK, unsure=0.0)
+    asking = UncertaintyQueries(session, QueryPolicy.MARK, unsure=0.0)
     for _ in range(45):
         asking.look()
         session.tick()
@@ -77,7 +77,7 @@ def test_after_a_question_it_rests() -> None:
 
 def test_it_marks_and_the_moment_can_be_gone_back_to() -> None:
     session = looking_away()
-    asking = Asking(session, When.MARK)
+    asking = UncertaintyQueries(session, QueryPolicy.MARK)
     began = session.body.time_s
     for _ in range(20):
         assert asking.look() is None
@@ -92,15 +92,15 @@ def test_it_marks_and_the_moment_can_be_gone_back_to() -> None:
 
 def test_it_asks_nothing_in_training_or_unless_wanted() -> None:
     session = looking_away()
-    assert Asking(session, When.NEVER).look() is None
+    assert UncertaintyQueries(session, QueryPolicy.NEVER).look() is None
     session.train()
     assert session.mode is Mode.TRAINING
-    assert Asking(session).look() is None
+    assert UncertaintyQueries(session).look() is None
 
 
 def test_an_answer_settles_it() -> None:
     session = looking_away()
-    asking = Asking(session)
+    asking = UncertaintyQueries(session)
     before = asking.look()
     assert before is not None
     session.direct("left")

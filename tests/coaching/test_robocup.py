@@ -9,8 +9,12 @@ import pytest
 from tests.learning.lessons import robocup, robocup_folder
 
 from understudy.coaching.advice import AdviceKind
-from understudy.coaching.cross_validation import learners, left_out, trials
-from understudy.coaching.give_advice import advice
+from understudy.coaching.cross_validation import (
+    make_state_fits,
+    refit_without_examples,
+    score_leave_one_out,
+)
+from understudy.coaching.give_advice import give_advice
 from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton, State
 from understudy.model.features import BoundFeature, Feature
@@ -60,7 +64,7 @@ def test_both_states_whose_directive_and_default_disagree_are_reported_and_no_co
     found = [
         (path.stem, each.state, each.kind)
         for path, lesson in lessons()
-        for each in advice(lesson, learn(lesson))
+        for each in give_advice(lesson, learn(lesson))
         if each.kind in (AdviceKind.DISAGREEMENT, AdviceKind.CONTRADICTION)
     ]
     assert found == [
@@ -72,8 +76,8 @@ def test_both_states_whose_directive_and_default_disagree_are_reported_and_no_co
 def test_leave_one_out_accuracy_is_within_two_and_a_half_points_of_scikit_learns_tree() -> None:
     right = cases = 0
     for _, lesson in lessons():
-        taught = learners(lesson)
-        score = left_out(taught, trials(lesson, taught))
+        taught = make_state_fits(lesson)
+        score = score_leave_one_out(taught, refit_without_examples(lesson, taught))
         right, cases = right + score.right, cases + score.of
     assert cases == 334
     assert right / cases >= SKLEARN - 0.025

@@ -9,9 +9,9 @@ from tests.bodies import kit as scripted_kit
 from tests.coaching.lessons import ANGLE, DISTANCE, DONE, FOOD, A, goto
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.give_advice import advice
-from understudy.coaching.pose_sampling import situations_in
-from understudy.coaching.situation_setup import stage
+from understudy.coaching.give_advice import give_advice
+from understudy.coaching.pose_sampling import sample_posed_situations
+from understudy.coaching.situation_setup import set_up_situation
 from understudy.errors import SessionError, SettingError
 from understudy.learning.fit import learn, learned
 from understudy.model.automaton import START, Automaton, State
@@ -42,10 +42,10 @@ def values(session: Session) -> tuple[float, ...]:
 def test_the_robot_stands_where_the_advice_points_in_the_state_it_names() -> None:
     lesson = goto()
     taught = session(lesson)
-    places = [each for each in advice(lesson, learn(lesson)) if each.region is not None]
+    places = [each for each in give_advice(lesson, learn(lesson)) if each.region is not None]
     assert places
     for each in places:
-        staged = stage(taught, each)
+        staged = set_up_situation(taught, each)
         assert staged.there, (each, staged)
         assert taught.screen().state == each.state
         assert each.region is not None
@@ -56,8 +56,8 @@ def test_nothing_is_recorded_and_the_next_press_is_one_from_there() -> None:
     lesson = goto()
     taught = session(lesson)
     taught.test()
-    first = next(each for each in advice(lesson, learn(lesson)) if each.state == "left")
-    stage(taught, first)
+    first = next(each for each in give_advice(lesson, learn(lesson)) if each.state == "left")
+    set_up_situation(taught, first)
     assert taught.examples == lesson.examples
     assert taught.mode is Mode.TESTING
     here = values(taught)
@@ -72,7 +72,7 @@ def test_another_draw_is_another_place() -> None:
     behind = Advice(AdviceKind.GAP, "", "left", 1.0, (ANYTHING, ValueSet(((3.0, 3.3),), False)))
     found = set()
     for draw in range(4):
-        assert stage(taught, behind, draw=draw).there
+        assert set_up_situation(taught, behind, draw=draw).there
         found.add(values(taught))
     assert len(found) == 4
 
@@ -82,7 +82,7 @@ def test_what_cannot_be_set_up_is_named_and_the_robot_is_as_near_as_can_be() -> 
     nowhere = Advice(
         AdviceKind.GAP, "", "forward", 1.0, (ValueSet(((50.0, 60.0),), False), ValueSet(((3.0, 3.3),), False))
     )
-    staged = stage(taught, nowhere)
+    staged = set_up_situation(taught, nowhere)
     assert not staged.there
     assert "distance_to(A)" in staged.missed
     assert "distance_to(A)" in staged.sentence
@@ -103,7 +103,7 @@ def test_worlds_of_other_seeds_are_tried_where_this_one_has_no_such_place(
         reset(seed)
 
     monkeypatch.setattr(taught, "reset", noted)
-    assert stage(taught, none_left, seeds=[6, 7], tries=5).missed == ("food_left",)
+    assert set_up_situation(taught, none_left, seeds=[6, 7], tries=5).missed == ("food_left",)
     assert tried == [6, 7]
     assert taught.body.time_s == 0.0
 
@@ -119,7 +119,7 @@ def test_time_in_state_counters_and_a_childs_flag_are_set() -> None:
     taught = session(Lesson(automaton), library)
     raised = ValueSet(((1.0, 2.0),), False)
     wanted = Advice(AdviceKind.GAP, "", "go", 1.0, (ValueSet(((3.0, 9.0),), False), SURELY, raised))
-    assert stage(taught, wanted).there
+    assert set_up_situation(taught, wanted).there
     assert taught.screen().path == ("go", "done")
     seconds, tries, flag = values(taught)
     assert (3.0 <= seconds < 9.0, 1.0 <= tries < 2.0, flag) == (True, True, 1.0)
@@ -134,15 +134,15 @@ def test_a_flag_that_nothing_raises_there_is_missed() -> None:
     automaton = Automaton("drive", (START, State("forward", "forward")), (DONE,))
     taught = session(Lesson(automaton))
     raised = Advice(AdviceKind.GAP, "", "forward", 1.0, (ValueSet(((1.0, 2.0),), False),))
-    assert stage(taught, raised).missed == ("done",)
+    assert set_up_situation(taught, raised).missed == ("done",)
 
 
 def test_advice_about_no_place_and_flag_states_are_refused() -> None:
     taught = session(goto())
     with pytest.raises(SessionError, match="about no place"):
-        stage(taught, Advice(AdviceKind.OUTLOOK, "Enough.", "", 0.1))
+        set_up_situation(taught, Advice(AdviceKind.OUTLOOK, "Enough.", "", 0.1))
     with pytest.raises(SessionError, match="raises a flag and is never left"):
-        stage(taught, Advice(AdviceKind.NEVER_ENTERED, "", "done", 0.5))
+        set_up_situation(taught, Advice(AdviceKind.NEVER_ENTERED, "", "done", 0.5))
 
 
 def test_a_body_that_cannot_be_placed_is_refused() -> None:
@@ -150,12 +150,12 @@ def test_a_body_that_cannot_be_placed_is_refused() -> None:
     lesson = Lesson(Automaton("taught", (START, State("forward", "forward")), ()))
     taught = Session(Scripted(), library, lesson)
     with pytest.raises((SessionError, SettingError), match="drive the robot into position"):
-        stage(taught, Advice(AdviceKind.NEVER_LEFT, "", "forward", 0.6))
+        set_up_situation(taught, Advice(AdviceKind.NEVER_LEFT, "", "forward", 0.6))
 
 
 def test_situations_of_a_world_are_such_as_its_robot_senses() -> None:
     body = World(find_world("forage"), [5])
-    found = situations_in(body, (DISTANCE, ANGLE, DONE), {"A": "station"}, count=50)
+    found = sample_posed_situations(body, (DISTANCE, ANGLE, DONE), {"A": "station"}, count=50)
     assert found.shape == (50, 3)
     assert np.isnan(found[:, 2]).all()
     assert (found[:, 0] > 0).all()

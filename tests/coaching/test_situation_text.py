@@ -13,11 +13,11 @@ from tests.learning.lessons import tables
 from understudy.coaching.situation_text import (
     NOT_THERE,
     Cells,
-    cells_of,
-    situation,
-    usual_of,
-    within,
-    wordings,
+    describe_situation,
+    find_cells,
+    find_usual_cells,
+    make_feature_phrases,
+    match_cells,
 )
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature
@@ -63,31 +63,34 @@ SAID = [
 def test_a_situation_is_said_in_words(
     features: list[BoundFeature], seen: list[tuple[float, ...]], cells: dict[int, set[int]], said: str
 ) -> None:
-    words = wordings(features, np.array(seen, np.float64))
-    assert situation(words, {feature: frozenset(chosen) for feature, chosen in cells.items()}) == said
+    words = make_feature_phrases(features, np.array(seen, np.float64))
+    assert (
+        describe_situation(words, {feature: frozenset(chosen) for feature, chosen in cells.items()}) == said
+    )
 
 
 def test_what_is_usual_goes_without_saying() -> None:
     """Of ten examples seven have food_left, three of four do not; a number is never usual."""
-    words = wordings([FOOD, DONE, WEIGHT], np.array([(0, 0, 0), (1, 1, 0.3)], np.float64))
+    words = make_feature_phrases([FOOD, DONE, WEIGHT], np.array([(0, 0, 0), (1, 1, 0.3)], np.float64))
     rows = np.array([(1, each % 4 == 0, 2) for each in range(10)], np.int64)
     rows[:3, 0] = 0
-    usual = usual_of(rows, words)
+    usual = find_usual_cells(rows, words)
     assert usual == {0: {1}, 1: {0}}
     chosen: Cells = {0: frozenset({1}), 1: frozenset({0}), 2: frozenset({2})}
-    assert situation(words, chosen, usual) == "weight is above 0.2 kg"
+    assert describe_situation(words, chosen, usual) == "weight is above 0.2 kg"
     assert (
-        situation(words, {**chosen, 1: frozenset({1})}, usual) == "done is raised and weight is above 0.2 kg"
+        describe_situation(words, {**chosen, 1: frozenset({1})}, usual)
+        == "done is raised and weight is above 0.2 kg"
     )
     rows[3, 0] = 0
-    assert 0 not in usual_of(rows, words)
+    assert 0 not in find_usual_cells(rows, words)
 
 
 def test_where_all_is_usual_all_is_said() -> None:
-    words = wordings([FOOD, DONE], np.array([(0, 0), (1, 1)], np.float64))
+    words = make_feature_phrases([FOOD, DONE], np.array([(0, 0), (1, 1)], np.float64))
     usual: Cells = {0: frozenset({1}), 1: frozenset({0})}
-    assert situation(words, usual, usual) == "food_left is yes and done is not raised"
-    assert usual_of(np.zeros((0, 2), np.int64), words) == {}
+    assert describe_situation(words, usual, usual) == "food_left is yes and done is not raised"
+    assert find_usual_cells(np.zeros((0, 2), np.int64), words) == {}
 
 
 AROUND = [(0, 0), (44, 0), (46, 1), (134, 1), (136, 2), (224, 2), (226, 3), (314, 3), (316, 0), (359, 0)]
@@ -95,7 +98,7 @@ AROUND = [(0, 0), (44, 0), (46, 1), (134, 1), (136, 2), (224, 2), (226, 3), (314
 
 @pytest.mark.parametrize(("degrees", "quarter"), AROUND)
 def test_quarters_of_a_turn_lie_around_ahead_left_behind_and_right(degrees: float, quarter: int) -> None:
-    (word,) = wordings([ANGLE], np.zeros((1, 1)))
+    (word,) = make_feature_phrases([ANGLE], np.zeros((1, 1)))
     assert word.cells_of(np.array([radians(degrees), nan])).tolist() == [quarter, NOT_THERE]
 
 
@@ -106,12 +109,12 @@ def test_every_value_lies_in_the_region_of_its_cell_and_in_no_other(
     drawn, kinds = table
     rows = np.array([row[0] for row in drawn], np.float64).reshape(len(drawn), len(kinds))
     features = [BoundFeature(Feature(f"f{i}", kind, reading="f")) for i, kind in enumerate(kinds)]  # type: ignore[arg-type]
-    words = wordings(features, rows)
-    cells = cells_of(words, rows)
+    words = make_feature_phrases(features, rows)
+    cells = find_cells(words, rows)
     for word, column, found in zip(words, rows.T, cells.T, strict=True):
         for value, cell in zip(column.tolist(), found.tolist(), strict=True):
             others = [other for other in (*word.cells, NOT_THERE) if other != cell]
             assert value in word.region([cell])
             assert value not in word.region(others)
     mine: Cells = {feature: frozenset({int(cell)}) for feature, cell in enumerate(cells[0])}
-    assert within(mine, cells)[0]
+    assert match_cells(mine, cells)[0]

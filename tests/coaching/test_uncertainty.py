@@ -10,32 +10,32 @@ from tests.coaching.lessons import GOTO, Row, goto
 from tests.learning.lessons import lesson as lesson_of
 from tests.learning.lessons import tables
 
-from understudy.coaching.uncertainty import Because, Doubts, doubt
+from understudy.coaching.uncertainty import DoubtReason, UncertaintyModel, estimate_uncertainty
 from understudy.learning.fit import learn
 from understudy.learning.training_set import vectors
 from understudy.model.kinds import Kind
 from understudy.model.lesson import Lesson
 
 
-def doubts(lesson: Lesson) -> Doubts:
-    return Doubts(lesson, learn(lesson))
+def doubts(lesson: Lesson) -> UncertaintyModel:
+    return UncertaintyModel(lesson, learn(lesson))
 
 
 ASKED = [
     # state, distance, degrees, doubt at least and at most, why, what of it is said
-    ("forward", 6.0, 10, 0.0, 0.0, Because.SHOWN, ""),
-    ("forward", 5.4, 15, 0.0, 0.3, Because.SHOWN, ""),
-    ("forward", 0.29, 350, 0.0, 0.1, Because.SHOWN, ""),
-    ("forward", 3.0, 180, 0.7, 1.0, Because.FAR, "nothing was shown in forward when A is"),
-    ("left", 5.0, 270, 0.7, 1.0, Because.FAR, "to the right"),
-    ("left", 5.0, 340, 0.3, 0.5, Because.HANGING, "only example 5 says so"),
-    ("done", 0.3, 0, 0.0, 0.0, Because.SHOWN, "never left"),
+    ("forward", 6.0, 10, 0.0, 0.0, DoubtReason.SHOWN, ""),
+    ("forward", 5.4, 15, 0.0, 0.3, DoubtReason.SHOWN, ""),
+    ("forward", 0.29, 350, 0.0, 0.1, DoubtReason.SHOWN, ""),
+    ("forward", 3.0, 180, 0.7, 1.0, DoubtReason.FAR, "nothing was shown in forward when A is"),
+    ("left", 5.0, 270, 0.7, 1.0, DoubtReason.FAR, "to the right"),
+    ("left", 5.0, 340, 0.3, 0.5, DoubtReason.HANGING, "only example 5 says so"),
+    ("done", 0.3, 0, 0.0, 0.0, DoubtReason.SHOWN, "never left"),
 ]
 
 
 @pytest.mark.parametrize(("state", "distance", "degrees", "least", "most", "because", "said"), ASKED)
 def test_doubt_and_its_reason(
-    state: str, distance: float, degrees: float, least: float, most: float, because: Because, said: str
+    state: str, distance: float, degrees: float, least: float, most: float, because: DoubtReason, said: str
 ) -> None:
     found = doubts(goto()).doubt(state, (distance, radians(degrees)))
     assert least <= found.amount <= most, found
@@ -46,9 +46,9 @@ def test_doubt_and_its_reason(
 def test_where_nothing_was_shown_or_hardly_anything() -> None:
     without = goto(tuple(row for row in GOTO if row[0] != "left"))
     found = doubts(without).doubt("left", (1.0, 1.0))
-    assert (found.amount, found.because) == (1.0, Because.UNTAUGHT)
+    assert (found.amount, found.because) == (1.0, DoubtReason.UNTAUGHT)
     tiny = doubts(goto(GOTO[:2])).doubt("forward", (6.0, radians(10)))
-    assert (tiny.amount, tiny.because) == (0.6, Because.SCANT)
+    assert (tiny.amount, tiny.because) == (0.6, DoubtReason.SCANT)
 
 
 def test_absence_that_was_never_shown_is_far_from_all() -> None:
@@ -60,14 +60,14 @@ def test_absence_that_was_never_shown_is_far_from_all() -> None:
 def test_a_leaf_whose_examples_want_different_things() -> None:
     again: Row = ("forward", "left", "directive", 0.3, 350)
     found = doubts(goto((*GOTO, again))).doubt("forward", (0.3, radians(350)))
-    assert (found.amount, found.because, found.examples) == (1.0, Because.DISAGREEING, (2, 7))
+    assert (found.amount, found.because, found.examples) == (1.0, DoubtReason.DISAGREEING, (2, 7))
 
 
 def test_what_was_shown_nearest_may_say_otherwise() -> None:
     """In the gap between done at 0.3 m and forward at 5 m, which belongs to the default, doubt grows toward done."""
     knows = doubts(goto())
     near, far = (knows.doubt("forward", (distance, radians(352))) for distance in (0.5, 4.0))
-    assert (near.because, near.examples) == (Because.OTHERWISE, (2,))
+    assert (near.because, near.examples) == (DoubtReason.OTHERWISE, (2,))
     assert near.reason == "example 2, which is nearest, says go to done"
     assert near.amount > 0.5 > far.amount
 
@@ -75,7 +75,9 @@ def test_what_was_shown_nearest_may_say_otherwise() -> None:
 def test_one_decision_alone_is_asked_as_many_are() -> None:
     lesson = goto()
     transition = learn(lesson)["left"]
-    assert doubt(lesson, transition, "left", (5.0, 1.0)) == doubts(lesson).doubt("left", (5.0, 1.0))
+    assert estimate_uncertainty(lesson, transition, "left", (5.0, 1.0)) == doubts(lesson).doubt(
+        "left", (5.0, 1.0)
+    )
 
 
 @given(tables())

@@ -8,7 +8,7 @@ import pytest
 
 from understudy.model.library import Library
 from understudy.sim.forage import kit
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.hierarchy import study
@@ -99,7 +99,7 @@ def test_a_teaching_that_never_gets_there_counts_with_all_its_examples() -> None
     assert (study.needs(row, 0), study.needs(row, 1)) == (8, 20.0)
 
 
-def screen(state: str, **features: float) -> Screen:
+def screen(state: str, **features: float) -> SessionView:
     usual = {
         "food_left": 1.0,
         "food_stored": 0.0,
@@ -109,7 +109,9 @@ def screen(state: str, **features: float) -> Screen:
         "angle_to(nearest_food)": 0.0,
         "angle_to(station)": 3.0,
     }
-    return Screen(0.0, Mode.TRAINING, state, (state,), None, usual | features, (), {}, None, 0, None, None)
+    return SessionView(
+        0.0, Mode.TRAINING, state, (state,), None, usual | features, (), {}, None, 0, None, None
+    )
 
 
 WISHES = [

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 from understudy_lab.results import differences, published
 from understudy_lab.runner import row_of
@@ -23,10 +23,10 @@ from understudy_lab.tasks.servo_teacher import (
 from understudy_lab.teachers.teacher import FIRST_SEED
 
 
-def seen(state: str, x: float, size: float = 500.0) -> Screen:
+def seen(state: str, x: float, size: float = 500.0) -> SessionView:
     """The screen of a robot in a state that sees the ball there; NaN: that does not see it."""
     features = {"blob_x(ball)": x, "blob_size(ball)": size if x == x else nan}
-    return Screen(0.0, Mode.TRAINING, state, (state,), None, features, (), {}, None, 0, None, None)
+    return SessionView(0.0, Mode.TRAINING, state, (state,), None, features, (), {}, None, 0, None, None)
 
 
 @pytest.mark.parametrize("method", [study.FOUR, HAND])

@@ -13,7 +13,7 @@ from understudy.model.features import BoundFeature
 from understudy.model.library import Library
 from understudy.model.tree import STAY, PathStep
 from understudy.runtime.program import Program, link
-from understudy.training.lesson_design import chosen_feature, chosen_state
+from understudy.training.lesson_design import parse_feature, parse_state
 
 DESIGN = Library(kit)
 
@@ -47,7 +47,7 @@ def automaton(
     """Start, these states ("turn=left" names one), a state per flag; rules are functions of the features."""
     all_states = (
         START,
-        *(chosen_state(library, state) for state in states),
+        *(parse_state(library, state) for state in states),
         *(State(flag, flag=flag) for flag in flags),
     )
     names = tuple(state.name for state in all_states)
@@ -55,7 +55,7 @@ def automaton(
     return Automaton(
         name,
         all_states,
-        tuple(chosen_feature(library, feature) for feature in features),
+        tuple(parse_feature(library, feature) for feature in features),
         tuple(parameters),
         stateless,
         transitions,

@@ -22,7 +22,7 @@ from understudy.sim.team.libraries import (
     team_of,
 )
 from understudy.storage.library_folder import open_library, save_automaton
-from understudy.training.lesson_design import chosen_feature
+from understudy.training.lesson_design import parse_feature
 
 SALVAGE = load_scenario("salvage")
 KIT = kit_of(SALVAGE)
@@ -141,7 +141,7 @@ def test_an_order_asks_of_nobody_what_their_own_library_has_not() -> None:
 
 def test_an_automaton_of_another_type_is_refused_by_its_folder(tmp_path: Path) -> None:
     carriers, kit = Library(KITS["carrier"]), KITS["scout"]
-    stored = chosen_feature(carriers, "stored")
+    stored = parse_feature(carriers, "stored")
     wrong = Automaton("full", (START,), (stored,), (), False, {})
     save_automaton(tmp_path / "scout", TrainedAutomaton(wrong))
     with pytest.raises(FileError, match="stored"):

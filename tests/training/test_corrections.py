@@ -15,10 +15,10 @@ from understudy.model.lesson import Example, ExampleKind, LearnerOptions
 from understudy.model.library import Library
 from understudy.storage.document import decode_document, encode_document
 from understudy.training import corrections
-from understudy.training.corrections import Switched
-from understudy.training.sample_buffer import Moment
+from understudy.training.corrections import LastSwitch
+from understudy.training.sample_buffer import Sample
 from understudy.training.session import Session
-from understudy.training.trainee import Outcome
+from understudy.training.trainee import TickResult
 
 WRONG = 6
 """The number of the example that the wrong button made: left, at 84 m."""
@@ -130,9 +130,9 @@ def test_of_too_few_examples_it_is_the_correction_that_is_judged() -> None:
 def test_what_belongs_to_the_automaton_is_as_it_was_then() -> None:
     """At 84 m it had been going on for 1.6 s, whatever the time is when it is sent back."""
     lesson = misled(features=("range_of(ball)", "time_in_state")).lesson
-    switched = Switched((("range", "ball"),), frozenset())
-    switched.see(Outcome("forward", "left", {"time_in_state": 1.6}), Moment(7.0, (84.0,)), Binding())
-    switched.see(Outcome("left", "left", {"time_in_state": 0.1}), Moment(7.1, (83.0,)), Binding())
+    switched = LastSwitch((("range", "ball"),), frozenset())
+    switched.see(TickResult("forward", "left", {"time_in_state": 1.6}), Sample(7.0, (84.0,)), Binding())
+    switched.see(TickResult("left", "left", {"time_in_state": 0.1}), Sample(7.1, (83.0,)), Binding())
     correction = Example(12, "left", (82.0, 0.2), "forward", ExampleKind.DIRECTIVE, correction=True)
     stay = switched.undone_by(correction, lesson, 7.2)
     assert stay is not None

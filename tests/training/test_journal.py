@@ -16,8 +16,8 @@ from understudy.model.lesson import Example, LearnerOptions
 from understudy.model.library import Kit, Library
 from understudy.runtime.body import Reading, every_key
 from understudy.storage.append_log import AppendLog
-from understudy.training.journal import MAGIC, Ticks, read_journal, unpacked_rows
-from understudy.training.journal_replay import Past
+from understudy.training.journal import MAGIC, TicksLogged, read_journal, unpack_rows
+from understudy.training.journal_replay import ReplayedSession
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
@@ -262,7 +262,7 @@ def test_body_and_automaton_go_back_to_the_last_snapshot(tmp_path: Path) -> None
 def test_about_is_kept(tmp_path: Path) -> None:
     body, first = Scripted(), session()
     Session(body, first.library, first.lesson, journal=tmp_path / "j", about={"world": "forage", "seed": 7})
-    assert Past.replayed(tmp_path / "j", first.library, every_key(body)).about == {
+    assert ReplayedSession.replayed(tmp_path / "j", first.library, every_key(body)).about == {
         "world": "forage",
         "seed": 7,
     }
@@ -271,9 +271,9 @@ def test_about_is_kept(tmp_path: Path) -> None:
 def test_every_tick_is_in_the_journal(tmp_path: Path) -> None:
     taught = play(journaled(tmp_path), 3, "forward", 120)
     taught.close()
-    ticks = [entry for entry in read_journal(tmp_path / "journal") if isinstance(entry, Ticks)]
+    ticks = [entry for entry in read_journal(tmp_path / "journal") if isinstance(entry, TicksLogged)]
     keys = 7
-    values = [row for entry in ticks for row in unpacked_rows(entry.rows, keys).tolist()]
+    values = [row for entry in ticks for row in unpack_rows(entry.rows, keys).tolist()]
     assert [row[0] for row in values] == [100.0 - tick for tick in range(123)]
     assert [state for entry in ticks for state in entry.states] == ["start"] * 4 + ["forward"] * 119
 

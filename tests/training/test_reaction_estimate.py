@@ -18,8 +18,8 @@ from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, ReadingLog
-from understudy.training.feature_values import steady_readings
-from understudy.training.reaction_time import lateness
+from understudy.training.feature_values import list_steady_readings
+from understudy.training.reaction_time import estimate_reaction_time
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.traits import drawn
 
@@ -55,7 +55,7 @@ def demonstrated(
 @pytest.mark.parametrize("kind", [Continuous(), Toroidal()])
 @pytest.mark.parametrize("late_s", [0.0, 0.1, 0.3, 0.5, 0.7])
 def test_a_known_reaction_time_is_found(late_s: float, kind: Kind) -> None:
-    found = lateness(demonstrated(late_s, kind=kind))
+    found = estimate_reaction_time(demonstrated(late_s, kind=kind))
     assert found is not None
     assert found.reaction_s == pytest.approx(late_s, abs=0.051)
     assert found.presses == 20
@@ -67,14 +67,14 @@ def test_a_known_reaction_time_is_found(late_s: float, kind: Kind) -> None:
 def test_the_evidence_says_how_far_apart(kind: Kind) -> None:
     """Who is 0.03 s off on either side, at 0.6 m/s, is about 2 cm off; half of what a tick changes comes on top. Who
     is 0.3 s late at between 0.2 and 1 m/s, is 10 cm off."""
-    then, now = re.findall(r"(0\.\d+) m", str(lateness(demonstrated(0.3, kind=kind))))
+    then, now = re.findall(r"(0\.\d+) m", str(estimate_reaction_time(demonstrated(0.3, kind=kind))))
     assert float(then) == pytest.approx(0.03, abs=0.015)
     assert float(now) == pytest.approx(0.1, abs=0.05)
 
 
 def test_even_of_a_machine() -> None:
     """None undercuts half of what a tick changes, so that a single shift that fits to the digit is not everything."""
-    found = lateness(demonstrated(0.3, spread_s=0.0))
+    found = estimate_reaction_time(demonstrated(0.3, spread_s=0.0))
     assert found is not None
     assert found.reaction_s == 0.3
 
@@ -95,37 +95,37 @@ def test_what_tells_most_is_the_evidence() -> None:
         values.append(part.record.values)
         seconds.append(part.record.seconds)
     record = ReadingLog(parts[0].record.keys, np.vstack(values), np.concatenate(seconds))
-    found = lateness(replace(parts[0], examples=tuple(examples), record=record))
+    found = estimate_reaction_time(replace(parts[0], examples=tuple(examples), record=record))
     assert found is not None
     assert found.presses == 26
     assert "the 10 presses from on to done" in found.evidence
 
 
 def test_the_evidence_says_by_what() -> None:
-    late = str(lateness(demonstrated(0.3)))
+    late = str(estimate_reaction_time(demonstrated(0.3)))
     assert late.startswith("Taken 0.3 s earlier, the 20 presses from go to done lie about 0.0")
     assert " by x, instead of 0.0" in late
-    assert str(lateness(demonstrated(0.0))).endswith(
+    assert str(estimate_reaction_time(demonstrated(0.0))).endswith(
         "agree hardly better at any moment before: they do not seem late."
     )
 
 
 def test_too_little_gives_no_estimate() -> None:
-    assert lateness(demonstrated(0.3, presses=7)) is None
+    assert estimate_reaction_time(demonstrated(0.3, presses=7)) is None
     lesson = demonstrated(0.3)
     of_many_sorts = tuple(replace(each, next=f"to {each.number % 7}") for each in lesson.examples)
-    assert lateness(replace(lesson, examples=of_many_sorts)) is None
-    assert lateness(Lesson(demonstrated(0.3).automaton)) is None
-    assert lateness(session().lesson) is None
+    assert estimate_reaction_time(replace(lesson, examples=of_many_sorts)) is None
+    assert estimate_reaction_time(Lesson(demonstrated(0.3).automaton)) is None
+    assert estimate_reaction_time(session().lesson) is None
 
 
 def test_who_is_not_clearly_late_is_not_told_so() -> None:
     """Presses that were 0.05 s late agree a little better 0.1 s before. Where they vary by 0.1 s, nobody can tell."""
-    found = lateness(demonstrated(0.05, 12, seed=3))
+    found = estimate_reaction_time(demonstrated(0.05, 12, seed=3))
     assert found is not None
     assert (found.reaction_s, found.least_s) == (0.0, 0.0)
     assert found.evidence.endswith("they do not seem late.")
-    assert lateness(demonstrated(0.05, 8, spread_s=0.1, seed=4)) is None
+    assert estimate_reaction_time(demonstrated(0.05, 8, spread_s=0.1, seed=4)) is None
 
 
 def test_what_never_scatters_gives_no_estimate() -> None:
@@ -134,7 +134,7 @@ def test_what_never_scatters_gives_no_estimate() -> None:
     for _ in range(10):
         play(taught, "forward", 12, "left", 1)
         taught.reset(0)
-    assert lateness(taught.lesson, steady=steady_readings(taught.body)) is None
+    assert estimate_reaction_time(taught.lesson, steady=list_steady_readings(taught.body)) is None
 
 
 def test_what_is_in_quarantine_edited_or_without_record_says_nothing() -> None:
@@ -148,16 +148,18 @@ def test_what_is_in_quarantine_edited_or_without_record_says_nothing() -> None:
     )
     for change in changes:
         examples = tuple(replace(each, **change) for each in lesson.examples)
-        assert lateness(replace(lesson, examples=examples)) is None
+        assert estimate_reaction_time(replace(lesson, examples=examples)) is None
 
 
 def test_what_is_steady_is_not_shifted() -> None:
-    assert lateness(demonstrated(0.3), steady=frozenset({"x", "y"})) is None
+    assert estimate_reaction_time(demonstrated(0.3), steady=frozenset({"x", "y"})) is None
 
 
 def test_the_reaction_time_a_lesson_has_makes_no_difference() -> None:
     lesson = demonstrated(0.3)
-    assert lateness(replace(lesson, options=LearnerOptions(reaction_s=0.5))) == lateness(lesson)
+    assert estimate_reaction_time(
+        replace(lesson, options=LearnerOptions(reaction_s=0.5))
+    ) == estimate_reaction_time(lesson)
 
 
 def test_absence_tells_of_no_boundary() -> None:
@@ -165,7 +167,7 @@ def test_absence_tells_of_no_boundary() -> None:
     lesson = demonstrated(0.3)
     values = lesson.record.values.copy()
     values[values[:, 0] > 2.3, 0] = nan
-    found = lateness(replace(lesson, record=replace(lesson.record, values=values)))
+    found = estimate_reaction_time(replace(lesson, record=replace(lesson.record, values=values)))
     assert found is not None
     assert found.reaction_s == pytest.approx(0.3, abs=0.051)
 
@@ -184,7 +186,7 @@ def test_whatever_a_parameter_stood_for() -> None:
         for each in lesson.examples
     )
     record = ReadingLog((("range", "ball"), ("range", "goal")), values, lesson.record.seconds)
-    found = lateness(replace(lesson, automaton=automaton, examples=examples, record=record))
+    found = estimate_reaction_time(replace(lesson, automaton=automaton, examples=examples, record=record))
     assert found is not None
     assert found.reaction_s == pytest.approx(0.3, abs=0.051)
     assert "from go to done lie about 0.0" in found.evidence
@@ -194,8 +196,8 @@ def test_what_never_changes_says_nothing() -> None:
     lesson = demonstrated(0.3)
     values = lesson.record.values.copy()
     values[:, 1] = 5.0
-    found = lateness(replace(lesson, record=replace(lesson.record, values=values)))
-    assert found == lateness(lesson)
+    found = estimate_reaction_time(replace(lesson, record=replace(lesson.record, values=values)))
+    assert found == estimate_reaction_time(lesson)
 
 
 def test_labels_and_what_is_the_automatons_own_say_nothing() -> None:
@@ -209,25 +211,28 @@ def test_labels_and_what_is_the_automatons_own_say_nothing() -> None:
     examples = tuple(
         replace(each, values=(*each.values, 0.0, 1.0), own={"time_in_state": 1.0}) for each in lesson.examples
     )
-    assert lateness(replace(lesson, automaton=automaton, examples=examples, record=record)) == lateness(
-        lesson
-    )
+    assert estimate_reaction_time(
+        replace(lesson, automaton=automaton, examples=examples, record=record)
+    ) == estimate_reaction_time(lesson)
     only = replace(lesson.automaton, features=more[:1])
-    assert lateness(replace(lesson, automaton=only, record=record)) is None
+    assert estimate_reaction_time(replace(lesson, automaton=only, record=record)) is None
 
 
 def test_what_was_not_recorded_says_nothing() -> None:
     """A feature whose reading the body of that time did not have; another one still tells."""
     lesson = demonstrated(0.3)
     record = replace(lesson.record, keys=(("x", None), ("z", None)))
-    assert lateness(replace(lesson, record=record)) == lateness(lesson)
-    assert lateness(replace(lesson, record=replace(record, keys=(("w", None), ("z", None))))) is None
+    assert estimate_reaction_time(replace(lesson, record=record)) == estimate_reaction_time(lesson)
+    assert (
+        estimate_reaction_time(replace(lesson, record=replace(record, keys=(("w", None), ("z", None)))))
+        is None
+    )
 
 
 def test_a_novice_who_reacts_in_half_a_second() -> None:
     traits = drawn(1)
     taught = Novice(traits, 1).teach()
     assert taught.lesson is not None
-    found = lateness(taught.lesson)
+    found = estimate_reaction_time(taught.lesson)
     assert found is not None
     assert found.reaction_s == pytest.approx(traits.reaction_s, abs=0.15)

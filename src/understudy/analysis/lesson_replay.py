@@ -22,7 +22,7 @@ from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
 from understudy.runtime.feature_columns import feature_column
-from understudy.training.feature_values import own_value
+from understudy.training.feature_values import find_own_value
 
 Vector: TypeAlias = tuple[float, ...]
 Rows: TypeAlias = NDArray[np.intp]
@@ -186,7 +186,7 @@ def _vectors(
     ago = record.seconds[example.moment or 0] - record.seconds[rows]
     columns = []
     for bound in features:
-        own = own_value(bound.feature, example.own)
+        own = find_own_value(bound.feature, example.own)
         if own is not None:
             if isinstance(bound.feature, FlagFeature) and own and ago.any():
                 return None

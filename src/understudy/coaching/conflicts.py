@@ -9,7 +9,7 @@ from itertools import pairwise, product
 import numpy as np
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.lesson_analysis import Survey
+from understudy.coaching.lesson_analysis import LessonAnalysis
 from understudy.errors import UnderstudyError, join_names
 from understudy.learning.mislabels import same_press, slips
 from understudy.learning.report import contradictions
@@ -20,10 +20,10 @@ from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, ExampleKind
 from understudy.model.library import Kit
 from understudy.model.tree import Tree
-from understudy.training.feature_values import values_of
+from understudy.training.feature_values import compute_example_values
 
 
-def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
+def advise_on_contradictions(survey: LessonAnalysis, kit: Kit | None) -> Iterator[Advice]:
     """Directives and confirmations of one situation that want different things, and what would part them."""
     for state in survey.learners:
         for group in contradictions(survey.lesson, state):
@@ -40,7 +40,7 @@ def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
                 group[0].values,
             )
             if kit is not None:
-                for bound in separating(survey, group, kit)[:1]:
+                for bound in find_separating_features(survey, group, kit)[:1]:
                     yield Advice(
                         AdviceKind.SEPARATING,
                         f"Let me look at {bound}, too: it tells examples {join_names(map(str, numbers))} "
@@ -52,7 +52,7 @@ def contradicting(survey: Survey, kit: Kit | None) -> Iterator[Advice]:
                     )
 
 
-def disagreeing(survey: Survey) -> Iterator[Advice]:
+def advise_on_overruled_defaults(survey: LessonAnalysis) -> Iterator[Advice]:
     """A directive in the very situation in which a default was recorded: what was said decides, at once."""
     for state, learner in survey.learners.items():
         for group in vectors(learner.examples).values():
@@ -79,7 +79,9 @@ def disagreeing(survey: Survey) -> Iterator[Advice]:
             )
 
 
-def separating(survey: Survey, group: Sequence[Example], kit: Kit) -> list[BoundFeature]:
+def find_separating_features(
+    survey: LessonAnalysis, group: Sequence[Example], kit: Kit
+) -> list[BoundFeature]:
     """The kit's features, not chosen for the lesson, that tell apart what these examples want; the clearest first."""
     lesson = survey.lesson
     steady = frozenset(
@@ -92,7 +94,9 @@ def separating(survey: Survey, group: Sequence[Example], kit: Kit) -> list[Bound
         automaton = replace(lesson.automaton, features=(bound,))
         asked = replace(lesson, automaton=automaton, examples=())
         try:
-            values = [values_of(example, asked, lesson.record, steady=steady)[0] for example in group]
+            values = [
+                compute_example_values(example, asked, lesson.record, steady=steady)[0] for example in group
+            ]
         except (UnderstudyError, KeyError):  # it was not recorded then
             continue
         clear = _clearness(bound, values, [example.next for example in group])
@@ -101,7 +105,7 @@ def separating(survey: Survey, group: Sequence[Example], kit: Kit) -> list[Bound
     return [bound for _, _, bound in sorted(found, key=lambda each: each[:2])]
 
 
-def _others(survey: Survey, kit: Kit) -> Iterator[BoundFeature]:
+def _others(survey: LessonAnalysis, kit: Kit) -> Iterator[BoundFeature]:
     """What else a lesson might have chosen: every feature of the kit, of its parameters or, without any, of targets."""
     automaton = survey.lesson.automaton
     names = automaton.parameters or tuple(kit.targets)
@@ -152,7 +156,7 @@ MOST = 3
 """So many at once: who is asked about more stops reading."""
 
 
-def slipped(survey: Survey, meant: Mapping[int, float]) -> Iterator[Advice]:
+def advise_on_mislabels(survey: LessonAnalysis, meant: Mapping[int, float]) -> Iterator[Advice]:
     """Directives and confirmations that the others speak against, the oddest first (see `learning.slips`).
 
     What would be decided as shown without them, too, is odd but no slip: it is rare. `meant` are those that the
@@ -179,7 +183,7 @@ def slipped(survey: Survey, meant: Mapping[int, float]) -> Iterator[Advice]:
         )
 
 
-def _foretold(survey: Survey, state: str, example: Example) -> bool:
+def _foretold(survey: LessonAnalysis, state: str, example: Example) -> bool:
     """Whether the tree that is learned without a press decides as it says; other classifiers take too long to ask."""
     learner = survey.learners[state]
     if not isinstance(survey.transition(state), Tree):

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.distances import FAR
-from understudy.coaching.lesson_analysis import Survey
-from understudy.coaching.situation_text import box_of, cells_of, within
+from understudy.coaching.lesson_analysis import LessonAnalysis
+from understudy.coaching.situation_text import find_cells, make_situation_box, match_cells
 from understudy.model.features import FlagFeature
 
 MOST = 2
@@ -21,7 +21,7 @@ LEAST_SHARE = 0.02
 """A situation rarer than this is not worth a person's time."""
 
 
-def gaps(survey: Survey) -> Iterator[Advice]:
+def advise_on_coverage_gaps(survey: LessonAnalysis) -> Iterator[Advice]:
     """What was never shown, state by state; the situations that are farthest from all examples first."""
     if survey.scant or not len(survey.situations):
         return
@@ -29,12 +29,12 @@ def gaps(survey: Survey) -> Iterator[Advice]:
         yield from _gaps(survey, state)
 
 
-def _gaps(survey: Survey, state: str) -> Iterator[Advice]:
+def _gaps(survey: LessonAnalysis, state: str) -> Iterator[Advice]:
     rows = survey.learners[state].shown.values
     nearness = survey.nearness(state)
     nearest = nearness.distances(survey.situations[:, None], rows[None]).min(axis=1)
-    shown = cells_of(survey.words, rows)
-    open_ = (nearest >= FAR) & possible(survey, state)
+    shown = find_cells(survey.words, rows)
+    open_ = (nearest >= FAR) & find_possible_situations(survey, state)
     for _ in range(MOST):
         if not open_.any():
             return
@@ -43,7 +43,7 @@ def _gaps(survey: Survey, state: str) -> Iterator[Advice]:
         widest = _widest(survey, farthest, rows, shown, state)
         if widest is None:
             continue
-        there = within(widest, survey.cells)
+        there = match_cells(widest, survey.cells)
         open_ &= ~there
         share = float(there.mean())
         if share < LEAST_SHARE:
@@ -57,12 +57,12 @@ def _gaps(survey: Survey, state: str) -> Iterator[Advice]:
             f"Show me what to do{where} when {said}: I was never shown that.",
             place,
             0.3 + 0.35 * once * float(nearest[farthest]) * min(1.0, share / 0.25),
-            box_of(survey.words, widest),
+            make_situation_box(survey.words, widest),
             at=tuple(survey.situations[farthest].tolist()),
         )
 
 
-def possible(survey: Survey, state: str) -> NDArray[np.bool_]:
+def find_possible_situations(survey: LessonAnalysis, state: str) -> NDArray[np.bool_]:
     """Which of the situations may come about in a state: a flag is raised there only where that was ever seen."""
     found = np.ones(len(survey.situations), np.bool_)
     if survey.lesson.automaton.stateless:
@@ -75,20 +75,20 @@ def possible(survey: Survey, state: str) -> NDArray[np.bool_]:
 
 
 def _widest(
-    survey: Survey, farthest: int, rows: NDArray[np.float64], shown: NDArray[np.int64], state: str
+    survey: LessonAnalysis, farthest: int, rows: NDArray[np.float64], shown: NDArray[np.int64], state: str
 ) -> dict[int, frozenset[int]] | None:
     """The cells round a situation, without features that need not be said for no example to be there.
 
     First to go is the feature that differs least from the nearest example; None where an example is in its very cells.
     """
     cells = {feature: frozenset({int(cell)}) for feature, cell in enumerate(survey.cells[farthest])}
-    if not cells or within(cells, shown).any():
+    if not cells or match_cells(cells, shown).any():
         return None
     nearness = survey.nearness(state)
     here = survey.situations[farthest]
     nearest = int(np.argmin(nearness.distances(rows, here)))
     for feature in np.argsort(nearness.apart(rows[nearest], here), kind="stable").tolist():
         wider = {other: allowed for other, allowed in cells.items() if other != feature}
-        if wider and not within(wider, shown).any():
+        if wider and not match_cells(wider, shown).any():
             cells = wider
     return cells

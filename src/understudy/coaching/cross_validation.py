@@ -27,7 +27,7 @@ SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
 
 
 @dataclass(frozen=True)
-class Learner:
+class StateFit:
     """What teaches one state, and how it is learned from some of it.
 
     `pressed` are the rows of press-made examples: only these are ever left out and judged by.
@@ -77,25 +77,25 @@ class Learner:
         return np.where(found == STAY, self.shown.current, found)
 
 
-def learners(lesson: Lesson) -> Mapping[str, Learner]:
+def make_state_fits(lesson: Lesson) -> Mapping[str, StateFit]:
     """What teaches each state that was shown anything; a stateless lesson has one for all, under its first state."""
     fit = fitting(lesson)
     taught = teaching(lesson)
     names = list(taught)[:1] if lesson.automaton.stateless else list(taught)
-    return {name: Learner(name, arrays(lesson, taught[name], name), fit) for name in names}
+    return {name: StateFit(name, arrays(lesson, taught[name], name), fit) for name in names}
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class LeaveOneOutFit:
     """A transition function learned without some rows."""
 
     rows: tuple[int, ...]
     transition: Transition
 
 
-def trials(
-    lesson: Lesson, found: Mapping[str, Learner], *, most: int | None = None
-) -> Mapping[str, list[Trial]]:
+def refit_without_examples(
+    lesson: Lesson, found: Mapping[str, StateFit], *, most: int | None = None
+) -> Mapping[str, list[LeaveOneOutFit]]:
     """By state, what it would have learned without each press-made example; of a large lesson, without some of them at
     a time, and nothing of a classifier that is SLOW.
     """
@@ -110,14 +110,14 @@ def trials(
         rows = learner.pressed.tolist()
         groups = -(-len(rows) // together)
         made[name] = [
-            Trial(tuple(left_out), learner.without(*left_out))
+            LeaveOneOutFit(tuple(left_out), learner.without(*left_out))
             for left_out in (rows[first::groups] for first in range(groups))
         ]
     return made
 
 
 @dataclass(frozen=True, slots=True)
-class Score:
+class Accuracy:
     """How many press-made examples were decided as shown by what was learned without them."""
 
     right: int
@@ -129,7 +129,9 @@ class Score:
         return self.right / self.of if self.of else 0.0
 
 
-def left_out(found: Mapping[str, Learner], made: Mapping[str, Sequence[Trial]]) -> Score:
+def score_leave_one_out(
+    found: Mapping[str, StateFit], made: Mapping[str, Sequence[LeaveOneOutFit]]
+) -> Accuracy:
     """Leave-one-out accuracy pooled over all states that have two press-made examples or more."""
     right = of = 0
     for name, learner in found.items():
@@ -138,14 +140,14 @@ def left_out(found: Mapping[str, Learner], made: Mapping[str, Sequence[Trial]]) 
         for trial in made[name]:
             right_here, cases = _right(learner, trial)
             right, of = right + right_here, of + cases
-    return Score(right, of)
+    return Accuracy(right, of)
 
 
 HALVES = 4
 SEED = 1
 
 
-def with_half(found: Mapping[str, Learner], *, halves: int = HALVES) -> Score:
+def score_half_of_examples(found: Mapping[str, StateFit], *, halves: int = HALVES) -> Accuracy:
     """The same where only a half of the others is learned from, drawn several times."""
     right = of = 0
     draws = np.random.default_rng(SEED)
@@ -157,13 +159,13 @@ def with_half(found: Mapping[str, Learner], *, halves: int = HALVES) -> Score:
             mixed = draws.permutation(rows)
             middle = len(rows) // 2
             for half in (mixed[:middle], mixed[middle:]):
-                trial = Trial(tuple(half.tolist()), learner.without(*half.tolist()))
+                trial = LeaveOneOutFit(tuple(half.tolist()), learner.without(*half.tolist()))
                 right_here, cases = _right(learner, trial)
                 right, of = right + right_here, of + cases
-    return Score(right, of)
+    return Accuracy(right, of)
 
 
-def _right(learner: Learner, trial: Trial) -> tuple[int, int]:
+def _right(learner: StateFit, trial: LeaveOneOutFit) -> tuple[int, int]:
     rows = list(trial.rows)
     decided = learner.decided(trial.transition, learner.shown.values[rows].tolist())
     return int((decided == learner.shown.outcomes[rows]).sum()), len(rows)

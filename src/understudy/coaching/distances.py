@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.situation_text import Wording
+from understudy.coaching.situation_text import FeaturePhrases
 from understudy.model.automaton import Transition
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import TestKind, Tree
@@ -18,14 +18,14 @@ FAR = 0.35
 """From here on a situation is far from an example: a third of what was seen of a number, or 60 degrees."""
 
 
-class Nearness:
+class FeatureDistances:
     """The distances of feature vectors for one state; features that its transition function asks about count in full.
 
     A number differs by its share of what was seen of it, an angle by its share of half a turn, labels and absence
     wholly or not at all.
     """
 
-    def __init__(self, words: Sequence[Wording], transition: Transition | None) -> None:
+    def __init__(self, words: Sequence[FeaturePhrases], transition: Transition | None) -> None:
         self._weights = np.where(_asked(transition, len(words)), 1.0, UNASKED)
         self._scale, self._turn = np.ones(len(words)), np.zeros(len(words))
         self._labels = np.zeros(len(words), np.bool_)

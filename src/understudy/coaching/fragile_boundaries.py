@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.coverage import possible
-from understudy.coaching.distances import FAR, Nearness
-from understudy.coaching.lesson_analysis import Survey
-from understudy.coaching.situation_text import Cells, box_of, cells_of
+from understudy.coaching.coverage import find_possible_situations
+from understudy.coaching.distances import FAR, FeatureDistances
+from understudy.coaching.lesson_analysis import LessonAnalysis
+from understudy.coaching.situation_text import Cells, find_cells, make_situation_box
 from understudy.model.lesson import Example
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_regions import Box, ValueSet, list_leaf_boxes
@@ -25,7 +25,7 @@ MOST_ADVICE = 2
 """So many of one state."""
 
 
-def single(survey: Survey) -> Iterator[Advice]:
+def advise_on_isolated_presses(survey: LessonAnalysis) -> Iterator[Advice]:
     """For each state, presses without a fellow nearby that are decided otherwise than shown once they are left out.
 
     Those that decide most come first. Classifiers other than trees take too long to ask.
@@ -57,7 +57,7 @@ def single(survey: Survey) -> Iterator[Advice]:
                 yield _make_isolated_press_advice(survey, state, example, changed, -share)
 
 
-def _without_fellows(survey: Survey, state: str) -> list[int]:
+def _without_fellows(survey: LessonAnalysis, state: str) -> list[int]:
     """The rows of presses that no other press nearby says the same as: else it is a matter of a little more or less."""
     learner = survey.learners[state]
     rows = np.flatnonzero([example.shown for example in learner.examples])
@@ -68,14 +68,14 @@ def _without_fellows(survey: Survey, state: str) -> list[int]:
     return alone
 
 
-def _is_alone(survey: Survey, state: str, example: Example) -> bool:
+def _is_alone(survey: LessonAnalysis, state: str, example: Example) -> bool:
     """Whether no other press leads from the state to where it leads, wherever."""
     said = [each for each in survey.learners[state].examples if each.shown and each.next == example.next]
     return len(said) == 1
 
 
 def _make_isolated_press_advice(
-    survey: Survey, state: str, example: Example, changed: NDArray[np.bool_], share: float
+    survey: LessonAnalysis, state: str, example: Example, changed: NDArray[np.bool_], share: float
 ) -> Advice:
     cells = _cells(survey, example, changed)
     said = survey.said(state, cells)
@@ -90,15 +90,15 @@ def _make_isolated_press_advice(
         f"Only example {example.number} tells me {what}: show me once more, or delete it.",
         place,
         (0.5 if _is_alone(survey, state, example) else 0.25) + 0.2 * min(1.0, share / 0.5),
-        box_of(survey.words, cells),
+        make_situation_box(survey.words, cells),
         (example.number,),
         example.values,
     )
 
 
-def _cells(survey: Survey, example: Example, changed: NDArray[np.bool_]) -> Cells:
+def _cells(survey: LessonAnalysis, example: Example, changed: NDArray[np.bool_]) -> Cells:
     """The cells of an example and of the situations that hang on it, where these are not all cells there are."""
-    own = cells_of(survey.words, np.array([example.values], np.float64).reshape(1, -1))[0]
+    own = find_cells(survey.words, np.array([example.values], np.float64).reshape(1, -1))[0]
     cells = {}
     for feature, word in enumerate(survey.words):
         here = {int(own[feature]), *survey.cells[changed, feature].tolist()}
@@ -112,7 +112,7 @@ LEAST = 0.5
 MOST_SITUATIONS = 48
 
 
-def stretched(survey: Survey) -> Iterator[Advice]:
+def advise_on_stretched_leaves(survey: LessonAnalysis) -> Iterator[Advice]:
     """For each state, the leaves that leave it where other examples are much nearer than those behind them."""
     if survey.scant or not len(survey.situations):
         return
@@ -125,14 +125,14 @@ def stretched(survey: Survey) -> Iterator[Advice]:
 
 
 def _leaves(
-    survey: Survey, state: str, tree: Tree
+    survey: LessonAnalysis, state: str, tree: Tree
 ) -> Iterator[tuple[float, NDArray[np.float64], Box, int, int]]:
     """Of each leaf that leaves the state: how much nearer other examples are, at worst; where; the leaf's box and
     outcome; and the row of the nearest other example.
     """
     shown = survey.learners[state].shown
-    plain = Nearness(survey.words, None)
-    situations = survey.situations[possible(survey, state)][:MOST_SITUATIONS]
+    plain = FeatureDistances(survey.words, None)
+    situations = survey.situations[find_possible_situations(survey, state)][:MOST_SITUATIONS]
     for outcome, box in list_leaf_boxes(tree, [bound.kind for bound in survey.lesson.automaton.features]):
         same = shown.outcomes == outcome
         if outcome in (STAY, shown.current) or same.all() or not same.any() or not len(situations):
@@ -164,12 +164,20 @@ def _inside(region: ValueSet) -> float:
 
 
 def _make_stretched_leaf_advice(
-    survey: Survey, state: str, amount: float, row: NDArray[np.float64], box: Box, outcome: int, other: int
+    survey: LessonAnalysis,
+    state: str,
+    amount: float,
+    row: NDArray[np.float64],
+    box: Box,
+    outcome: int,
+    other: int,
 ) -> Advice:
     cells = {
-        feature: frozenset({int(cell)}) for feature, cell in enumerate(cells_of(survey.words, row[None])[0])
+        feature: frozenset({int(cell)}) for feature, cell in enumerate(find_cells(survey.words, row[None])[0])
     }
-    region = tuple(mine & leaf for mine, leaf in zip(box_of(survey.words, cells), box, strict=True))
+    region = tuple(
+        mine & leaf for mine, leaf in zip(make_situation_box(survey.words, cells), box, strict=True)
+    )
     following = survey.lesson.automaton.state_names[outcome]
     nearest = survey.learners[state].examples[other]
     wish = "stay" if nearest.next == nearest.state else nearest.next

@@ -6,8 +6,13 @@ from collections.abc import Iterator
 from math import sqrt
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.cross_validation import HALVES, Score, left_out, with_half
-from understudy.coaching.lesson_analysis import Survey
+from understudy.coaching.cross_validation import (
+    HALVES,
+    Accuracy,
+    score_half_of_examples,
+    score_leave_one_out,
+)
+from understudy.coaching.lesson_analysis import LessonAnalysis
 from understudy.model.lesson import SklearnOptions
 
 LEAST_CASES = 8
@@ -15,17 +20,17 @@ LEAST_CASES = 8
 GOOD = 0.95
 
 
-def outlook(survey: Survey) -> Iterator[Advice]:
+def advise_on_accuracy(survey: LessonAnalysis) -> Iterator[Advice]:
     """One sentence on what was left out and foretold; nothing where too little was shown."""
-    whole = left_out(survey.learners, survey.trials)
+    whole = score_leave_one_out(survey.learners, survey.trials)
     if survey.scant or whole.of < LEAST_CASES:
         return
     slow = isinstance(survey.lesson.options.learner, SklearnOptions)
-    half = with_half(survey.learners, halves=1 if slow else HALVES)
+    half = score_half_of_examples(survey.learners, halves=1 if slow else HALVES)
     told = f"leave each example out in turn and I get {whole.right} of {whole.of} right"
     if whole.share >= GOOD:
         yield _advice(f"I have seen enough of what you showed: {told}.", 0.05)
-    elif helps(whole, half):
+    elif has_accuracy_grown(whole, half):
         sentence = f"More examples are likely to help: {told}, and with half of the others {half.share:.0%}."
         yield _advice(sentence, 0.35)
     else:
@@ -35,7 +40,7 @@ def outlook(survey: Survey) -> Iterator[Advice]:
         yield _advice(sentence, 0.3)
 
 
-def helps(whole: Score, half: Score) -> bool:
+def has_accuracy_grown(whole: Accuracy, half: Accuracy) -> bool:
     """Whether accuracy grew from half to all of the examples by more than its standard error."""
     error = sqrt(max(whole.share * (1 - whole.share), 0.01) / max(1, whole.of))
     return whole.share - half.share > error

@@ -8,17 +8,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.cross_validation import Learner, Trial, learners, trials
-from understudy.coaching.distances import Nearness
-from understudy.coaching.situation_sampling import completed, imagined, vectors_of
+from understudy.coaching.cross_validation import (
+    LeaveOneOutFit,
+    StateFit,
+    make_state_fits,
+    refit_without_examples,
+)
+from understudy.coaching.distances import FeatureDistances
+from understudy.coaching.situation_sampling import (
+    fill_own_features,
+    sample_similar_situations,
+    stack_example_vectors,
+)
 from understudy.coaching.situation_text import (
     Cells,
-    Wording,
-    box_of,
-    cells_of,
-    situation,
-    usual_of,
-    wordings,
+    FeaturePhrases,
+    describe_situation,
+    find_cells,
+    find_usual_cells,
+    make_feature_phrases,
+    make_situation_box,
 )
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Example, Lesson
@@ -29,7 +38,7 @@ ENOUGH = 3
 
 
 @dataclass(frozen=True)
-class Survey:
+class LessonAnalysis:
     """A lesson, what was learned from it, and by state what teaches it and what it would be without some of that.
 
     `situations` [M, F] are feature vectors the robot may come into, `cells` [M, F] the same in people's words.
@@ -37,11 +46,11 @@ class Survey:
 
     lesson: Lesson
     transitions: Mapping[str, Transition]
-    words: tuple[Wording, ...]
+    words: tuple[FeaturePhrases, ...]
     situations: NDArray[np.float64]
     cells: NDArray[np.int64]
-    learners: Mapping[str, Learner]
-    trials: Mapping[str, Sequence[Trial]]
+    learners: Mapping[str, StateFit]
+    trials: Mapping[str, Sequence[LeaveOneOutFit]]
 
     @classmethod
     def of(
@@ -49,27 +58,27 @@ class Survey:
         lesson: Lesson,
         transitions: Mapping[str, Transition],
         situations: NDArray[np.float64] | None = None,
-    ) -> Survey:
+    ) -> LessonAnalysis:
         """Look a lesson over; `situations` [M, F] are such as the robot may come into (None: they are imagined).
 
         What they say of the automaton's own features is taken from examples instead.
         """
-        seen = vectors_of(lesson)
+        seen = stack_example_vectors(lesson)
         if situations is None:
-            words = wordings(lesson.automaton.features, seen)
-            situations = imagined(lesson, seen)
+            words = make_feature_phrases(lesson.automaton.features, seen)
+            situations = sample_similar_situations(lesson, seen)
         else:
-            situations = completed(lesson, situations, seen)
-            words = wordings(lesson.automaton.features, np.concatenate([seen, situations]))
-        found = learners(lesson)
+            situations = fill_own_features(lesson, situations, seen)
+            words = make_feature_phrases(lesson.automaton.features, np.concatenate([seen, situations]))
+        found = make_state_fits(lesson)
         return cls(
             lesson,
             transitions,
             words,
             situations,
-            cells_of(words, situations),
+            find_cells(words, situations),
             found,
-            trials(lesson, found),
+            refit_without_examples(lesson, found),
         )
 
     @property
@@ -83,28 +92,30 @@ class Survey:
         return self.shown < ENOUGH
 
     def transition(self, state: str) -> Transition:
-        """What a state of `learners` learned."""
+        """What a state of `make_state_fits` learned."""
         return self.transitions[state]
 
-    def nearness(self, state: str) -> Nearness:
+    def nearness(self, state: str) -> FeatureDistances:
         """How near situations are to one another in a state."""
-        return Nearness(self.words, self.transitions.get(state))
+        return FeatureDistances(self.words, self.transitions.get(state))
 
     def said(self, state: str, cells: Cells) -> str:
         """A situation of a state in words; what is usual in its examples goes without saying."""
         rows = self.learners[state].shown.values
-        return situation(self.words, cells, usual_of(cells_of(self.words, rows), self.words))
+        return describe_situation(
+            self.words, cells, find_usual_cells(find_cells(self.words, rows), self.words)
+        )
 
     def where(self, state: str, example: Example) -> tuple[Box, str]:
         """The situation of an example, and how to say it: " when A is close"; nothing where it may be any."""
-        row = cells_of(self.words, np.array([example.values], np.float64).reshape(1, -1))[0]
+        row = find_cells(self.words, np.array([example.values], np.float64).reshape(1, -1))[0]
         cells = {
             feature: frozenset({int(cell)})
             for feature, cell in enumerate(row)
             if self.words[feature].cells != (cell,)  # it tells nothing: all values that were seen are one
         }
         said = self.said(state, cells)
-        return box_of(self.words, cells), f" when {said}" if said else ""
+        return make_situation_box(self.words, cells), f" when {said}" if said else ""
 
     def place(self, state: str) -> str:
         """Where a state's advice belongs: the state, or anywhere in a stateless automaton."""

@@ -16,7 +16,7 @@ from understudy.runtime.feature_columns import Sensing
 from understudy.sim.view import WorldView
 
 
-class Pose(NamedTuple):
+class RobotPose(NamedTuple):
     """Where a robot stands, m, and where it looks, rad."""
 
     x: float
@@ -37,7 +37,7 @@ class Placeable(Protocol):
         ...
 
 
-class Poser:
+class PoseSampler:
     """Puts one robot of a body here and there, and reads the body's features, whose parameters stand for `targets`."""
 
     def __init__(
@@ -60,31 +60,31 @@ class Poser:
         self._sensing = Sensing(ground, body)
         self._world = agent // len(body.view(0).robots)
 
-    def anywhere(self, draws: np.random.Generator, *, near: bool) -> Pose:
+    def anywhere(self, draws: np.random.Generator, *, near: bool) -> RobotPose:
         """A pose drawn at random: anywhere in the arena, or `near` one of the things in it."""
         view = self._place.view(self._world)
         heading = float(draws.random()) * tau
         things = [*zip(view.objects.x.tolist(), view.objects.y.tolist(), strict=True)]
         if not near or not things:
-            return Pose(float(draws.random()) * view.width, float(draws.random()) * view.height, heading)
+            return RobotPose(float(draws.random()) * view.width, float(draws.random()) * view.height, heading)
         x, y = things[int(draws.integers(len(things)))]
         far = float(draws.random()) ** 2 * max(view.width, view.height) / 2
         side = float(draws.random()) * tau
-        return self._inside(Pose(x + far * cos(side), y + far * sin(side), heading))
+        return self._inside(RobotPose(x + far * cos(side), y + far * sin(side), heading))
 
-    def beside(self, pose: Pose, draws: np.random.Generator, wide: float) -> Pose:
+    def beside(self, pose: RobotPose, draws: np.random.Generator, wide: float) -> RobotPose:
         """A pose a little off another; `wide` is how far, as a share of the arena and of half a turn."""
         view = self._place.view(self._world)
         off = draws.normal(0.0, wide, 3).tolist()
         size = max(view.width, view.height)
         heading = (pose.heading + off[2] * tau / 2) % tau
-        return self._inside(Pose(pose.x + off[0] * size, pose.y + off[1] * size, heading))
+        return self._inside(RobotPose(pose.x + off[0] * size, pose.y + off[1] * size, heading))
 
-    def _inside(self, pose: Pose) -> Pose:
+    def _inside(self, pose: RobotPose) -> RobotPose:
         view = self._place.view(self._world)
-        return Pose(min(max(pose.x, 0.0), view.width), min(max(pose.y, 0.0), view.height), pose.heading)
+        return RobotPose(min(max(pose.x, 0.0), view.width), min(max(pose.y, 0.0), view.height), pose.heading)
 
-    def values(self, pose: Pose) -> NDArray[np.float64] | None:
+    def values(self, pose: RobotPose) -> NDArray[np.float64] | None:
         """What the features read there [F], the automaton's own left absent; None where the robot cannot stand."""
         try:
             self._place.place(self.agent, *pose)
@@ -101,7 +101,7 @@ class Poser:
         return found
 
 
-def situations_in(
+def sample_posed_situations(
     body: Body,
     features: Sequence[BoundFeature],
     targets: Mapping[str, str],
@@ -114,7 +114,7 @@ def situations_in(
 
     The automaton's own features are left absent. The robot is left where it was put last.
     """
-    poser, draws = Poser(body, agent, features, targets), np.random.default_rng(seed)
+    poser, draws = PoseSampler(body, agent, features, targets), np.random.default_rng(seed)
     drawn = (poser.values(poser.anywhere(draws, near=bool(turn % 2))) for turn in range(2 * count))
     found = [values for values in drawn if values is not None][:count]
     return np.array(found, np.float64).reshape(len(found), len(features))

@@ -13,10 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from understudy.coaching.uncertainty import Doubt, Doubts
+from understudy.coaching.uncertainty import Uncertainty, UncertaintyModel
 from understudy.learning.fit import learn
 from understudy.runtime.body import rewinds
-from understudy.training.other_agents import Instant
+from understudy.training.other_agents import SessionSnapshot
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
@@ -27,7 +27,7 @@ REST_S = 2.0
 """So long after a question it does not ask another one: whoever is asked at every step hears nothing any more."""
 
 
-class When(StrEnum):
+class QueryPolicy(StrEnum):
     """What it does where it is unsure."""
 
     NEVER = "never"
@@ -46,8 +46,8 @@ class Question:
     state: str
     values: tuple[float, ...]
     next: str
-    doubt: Doubt
-    instant: Instant | None = None
+    doubt: Uncertainty
+    instant: SessionSnapshot | None = None
 
     @property
     def sentence(self) -> str:
@@ -56,10 +56,12 @@ class Question:
         return f"I am not sure: I would {does}, but {self.doubt.reason}. What is right?"
 
 
-class Asking:
+class UncertaintyQueries:
     """Looks over the shoulder of a session in testing; `marked` are the moments it was unsure of and went on."""
 
-    def __init__(self, session: Session, when: When = When.PAUSE, *, unsure: float = UNSURE) -> None:
+    def __init__(
+        self, session: Session, when: QueryPolicy = QueryPolicy.PAUSE, *, unsure: float = UNSURE
+    ) -> None:
         self.session, self.when, self.unsure = session, when, unsure
         self.marked: list[Question] = []
         self._asked: set[tuple[str, str]] = set()
@@ -73,7 +75,7 @@ class Asking:
         a question it rests for REST_S.
         """
         session = self.session
-        if self.when is When.NEVER or session.mode is not Mode.TESTING:
+        if self.when is QueryPolicy.NEVER or session.mode is not Mode.TESTING:
             return None
         screen = session.screen()
         rests = 0.0 <= screen.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
@@ -90,7 +92,7 @@ class Asking:
         outcome = -1 if function is None else function.decide(values)
         following = screen.state if outcome < 0 else session.automaton.state_names[outcome]
         question = Question(screen.time_s, screen.state, values, following, doubt)
-        if self.when is When.PAUSE:
+        if self.when is QueryPolicy.PAUSE:
             return question
         self._mark(question)
         return None
@@ -117,5 +119,5 @@ class Asking:
         if not self._for or any(new is not old for new, old in zip(key, self._for, strict=True)):
             lesson = self.session.lesson
             self._for, self._transitions = key, learn(lesson)
-            self._doubts = Doubts(lesson, self._transitions)
+            self._doubts = UncertaintyModel(lesson, self._transitions)
             self._asked.clear()

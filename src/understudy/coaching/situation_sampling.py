@@ -13,13 +13,15 @@ IMAGINED = 192
 SEED = 0
 
 
-def vectors_of(lesson: Lesson) -> NDArray[np.float64]:
+def stack_example_vectors(lesson: Lesson) -> NDArray[np.float64]:
     """The feature vectors of all examples [n, F], of whatever state."""
     rows = [example.values for example in lesson.examples]
     return np.array(rows, np.float64).reshape(len(rows), len(lesson.automaton.features))
 
 
-def imagined(lesson: Lesson, seen: NDArray[np.float64], count: int = IMAGINED) -> NDArray[np.float64]:
+def sample_similar_situations(
+    lesson: Lesson, seen: NDArray[np.float64], count: int = IMAGINED
+) -> NDArray[np.float64]:
     """Feature vectors [count, F] like those `seen` [n, F]: absent together what was absent together there, and every
     other reading of the body drawn evenly from all that was seen of it, or from all there is of an angle or a label.
 
@@ -40,7 +42,7 @@ def imagined(lesson: Lesson, seen: NDArray[np.float64], count: int = IMAGINED) -
     return found
 
 
-def completed(
+def fill_own_features(
     lesson: Lesson, situations: NDArray[np.float64], seen: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Situations [M, F] in which the automaton's own features are as in some moment `seen` [n, F]."""

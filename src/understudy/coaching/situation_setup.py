@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice
-from understudy.coaching.pose_sampling import Pose, Poser
+from understudy.coaching.pose_sampling import PoseSampler, RobotPose
 from understudy.errors import SessionError, join_names
 from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, TimeInState, TimerFeature
 from understudy.model.kinds import NO, Categorical, Toroidal
 from understudy.model.tree_regions import Box, ValueSet
 from understudy.runtime.interpreter import Level
-from understudy.training.other_agents import Instant, rewindable
+from understudy.training.other_agents import SessionSnapshot, require_rewindable
 from understudy.training.session import Session
 
 TRIES = 240
@@ -28,7 +28,7 @@ NEARBY = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Staged:
+class SetupResult:
     """What came of setting up a situation: `there` or as near as could be, `missed` naming the features that are not.
 
     `seed` is that of the world the robot is in now; None: the one it was in.
@@ -40,9 +40,9 @@ class Staged:
     seed: int | None = None
 
 
-def stage(
+def set_up_situation(
     session: Session, advice: Advice, *, seeds: Sequence[int] = (), tries: int = TRIES, draw: int = 0
-) -> Staged:
+) -> SetupResult:
     """Put the session's robot where the advice's situation holds, its automaton in the advice's state.
 
     Nothing is recorded. Of places in its region, the one nearest to what it looks at is taken. Where this world
@@ -57,10 +57,10 @@ def stage(
         raise SessionError(
             f"state {advice.state!r} raises a flag and is never left: nothing can be shown in it"
         )
-    body = rewindable(session.body)
+    body = require_rewindable(session.body)
     levels, own_missed = _levels(session, advice.state, region)
     targets = session.screen().targets
-    poser = Poser(session.body, session.agent, automaton.features, targets)
+    poser = PoseSampler(session.body, session.agent, automaton.features, targets)
     best: tuple[float, bytes, NDArray[np.float64], int | None] | None = None
     before = body.snapshot()
     draws = np.random.default_rng([draw, 7])
@@ -75,13 +75,13 @@ def stage(
     if best is None:
         best = (inf, before, np.full(len(automaton.features), np.nan), None)
     _, snapshot, values, seed = best
-    session.rewind(Instant(snapshot, levels, session.mode, session.company.snapshot()))
+    session.rewind(SessionSnapshot(snapshot, levels, session.mode, session.company.snapshot()))
     off_each = _misses(automaton.features, region, values)
     missed = (
         *(str(bound) for bound, off in zip(automaton.features, off_each, strict=False) if off > 0),
         *own_missed,
     )
-    return Staged(not missed, _said(advice, missed), missed, seed)
+    return SetupResult(not missed, _said(advice, missed), missed, seed)
 
 
 def _said(advice: Advice, missed: Sequence[str]) -> str:
@@ -92,7 +92,11 @@ def _said(advice: Advice, missed: Sequence[str]) -> str:
 
 
 def _tried(
-    poser: Poser, advice: Advice, features: Sequence[BoundFeature], draws: np.random.Generator, tries: int
+    poser: PoseSampler,
+    advice: Advice,
+    features: Sequence[BoundFeature],
+    draws: np.random.Generator,
+    tries: int,
 ) -> Iterator[tuple[float, NDArray[np.float64]]]:
     """Pose after pose that is better than those before, until all is as it should be: how far off it is, and what the
     features read there. Below 1 it lies in the region.
@@ -100,7 +104,7 @@ def _tried(
     if advice.region is None:
         yield 0.0, poser.read()
         return
-    best: tuple[float, Pose] | None = None
+    best: tuple[float, RobotPose] | None = None
     for turn in range(tries):
         if best is not None and turn > tries * NEARBY:
             pose = poser.beside(best[1], draws, 0.2 * (1 - turn / tries) ** 2 + 0.003)
@@ -141,11 +145,11 @@ def _misses(
     """How far each value is from its part of a region, 0 within; the automaton's own features are not looked at."""
     found = []
     for bound, part, value in zip(features, region, values, strict=False):
-        found.append(0.0 if bound.own else miss(bound, part, float(value)))
+        found.append(0.0 if bound.own else measure_miss(bound, part, float(value)))
     return found
 
 
-def miss(bound: BoundFeature, region: ValueSet, value: float) -> float:
+def measure_miss(bound: BoundFeature, region: ValueSet, value: float) -> float:
     """How far a value is from a region: 0 within, 1 as far as can be or otherwise than by degrees."""
     if value in region:
         return 0.0

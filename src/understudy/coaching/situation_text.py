@@ -54,7 +54,7 @@ PRESENT_WORDS: Mapping[str, str] = MappingProxyType({"not seen": "seen"})
 
 
 @dataclass(frozen=True, slots=True)
-class Wording:
+class FeaturePhrases:
     """How to speak of one feature whose values lie between `low` and `high`."""
 
     bound: BoundFeature
@@ -182,17 +182,19 @@ def _short(number: float) -> str:
     return f"{float(f'{number:.2g}'):.12g}"
 
 
-def wordings(features: Sequence[BoundFeature], seen: NDArray[np.float64]) -> tuple[Wording, ...]:
+def make_feature_phrases(
+    features: Sequence[BoundFeature], seen: NDArray[np.float64]
+) -> tuple[FeaturePhrases, ...]:
     """How to speak of features, given feature vectors [n, F] that were seen."""
     made = []
     for column, bound in enumerate(features):
         present = seen[:, column][~np.isnan(seen[:, column])]
         low, high = (float(present.min()), float(present.max())) if len(present) else (0.0, 0.0)
-        made.append(Wording(bound, low, high))
+        made.append(FeaturePhrases(bound, low, high))
     return tuple(made)
 
 
-def cells_of(words: Sequence[Wording], rows: NDArray[np.float64]) -> NDArray[np.int64]:
+def find_cells(words: Sequence[FeaturePhrases], rows: NDArray[np.float64]) -> NDArray[np.int64]:
     """The cell of each feature in each of n feature vectors [n, F]."""
     return (
         np.stack([word.cells_of(rows[:, column]) for column, word in enumerate(words)], axis=1)
@@ -201,7 +203,7 @@ def cells_of(words: Sequence[Wording], rows: NDArray[np.float64]) -> NDArray[np.
     )
 
 
-def within(cells: Cells, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+def match_cells(cells: Cells, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which of n situations [n, F], given as cells, are among these."""
     found = np.ones(len(rows), np.bool_)
     for feature, allowed in cells.items():
@@ -209,7 +211,7 @@ def within(cells: Cells, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
     return found
 
 
-def box_of(words: Sequence[Wording], cells: Cells) -> Box:
+def make_situation_box(words: Sequence[FeaturePhrases], cells: Cells) -> Box:
     """The feature vectors of a situation."""
     return tuple(
         word.region(cells[feature]) if feature in cells else make_full_value_set(word.bound.kind)
@@ -217,7 +219,7 @@ def box_of(words: Sequence[Wording], cells: Cells) -> Box:
     )
 
 
-def usual_of(rows: NDArray[np.int64], words: Sequence[Wording]) -> Cells:
+def find_usual_cells(rows: NDArray[np.int64], words: Sequence[FeaturePhrases]) -> Cells:
     """By feature, the label that most of n situations [n, F] have, given as cells; of those that have one."""
     found = {}
     for feature, word in enumerate(words):
@@ -228,7 +230,9 @@ def usual_of(rows: NDArray[np.int64], words: Sequence[Wording]) -> Cells:
     return found
 
 
-def situation(words: Sequence[Wording], cells: Cells, usual: Cells = MappingProxyType({})) -> str:
+def describe_situation(
+    words: Sequence[FeaturePhrases], cells: Cells, usual: Cells = MappingProxyType({})
+) -> str:
     """A situation in words: "A is behind you and close"; nothing where it may be any.
 
     What is as usual goes without saying, unless nothing else is to be said.

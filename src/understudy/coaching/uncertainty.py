@@ -14,18 +14,23 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.cross_validation import Learner, learners
-from understudy.coaching.distances import FAR, Nearness
+from understudy.coaching.cross_validation import StateFit, make_state_fits
+from understudy.coaching.distances import FAR, FeatureDistances
 from understudy.coaching.lesson_analysis import ENOUGH
-from understudy.coaching.situation_sampling import vectors_of
-from understudy.coaching.situation_text import Wording, cells_of, situation, wordings
+from understudy.coaching.situation_sampling import stack_example_vectors
+from understudy.coaching.situation_text import (
+    FeaturePhrases,
+    describe_situation,
+    find_cells,
+    make_feature_phrases,
+)
 from understudy.learning.training_set import teaching, vectors
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY, Tree
 
 
-class Because(StrEnum):
+class DoubtReason(StrEnum):
     """Why a decision is in doubt."""
 
     SHOWN = "shown"  # it is not
@@ -39,11 +44,11 @@ class Because(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Doubt:
+class Uncertainty:
     """How doubtful one decision is, 0 to 1, why, in words, and the examples concerned (numbers)."""
 
     amount: float
-    because: Because
+    because: DoubtReason
     reason: str
     examples: tuple[int, ...] = ()
 
@@ -58,46 +63,48 @@ MOST_OTHERS = 40
 """So many transition functions at most, each without one example, are asked in a state."""
 
 
-class Doubts:
+class UncertaintyModel:
     """How sure a lesson's transition functions can be; made once for a lesson, asked at every tick."""
 
     def __init__(self, lesson: Lesson, transitions: Mapping[str, Transition]) -> None:
-        self._words = wordings(lesson.automaton.features, vectors_of(lesson))
-        found = learners(lesson)
+        self._words = make_feature_phrases(lesson.automaton.features, stack_example_vectors(lesson))
+        found = make_state_fits(lesson)
         scant = sum(example.shown for learner in found.values() for example in learner.examples) < ENOUGH
         made = {
-            name: _State(learner, transitions[name], self._words, scant=scant)
+            name: _StateModel(learner, transitions[name], self._words, scant=scant)
             for name, learner in found.items()
         }
         shared = next(iter(made.values()), None)
         self._states = dict.fromkeys(teaching(lesson), shared) if lesson.automaton.stateless else made
         self._flags = {state.name for state in lesson.automaton.states if state.flag is not None}
 
-    def doubt(self, state: str, values: Sequence[float]) -> Doubt:
+    def doubt(self, state: str, values: Sequence[float]) -> Uncertainty:
         """How doubtful what is decided in a state for a feature vector is. A flag state is never left: no doubt."""
         known = self._states.get(state)
         if known is not None:
             return known.doubt(values)
         if state in self._flags:
-            return Doubt(0.0, Because.SHOWN, "a raised flag is never left")
-        return Doubt(NONE_SHOWN, Because.UNTAUGHT, f"nothing was ever shown in {state}")
+            return Uncertainty(0.0, DoubtReason.SHOWN, "a raised flag is never left")
+        return Uncertainty(NONE_SHOWN, DoubtReason.UNTAUGHT, f"nothing was ever shown in {state}")
 
 
-def doubt(lesson: Lesson, transition: Transition | None, state: str, values: Sequence[float]) -> Doubt:
-    """`Doubts.doubt` for one decision alone; whoever asks often keeps `Doubts`."""
-    return Doubts(lesson, {} if transition is None else dict.fromkeys(teaching(lesson), transition)).doubt(
-        state, values
-    )
+def estimate_uncertainty(
+    lesson: Lesson, transition: Transition | None, state: str, values: Sequence[float]
+) -> Uncertainty:
+    """`UncertaintyModel.doubt` for one decision alone; whoever asks often keeps `UncertaintyModel`."""
+    return UncertaintyModel(
+        lesson, {} if transition is None else dict.fromkeys(teaching(lesson), transition)
+    ).doubt(state, values)
 
 
-class _State:
+class _StateModel:
     """What one state knows of its own decisions."""
 
     def __init__(
-        self, learner: Learner, transition: Transition, words: Sequence[Wording], *, scant: bool
+        self, learner: StateFit, transition: Transition, words: Sequence[FeaturePhrases], *, scant: bool
     ) -> None:
         self._learner, self._transition, self._words, self._scant = learner, transition, words, scant
-        self._nearness, self._plain = Nearness(words, transition), Nearness(words, None)
+        self._nearness, self._plain = FeatureDistances(words, transition), FeatureDistances(words, None)
         self._rows = learner.shown.values
         self._numbers = [example.number for example in learner.examples]
         outcomes = learner.shown.outcomes
@@ -114,12 +121,14 @@ class _State:
         rows = [row for row in learner.pressed.tolist() if learner.examples[row].shown]
         return [(row, learner.without(row)) for row in rows[:: -(-len(rows) // MOST_OTHERS) or 1]]
 
-    def doubt(self, values: Sequence[float]) -> Doubt:
+    def doubt(self, values: Sequence[float]) -> Uncertainty:
         """The strongest of the reasons there are."""
         outcome = self._transition.decide(values)
         leaf = self._transition.path(values)[1] if self._split else STAY
         if outcome == STAY and isinstance(self._transition, Tree):
-            return Doubt(0.9, Because.UNSHOWN, f"nothing like this was ever shown in {self._learner.state}")
+            return Uncertainty(
+                0.9, DoubtReason.UNSHOWN, f"nothing like this was ever shown in {self._learner.state}"
+            )
         here = np.array(values, np.float64)
         apart = self._nearness.apart(self._rows, here)
         distances = self._nearness.together(apart)
@@ -132,60 +141,62 @@ class _State:
         if leaf in self._split:
             share, numbers = self._split[leaf]
             found.append(
-                Doubt(
+                Uncertainty(
                     min(1.0, 2.0 * share),
-                    Because.DISAGREEING,
+                    DoubtReason.DISAGREEING,
                     f"examples {', '.join(map(str, numbers))} want different things here",
                     numbers,
                 )
             )
         if self._scant:
-            found.append(Doubt(HARDLY, Because.SCANT, "hardly anything was shown yet"))
+            found.append(Uncertainty(HARDLY, DoubtReason.SCANT, "hardly anything was shown yet"))
         return max(found, key=lambda each: each.amount)
 
     def _far(
         self, distance: float, nearest: int, here: NDArray[np.float64], off: NDArray[np.float64]
-    ) -> Doubt:
+    ) -> Uncertainty:
         amount = min(1.0, distance / (2 * FAR))
         if amount < 0.5:
-            return Doubt(amount, Because.SHOWN, "something like it was shown", (self._numbers[nearest],))
-        cells = cells_of(self._words, here[None])[0]
+            return Uncertainty(
+                amount, DoubtReason.SHOWN, "something like it was shown", (self._numbers[nearest],)
+            )
+        cells = find_cells(self._words, here[None])[0]
         telling = {
             feature: frozenset({int(cells[feature])})
             for feature in np.flatnonzero(off >= 0.6 * off.max()).tolist()
         }
-        said = situation(self._words, telling)
-        return Doubt(
+        said = describe_situation(self._words, telling)
+        return Uncertainty(
             amount,
-            Because.FAR,
+            DoubtReason.FAR,
             f"nothing was shown in {self._learner.state} when {said}",
             (self._numbers[nearest],),
         )
 
-    def _hangs(self, values: Sequence[float], outcome: int, distances: NDArray[np.float64]) -> Doubt:
+    def _hangs(self, values: Sequence[float], outcome: int, distances: NDArray[np.float64]) -> Uncertainty:
         most, by = 0.0, -1
         for row, other in self._others:
             if other.decide(values) != outcome:
                 amount = HANGS * min(1.0, max(0.0, float(distances[row]) - CLOSE_BY) / FAR)
                 if amount > most:
                     most, by = amount, self._numbers[row]
-        return Doubt(most, Because.HANGING, f"only example {by} says so", (by,))
+        return Uncertainty(most, DoubtReason.HANGING, f"only example {by} says so", (by,))
 
-    def _otherwise(self, distances: NDArray[np.float64], outcome: int) -> Doubt:
+    def _otherwise(self, distances: NDArray[np.float64], outcome: int) -> Uncertainty:
         """All features alike, how much farther what was shown to be so is than what was shown to be otherwise."""
         same = self._same.get(outcome)
         if same is None:
-            return Doubt(0.0, Because.SHOWN, "")
+            return Uncertainty(0.0, DoubtReason.SHOWN, "")
         others = np.where(same, np.inf, distances)
         nearest = int(others.argmin())
         amount = min(1.0, max(0.0, float(distances[same].min() - others[nearest])) / (2 * FAR))
         example = self._learner.examples[nearest]
         wish = "stay" if example.next == example.state else f"go to {example.next}"
         reason = f"example {example.number}, which is nearest, says {wish}"
-        return Doubt(amount, Because.OTHERWISE, reason, (example.number,))
+        return Uncertainty(amount, DoubtReason.OTHERWISE, reason, (example.number,))
 
 
-def _split(learner: Learner, tree: Tree) -> dict[int, tuple[float, tuple[int, ...]]]:
+def _split(learner: StateFit, tree: Tree) -> dict[int, tuple[float, tuple[int, ...]]]:
     """The leaves whose examples want different things: the share of those outvoted, and the numbers of all in it.
 
     A default counts only where nobody said anything in its situation.

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.lesson_analysis import Survey
+from understudy.coaching.lesson_analysis import LessonAnalysis
 from understudy.errors import join_names
 from understudy.learning.training_set import heeded
 from understudy.model.tree import TestKind, Tree
 
 
-def never_left(survey: Survey) -> Iterator[Advice]:
+def advise_on_states_never_left(survey: LessonAnalysis) -> Iterator[Advice]:
     """States, other than flag states, that no example leaves; where it begins is the most urgent."""
     automaton, examples = survey.lesson.automaton, heeded(survey.lesson)
     if automaton.stateless:
@@ -28,7 +28,7 @@ def never_left(survey: Survey) -> Iterator[Advice]:
         yield Advice(AdviceKind.NEVER_LEFT, sentence, state.name, 0.9 if index == 0 else 0.6)
 
 
-def never_entered(survey: Survey) -> Iterator[Advice]:
+def advise_on_states_never_entered(survey: LessonAnalysis) -> Iterator[Advice]:
     """States that no example leads to."""
     automaton = survey.lesson.automaton
     entered = {example.next for example in heeded(survey.lesson)}
@@ -43,7 +43,7 @@ def never_entered(survey: Survey) -> Iterator[Advice]:
             )
 
 
-def idle(survey: Survey) -> Iterator[Advice]:
+def advise_on_unused_features(survey: LessonAnalysis) -> Iterator[Advice]:
     """Features that no tree asks about."""
     trees = [function for function in survey.transitions.values() if isinstance(function, Tree)]
     if survey.scant or not trees or len(trees) < len(survey.transitions):

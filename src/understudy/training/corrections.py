@@ -15,16 +15,16 @@ from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.tree import STAY
-from understudy.training.edits import counted, quarantined
-from understudy.training.feature_values import values_of
-from understudy.training.sample_buffer import Moment
-from understudy.training.trainee import Outcome
+from understudy.training.edits import describe_edit, set_quarantine
+from understudy.training.feature_values import compute_example_values
+from understudy.training.sample_buffer import Sample
+from understudy.training.trainee import TickResult
 
 SOON_S = 2.0
 """Who sends the robot back so soon after it switched says that it should not have switched."""
 
 
-class Switched:
+class LastSwitch:
     """The last switch that what was learned made by itself, as what a correction of it would show: stay."""
 
     def __init__(self, keys: tuple[ReadingKey, ...], steady: frozenset[str]) -> None:
@@ -33,9 +33,9 @@ class Switched:
 
     def forget(self) -> None:
         """What comes now has nothing to do with what was before."""
-        self._last: tuple[Moment, Outcome, Binding] | None = None
+        self._last: tuple[Sample, TickResult, Binding] | None = None
 
-    def see(self, outcome: Outcome, moment: Moment, binding: Binding) -> None:
+    def see(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
         """A tick without a press."""
         if outcome.next != outcome.state:
             self._last = moment, outcome, binding
@@ -53,10 +53,12 @@ class Switched:
             moment=0, own=outcome.own, binding=binding,
         )  # fmt: skip
         record = ReadingLog(self._keys, np.array([moment.values]), np.array([moment.seconds]))
-        return replace(stay, values=values_of(stay, lesson, record, steady=self._steady), moment=None)
+        return replace(
+            stay, values=compute_example_values(stay, lesson, record, steady=self._steady), moment=None
+        )
 
 
-class Unlearning:
+class CorrectionStep:
     """One correction: the lesson `before` it and `after`, which holds it. Judged only when somebody asks.
 
     Where it takes back a switch, `stay` is what should have been decided then, and that is judged first: the robot is
@@ -84,11 +86,11 @@ class Unlearning:
     def judgement(self) -> Judgement | None:
         """Where the mistake came from; None where what was learned before decides as the correction shows."""
         stay = self._stay
-        if stay is not None and decided(self._before, stay) != stay.next:
+        if stay is not None and decide_for_example(self._before, stay) != stay.next:
             judgement = judge(replace(self._after, examples=(*self._after.examples, stay)), stay)
             if judgement.suspects:
                 return judgement
-        if decided(self._before, self._correction) == self._correction.next:
+        if decide_for_example(self._before, self._correction) == self._correction.next:
             return None
         return judge(self._after, self._correction)
 
@@ -97,14 +99,14 @@ class Unlearning:
         if not self._after.options.unlearning or self.judgement is None or not self.judgement.suspects:
             return self._after, what
         reasons = self.judgement.reasons
-        return quarantined(self._after, reasons), f"{what}, {counted('quarantine', len(reasons))}"
+        return set_quarantine(self._after, reasons), f"{what}, {describe_edit('quarantine', len(reasons))}"
 
     def stands(self, lesson: Lesson) -> bool:
         """Whether the correction is still in the lesson, as it was made."""
         return any(example is self._correction for example in lesson.examples)
 
 
-def decided(lesson: Lesson, example: Example) -> str:
+def decide_for_example(lesson: Lesson, example: Example) -> str:
     """The next state that what is learned from a lesson decides for an example's state and values."""
     examples = teaching(lesson).get(example.state)
     if not examples:

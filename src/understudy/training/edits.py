@@ -14,10 +14,10 @@ from understudy.model.expectation import Expectation
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson
 from understudy.model.library import Library
-from understudy.training.lesson_design import check_names, chosen_feature, chosen_state
+from understudy.training.lesson_design import check_binding_names, parse_feature, parse_state
 
 
-class Choice(TypedDict, total=False):
+class DesignChange(TypedDict, total=False):
     """What can be chosen for a lesson; see `new_lesson`. `names`: new names of states by those they had."""
 
     states: Sequence[str | State]
@@ -30,7 +30,7 @@ class Choice(TypedDict, total=False):
     names: Mapping[str, str]
 
 
-class Edit(TypedDict, total=False):
+class ExampleChange(TypedDict, total=False):
     """What can be edited in an example; values by feature label."""
 
     state: str | None
@@ -38,25 +38,25 @@ class Edit(TypedDict, total=False):
     values: Mapping[str, float] | None
 
 
-def counted(what: str, examples: int) -> str:
+def describe_edit(what: str, examples: int) -> str:
     """What was done to so many examples, as undo names it."""
     return f"{what} {examples} example{'s' * (examples != 1)}"
 
 
-def deleted(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
+def delete_examples(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
     """The lesson without these examples; SessionError where one does not exist."""
     for number in numbers:
-        numbered(lesson, number)
+        find_example(lesson, number)
     return replace(
         lesson, examples=tuple(example for example in lesson.examples if example.number not in numbers)
     )
 
 
-def quarantined(lesson: Lesson, reasons: Mapping[int, str]) -> Lesson:
+def set_quarantine(lesson: Lesson, reasons: Mapping[int, str]) -> Lesson:
     """The lesson with these examples in quarantine, by number, each with the reason; "" takes one out again. The very
     same lesson where all of them are as they are to be.
     """
-    if all(numbered(lesson, number).quarantined == reason for number, reason in reasons.items()):
+    if all(find_example(lesson, number).quarantined == reason for number, reason in reasons.items()):
         return lesson
     return replace(
         lesson,
@@ -67,9 +67,9 @@ def quarantined(lesson: Lesson, reasons: Mapping[int, str]) -> Lesson:
     )
 
 
-def edited(lesson: Lesson, number: int, **change: Unpack[Edit]) -> Lesson:
+def edit_example(lesson: Lesson, number: int, **change: Unpack[ExampleChange]) -> Lesson:
     """The lesson with one example's state, next state or values (by feature label) changed."""
-    example, automaton = numbered(lesson, number), lesson.automaton
+    example, automaton = find_example(lesson, number), lesson.automaton
     state, following = change.get("state") or example.state, change.get("next") or example.next
     values = change.get("values") or {}
     automaton.index(following)
@@ -94,14 +94,16 @@ def edited(lesson: Lesson, number: int, **change: Unpack[Edit]) -> Lesson:
     return replace(lesson, examples=examples)
 
 
-def mended(lesson: Lesson, number: int, next: str) -> Lesson:
+def correct_press(lesson: Lesson, number: int, next: str) -> Lesson:
     """The lesson with a press as it was meant; the default that it recorded on its way there goes into quarantine."""
     beside = same_press(lesson, number)[1:]
-    lesson = edited(lesson, number, next=next)
-    return quarantined(lesson, dict.fromkeys(beside, f"Example {number} was a slip."))
+    lesson = edit_example(lesson, number, next=next)
+    return set_quarantine(lesson, dict.fromkeys(beside, f"Example {number} was a slip."))
 
 
-def rechosen(lesson: Lesson, library: Library, choice: Choice, targets: Mapping[str, str]) -> Lesson:
+def change_design(
+    lesson: Lesson, library: Library, choice: DesignChange, targets: Mapping[str, str]
+) -> Lesson:
     """The lesson with states, flags, features, parameters or options chosen anew; values are still the old
     ones.
 
@@ -111,12 +113,12 @@ def rechosen(lesson: Lesson, library: Library, choice: Choice, targets: Mapping[
     states = [state for state in old.states[1:] if state.flag is None]
     flags = [state for state in old.states[1:] if state.flag is not None]
     if "states" in choice:
-        states = [chosen_state(library, state) for state in choice["states"]]
+        states = [parse_state(library, state) for state in choice["states"]]
     if "flags" in choice:
         flags = [State(flag, flag=flag) for flag in choice["flags"]]
     features = old.features
     if "features" in choice:
-        features = tuple(chosen_feature(library, feature) for feature in choice["features"])
+        features = tuple(parse_feature(library, feature) for feature in choice["features"])
     automaton = replace(
         old,
         states=(old.states[0], *states, *flags),
@@ -124,7 +126,7 @@ def rechosen(lesson: Lesson, library: Library, choice: Choice, targets: Mapping[
         parameters=tuple(choice.get("parameters", old.parameters)),
         stateless=choice.get("stateless", old.stateless),
     )
-    check_names(library, automaton)
+    check_binding_names(library, automaton)
     names = {state.name: state for state in automaton.states}
     bound = {name: target for name, target in targets.items() if name in automaton.parameters}
     kept = tuple(
@@ -141,7 +143,7 @@ def rechosen(lesson: Lesson, library: Library, choice: Choice, targets: Mapping[
     )
 
 
-def numbered(lesson: Lesson, number: int) -> Example:
+def find_example(lesson: Lesson, number: int) -> Example:
     """The example of this number; SessionError where there is none."""
     for example in lesson.examples:
         if example.number == number:

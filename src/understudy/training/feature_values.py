@@ -28,12 +28,12 @@ from understudy.runtime.feature_columns import feature_column
 from understudy.runtime.interpreter import Machine, elapsed
 
 
-def steady_readings(body: Body) -> frozenset[str]:
+def list_steady_readings(body: Body) -> frozenset[str]:
     """The readings of a body that a reaction time never shifts: categories, which are events rather than motion."""
     return frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
 
 
-def own_readings(machine: Machine, now: float) -> dict[str, float]:
+def collect_own_values(machine: Machine, now: float) -> dict[str, float]:
     """What own features could read now: flag of what the automaton runs, counters, timers, time in state."""
     own = {f"counter {name}": value for name, value in machine.counters.items()}
     own |= {f"timer {name}": elapsed(now, since) for name, since in machine.timers.items()}
@@ -43,7 +43,7 @@ def own_readings(machine: Machine, now: float) -> dict[str, float]:
     return own
 
 
-def own_value(feature: AnyFeature, own: Mapping[str, float]) -> float | None:
+def find_own_value(feature: AnyFeature, own: Mapping[str, float]) -> float | None:
     """The value of an automaton's own feature among its recorded own readings; None for one of the body.
 
     What a switch changes is the automaton's own in the tick in which its state was entered.
@@ -59,7 +59,7 @@ def own_value(feature: AnyFeature, own: Mapping[str, float]) -> float | None:
     return own.get("time_in_state", nan)
 
 
-def shown(
+def compute_feature_values(
     features: Sequence[BoundFeature],
     own: Mapping[str, float],
     targets: Mapping[str, str],
@@ -70,7 +70,7 @@ def shown(
     """The values of features now, by their labels, for one agent whose parameters stand for these targets."""
     found = {}
     for bound in features:
-        value = own_value(bound.feature, own)
+        value = find_own_value(bound.feature, own)
         if value is None:
             ground = BoundFeature(bound.feature, bound.binding.within(targets))
             value = float(feature_column(ground, percept, agents=body.agents)[agent])
@@ -78,7 +78,7 @@ def shown(
     return found
 
 
-def values_of(
+def compute_example_values(
     example: Example, lesson: Lesson, record: ReadingLog, *, steady: frozenset[str]
 ) -> tuple[float, ...]:
     """The values of the lesson's features at an example's moment; `steady` readings (categories) are never
@@ -91,22 +91,24 @@ def values_of(
             f"example {example.number} of {lesson.name!r} was written by hand, without readings around it; "
             "delete it, or keep the features it was written for"
         )
-    percept = percept_at(example, record, reaction_s=lesson.options.reaction_s, steady=steady)
+    percept = get_shifted_percept(example, record, reaction_s=lesson.options.reaction_s, steady=steady)
     return tuple(_value(bound, example, percept) for bound in lesson.automaton.features)
 
 
-def percept_at(example: Example, record: ReadingLog, *, reaction_s: float, steady: frozenset[str]) -> Percept:
+def get_shifted_percept(
+    example: Example, record: ReadingLog, *, reaction_s: float, steady: frozenset[str]
+) -> Percept:
     """The snapshot of an example's moment, its shiftable readings taken `reaction_s` earlier if a press made
     it.
     """
-    row, shifted = example.moment or 0, shifted_row(example, record, reaction_s)
+    row, shifted = example.moment or 0, find_shifted_row(example, record, reaction_s)
     return {
         key: record.values[row if key[0] in steady else shifted, column : column + 1]
         for column, key in enumerate(record.keys)
     }
 
 
-def shifted_row(example: Example, record: ReadingLog, reaction_s: float) -> int:
+def find_shifted_row(example: Example, record: ReadingLog, reaction_s: float) -> int:
     """The row of the record nearest to `reaction_s` before an example's moment, if a press made it."""
     row = example.moment or 0
     if not (example.pressed and reaction_s > 0 and example.window > 0):
@@ -117,14 +119,16 @@ def shifted_row(example: Example, record: ReadingLog, reaction_s: float) -> int:
 
 
 def _value(bound: BoundFeature, example: Example, percept: Percept) -> float:
-    own = own_value(bound.feature, example.own)
+    own = find_own_value(bound.feature, example.own)
     if own is not None:
         return own
     ground = BoundFeature(bound.feature, bound.binding.within(example.binding))
     return float(feature_column(ground, percept, agents=1)[0])
 
 
-def valued(old: Lesson, new: Lesson, record: ReadingLog, *, steady: frozenset[str]) -> Lesson:
+def recompute_example_values(
+    old: Lesson, new: Lesson, record: ReadingLog, *, steady: frozenset[str]
+) -> Lesson:
     """The new lesson with its examples' values, which are still the old one's, computed again from the
     record.
 
@@ -137,7 +141,7 @@ def valued(old: Lesson, new: Lesson, record: ReadingLog, *, steady: frozenset[st
         if by_hand and None not in places:
             values = tuple(example.values[place] for place in places if place is not None)
         else:
-            values = values_of(example, new, record, steady=steady)
+            values = compute_example_values(example, new, record, steady=steady)
             if by_hand:
                 values = tuple(
                     value if place is None else example.values[place]

@@ -10,7 +10,7 @@ from understudy.runtime.interpreter import Level
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class HistoryStep:
     """What a step changes: the lesson, and the run state of its automaton."""
 
     lesson: Lesson
@@ -22,12 +22,12 @@ class History:
 
     def __init__(self, lesson: Lesson) -> None:
         self.lesson = lesson
-        self._done: list[tuple[str, Kept, Kept]] = []
-        self._undone: list[tuple[str, Kept, Kept]] = []
+        self._done: list[tuple[str, HistoryStep, HistoryStep]] = []
+        self._undone: list[tuple[str, HistoryStep, HistoryStep]] = []
 
     def step(self, what: str, lesson: Lesson, *, before: tuple[Level, ...], after: tuple[Level, ...]) -> None:
         """Take a step: `what` was done to the lesson, from run state `before` to `after`."""
-        self._done.append((what, Kept(self.lesson, before), Kept(lesson, after)))
+        self._done.append((what, HistoryStep(self.lesson, before), HistoryStep(lesson, after)))
         self._undone.clear()
         self.lesson = lesson
 
@@ -40,7 +40,7 @@ class History:
         if not self._done:
             raise SessionError("there is nothing to undo: no step has changed this lesson yet")
         step = self._done.pop()
-        self._undone.append((step[0], step[1], Kept(self.lesson, step[2].run)))
+        self._undone.append((step[0], step[1], HistoryStep(self.lesson, step[2].run)))
         self.lesson = step[1].lesson
         return step[0], step[1].run
 
@@ -49,7 +49,7 @@ class History:
         if not self._undone:
             raise SessionError("there is nothing to redo: nothing was undone since the last step")
         step = self._undone.pop()
-        self._done.append((step[0], Kept(self.lesson, step[1].run), step[2]))
+        self._done.append((step[0], HistoryStep(self.lesson, step[1].run), step[2]))
         self.lesson = step[2].lesson
         return step[0], step[2].run
 

@@ -22,15 +22,15 @@ from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, ReadingLog
 from understudy.runtime.interpreter import Level
 from understudy.storage.append_log import AppendLog, read_log
-from understudy.training.sample_buffer import Moment
-from understudy.training.trainee import Entry, Mode, Press
+from understudy.training.sample_buffer import Sample
+from understudy.training.trainee import FlagEntry, Mode, Press
 
 MAGIC = b"understudy journal 1\n"
 CHUNK_TICKS = 50
 SNAPSHOT_S = 5.0
 
 
-class Rows(msgspec.Struct, frozen=True):
+class ReadingRows(msgspec.Struct, frozen=True):
     """Rows of readings: float64, little-endian, compressed; the last column is the demonstrator's time."""
 
     count: int
@@ -40,7 +40,7 @@ class Rows(msgspec.Struct, frozen=True):
 # The tags of entries are part of the format: they stay, whatever the classes are called.
 
 
-class Began(msgspec.Struct, frozen=True, tag="Began"):
+class SessionStarted(msgspec.Struct, frozen=True, tag="Began"):
     """The session as it began."""
 
     lesson: bytes
@@ -51,15 +51,15 @@ class Began(msgspec.Struct, frozen=True, tag="Began"):
     about: dict[str, str | int | float | bool]
 
 
-class Ticks(msgspec.Struct, frozen=True, tag="Ticks"):
+class TicksLogged(msgspec.Struct, frozen=True, tag="Ticks"):
     """All readings of consecutive ticks, and the state of the taught automaton at each."""
 
     first: int
-    rows: Rows
+    rows: ReadingRows
     states: list[str]
 
 
-class Snapshot(msgspec.Struct, frozen=True, tag="Snapshot"):
+class SnapshotTaken(msgspec.Struct, frozen=True, tag="Snapshot"):
     """Body and automaton before a tick."""
 
     tick: int
@@ -68,13 +68,13 @@ class Snapshot(msgspec.Struct, frozen=True, tag="Snapshot"):
     mode: Mode
 
 
-class Pressed(msgspec.Struct, frozen=True, tag="Pressed"):
+class PressReceived(msgspec.Struct, frozen=True, tag="Pressed"):
     """A press, acknowledged once this is on disk."""
 
     press: Press
 
 
-class Stepped(msgspec.Struct, frozen=True, tag="Stepped"):
+class LessonChanged(msgspec.Struct, frozen=True, tag="Stepped"):
     """A step that changed the lesson; `press` is the press that made it, `design` the lesson without
     examples. Where it is a correction that takes back a switch, `stay` is what should have been decided then.
     """
@@ -84,40 +84,40 @@ class Stepped(msgspec.Struct, frozen=True, tag="Stepped"):
     design: bytes | None
     changed: list[Example]
     removed: list[int]
-    rows: Rows
+    rows: ReadingRows
     before: list[Level]
     after: list[Level]
     stay: Example | None = None
 
 
-class Acted(msgspec.Struct, frozen=True, tag="Acted"):
+class PressApplied(msgspec.Struct, frozen=True, tag="Acted"):
     """A press that acted and showed nothing."""
 
     press: int
     run: list[Level]
 
 
-class Accepted(msgspec.Struct, frozen=True, tag="Accepted"):
+class WatchedAccepted(msgspec.Struct, frozen=True, tag="Accepted"):
     """Watched examples: no step of their own."""
 
     examples: list[Example]
-    rows: Rows
+    rows: ReadingRows
 
 
-class Raised(msgspec.Struct, frozen=True, tag="Raised"):
+class FlagRaised(msgspec.Struct, frozen=True, tag="Raised"):
     """What was learned raised a flag: where a correction of the flag would be recorded."""
 
-    entry: Entry
-    rows: Rows
+    entry: FlagEntry
+    rows: ReadingRows
 
 
-class Went(msgspec.Struct, frozen=True, tag="Went"):
+class UndoRedo(msgspec.Struct, frozen=True, tag="Went"):
     """An undo, or a redo."""
 
     back: bool
 
 
-class Turned(msgspec.Struct, frozen=True, tag="Turned"):
+class ModeChanged(msgspec.Struct, frozen=True, tag="Turned"):
     """A change of mode, a restart, or other targets: what is not a step of the lesson."""
 
     mode: Mode
@@ -126,37 +126,37 @@ class Turned(msgspec.Struct, frozen=True, tag="Turned"):
     waiting: Press | None
 
 
-class Occupied(msgspec.Struct, frozen=True, tag="Occupied"):
+class OthersChanged(msgspec.Struct, frozen=True, tag="Occupied"):
     """What the agents do from here on that are not being taught: idle (None), or a behavior."""
 
     behavior: str | None
     targets: dict[str, str]
 
 
-class Attended(msgspec.Struct, frozen=True, tag="Attended"):
+class WatchingChanged(msgspec.Struct, frozen=True, tag="Attended"):
     """Whether somebody watches from here on."""
 
     watching: bool
 
 
-class Placed(msgspec.Struct, frozen=True, tag="Placed"):
+class RobotMoved(msgspec.Struct, frozen=True, tag="Placed"):
     """The robot did not get by itself to where it is from here on."""
 
 
 AnyEntry: TypeAlias = (
-    Began
-    | Ticks
-    | Snapshot
-    | Pressed
-    | Stepped
-    | Acted
-    | Accepted
-    | Raised
-    | Went
-    | Turned
-    | Occupied
-    | Attended
-    | Placed
+    SessionStarted
+    | TicksLogged
+    | SnapshotTaken
+    | PressReceived
+    | LessonChanged
+    | PressApplied
+    | WatchedAccepted
+    | FlagRaised
+    | UndoRedo
+    | ModeChanged
+    | OthersChanged
+    | WatchingChanged
+    | RobotMoved
 )
 
 _encode = msgspec.msgpack.Encoder(enc_hook=dict).encode  # a Binding is written as a plain mapping
@@ -169,13 +169,13 @@ class Journal:
     def __init__(self, path: Path | None = None) -> None:
         self.path = path
         self._log: AppendLog | None = None
-        self._ticks: list[tuple[Moment, str]] = []
+        self._ticks: list[tuple[Sample, str]] = []
         self._first = 0
         self._kept_rows = 0
         self._snapshot_tick: int | None = None  # none since the robot was placed elsewhere
 
     @classmethod
-    def begun(cls, path: Path | None, entry: Began, *, rows: int) -> Self:
+    def begun(cls, path: Path | None, entry: SessionStarted, *, rows: int) -> Self:
         """A new journal for a session whose lesson has a record of so many rows; FileError if the file
         exists.
         """
@@ -204,7 +204,7 @@ class Journal:
         if self._log is not None:
             self._log.write(_encode(entry), sync=sync)
 
-    def remember(self, moment: Moment, state: str) -> None:
+    def remember(self, moment: Sample, state: str) -> None:
         """A tick has been sensed."""
         if self._log is None:
             return
@@ -217,14 +217,14 @@ class Journal:
         if not self._ticks or self._log is None:
             return
         rows = np.array([(*moment.values, moment.seconds) for moment, _ in self._ticks])
-        self.write(Ticks(self._first, packed_rows(rows), [state for _, state in self._ticks]))
+        self.write(TicksLogged(self._first, pack_rows(rows), [state for _, state in self._ticks]))
         self._first += len(self._ticks)
         self._ticks.clear()
 
     def press(self, press: Press) -> int:
         """A press was made: on disk when this returns its number."""
         self.flush()
-        self.write(Pressed(press), sync=True)
+        self.write(PressReceived(press), sync=True)
         return press.number
 
     def wants_snapshot(self, tick_s: float) -> bool:
@@ -237,21 +237,21 @@ class Journal:
         """Keep body and automaton as they are before the next tick, once per tick."""
         if self._log is not None and self._snapshot_tick != self.tick:
             self._snapshot_tick = self.tick
-            self.write(Snapshot(self.tick, zlib.compress(body, 1), list(run), mode))
+            self.write(SnapshotTaken(self.tick, zlib.compress(body, 1), list(run), mode))
 
     def placed(self) -> None:
         """The robot was put elsewhere after the last tick."""
         self.flush()
-        self.write(Placed())
+        self.write(RobotMoved())
         self._snapshot_tick = None
 
-    def new_rows(self, record: ReadingLog) -> Rows:
+    def new_rows(self, record: ReadingLog) -> ReadingRows:
         """The rows of a record that no entry holds yet."""
         if self._log is None:
-            return Rows(0, b"")
+            return ReadingRows(0, b"")
         new = np.column_stack([record.values, record.seconds])[self._kept_rows :]
         self._kept_rows = len(record)
-        return packed_rows(new)
+        return pack_rows(new)
 
     def close(self) -> None:
         """Put everything on disk."""
@@ -274,11 +274,11 @@ def read_journal(path: Path) -> Iterator[AnyEntry]:
             ) from None
 
 
-def packed_rows(rows: NDArray[np.float64]) -> Rows:
+def pack_rows(rows: NDArray[np.float64]) -> ReadingRows:
     """Rows [M, K + 1] packed."""
-    return Rows(len(rows), zlib.compress(np.ascontiguousarray(rows, dtype="<f8").tobytes(), 1))
+    return ReadingRows(len(rows), zlib.compress(np.ascontiguousarray(rows, dtype="<f8").tobytes(), 1))
 
 
-def unpacked_rows(rows: Rows, width: int) -> NDArray[np.float64]:
+def unpack_rows(rows: ReadingRows, width: int) -> NDArray[np.float64]:
     """Rows [M, width]."""
     return np.frombuffer(zlib.decompress(rows.packed), dtype="<f8").reshape(rows.count, width)

@@ -16,57 +16,60 @@ from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.interpreter import Level
 from understudy.storage.document import decode_document, encode_document
-from understudy.training.corrections import Unlearning
+from understudy.training.corrections import CorrectionStep
 from understudy.training.history import History
 from understudy.training.journal import (
-    Accepted,
-    Acted,
     AnyEntry,
-    Attended,
-    Began,
-    Occupied,
-    Placed,
-    Pressed,
-    Raised,
-    Rows,
-    Snapshot,
-    Stepped,
-    Ticks,
-    Turned,
-    Went,
+    FlagRaised,
+    LessonChanged,
+    ModeChanged,
+    OthersChanged,
+    PressApplied,
+    PressReceived,
+    ReadingRows,
+    RobotMoved,
+    SessionStarted,
+    SnapshotTaken,
+    TicksLogged,
+    UndoRedo,
+    WatchedAccepted,
+    WatchingChanged,
     read_journal,
-    unpacked_rows,
+    unpack_rows,
 )
-from understudy.training.sample_buffer import Moment, Recorder
+from understudy.training.sample_buffer import Sample, SampleBuffer
 from understudy.training.trainee import Mode, Press
 
 
 @dataclass(slots=True)
-class Past:
+class ReplayedSession:
     """History, record, and where the session stands; a new session's is empty."""
 
     history: History
-    recorder: Recorder
+    recorder: SampleBuffer
     targets: dict[str, str] = field(default_factory=dict)
     agent: int = 0
     mode: Mode = Mode.TRAINING
     presses: int = 0
     waiting: Press | None = None
-    raised: Raised | None = None
+    raised: FlagRaised | None = None
     run: tuple[Level, ...] = ()
     body: bytes | None = None
     ticks: int = 0
     body_tick: int | None = None
     about: Mapping[str, str | int | float | bool] = field(default_factory=dict)
-    others: Occupied | None = None
+    others: OthersChanged | None = None
     watching: bool = True
-    unlearning: Unlearning | None = None
+    unlearning: CorrectionStep | None = None
 
     @classmethod
     def none(cls, lesson: Lesson, keys: Sequence[ReadingKey], targets: Mapping[str, str], agent: int) -> Self:
         """The past of a session that begins with a lesson."""
         return cls(
-            History(replace(lesson, record=ReadingLog())), Recorder(keys, lesson.record), dict(targets), agent
+            History(replace(lesson, record=ReadingLog())),
+            SampleBuffer(keys, lesson.record),
+            dict(targets),
+            agent,
         )
 
     @classmethod
@@ -74,7 +77,7 @@ class Past:
         """The past that a journal holds; FileError where it holds no session, or one with other readings."""
         entries = read_journal(path)
         began = next(entries, None)
-        if not isinstance(began, Began):
+        if not isinstance(began, SessionStarted):
             raise FileError(
                 path=path,
                 place="its first entry",
@@ -88,7 +91,7 @@ class Past:
                 problem="the session was with a body that has other readings",
                 remedy="resume it with the body it was with",
             )
-        lesson = lesson_from(began.lesson, library, path)
+        lesson = decode_journal_lesson(began.lesson, library, path)
         past = cls.none(lesson, began.keys, began.targets, began.agent)
         past.about = began.about
         for entry in entries:
@@ -98,45 +101,45 @@ class Past:
     def go_through(self, entry: AnyEntry, library: Library, path: Path) -> None:
         """Do again what a journal's entry says was done."""
         match entry:
-            case Ticks():
+            case TicksLogged():
                 self.ticks = entry.first + entry.rows.count
                 for moment in self._moments(entry.rows):
                     self.recorder.remember(moment)
-            case Snapshot():
+            case SnapshotTaken():
                 self.body, self.body_tick = zlib.decompress(entry.body), entry.tick
                 self.run, self.mode = tuple(entry.run), entry.mode
-            case Pressed():
+            case PressReceived():
                 self.waiting, self.presses, self.mode = entry.press, entry.press.number, Mode.TRAINING
-            case Acted():
+            case PressApplied():
                 self.waiting, self.run = None, tuple(entry.run)
-            case Stepped():
+            case LessonChanged():
                 self._keep(entry.rows)
                 before = self.history.lesson
-                after = changed(before, entry, library, path)
+                after = apply_lesson_step(before, entry, library, path)
                 self.history.step(entry.what, after, before=tuple(entry.before), after=tuple(entry.after))
                 self.run = tuple(entry.after)
                 if entry.press is not None:
                     self.waiting = None
-                    self.unlearning = Unlearning.replayed(before, after, entry.stay) or self.unlearning
-            case Accepted():
+                    self.unlearning = CorrectionStep.replayed(before, after, entry.stay) or self.unlearning
+            case WatchedAccepted():
                 self._keep(entry.rows)
                 self.history.amend(*entry.examples)
-            case Raised():
+            case FlagRaised():
                 self._keep(entry.rows)
                 self.raised = entry
-            case Went():
+            case UndoRedo():
                 _, self.run = self.history.undo() if entry.back else self.history.redo()
                 self.waiting = None
-            case Turned():
+            case ModeChanged():
                 self.mode, self.run, self.targets = entry.mode, tuple(entry.run), dict(entry.targets)
                 self.waiting = entry.waiting
-            case Occupied():
+            case OthersChanged():
                 self.others = entry
-            case Attended():
+            case WatchingChanged():
                 self.watching = entry.watching
-            case Placed():
+            case RobotMoved():
                 self.recorder.begin_episode()
-            case Began():
+            case SessionStarted():
                 raise FileError(
                     path=path,
                     place="",
@@ -144,21 +147,21 @@ class Past:
                     remedy="keep one per session",
                 )
 
-    def _keep(self, rows: Rows) -> None:
+    def _keep(self, rows: ReadingRows) -> None:
         for moment in self._moments(rows):
             self.recorder.keep(moment)
 
-    def _moments(self, rows: Rows) -> list[Moment]:
+    def _moments(self, rows: ReadingRows) -> list[Sample]:
         width = len(self.recorder.keys) + 1
-        return [Moment(seconds, tuple(values)) for *values, seconds in unpacked_rows(rows, width).tolist()]
+        return [Sample(seconds, tuple(values)) for *values, seconds in unpack_rows(rows, width).tolist()]
 
 
-def lesson_bytes(lesson: Lesson) -> bytes:
+def encode_journal_lesson(lesson: Lesson) -> bytes:
     """A lesson for the journal: its document, with nothing built."""
     return encode_document(TrainedAutomaton(lesson.automaton, lesson))
 
 
-def lesson_from(data: bytes, library: Library, path: Path) -> Lesson:
+def decode_journal_lesson(data: bytes, library: Library, path: Path) -> Lesson:
     """A lesson from the journal."""
     opened = decode_document(data, library.kit, path=path, learn=lambda lesson: {})
     if opened.taught.lesson is None:
@@ -166,7 +169,7 @@ def lesson_from(data: bytes, library: Library, path: Path) -> Lesson:
     return opened.taught.lesson
 
 
-def difference(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Example], list[int]]:
+def diff_lessons(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Example], list[int]]:
     """What a step did: the new design if it changed, examples that are new or changed, and those that are
     gone.
     """
@@ -176,18 +179,18 @@ def difference(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Exampl
         after.options,
         after.outcomes,
     ):
-        design = lesson_bytes(replace(after, examples=(), record=ReadingLog()))
+        design = encode_journal_lesson(replace(after, examples=(), record=ReadingLog()))
     old = {example.number: example for example in before.examples}
     new = {example.number for example in after.examples}
     different = [example for example in after.examples if old.get(example.number) is not example]
     return design, different, [number for number in old if number not in new]
 
 
-def changed(lesson: Lesson, step: Stepped, library: Library, path: Path) -> Lesson:
+def apply_lesson_step(lesson: Lesson, step: LessonChanged, library: Library, path: Path) -> Lesson:
     """The lesson after a step of a journal."""
     base = lesson
     if step.design is not None:
-        base = lesson_from(step.design, library, path)
+        base = decode_journal_lesson(step.design, library, path)
     new = {example.number: example for example in step.changed}
     kept = [new.pop(e.number, e) for e in lesson.examples if e.number not in step.removed]
     return replace(base, examples=(*kept, *new.values()), record=ReadingLog())

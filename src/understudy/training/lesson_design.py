@@ -35,18 +35,18 @@ def new_lesson(
         name,
         states=(
             START,
-            *(chosen_state(library, state) for state in states),
+            *(parse_state(library, state) for state in states),
             *(State(flag, flag=flag) for flag in flags),
         ),
-        features=tuple(chosen_feature(library, feature) for feature in features),
+        features=tuple(parse_feature(library, feature) for feature in features),
         parameters=tuple(parameters),
         stateless=stateless,
     )
-    check_names(library, automaton)
+    check_binding_names(library, automaton)
     return Lesson(automaton, options=options or LearnerOptions())
 
 
-def chosen_state(library: Library, text: str | State) -> State:
+def parse_state(library: Library, text: str | State) -> State:
     """A state by what it runs: "forward", "goto(food)"; "approach=goto(food)" names it, too."""
     if isinstance(text, State):
         return text
@@ -56,7 +56,7 @@ def chosen_state(library: Library, text: str | State) -> State:
     return State(name.strip() or behavior, behavior, binding)
 
 
-def chosen_feature(library: Library, text: str | BoundFeature) -> BoundFeature:
+def parse_feature(library: Library, text: str | BoundFeature) -> BoundFeature:
     """A feature of the kit with its parameters bound, or a flag that an automaton of the library raises:
     "distance_to(A)", "done".
     """
@@ -70,7 +70,7 @@ def chosen_feature(library: Library, text: str | BoundFeature) -> BoundFeature:
     return BoundFeature(feature, _bound(name, feature.parameters, arguments))
 
 
-def check_names(library: Library, automaton: Automaton) -> None:
+def check_binding_names(library: Library, automaton: Automaton) -> None:
     """Refuse an automaton whose bindings name neither one of its parameters nor a target of the kit."""
     targets = library.kit.targets
     for parameter in automaton.parameters:
@@ -101,7 +101,7 @@ def check_names(library: Library, automaton: Automaton) -> None:
                 )
 
 
-def check_targets(automaton: Automaton, targets: Mapping[str, str], known: Sequence[str]) -> None:
+def check_parameter_targets(automaton: Automaton, targets: Mapping[str, str], known: Sequence[str]) -> None:
     """Refuse what parameters are to stand for where there is no such parameter or target."""
     for parameter, target in targets.items():
         if parameter not in automaton.parameters:

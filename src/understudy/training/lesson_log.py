@@ -13,39 +13,39 @@ from understudy.learning.correction_diagnosis import Judgement
 from understudy.model.binding import Binding
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.runtime.interpreter import Level
-from understudy.training.corrections import Switched, Unlearning
-from understudy.training.feature_values import valued, values_of
+from understudy.training.corrections import CorrectionStep, LastSwitch
+from understudy.training.feature_values import compute_example_values, recompute_example_values
 from understudy.training.journal import (
-    Accepted,
-    Acted,
-    Attended,
+    FlagRaised,
     Journal,
-    Raised,
-    Stepped,
-    Turned,
-    Went,
+    LessonChanged,
+    ModeChanged,
+    PressApplied,
+    UndoRedo,
+    WatchedAccepted,
+    WatchingChanged,
 )
-from understudy.training.journal_replay import Past, difference
-from understudy.training.sample_buffer import Moment, compact
-from understudy.training.trainee import Entry, Mode, Outcome, Press
-from understudy.training.watched_examples import Agreed, Seen, Watching, vector
+from understudy.training.journal_replay import ReplayedSession, diff_lessons
+from understudy.training.sample_buffer import Sample, compact_reading_log
+from understudy.training.trainee import FlagEntry, Mode, Press, TickResult
+from understudy.training.watched_examples import WatchedBatch, WatchedBuffer, WatchedTick, make_example_key
 
 RunState: TypeAlias = tuple[Level, ...]
 
 
-class Notebook:
+class LessonLog:
     """Writes down one session. `steady` names the readings that a reaction time never shifts."""
 
-    def __init__(self, past: Past, journal: Journal, *, steady: frozenset[str]) -> None:
+    def __init__(self, past: ReplayedSession, journal: Journal, *, steady: frozenset[str]) -> None:
         self.journal = journal
         self.presses = past.presses
         self._watching = past.watching
         self._history, self._recorder = past.history, past.recorder
         self._steady = steady
-        self._watched = Watching()
+        self._watched = WatchedBuffer()
         self._counted: tuple[tuple[Example, ...], int] = ((), 0)
         self._unlearning = past.unlearning
-        self._switched = Switched(past.recorder.keys, steady)
+        self._switched = LastSwitch(past.recorder.keys, steady)
 
     @property
     def watching(self) -> bool:
@@ -55,7 +55,7 @@ class Notebook:
     @watching.setter
     def watching(self, watching: bool) -> None:
         self._watching = watching
-        self.journal.write(Attended(watching))
+        self.journal.write(WatchingChanged(watching))
 
     @property
     def lesson(self) -> Lesson:
@@ -75,7 +75,7 @@ class Notebook:
         """The lesson as it stands, with what was seen since and the record its examples need."""
         lesson, record = self.lesson, self._recorder.record
         seen = self._agreed().seen
-        return compact(
+        return compact_reading_log(
             replace(
                 lesson,
                 examples=(
@@ -106,18 +106,18 @@ class Notebook:
 
     # At every tick
 
-    def remember(self, moment: Moment, state: str) -> None:
+    def remember(self, moment: Sample, state: str) -> None:
         """A tick was sensed in this state of the automaton."""
         self._recorder.remember(moment)
         self.journal.remember(moment, state)
 
-    def raised(self, outcome: Outcome) -> Entry:
+    def raised(self, outcome: TickResult) -> FlagEntry:
         """What was learned raised a flag at this tick: where a correction of it belongs."""
-        entry = Entry(outcome.state, outcome.own, self._recorder.keep_last())
-        self.journal.write(Raised(entry, self.journal.new_rows(self._recorder.record)))
+        entry = FlagEntry(outcome.state, outcome.own, self._recorder.keep_last())
+        self.journal.write(FlagRaised(entry, self.journal.new_rows(self._recorder.record)))
         return entry
 
-    def see(self, outcome: Outcome, moment: Moment, binding: Binding) -> None:
+    def see(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
         """A tick passed without a press: watched, if the lesson wants it and somebody watches."""
         self._switched.see(outcome, moment, binding)
         automaton = self.lesson.automaton
@@ -127,16 +127,16 @@ class Notebook:
         if automaton.state(outcome.state).flag is None:
             kind = ExampleKind.WATCHED
             example = Example(0, outcome.state, (), outcome.next, kind, own=outcome.own, binding=binding)
-            self._watched.see(Seen(moment, example))
+            self._watched.see(WatchedTick(moment, example))
 
     def record(
-        self, outcome: Outcome, press: Press, binding: Binding, *, before: RunState, after: RunState
+        self, outcome: TickResult, press: Press, binding: Binding, *, before: RunState, after: RunState
     ) -> None:
         """A press acted at this tick: write down what it showed, from run state `before` to `after`."""
         self._watched.doubt(self._recorder.now, reaction_s=self.lesson.options.reaction_s)
         self.accept_watched()
         if not outcome.shown:
-            self.journal.write(Acted(press.number, list(after)))
+            self.journal.write(PressApplied(press.number, list(after)))
             return
         if outcome.shown[0].entry is not None:
             moment, window = outcome.shown[0].entry.moment, 0
@@ -158,15 +158,17 @@ class Notebook:
                 own=shown.own,
                 binding=binding,
             )
-            values = values_of(example, self.lesson, self._recorder.record, steady=self._steady)
+            values = compute_example_values(example, self.lesson, self._recorder.record, steady=self._steady)
             made.append(replace(example, values=values))
-        pressed = {vector(example) for example in made}
-        others = [each for each in self.lesson.examples if each.pressed or vector(each) not in pressed]
+        pressed = {make_example_key(example) for example in made}
+        others = [
+            each for each in self.lesson.examples if each.pressed or make_example_key(each) not in pressed
+        ]
         lesson = replace(self.lesson, examples=(*others, *made))
         what, stay = f"{made[0].state} → {made[0].next}", None
         if press.correction:
             stay = self._switched.undone_by(made[0], self.lesson, self._recorder.now)
-            self._unlearning = Unlearning(self.lesson, lesson, made[0], stay)
+            self._unlearning = CorrectionStep(self.lesson, lesson, made[0], stay)
             lesson, what = self._unlearning.step(what)
         self._switched.forget()
         self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
@@ -188,12 +190,12 @@ class Notebook:
         if agreed.seen:
             watched = self._numbered(agreed.seen, [self._recorder.keep(each.moment) for each in agreed.seen])
             self._history.amend(*watched)
-            self.journal.write(Accepted(watched, self.journal.new_rows(self._recorder.record)))
+            self.journal.write(WatchedAccepted(watched, self.journal.new_rows(self._recorder.record)))
 
-    def _agreed(self) -> Agreed:
+    def _agreed(self) -> WatchedBatch:
         return self._watched.agreed(self.lesson, self._recorder.keys, steady=self._steady)
 
-    def _numbered(self, seen: Sequence[Seen], rows: Sequence[int]) -> list[Example]:
+    def _numbered(self, seen: Sequence[WatchedTick], rows: Sequence[int]) -> list[Example]:
         """Watched examples with their numbers and their rows of the record."""
         first = self._next_number()
         return [
@@ -220,15 +222,15 @@ class Notebook:
         """
         if lesson is self.lesson:
             return
-        design, different, gone = difference(self.lesson, lesson)
+        design, different, gone = diff_lessons(self.lesson, lesson)
         rows = self.journal.new_rows(self._recorder.record)
-        entry = Stepped(what, press, design, different, gone, rows, list(before), list(after), stay)
+        entry = LessonChanged(what, press, design, different, gone, rows, list(before), list(after), stay)
         self.journal.write(entry, sync=press is None)
         self._history.step(what, lesson, before=before, after=after)
 
     def valued(self, lesson: Lesson) -> Lesson:
         """A lesson whose features or reaction time changed, with its examples' values computed again."""
-        return valued(self.lesson, lesson, self._recorder.record, steady=self._steady)
+        return recompute_example_values(self.lesson, lesson, self._recorder.record, steady=self._steady)
 
     def undo(self) -> tuple[str, RunState]:
         """Take the last step back: what it was, and the run state before it."""
@@ -244,8 +246,8 @@ class Notebook:
 
     def _went(self, *, back: bool) -> None:
         self._watched.forget()
-        self.journal.write(Went(back), sync=True)
+        self.journal.write(UndoRedo(back), sync=True)
 
     def turned(self, mode: Mode, run: RunState, targets: Mapping[str, str], waiting: Press | None) -> None:
         """The mode, the run state or what parameters stand for changed otherwise than by a press."""
-        self.journal.write(Turned(mode, list(run), dict(targets), waiting), sync=True)
+        self.journal.write(ModeChanged(mode, list(run), dict(targets), waiting), sync=True)

@@ -12,7 +12,7 @@ from understudy.runtime.body import Body, Rewindable, rewinds
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
-from understudy.training.journal import Occupied
+from understudy.training.journal import OthersChanged
 from understudy.training.trainee import Mode
 
 RunStates: TypeAlias = tuple[tuple[Level, ...], ...]
@@ -21,14 +21,14 @@ RunStates: TypeAlias = tuple[tuple[Level, ...], ...]
 NO_SIMULATION = "it is no simulation; drive the robot into position instead"
 
 
-def rewindable(body: Body) -> Rewindable:
+def require_rewindable(body: Body) -> Rewindable:
     """The body as one that can go back; SessionError where it cannot."""
     if not rewinds(body):
         raise SessionError(f"this body cannot be rewound: {NO_SIMULATION}")
     return body
 
 
-class Instant(NamedTuple):
+class SessionSnapshot(NamedTuple):
     """A moment of a session's run: the body, the run states of what is taught and of the others, and the mode."""
 
     body: bytes
@@ -37,10 +37,10 @@ class Instant(NamedTuple):
     others: RunStates
 
 
-class Company:
+class OtherAgents:
     """All agents of a body; the one being taught has a place among them, which `run` gives to whoever drives it."""
 
-    def __init__(self, body: Body, library: Library, past: Occupied | None = None) -> None:
+    def __init__(self, body: Body, library: Library, past: OthersChanged | None = None) -> None:
         self._body, self._library = body, library
         self.behave(None)
         if past is not None:
@@ -63,7 +63,7 @@ class Company:
         """Let all idle (None), or run a behavior of the library, or of another, from its start."""
         known = library or self._library
         program = IDLE_PROGRAM if behavior is None else link(known, behavior, binding or {})
-        self.occupied = Occupied(behavior, dict(binding or {}))
+        self.occupied = OthersChanged(behavior, dict(binding or {}))
         self._members = [Interpreter(program, now=self._body.time_s) for _ in range(self._body.agents)]
 
     def start(self) -> None:

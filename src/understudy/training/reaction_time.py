@@ -18,7 +18,7 @@ from understudy.model.features import BoundFeature, Percept
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, Lesson, ReadingLog
 from understudy.runtime.feature_columns import feature_column
-from understudy.training.feature_values import shifted_row
+from understudy.training.feature_values import find_shifted_row
 
 STEP_S = 0.05
 """Reaction times that are tried lie so far apart."""
@@ -35,7 +35,7 @@ Shifted: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Lateness:
+class ReactionEstimate:
     """How late presses come, s, with the bounds between which it lies, and the evidence in a sentence."""
 
     reaction_s: float
@@ -48,7 +48,7 @@ class Lateness:
         return self.evidence
 
 
-class _Told(NamedTuple):
+class _ShiftLikelihood(NamedTuple):
     """What the presses from one state to another tell by one feature: likelihood and scatter by shift."""
 
     state: str
@@ -64,7 +64,9 @@ class _Told(NamedTuple):
         return float(self.likelihood.max() - np.median(self.likelihood))
 
 
-def lateness(lesson: Lesson, *, steady: frozenset[str] = frozenset()) -> Lateness | None:
+def estimate_reaction_time(
+    lesson: Lesson, *, steady: frozenset[str] = frozenset()
+) -> ReactionEstimate | None:
     """How late the directives of a lesson came, from its record; None where that is too little to tell.
 
     `steady` names readings that are never shifted, see `steady_readings`. The reaction time that the lesson has
@@ -82,7 +84,7 @@ def lateness(lesson: Lesson, *, steady: frozenset[str] = frozenset()) -> Latenes
     if best == 0 and total[0] - total[-1] < CLEAR:
         return None
     clearest = max(told, key=lambda each: each.likelihood[best] - each.likelihood[0])
-    return Lateness(
+    return ReactionEstimate(
         float(SHIFTS_S[best]), float(likely[0]), float(likely[-1]), presses, _evidence(clearest, best)
     )
 
@@ -103,7 +105,7 @@ def _reaches(example: Example, lesson: Lesson) -> bool:
     return bool(seconds[moment] - seconds[moment - example.window] >= SHIFTS_S[-1] - 1e-9)
 
 
-def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -> _Told | None:
+def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -> _ShiftLikelihood | None:
     """What a group tells by the feature that depends most on the shift; None where none moves."""
     percept, found = _percept(lesson.record, group, steady), []
     for bound in lesson.automaton.features:
@@ -115,13 +117,17 @@ def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -
         scatter = _scatter(values, bound)
         if scatter.min() > 0:
             likelihood = -len(group) * np.log(scatter)
-            found.append(_Told(group[0].state, group[0].next, bound, len(group), likelihood, scatter))
+            found.append(
+                _ShiftLikelihood(group[0].state, group[0].next, bound, len(group), likelihood, scatter)
+            )
     return max(found, key=lambda each: each.weight, default=None)
 
 
 def _percept(record: ReadingLog, group: Sequence[Example], steady: frozenset[str]) -> Percept:
     """All readings of a group: shift by shift, and for each of them press by press."""
-    rows = np.array([[shifted_row(each, record, shift) for each in group] for shift in SHIFTS_S.tolist()])
+    rows = np.array(
+        [[find_shifted_row(each, record, shift) for each in group] for shift in SHIFTS_S.tolist()]
+    )
     unshifted = np.broadcast_to(rows[0], rows.shape)
     return {
         key: record.values[(unshifted if key[0] in steady else rows).ravel(), column]
@@ -166,7 +172,7 @@ def _scatter(values: Shifted, bound: BoundFeature) -> NDArray[np.float64]:
     return found
 
 
-def _evidence(told: _Told, best: int) -> str:
+def _evidence(told: _ShiftLikelihood, best: int) -> str:
     unit = f" {told.bound.feature.unit}" if told.bound.feature.unit else ""
     now, then = told.scatter[0], told.scatter[best]
     where = f"the {told.presses} presses from {told.state} to {told.next}"

@@ -18,14 +18,14 @@ from understudy.model.lesson import LONGEST_REACTION_S, Lesson, ReadingLog
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class Sample:
     """Readings at one tick, with the demonstrator's time."""
 
     seconds: float
     values: tuple[float, ...]
 
 
-class Recorder:
+class SampleBuffer:
     """Recent moments of one agent, and the rows kept for its lesson."""
 
     def __init__(self, keys: Sequence[ReadingKey], record: ReadingLog | None = None) -> None:
@@ -41,13 +41,13 @@ class Recorder:
             record.seconds,
         )
         self._kept = len(record)
-        self._episode: deque[Moment] = deque()
+        self._episode: deque[Sample] = deque()
 
     def begin_episode(self) -> None:
         """Forget the moments before now: the robot did not get here by itself."""
         self._episode.clear()
 
-    def remember(self, moment: Moment) -> None:
+    def remember(self, moment: Sample) -> None:
         """A tick has passed; its readings may be wanted for LONGEST_REACTION_S."""
         episode = self._episode
         episode.append(moment)
@@ -63,7 +63,7 @@ class Recorder:
         """Keep the last moment alone: its row."""
         return self.keep(self._episode[-1])
 
-    def keep(self, moment: Moment) -> int:
+    def keep(self, moment: Sample) -> int:
         """Keep a moment for good; its row."""
         if self._kept == len(self._values):
             self._values = np.concatenate([self._values, np.zeros_like(self._values)])
@@ -83,7 +83,7 @@ class Recorder:
         return ReadingLog(self.keys, self._values[: self._kept], self._seconds[: self._kept])
 
 
-def compact(lesson: Lesson) -> Lesson:
+def compact_reading_log(lesson: Lesson) -> Lesson:
     """The lesson with only those rows of its record that its examples use."""
     used = sorted(
         {

@@ -23,16 +23,29 @@ from understudy.runtime.body import Body, Resettable, every_key, rewinds
 from understudy.runtime.interpreter import Interpreter, Level
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
-from understudy.training.edits import Choice, Edit, counted, deleted, edited, mended, quarantined, rechosen
-from understudy.training.feature_values import own_readings, shown, steady_readings
-from understudy.training.journal import Began, Journal
-from understudy.training.journal_replay import Past, lesson_bytes
-from understudy.training.lesson_design import check_names, check_targets
-from understudy.training.lesson_log import Notebook
-from understudy.training.other_agents import NO_SIMULATION, Company, Instant, rewindable
-from understudy.training.sample_buffer import Moment
-from understudy.training.session_view import Screen
-from understudy.training.trainee import Mode, Outcome, Press, Trainee
+from understudy.training.edits import (
+    DesignChange,
+    ExampleChange,
+    change_design,
+    correct_press,
+    delete_examples,
+    describe_edit,
+    edit_example,
+    set_quarantine,
+)
+from understudy.training.feature_values import (
+    collect_own_values,
+    compute_feature_values,
+    list_steady_readings,
+)
+from understudy.training.journal import Journal, SessionStarted
+from understudy.training.journal_replay import ReplayedSession, encode_journal_lesson
+from understudy.training.lesson_design import check_binding_names, check_parameter_targets
+from understudy.training.lesson_log import LessonLog
+from understudy.training.other_agents import NO_SIMULATION, OtherAgents, SessionSnapshot, require_rewindable
+from understudy.training.sample_buffer import Sample
+from understudy.training.session_view import SessionView
+from understudy.training.trainee import Mode, Press, TickResult, Trainee
 
 
 class Session:
@@ -59,9 +72,11 @@ class Session:
             problem, remedy = f"is {agent} of {body.agents} agents", "count from 0"
             raise SettingError(where="session", setting="agent", problem=problem, remedy=remedy)
         keys = every_key(body)
-        check_targets(lesson.automaton, targets or {}, body.targets)
-        self._begin(body, library, Past.none(lesson, keys, targets or {}, agent), clock)
-        began = Began(lesson_bytes(lesson), agent, list(keys), body.tick_s, self._targets, dict(about or {}))
+        check_parameter_targets(lesson.automaton, targets or {}, body.targets)
+        self._begin(body, library, ReplayedSession.none(lesson, keys, targets or {}, agent), clock)
+        began = SessionStarted(
+            encode_journal_lesson(lesson), agent, list(keys), body.tick_s, self._targets, dict(about or {})
+        )
         self._notebook.journal = Journal.begun(journal, began, rows=len(lesson.record))
 
     @classmethod
@@ -72,7 +87,7 @@ class Session:
 
         The lesson is as it was; body and automaton are as at the last snapshot, if the body can be rewound.
         """
-        past = Past.replayed(journal, library, every_key(body))
+        past = ReplayedSession.replayed(journal, library, every_key(body))
         goes_on = False
         if past.body is not None and rewinds(body):
             body.restore(past.body)
@@ -84,16 +99,18 @@ class Session:
             session._notebook.begin_episode()
         return session
 
-    def _begin(self, body: Body, library: Library, past: Past, clock: Callable[[], float] | None) -> None:
+    def _begin(
+        self, body: Body, library: Library, past: ReplayedSession, clock: Callable[[], float] | None
+    ) -> None:
         self.body, self.library, self.agent = body, library, past.agent
         self.paused, self._targets = False, past.targets
         self._clock = clock or (lambda: body.time_s)
         self._keys = every_key(body)
-        self._notebook = Notebook(past, Journal(), steady=steady_readings(body))
-        self.company = Company(body, library, past.others)
+        self._notebook = LessonLog(past, Journal(), steady=list_steady_readings(body))
+        self.company = OtherAgents(body, library, past.others)
         self._driving: Interpreter | None = None
         self._percept: Percept | None = None
-        check_names(library, self.automaton)
+        check_binding_names(library, self.automaton)
         self.trainee = self._new_trainee(self._notebook.lesson, past.mode)  # another one after each change
         self.trainee.restore(past.run, now=body.time_s)
         self.trainee.keep(past.waiting, past.raised.entry if past.raised else None)
@@ -147,17 +164,19 @@ class Session:
     def watching(self, watching: bool) -> None:
         self._notebook.watching = watching
 
-    def screen(self) -> Screen:
+    def screen(self) -> SessionView:
         """What a person sees now."""
         machine, press = self.trainee.taught, self.trainee.press
-        own = own_readings(machine, self.body.time_s)
-        return Screen(
+        own = collect_own_values(machine, self.body.time_s)
+        return SessionView(
             time_s=self.body.time_s,
             mode=self.mode,
             state=machine.state_name,
             path=self.trainee.path,
             flag=machine.flag,
-            features=shown(self.automaton.features, own, self._targets, self.percept, self.body, self.agent),
+            features=compute_feature_values(
+                self.automaton.features, own, self._targets, self.percept, self.body, self.agent
+            ),
             states=self.automaton.state_names,
             targets=dict(self._targets),
             waiting=None if press is None else press.state or machine.state_name,
@@ -194,7 +213,7 @@ class Session:
         if notebook.journal.wants_snapshot(self.body.tick_s):
             self._keep_snapshot()
         readings = tuple(float(percept[key][self.agent]) for key in self._keys)
-        moment = Moment(self._clock(), readings)
+        moment = Sample(self._clock(), readings)
         notebook.remember(moment, trainee.taught.state_name)
         before = self.run_state if trainee.press else ()
         commands = self._run.decide(percept)
@@ -203,7 +222,7 @@ class Session:
         self.body.act(commands)
         self._percept = None
 
-    def _write_down(self, outcome: Outcome, moment: Moment, before: tuple[Level, ...]) -> None:
+    def _write_down(self, outcome: TickResult, moment: Sample, before: tuple[Level, ...]) -> None:
         binding = Binding(self._targets)
         if outcome.press is not None:
             self._notebook.record(outcome, outcome.press, binding, before=before, after=self.run_state)
@@ -247,13 +266,15 @@ class Session:
         self.company.start()
         self.restart()
 
-    def instant(self) -> Instant:
+    def instant(self) -> SessionSnapshot:
         """This moment of the run, to come back to with `rewind`; SessionError where the body cannot be rewound."""
-        return Instant(rewindable(self.body).snapshot(), self.run_state, self.mode, self.company.snapshot())
+        return SessionSnapshot(
+            require_rewindable(self.body).snapshot(), self.run_state, self.mode, self.company.snapshot()
+        )
 
-    def rewind(self, instant: Instant) -> None:
+    def rewind(self, instant: SessionSnapshot) -> None:
         """Go back to a moment of this session, world and automata both; the lesson stays, and nothing is recorded."""
-        rewindable(self.body).restore(instant.body)
+        require_rewindable(self.body).restore(instant.body)
         self.company.restore(instant.others)
         self.moved()
         self.trainee.press, self.trainee.mode = None, instant.mode
@@ -284,7 +305,7 @@ class Session:
 
     def stand_for(self, **targets: str) -> None:
         """Let parameters stand for other targets from now on."""
-        check_targets(self.automaton, targets, self.body.targets)
+        check_parameter_targets(self.automaton, targets, self.body.targets)
         self._notebook.begin_episode()
         self._targets |= targets
         self._relink(self._new_trainee(self._notebook.lesson, self.mode))
@@ -324,30 +345,30 @@ class Session:
 
     def delete(self, *numbers: int) -> None:
         """Delete examples by number."""
-        self._change(counted("delete", len(numbers)), deleted(self._notebook.lesson, numbers))
+        self._change(describe_edit("delete", len(numbers)), delete_examples(self._notebook.lesson, numbers))
 
     def quarantine(self, reasons: Mapping[int, str]) -> None:
         """Let examples teach nothing for now, by number, each for a reason; "" lets one teach again."""
-        what = counted("quarantine" if any(reasons.values()) else "release", len(reasons))
-        self._change(what, quarantined(self._notebook.lesson, reasons))
+        what = describe_edit("quarantine" if any(reasons.values()) else "release", len(reasons))
+        self._change(what, set_quarantine(self._notebook.lesson, reasons))
 
-    def edit(self, number: int, **change: Unpack[Edit]) -> None:
+    def edit(self, number: int, **change: Unpack[ExampleChange]) -> None:
         """Edit an example: its state, its next state, or its values by feature label."""
-        self._change(f"edit example {number}", edited(self._notebook.lesson, number, **change))
+        self._change(f"edit example {number}", edit_example(self._notebook.lesson, number, **change))
 
     def mend(self, number: int, next: str) -> None:
         """Say what a press was meant for, by its example's number: it slipped."""
-        self._change(f"mend example {number}", mended(self._notebook.lesson, number, next))
+        self._change(f"mend example {number}", correct_press(self._notebook.lesson, number, next))
 
-    def choose(self, *, targets: Mapping[str, str] | None = None, **choice: Unpack[Choice]) -> None:
+    def choose(self, *, targets: Mapping[str, str] | None = None, **choice: Unpack[DesignChange]) -> None:
         """Choose states, flags, features, parameters, statelessness or options anew; what is not given stays.
 
         Examples stay, valued from the record; those of states that are gone are dropped. `targets`: for parameters.
         """
         self._notebook.accept_watched()
         stand_for = {**self._targets, **(targets or {})}
-        lesson = rechosen(self._notebook.lesson, self.library, choice, stand_for)
-        check_targets(lesson.automaton, targets or {}, self.body.targets)
+        lesson = change_design(self._notebook.lesson, self.library, choice, stand_for)
+        check_parameter_targets(lesson.automaton, targets or {}, self.body.targets)
         self._change(f"choose {' and '.join(choice)}", self._notebook.valued(lesson), targets)
 
     def _change(self, what: str, lesson: Lesson, targets: Mapping[str, str] | None = None) -> None:

@@ -9,7 +9,7 @@ from understudy.training.trainee import Mode
 
 
 @dataclass(frozen=True, slots=True)
-class Screen:
+class SessionView:
     """One moment of a session as a person sees it.
 
     `features` has the current value of each chosen feature by its label ("distance_to(A)"); absent is NaN, a

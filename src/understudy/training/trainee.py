@@ -17,7 +17,7 @@ from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import Sensing
 from understudy.runtime.interpreter import Interpreter, Machine, Row
 from understudy.runtime.program import Program
-from understudy.training.feature_values import own_readings
+from understudy.training.feature_values import collect_own_values
 
 
 class Mode(StrEnum):
@@ -38,7 +38,7 @@ class Press:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class FlagEntry:
     """Where what was learned raised a flag: the state it left, its own readings, and the row of that tick."""
 
     state: str
@@ -47,25 +47,25 @@ class Entry:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class PressExample:
     """One example that a press made: at this tick, or at the tick a flag was raised."""
 
     state: str
     next: str
     kind: ExampleKind
     own: Mapping[str, float]
-    entry: Entry | None = None  # where it belongs, if not to this tick
+    entry: FlagEntry | None = None  # where it belongs, if not to this tick
 
 
 @dataclass(slots=True)
-class Outcome:
+class TickResult:
     """What one tick of the trainee did: where it came from, where it went, what a press showed."""
 
     state: str
     next: str
     own: Mapping[str, float]
     press: Press | None = None
-    shown: list[Shown] = field(default_factory=list)
+    shown: list[PressExample] = field(default_factory=list)
     raised: bool = False  # it decided by itself to enter a flag state
 
 
@@ -79,15 +79,15 @@ class Trainee(Interpreter):
         self.taught: Machine = self.root
         self.mode = mode
         self.press: Press | None = None
-        self.entry: Entry | None = None
-        self.outcome = Outcome("", "", {})
+        self.entry: FlagEntry | None = None
+        self.outcome = TickResult("", "", {})
 
     def start(self, now: float) -> None:
         """Start the root afresh."""
         super().start(now)
         self.entry = None
 
-    def keep(self, press: Press | None, entry: Entry | None) -> None:
+    def keep(self, press: Press | None, entry: FlagEntry | None) -> None:
         """Take over a press that waits and where a flag was raised, if their states are still there."""
         automaton = self.taught.automaton
         if press is not None and press.state in (None, *automaton.state_names):
@@ -99,9 +99,9 @@ class Trainee(Interpreter):
     def pulse(self, row: Row, now: float) -> int:
         """One tick, decided by a press, by the demonstrator's silence or by what was learned (`outcome`)."""
         machine, states = self.taught, self.taught.automaton.state_names
-        before, own = machine.state_name, own_readings(machine, now)
+        before, own = machine.state_name, collect_own_values(machine, now)
         press, self.press = self.press, None
-        outcome = Outcome(before, before, own, press)
+        outcome = TickResult(before, before, own, press)
         if press is not None:
             self._obey(press, outcome, now)
             basic = machine.active.pulse(row, now)
@@ -121,7 +121,7 @@ class Trainee(Interpreter):
         row = Sensing(self.program.features, body).columns(percept)[:, agent].tolist()
         return tuple((machine, machine.values(row, body.time_s)) for machine in self.active)
 
-    def _obey(self, press: Press, outcome: Outcome, now: float) -> None:
+    def _obey(self, press: Press, outcome: TickResult, now: float) -> None:
         machine, automaton = self.taught, self.taught.automaton
         before = machine.state_name
         after = press.state if press.state is not None else before
@@ -129,20 +129,22 @@ class Trainee(Interpreter):
         if automaton.state(before).flag is not None:
             self._obey_at_flag(press, after, outcome, now)
         elif after == before:
-            outcome.shown.append(Shown(before, before, ExampleKind.CONFIRMATION, outcome.own))
+            outcome.shown.append(PressExample(before, before, ExampleKind.CONFIRMATION, outcome.own))
         else:
-            outcome.shown.append(Shown(before, after, ExampleKind.DIRECTIVE, outcome.own))
+            outcome.shown.append(PressExample(before, after, ExampleKind.DIRECTIVE, outcome.own))
             self._switch(after, now)
             if automaton.state(after).flag is None:
-                outcome.shown.append(Shown(after, after, ExampleKind.DEFAULT, own_readings(machine, now)))
+                outcome.shown.append(
+                    PressExample(after, after, ExampleKind.DEFAULT, collect_own_values(machine, now))
+                )
 
-    def _obey_at_flag(self, press: Press, after: str, outcome: Outcome, now: float) -> None:
+    def _obey_at_flag(self, press: Press, after: str, outcome: TickResult, now: float) -> None:
         """A flag that what was learned raised is corrected there; a directed one leaves no trace."""
         flagged = self.taught.state_name
         if press.correction and self.entry is not None:
             state = self.entry.state
             kind = ExampleKind.CONFIRMATION if after == state else ExampleKind.DIRECTIVE
-            outcome.shown.append(Shown(state, after, kind, self.entry.own, self.entry))
+            outcome.shown.append(PressExample(state, after, kind, self.entry.own, self.entry))
         if after != flagged:
             self._switch(after, now)
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, Lesson, ReadingLog
-from understudy.training.feature_values import values_of
-from understudy.training.sample_buffer import Moment
+from understudy.training.feature_values import compute_example_values
+from understudy.training.sample_buffer import Sample
 
 STAY_APART_S = 0.3
 SHORTEST_DOUBT_S = 0.4
@@ -22,29 +22,29 @@ REACTION_MARGIN_S = 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class WatchedTick:
     """One tick that nobody objected to so far."""
 
-    moment: Moment
+    moment: Sample
     example: Example  # without row or number yet
 
 
 @dataclass(frozen=True, slots=True)
-class Agreed:
+class WatchedBatch:
     """Ticks that become examples, and when each state was last seen to stay."""
 
-    seen: tuple[Seen, ...]
+    seen: tuple[WatchedTick, ...]
     last_stay: dict[str, float]
 
 
-class Watching:
+class WatchedBuffer:
     """The ticks seen since the last press, and which of them become examples."""
 
     def __init__(self) -> None:
-        self._seen: list[Seen] = []
+        self._seen: list[WatchedTick] = []
         self._last_stay: dict[str, float] = {}
 
-    def see(self, seen: Seen) -> None:
+    def see(self, seen: WatchedTick) -> None:
         """A tick passed in silence."""
         self._seen.append(seen)
 
@@ -61,10 +61,10 @@ class Watching:
         """Drop what was seen."""
         self._seen.clear()
 
-    def agreed(self, lesson: Lesson, keys: Sequence[ReadingKey], *, steady: frozenset[str]) -> Agreed:
+    def agreed(self, lesson: Lesson, keys: Sequence[ReadingKey], *, steady: frozenset[str]) -> WatchedBatch:
         """What was seen as examples of the lesson, thinned: transitions, and stays apart in time."""
         agreed, last_stay = [], dict(self._last_stay)
-        known = {vector(example) for example in lesson.examples}
+        known = {make_example_key(example) for example in lesson.examples}
         for seen in self._seen:
             example = seen.example
             if example.next == example.state:
@@ -72,19 +72,19 @@ class Watching:
                     continue
                 last_stay[example.state] = seen.moment.seconds
             alone = ReadingLog(tuple(keys), np.array([seen.moment.values]), np.array([seen.moment.seconds]))
-            values = values_of(replace(example, moment=0), lesson, alone, steady=steady)
+            values = compute_example_values(replace(example, moment=0), lesson, alone, steady=steady)
             example = replace(example, values=values)
-            if vector(example) not in known:
-                known.add(vector(example))
-                agreed.append(Seen(seen.moment, example))
-        return Agreed(tuple(agreed), last_stay)
+            if make_example_key(example) not in known:
+                known.add(make_example_key(example))
+                agreed.append(WatchedTick(seen.moment, example))
+        return WatchedBatch(tuple(agreed), last_stay)
 
-    def accept(self, agreed: Agreed) -> None:
+    def accept(self, agreed: WatchedBatch) -> None:
         """These have become examples."""
         self._seen.clear()
         self._last_stay = agreed.last_stay
 
 
-def vector(example: Example) -> tuple[str | float | None, ...]:
+def make_example_key(example: Example) -> tuple[str | float | None, ...]:
     """An example's state and values; absent readings are alike."""
     return (example.state, *(None if value != value else value for value in example.values))

@@ -18,13 +18,13 @@ from understudy.model.kinds import NO, YES, Column, Continuous
 from understudy.model.lesson import Lesson
 from understudy.model.library import Kit, Library
 from understudy.sim.forage import kit as usual_kit
-from understudy.training.lesson_design import chosen_feature
-from understudy.training.session_view import Screen
+from understudy.training.lesson_design import parse_feature
+from understudy.training.session_view import SessionView
 from understudy_lab.tasks.forage_teacher import CAPACITY, TOPICS
 from understudy_lab.teachers.person import Seen, Wish
 from understudy_lab.teachers.teacher import Topic
 
-Translate: TypeAlias = Callable[[Screen], Mapping[str, float]]
+Translate: TypeAlias = Callable[[SessionView], Mapping[str, float]]
 """What of the usual features a person knows of a screen that does not show them."""
 
 
@@ -58,7 +58,7 @@ kit = usual_kit + Kit.of(signed_angle_to, round_angle_to, sine_to, cosine_to)
 def with_angle_as(*features: str) -> tuple[Topic, ...]:
     """The usual topics, with these features in place of the angle."""
 
-    def angle(screen: Screen) -> Mapping[str, float]:
+    def angle(screen: SessionView) -> Mapping[str, float]:
         values = [screen.features[name] for name in features]
         return {"angle_to(A)": (values[0] if len(values) == 1 else atan2(*values)) % tau}
 
@@ -94,13 +94,13 @@ def without_flags() -> tuple[Topic, ...]:
     """The usual topics, but no automaton sees the flag of the one below: it has to tell by other readings."""
     goto, harvest, deposit, forage = TOPICS
 
-    def at_food(screen: Screen) -> Mapping[str, float]:
+    def at_food(screen: SessionView) -> Mapping[str, float]:
         return {"done": YES if screen.features["food_below_me"] > 0 else NO}
 
-    def at_station(screen: Screen) -> Mapping[str, float]:
+    def at_station(screen: SessionView) -> Mapping[str, float]:
         return {"done": screen.features["at_station"]}
 
-    def half_done(screen: Screen) -> Mapping[str, float]:
+    def half_done(screen: SessionView) -> Mapping[str, float]:
         stored, left = screen.features["food_stored"], screen.features["food_left"]
         harvested = stored >= CAPACITY or left == NO
         return {"done": YES if (harvested if screen.state == "harvest" else stored == 0) else NO}
@@ -118,7 +118,7 @@ def _choosing(topic: Topic, features: Sequence[str]) -> Topic:
 
     def choose(library: Library) -> Lesson:
         lesson = topic.choose(library)
-        bound = tuple(chosen_feature(library, name) for name in features)
+        bound = tuple(parse_feature(library, name) for name in features)
         return replace(lesson, automaton=replace(lesson.automaton, features=bound))
 
     return replace(topic, choose=choose)
@@ -127,7 +127,7 @@ def _choosing(topic: Topic, features: Sequence[str]) -> Topic:
 def _seen_as(topic: Topic, translate: Translate) -> Topic:
     """The topic for a person who translates what they see."""
 
-    def known(screen: Screen) -> Screen:
+    def known(screen: SessionView) -> SessionView:
         return replace(screen, features={**screen.features, **translate(screen)})
 
     def wish(of: Wish) -> Wish:

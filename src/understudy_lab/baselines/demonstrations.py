@@ -8,7 +8,7 @@ import numpy as np
 
 from understudy.model.library import Library
 from understudy.training.session import Session
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.baselines.recording_body import Aboard, Recording, Ticks
 from understudy_lab.baselines.tasks import Exercise
 from understudy_lab.teachers.person import Person, Seen
@@ -67,7 +67,7 @@ class Demonstrator:
             self._recording.on = True
         pressed = self._person.presses, self._person.seconds
 
-        def enough(screen: Screen) -> bool:
+        def enough(screen: SessionView) -> bool:
             nonlocal pressed
             presses, seconds = self._person.presses, self._person.seconds
             if presses > pressed[0]:

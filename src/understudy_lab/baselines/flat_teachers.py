@@ -6,7 +6,7 @@ from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.behavior_suite.wall_following import AHEAD, LEFT, wanted
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, FACING, all_home
 from understudy_lab.tasks.servo_teacher import (
@@ -27,7 +27,7 @@ ASIDE = 0.3
 """From here on, standing, they would turn before they drive, rad."""
 
 
-def show_foraging(screen: Screen) -> str | None:
+def show_foraging(screen: SessionView) -> str | None:
     """Turn to food, drive there, load; when full, or when no food is left, the same with the station."""
     seen, state = screen.features, screen.state
     stored, left = seen["food_stored"], seen["food_left"] == YES
@@ -80,7 +80,7 @@ class Servo:
     def __init__(self, search: str = "left") -> None:
         self._search = self._side = search
 
-    def __call__(self, screen: Screen) -> str | None:
+    def __call__(self, screen: SessionView) -> str | None:
         """The basic behavior it would rather have the robot do."""
         x, turning = blob_x(screen), screen.state.startswith("turn")
         if screen.state == "start":
@@ -99,7 +99,7 @@ class Follower:
     def __init__(self, hand: str) -> None:
         self._hand, self._seeking = hand, True
 
-    def __call__(self, screen: Screen) -> str | None:
+    def __call__(self, screen: SessionView) -> str | None:
         """The basic behavior it would rather have the robot do."""
         if screen.state == "start":
             self._seeking = True

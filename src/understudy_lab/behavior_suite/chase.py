@@ -15,7 +15,7 @@ from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario, TargetOf, Walk
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, Turning, bearing, rover
 from understudy_lab.behavior_suite.tracks import Table, Tracks, signed
 from understudy_lab.teachers.person import after
@@ -41,17 +41,17 @@ NEAR_M, FAR_M = 0.5, 0.75
 FACING, ASTRAY = 0.12, 0.5
 
 
-def show(screen: Screen) -> str | None:
+def show(screen: SessionView) -> str | None:
     """Turn to it, drive to it, wait beside it, and go after it where it leaves."""
     return _wanted(screen, astray=ASTRAY, near=NEAR_M, far=FAR_M)
 
 
-def complain(screen: Screen) -> str | None:
+def complain(screen: SessionView) -> str | None:
     """Where it drives past the hare, turns on past it, runs it over, or lets it go."""
     return _wanted(screen, astray=1.6 * ASTRAY, near=0.3, far=1.0)
 
 
-def _wanted(screen: Screen, *, astray: float, near: float, far: float) -> str | None:
+def _wanted(screen: SessionView, *, astray: float, near: float, far: float) -> str | None:
     distance, off = screen.features["distance_to(A)"], bearing(screen)
     state, toward = screen.state, "rotate_left" if off > 0 else "rotate_right"
     if isnan(distance) or (state == "wait" and distance < far):

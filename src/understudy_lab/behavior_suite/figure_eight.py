@@ -14,7 +14,7 @@ from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario, TargetOf
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, bearing, by_turns, rover
 from understudy_lab.behavior_suite.tracks import Table, Tracks, Yes, in_turn, signed
 from understudy_lab.teachers.person import Seen, after, raised
@@ -65,10 +65,10 @@ def circle(side: int) -> Topic:
     """Circling A, which stays on one side."""
     name, across = f"circle_{SIDES[side]}", Push("forward", f"veer_{SIDES[side]}", 2.2)
 
-    def show(screen: Screen) -> str | None:
+    def show(screen: SessionView) -> str | None:
         return circling(screen.state, side * bearing(screen), side)
 
-    def complain(screen: Screen) -> str | None:
+    def complain(screen: SessionView) -> str | None:
         return circling(screen.state, side * bearing(screen), side, slack=0.4)
 
     return Topic(
@@ -92,7 +92,7 @@ def circle(side: int) -> Topic:
     )
 
 
-def _straight(screen: Screen) -> bool:
+def _straight(screen: SessionView) -> bool:
     return screen.state == "forward"
 
 
@@ -105,12 +105,12 @@ def lap(side: int) -> Topic:
     """Around A until B comes ahead, to be passed on the other side."""
     name, circling = f"lap_{SIDES[side]}", f"circle_{SIDES[side]}"
 
-    def wanted(screen: Screen, least: float) -> str | None:
+    def wanted(screen: SessionView, least: float) -> str | None:
         if screen.state == "start":
             return circling
         return "done" if least < -side * bearing(screen, "B") < LEAVING[1] else None
 
-    def complain(screen: Screen) -> str | None:
+    def complain(screen: SessionView) -> str | None:
         if screen.state == "done":
             return None if 0.0 < -side * bearing(screen, "B") < 1.1 else circling
         return wanted(screen, LEAVING[0] + 0.15)
@@ -137,7 +137,7 @@ def lap(side: int) -> Topic:
     )
 
 
-def _turned_from(screen: Screen) -> bool:
+def _turned_from(screen: SessionView) -> bool:
     """B is behind."""
     return abs(bearing(screen, "B")) > 1.5
 

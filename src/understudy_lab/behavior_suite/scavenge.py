@@ -16,7 +16,7 @@ from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Capture, Objects, Robots, Scenario, TargetOf
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.behavior_suite.task import CAMERA, SPEED, TICK_S, Feat, Judged, Trial, rover
 from understudy_lab.behavior_suite.tracks import Tracks
 from understudy_lab.teachers.person import Seen, after
@@ -44,17 +44,17 @@ def _toward(off: float) -> str:
     return "rotate_left" if off < 0 else "rotate_right"
 
 
-def show_approach(screen: Screen) -> str | None:
+def show_approach(screen: SessionView) -> str | None:
     """Turn until it is in the middle of the picture, drive on."""
     return _approached(screen, ASIDE, CENTERED)
 
 
-def complain_approach(screen: Screen) -> str | None:
+def complain_approach(screen: SessionView) -> str | None:
     """Where it drives past it, or turns on past it."""
     return _approached(screen, WAY_ASIDE, -20.0)
 
 
-def _approached(screen: Screen, aside: float, centered: float) -> str | None:
+def _approached(screen: SessionView, aside: float, centered: float) -> str | None:
     off = screen.features["blob_x(A)"] - MIDDLE
     if isnan(off):
         return None
@@ -66,7 +66,7 @@ def _approached(screen: Screen, aside: float, centered: float) -> str | None:
     return "forward" if left < centered else None
 
 
-def _gone(screen: Screen) -> bool:
+def _gone(screen: SessionView) -> bool:
     return screen.time_s > 1.0 and isnan(screen.features["blob_x(A)"])
 
 
@@ -97,17 +97,17 @@ APPROACH = Topic(
 )
 
 
-def show_scavenge(screen: Screen) -> str | None:
+def show_scavenge(screen: SessionView) -> str | None:
     """Look around; approach what is seen; wander where a whole turn showed nothing."""
     return _scavenged(screen, patience=1.0)
 
 
-def complain_scavenge(screen: Screen) -> str | None:
+def complain_scavenge(screen: SessionView) -> str | None:
     """Where it does not take what it sees, or looks or wanders for far too long or too short."""
     return _scavenged(screen, patience=1.4)
 
 
-def _scavenged(screen: Screen, patience: float) -> str | None:
+def _scavenged(screen: SessionView, patience: float) -> str | None:
     seen, passed = not isnan(screen.features["blob_x(can)"]), screen.features["time_in_state"]
     if screen.state == "approach":
         return None if seen else "search"

@@ -17,7 +17,7 @@ from understudy.model.library import Kit
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import Camera, Locator, RobotType, Sonar
 from understudy.sim.world import World
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.behavior_suite.tracks import Tracks, Yes
 from understudy_lab.teachers.person import Wish
 from understudy_lab.teachers.teacher import MakesBody, Topic
@@ -116,7 +116,7 @@ def rover(*moves: str, sensor: Sonar | Locator | Camera = LOCATOR, team: str | N
     )
 
 
-def bearing(screen: Screen, of: str = "A") -> float:
+def bearing(screen: SessionView, of: str = "A") -> float:
     """Signed bearing of a target on the screen, left positive, rad."""
     return (screen.features[f"angle_to({of})"] + pi) % tau - pi
 
@@ -124,7 +124,7 @@ def bearing(screen: Screen, of: str = "A") -> float:
 def by_turns(first: str, second: str) -> Wish:
     """One, and when that is done the other, over and over."""
 
-    def wish(screen: Screen) -> str | None:
+    def wish(screen: SessionView) -> str | None:
         if screen.state == "start":
             return first
         if screen.features["done"] != YES:

@@ -16,7 +16,7 @@ from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Region, Robots, Scenario, TargetOf
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, Turning, bearing, by_turns, rover
 from understudy_lab.behavior_suite.tracks import Table, Tracks, held, signed
 from understudy_lab.teachers.person import raised
@@ -48,7 +48,7 @@ SEEN_TWICE = 10
 BEE_AND_CAT = {"A": "bee", "B": "cat"}
 
 
-def _turned(screen: Screen, facing: float) -> str | None:
+def _turned(screen: SessionView, facing: float) -> str | None:
     off = bearing(screen)
     if screen.state == "done" or abs(off) < facing:
         return "done"
@@ -57,7 +57,7 @@ def _turned(screen: Screen, facing: float) -> str | None:
     return "done" if (off < 0) == (screen.state == "rotate_left") and abs(off) < 1.5 else None
 
 
-def complain_face(screen: Screen) -> str | None:
+def complain_face(screen: SessionView) -> str | None:
     """Where it turns on past it, idles, or says too early that it is there."""
     off = bearing(screen)
     if screen.state == "start":
@@ -91,7 +91,7 @@ FACE = Topic(
 )
 
 
-def settling(screen: Screen, slack: float) -> str | None:
+def settling(screen: SessionView, slack: float) -> str | None:
     """What a person wants who lets this much (m) pass: face A, drive on or back, and say when the distance is right."""
     off = screen.features["distance_to(A)"] - SIDE_M
     if screen.state in ("start", "done"):
@@ -128,7 +128,7 @@ complain_line_up = by_turns("settle_A", "settle_B")
 """Where it does not go on to the other, who may have moved."""
 
 
-def show_line_up(screen: Screen) -> str | None:
+def show_line_up(screen: SessionView) -> str | None:
     """Settle with A, then with B, over and over, until it has been seen twice."""
     return None if screen.examples >= SEEN_TWICE else complain_line_up(screen)
 

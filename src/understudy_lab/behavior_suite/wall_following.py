@@ -13,7 +13,7 @@ from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.behavior_suite.random_rooms import (
     Plot,
     apart,
@@ -55,7 +55,7 @@ def follow(name: str, hand: str, practice: str, *, cases: int, seconds: float) -
     """Following a wall with one hand on it: seek one, go along it, veer to it, turn off where it ends ahead."""
     beside = f"sonar_{hand}"
 
-    def pressing(slack: float) -> Callable[[Screen], str | None]:
+    def pressing(slack: float) -> Callable[[SessionView], str | None]:
         return lambda screen: wanted(
             screen.state, screen.features[AHEAD], screen.features[beside], hand, slack
         )

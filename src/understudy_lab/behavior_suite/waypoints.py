@@ -15,7 +15,7 @@ from understudy.sim.kit import kit_of
 from understudy.sim.scenario.schema import Objects, Robots, Scenario, TargetOf
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, Turning, bearing, rover
 from understudy_lab.behavior_suite.tracks import Table, Tracks, in_turn, signed
 from understudy_lab.tasks import forage_teacher
@@ -41,13 +41,13 @@ SCENARIO = Scenario(
 def _beside(side: int, nearest: float, farthest: float) -> Seen:
     """The post to the left (1) or right (-1), this near or far, m."""
 
-    def suits(screen: Screen) -> bool:
+    def suits(screen: SessionView) -> bool:
         return 0.8 < side * bearing(screen) < 2.6 and nearest < screen.features["distance_to(A)"] < farthest
 
     return suits
 
 
-def _underway(screen: Screen) -> bool:
+def _underway(screen: SessionView) -> bool:
     return screen.state == "forward" and abs(bearing(screen)) < forage_teacher.ASTRAY
 
 
@@ -78,7 +78,7 @@ ROUNDS = [f"goto({name})" for name in NAMES]
 STATES = [f"to_{name}" for name in NAMES]
 
 
-def show(screen: Screen) -> str | None:
+def show(screen: SessionView) -> str | None:
     """To the next post where the robot says that it is there."""
     if screen.state == "start":
         return STATES[0]
@@ -87,7 +87,7 @@ def show(screen: Screen) -> str | None:
     return STATES[(STATES.index(screen.state) + 1) % POSTS]
 
 
-def _rounds_shown(screen: Screen) -> bool:
+def _rounds_shown(screen: SessionView) -> bool:
     return screen.time_s > 30.0 and screen.state == STATES[1]
 
 

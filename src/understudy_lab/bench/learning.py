@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.analysis.lesson_replay import replayed
-from understudy.coaching.give_advice import advice
-from understudy.coaching.uncertainty import Doubts
+from understudy.coaching.give_advice import give_advice
+from understudy.coaching.uncertainty import UncertaintyModel
 from understudy.errors import UnderstudyError
 from understudy.learning.change_attribution import moved
 from understudy.learning.correction_diagnosis import judge
@@ -30,7 +30,7 @@ from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import BOOLEAN, TAU, Continuous, Kind, Toroidal
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
-from understudy.training.reaction_time import lateness
+from understudy.training.reaction_time import estimate_reaction_time
 
 Data = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -204,14 +204,14 @@ def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
     transitions, first = learn(lesson), lesson.examples[0]
     correction = replace(lesson.examples[-1], correction=True)
     corrected = replace(lesson, examples=(*lesson.examples[:-1], correction))
-    doubts = Doubts(lesson, transitions)
+    doubts = UncertaintyModel(lesson, transitions)
     now, former = TrainedAutomaton(learned(lesson), lesson), _former(lesson)
     return {
         "who is to blame": lambda: judge(corrected, correction),
         "slips": lambda: slips(lesson),
-        "how late presses come": lambda: lateness(lesson),
-        "advice": lambda: advice(lesson, transitions),
-        "doubts": lambda: Doubts(lesson, transitions),
+        "how late presses come": lambda: estimate_reaction_time(lesson),
+        "advice": lambda: give_advice(lesson, transitions),
+        "doubts": lambda: UncertaintyModel(lesson, transitions),
         "one doubt": lambda: doubts.doubt(first.state, first.values),
         "why": lambda: explain(lesson, first.state, first.values, transitions[first.state]),
         "what changed": lambda: (diff_automata(former, now), moved(former, now)),

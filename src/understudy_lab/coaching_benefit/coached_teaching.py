@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.give_advice import advice
-from understudy.coaching.pose_sampling import situations_in
-from understudy.coaching.queries import Asking, When
-from understudy.coaching.situation_setup import stage
+from understudy.coaching.give_advice import give_advice
+from understudy.coaching.pose_sampling import sample_posed_situations
+from understudy.coaching.queries import QueryPolicy, UncertaintyQueries
+from understudy.coaching.situation_setup import set_up_situation
 from understudy.learning.fit import learn
 from understudy.learning.mislabels import slips
 from understudy.model.library import Library, TrainedAutomaton
@@ -101,7 +101,7 @@ def teach(novice: Novice, exercise: Exercise, way: str) -> Course:
                 novice.show(session, novice.wish, until=novice.there, limit_s=left_s)
         else:
             course.followed[first.kind.value] += 1
-            stage(session, first, draw=int(novice.draws.integers(2**30)))
+            set_up_situation(session, first, draw=int(novice.draws.integers(2**30)))
             _answer(novice, course, first, limit_s - novice.seconds)
         course.look()
         turn += 1
@@ -112,7 +112,7 @@ def _try_out(novice: Novice, course: Course, left_s: float) -> None:
     """Let the robot try; where it asks, the world stands still until they have said what is right there."""
     session, until = course.session, novice.seconds + left_s
     session.test()
-    asking, asked = Asking(session, When.PAUSE), 0
+    asking, asked = UncertaintyQueries(session, QueryPolicy.PAUSE), 0
     while novice.seconds < until:
         question, screen = asking.look(), session.screen()
         if question is not None and asked < MOST_QUESTIONS:
@@ -141,7 +141,7 @@ def _try_out(novice: Novice, course: Course, left_s: float) -> None:
 def _situations(exercise: Exercise, session: Session) -> NDArray[np.float64]:
     """What the robot may sense: the coach looks at a world like that in which it is taught."""
     body = exercise.body(FIRST_SEED)
-    return situations_in(body, session.automaton.features, exercise.targets)
+    return sample_posed_situations(body, session.automaton.features, exercise.targets)
 
 
 def _mend(novice: Novice, course: Course) -> None:
@@ -160,7 +160,9 @@ def _mend(novice: Novice, course: Course) -> None:
 def _first(course: Course, exercise: Exercise, situations: NDArray[np.float64]) -> Advice | None:
     """The first advice about something to show that they did not follow twice in vain."""
     lesson = course.session.lesson
-    for each in advice(lesson, learn(lesson), kit=exercise.kit, situations=situations, meant=course.meant):
+    for each in give_advice(
+        lesson, learn(lesson), kit=exercise.kit, situations=situations, meant=course.meant
+    ):
         if each.kind is AdviceKind.SLIP:
             continue
         place = each.region is not None or each.kind in (AdviceKind.NEVER_LEFT, AdviceKind.NEVER_ENTERED)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isnan, pi, tau
 
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.traits import UNDERSTOOD
 
@@ -23,11 +23,11 @@ class Going(Novice):
 
     buttons = ("forward", "rotate_left", "rotate_right", "done")
 
-    def there(self, screen: Screen) -> bool:
+    def there(self, screen: SessionView) -> bool:
         """The robot says that it is there, and it looks so."""
         return screen.flag is not None and self.wish(screen) is None
 
-    def wish(self, screen: Screen) -> str | None:
+    def wish(self, screen: SessionView) -> str | None:
         """The state they would rather have the robot in."""
         distance, state = screen.features["distance_to(A)"], screen.state
         if isnan(distance):

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from understudy.model.kinds import NO, YES
 from understudy.model.lesson import LearnerOptions
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, DEPOSIT, FORAGE, GOTO, HARVEST, all_home
 from understudy_lab.teachers.teacher import Case, Topic
 
@@ -25,14 +25,14 @@ TRIES = 6
 """So many tries of the whole task in a row have to go well before the person is content."""
 
 
-def homeward(screen: Screen) -> bool:
+def homeward(screen: SessionView) -> bool:
     """Whether it is time to go home: full, or nothing left to fetch, or on the way and not empty yet."""
     stored, left = screen.features["food_stored"], screen.features["food_left"]
     on_its_way = screen.state.endswith("home") or screen.state == "unload_food"
     return stored >= CAPACITY or (stored > 0 and (left == NO or on_its_way))
 
 
-def show_two_layers(screen: Screen) -> str | None:
+def show_two_layers(screen: SessionView) -> str | None:
     """Go to food and load, go home and unload."""
     seen, state = screen.features, screen.state
     if all_home(screen):
@@ -60,7 +60,7 @@ class OneLayer:
     patience: float = 1.0
     shared: bool = False
 
-    def __call__(self, screen: Screen) -> str | None:
+    def __call__(self, screen: SessionView) -> str | None:
         """The state it would rather have the robot in."""
         seen, state = screen.features, screen.state
         if all_home(screen):
@@ -122,7 +122,7 @@ TWO_LAYERS = Topic(
 )
 
 
-def _unloading(screen: Screen) -> bool:
+def _unloading(screen: SessionView) -> bool:
     return screen.state == "unload_food"
 
 

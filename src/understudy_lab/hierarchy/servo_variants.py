@@ -11,7 +11,7 @@ from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.tasks.servo_teacher import (
     FEATURES,
     FOUR_STATES,
@@ -30,7 +30,7 @@ NEAR_M = 0.5
 """A robot that stopped has the ball this near, center to center: 25 cm from rim to rim."""
 
 
-def stopped(screen: Screen) -> bool:
+def stopped(screen: SessionView) -> bool:
     """The robot says that it is there."""
     return screen.flag is not None
 
@@ -65,7 +65,7 @@ def topics(search: str) -> Mapping[str, tuple[Topic, ...]]:
     return {"one automaton": (whole,), "two automata": (approach, above)}
 
 
-def _seen(screen: Screen) -> bool:
+def _seen(screen: SessionView) -> bool:
     size = screen.features.get("blob_size(ball)", float("nan"))
     return size == size
 

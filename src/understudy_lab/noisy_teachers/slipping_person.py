@@ -8,7 +8,7 @@ from understudy.learning.mislabels import Suspect
 from understudy.model.automaton import Automaton
 from understudy.model.lesson import Example
 from understudy.training.session import Session
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 from understudy_lab.teachers.person import Person, Reaction, Wish
 
@@ -50,9 +50,9 @@ class Slipping(Person):
         return others[int(self._draws.integers(len(others)))]
 
 
-def seen_at(example: Example, automaton: Automaton, state: str = "") -> Screen:
+def seen_at(example: Example, automaton: Automaton, state: str = "") -> SessionView:
     """What the screen showed at an example's moment, or would have shown in another state."""
-    return Screen(
+    return SessionView(
         time_s=0.0,
         mode=Mode.TRAINING,
         state=state or example.state,

@@ -13,8 +13,8 @@ from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.body import Body
 from understudy.sim.forage import Forage, practices
-from understudy.training.feature_values import steady_readings
-from understudy.training.reaction_time import lateness
+from understudy.training.feature_values import list_steady_readings
+from understudy.training.reaction_time import estimate_reaction_time
 from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import EXERCISES
 from understudy_lab.noisy_teachers.slipping_person import Slipping
@@ -126,7 +126,7 @@ def _ask(session: Session, person: Slipping, topic: Topic) -> None:
 
 def _press_earlier(session: Session) -> None:
     """Take what the lesson itself tells of late presses."""
-    found = lateness(session.lesson, steady=steady_readings(session.body))
+    found = estimate_reaction_time(session.lesson, steady=list_steady_readings(session.body))
     options = session.lesson.options
     if found is not None and found.least_s > options.reaction_s:
         session.choose(options=replace(options, reaction_s=found.reaction_s))

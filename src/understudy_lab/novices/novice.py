@@ -11,7 +11,7 @@ import numpy as np
 
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.training.session import Session
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.novices.traits import ALIKE, UNDERSTOOD, Habits, Traits
 from understudy_lab.tasks.servo_teacher import MIDDLE_PX, THERE_PX, blob_x, four_states
 from understudy_lab.tasks.soccer import Soccer, Start, kit
@@ -94,11 +94,11 @@ class Novice(Person):
         farthest_m = self.habits.distance_m
         return Start((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])
 
-    def there(self, screen: Screen) -> bool:
+    def there(self, screen: SessionView) -> bool:
         """The robot is there, as they judge it."""
         return screen.features["blob_size(ball)"] >= THERE_PX / (1.0 + self.traits.misjudged) ** 2
 
-    def wish(self, screen: Screen) -> str | None:
+    def wish(self, screen: SessionView) -> str | None:
         """The state they would rather have the robot in."""
         x, state = blob_x(screen), screen.state
         if isnan(x):

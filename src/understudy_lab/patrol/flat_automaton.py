@@ -15,7 +15,7 @@ from understudy.model.library import Library
 from understudy.sim.kit import kit_of
 from understudy.sim.team.libraries import libraries_of, team_of
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.patrol.evaluate import TICKS, rounds
 from understudy_lab.patrol.metrics import cycles
 from understudy_lab.patrol.practice import ROBOT, practices, robots_world, scenario
@@ -33,14 +33,14 @@ SEEKING = {f"{to}_{move}": behavior for to in ("hunt", "home") for move, behavio
 TARGET = {"hunt": "intruder", "home": "home"}
 
 
-def show(screen: Screen) -> str | None:
+def show(screen: SessionView) -> str | None:
     """Wander; drive to an intruder that is seen; with it, drive home; wander again."""
     return _wished(
         screen, patrol_wander_teacher.show_disperse, patrol_teacher.show_servo, patrol_teacher.CLOSE_PX
     )
 
 
-def complain(screen: Screen) -> str | None:
+def complain(screen: SessionView) -> str | None:
     """The same, with a little patience."""
     return _wished(
         screen,
@@ -50,7 +50,7 @@ def complain(screen: Screen) -> str | None:
     )
 
 
-def _wished(screen: Screen, wander: Wish, servo: Wish, close_px: float) -> str | None:
+def _wished(screen: SessionView, wander: Wish, servo: Wish, close_px: float) -> str | None:
     task, _, move = screen.state.partition("_")
     if task == "start":
         return _within(screen, "wander", "start", wander)
@@ -62,7 +62,7 @@ def _wished(screen: Screen, wander: Wish, servo: Wish, close_px: float) -> str |
     return _within(screen, task, move, servo)
 
 
-def _within(screen: Screen, task: str, move: str, wish: Wish) -> str | None:
+def _within(screen: SessionView, task: str, move: str, wish: Wish) -> str | None:
     """What is wished of a part of it, as if that were the automaton taught."""
     target = TARGET.get(task)
     seen = dict(screen.features)

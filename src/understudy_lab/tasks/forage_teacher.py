@@ -9,7 +9,7 @@ from types import MappingProxyType
 from understudy.model.kinds import NO, YES
 from understudy.model.lesson import LearnerOptions
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.teachers.person import Seen, raised
 from understudy_lab.teachers.teacher import Case, Push, Topic
 
@@ -34,7 +34,7 @@ FACED_AWAY = 0.45  # rad: not facing it
 FACING = 0.12  # rad: as good as facing it, while turning
 
 
-def _bearing(screen: Screen) -> float:
+def _bearing(screen: SessionView) -> float:
     """Signed bearing of A, left positive, rad."""
     return (screen.features["angle_to(A)"] + pi) % tau - pi
 
@@ -43,12 +43,12 @@ def _toward(bearing: float) -> str:
     return "rotate_left" if bearing > 0 else "rotate_right"
 
 
-def _ahead(screen: Screen) -> float:
+def _ahead(screen: SessionView) -> float:
     """How far it still has to turn, rad; negative when it has turned too far."""
     return -_bearing(screen) if screen.state == "rotate_right" else _bearing(screen)
 
 
-def show_goto(screen: Screen) -> str | None:
+def show_goto(screen: SessionView) -> str | None:
     """Turn to A, drive to it, say done."""
     distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
     if screen.state == "done" or isnan(distance):
@@ -62,7 +62,7 @@ def show_goto(screen: Screen) -> str | None:
     return None
 
 
-def complain_goto(screen: Screen) -> str | None:
+def complain_goto(screen: SessionView) -> str | None:
     """Only what looks wrong: idling, driving past A, turning on past it, not stopping, stopping too far away."""
     distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
     if isnan(distance):
@@ -83,14 +83,14 @@ def complain_goto(screen: Screen) -> str | None:
 def _beside(side: int, nearest: float, farthest: float) -> Seen:
     """A well to the left (1) or right (-1), this near or far, m."""
 
-    def suits(screen: Screen) -> bool:
+    def suits(screen: SessionView) -> bool:
         distance = screen.features["distance_to(A)"]
         return 0.8 < side * _bearing(screen) < 2.6 and nearest < distance < farthest
 
     return suits
 
 
-def _back_on_its_way(screen: Screen) -> bool:
+def _back_on_its_way(screen: SessionView) -> bool:
     return screen.state == "forward" and abs(_bearing(screen)) < ASTRAY
 
 
@@ -132,7 +132,7 @@ GOTO = Topic(
 )
 
 
-def _full(screen: Screen) -> bool:
+def _full(screen: SessionView) -> bool:
     return screen.features["food_stored"] >= CAPACITY
 
 
@@ -140,7 +140,7 @@ CAPACITY = 12
 """How much the robot can carry, as its teacher knows."""
 
 
-def show_harvest(screen: Screen) -> str | None:
+def show_harvest(screen: SessionView) -> str | None:
     """Go to food, load, go on to other food where it ends; done when full or when no food is left."""
     if screen.state == "done":
         return None
@@ -153,7 +153,7 @@ def show_harvest(screen: Screen) -> str | None:
     return "goto" if screen.features["food_below_me"] == 0 else None
 
 
-def complain_harvest(screen: Screen) -> str | None:
+def complain_harvest(screen: SessionView) -> str | None:
     """As shown; and saying done too early is wrong."""
     if screen.state != "done":
         return show_harvest(screen)
@@ -180,7 +180,7 @@ HARVEST = Topic(
 )
 
 
-def show_deposit(screen: Screen) -> str | None:
+def show_deposit(screen: SessionView) -> str | None:
     """Go to the station, unload; done when nothing is left to unload."""
     if screen.state == "done":
         return None
@@ -193,7 +193,7 @@ def show_deposit(screen: Screen) -> str | None:
     return "goto" if screen.features["at_station"] == NO else None
 
 
-def _on_its_way(screen: Screen) -> bool:
+def _on_its_way(screen: SessionView) -> bool:
     return screen.state == "goto"
 
 
@@ -218,7 +218,7 @@ DEPOSIT = Topic(
 )
 
 
-def show_forage(screen: Screen) -> str | None:
+def show_forage(screen: SessionView) -> str | None:
     """Harvest and deposit in turn while there is food."""
     if screen.state == "start":
         return "harvest"
@@ -229,7 +229,7 @@ def show_forage(screen: Screen) -> str | None:
     return "harvest" if screen.features["food_left"] == YES else None
 
 
-def all_home(screen: Screen) -> bool:
+def all_home(screen: SessionView) -> bool:
     """No food is left anywhere but at the station."""
     return screen.features["food_left"] == NO and screen.features["food_stored"] == 0
 

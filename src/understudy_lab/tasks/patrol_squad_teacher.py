@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from understudy.model.kinds import NO, YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after, raised
 from understudy_lab.teachers.teacher import Case, Topic
 
 
-def show_collective_patrol(screen: Screen) -> str | None:
+def show_collective_patrol(screen: SessionView) -> str | None:
     """All attack when one sees an intruder, go home when one has it, disperse when all are home.
 
     Where nobody has seen it for a while, it is gone: disperse. Before that, and before all are home: keep on.
@@ -30,17 +30,17 @@ def show_collective_patrol(screen: Screen) -> str | None:
     return KEEP if seen["someone_done"] == YES and seen.get("seen_lately(intruder)") != YES else None
 
 
-def complain_collective_patrol(screen: Screen) -> str | None:
+def complain_collective_patrol(screen: SessionView) -> str | None:
     """As shown."""
     wished = show_collective_patrol(screen)
     return None if wished == KEEP else wished
 
 
-def _sees_intruder(screen: Screen) -> bool:
+def _sees_intruder(screen: SessionView) -> bool:
     return screen.features["someone_sees(intruder)"] == YES
 
 
-def _has_given_up(screen: Screen) -> bool:
+def _has_given_up(screen: SessionView) -> bool:
     return screen.state == "disperse" and screen.time_s > 10.0
 
 
@@ -65,7 +65,7 @@ COLLECTIVE_PATROL = Topic(
 )
 
 
-def show_defer(screen: Screen) -> str | None:
+def show_defer(screen: SessionView) -> str | None:
     """Run away from the boss; go on with the patrol when nobody has seen him for a while."""
     return "run_away" if screen.features["seen_lately(boss)"] == YES else "patrol"
 
@@ -93,7 +93,7 @@ SQUAD_TOPICS = (COLLECTIVE_PATROL, DEFER)
 def content(show: Wish) -> Wish:
     """A complaint wherever a patrol does not do as shown."""
 
-    def complain(screen: Screen) -> str | None:
+    def complain(screen: SessionView) -> str | None:
         wished = show(screen)
         return None if wished == KEEP else wished
 
@@ -103,7 +103,7 @@ def content(show: Wish) -> Wish:
 # Hunt: one patrol looks for an intruder until one of its robots has it.
 
 
-def show_hunt(screen: Screen) -> str | None:
+def show_hunt(screen: SessionView) -> str | None:
     """All attack when one sees an intruder; done when one has it. Whom nobody has seen for a while is gone."""
     seen = screen.features
     if screen.state == "start":
@@ -147,7 +147,7 @@ COMES_S, APART_S = 40.0, 6.0
 
 
 def _come(slack_s: float) -> Wish:
-    def wished(screen: Screen) -> str | None:
+    def wished(screen: SessionView) -> str | None:
         if screen.state == "start":
             return "go"
         limit, following = (COMES_S, "apart") if screen.state == "go" else (APART_S, "go")
@@ -178,7 +178,7 @@ COME = Topic(
 # Gather(A): all come to A, and it is done when all are there.
 
 
-def show_gather(screen: Screen) -> str | None:
+def show_gather(screen: SessionView) -> str | None:
     """All come to A; done when all are there, not when some are."""
     if screen.state == "start":
         return "come"
@@ -212,7 +212,7 @@ GATHER = Topic(
 # Guard: all patrols hunt together, and gather each at its own home.
 
 
-def show_guard(screen: Screen) -> str | None:
+def show_guard(screen: SessionView) -> str | None:
     """All hunt until one patrol is done; all gather until all patrols are."""
     seen = screen.features
     if screen.state == "start":

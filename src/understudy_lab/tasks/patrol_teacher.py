@@ -11,7 +11,7 @@ from math import isnan
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import (
     AROUND_S,
     AWAY_S,
@@ -38,17 +38,17 @@ BEHIND_M, ROOM_M = 0.45, 0.9
 # Servo(A): turn until A is seen, drive to it, remember on which side it was; failed where there is none.
 
 
-def blob_x(screen: Screen) -> float:
+def blob_x(screen: SessionView) -> float:
     """Where A is in the frame, px; absent where it is not seen."""
     return screen.features["blob_x(A)"]
 
 
-def show_servo(screen: Screen) -> str | None:
+def show_servo(screen: SessionView) -> str | None:
     """Turn until A is well in view, drive; failed after a turn in vain."""
     return _servo(screen, turning=0.0, driving=0.0)
 
 
-def complain_servo(screen: Screen) -> str | None:
+def complain_servo(screen: SessionView) -> str | None:
     """Where it turns or drives on past what it should do, or fails too early."""
     if screen.state != "failed":
         return _servo(screen, turning=90.0, driving=22.0)
@@ -60,7 +60,7 @@ def _side(x: float) -> str:
     return "forward_left" if x < MIDDLE_PX else "forward_right"
 
 
-def _servo(screen: Screen, *, turning: float, driving: float) -> str | None:
+def _servo(screen: SessionView, *, turning: float, driving: float) -> str | None:
     x, state = blob_x(screen), screen.state
     if state == "failed":
         return None
@@ -79,17 +79,17 @@ def _servo(screen: Screen, *, turning: float, driving: float) -> str | None:
     return other if beyond > OTHER_PX + driving else None
 
 
-def on_the_left(screen: Screen) -> bool:
+def on_the_left(screen: SessionView) -> bool:
     """A is in the left part of the frame."""
     return blob_x(screen) < MIDDLE_PX - ASIDE_PX
 
 
-def on_the_right(screen: Screen) -> bool:
+def on_the_right(screen: SessionView) -> bool:
     """A is in the right part of the frame."""
     return blob_x(screen) > MIDDLE_PX + ASIDE_PX
 
 
-def lost(screen: Screen) -> bool:
+def lost(screen: SessionView) -> bool:
     """A is not in the frame."""
     return isnan(blob_x(screen))
 
@@ -134,21 +134,21 @@ SERVO = Topic(
 # Attack(A): servo to A; where it cannot be found or reached, go elsewhere and try again.
 
 
-def show_attack(screen: Screen) -> str | None:
+def show_attack(screen: SessionView) -> str | None:
     """Servo until A is large; withdraw after a turn in vain or where it is stuck, and servo again."""
     wished = _attack(screen, close=CLOSE_PX)
     almost = screen.state == "servo" and ALMOST_PX < screen.features["blob_size(A)"] < CLOSE_PX
     return KEEP if wished is None and almost else wished
 
 
-def complain_attack(screen: Screen) -> str | None:
+def complain_attack(screen: SessionView) -> str | None:
     """As shown, with a little patience; and where it says done too early."""
     if screen.state == "done":
         return "servo" if not screen.features["blob_size(A)"] > FAR_PX else None
     return _attack(screen, close=TOO_CLOSE_PX)
 
 
-def _attack(screen: Screen, *, close: float) -> str | None:
+def _attack(screen: SessionView, *, close: float) -> str | None:
     seen, state = screen.features, screen.state
     if state == "start":
         return "servo"
@@ -159,7 +159,7 @@ def _attack(screen: Screen, *, close: float) -> str | None:
     return "servo" if state != "done" and seen.get("done") == YES else None
 
 
-def _afar(screen: Screen) -> bool:
+def _afar(screen: SessionView) -> bool:
     return 300.0 < screen.features["blob_size(A)"] < 2500.0
 
 
@@ -195,17 +195,17 @@ ATTACK = Topic(
 # Scatter(A): look for A, face it, back away from it slowly.
 
 
-def show_scatter(screen: Screen) -> str | None:
+def show_scatter(screen: SessionView) -> str | None:
     """Turn until A is well in view, back away slowly."""
     return _scatter(screen, slack_px=0.0)
 
 
-def complain_scatter(screen: Screen) -> str | None:
+def complain_scatter(screen: SessionView) -> str | None:
     """Where it turns past A, or lets it leave the frame."""
     return _scatter(screen, slack_px=20.0)
 
 
-def _scatter(screen: Screen, *, slack_px: float) -> str | None:
+def _scatter(screen: SessionView, *, slack_px: float) -> str | None:
     x, state = blob_x(screen), screen.state
     edge = 25.0 - slack_px
     if isnan(x):
@@ -223,7 +223,7 @@ def _scatter(screen: Screen, *, slack_px: float) -> str | None:
 def _boss(side: int) -> Seen:
     """The boss is in the left (-1) or right (1) part of the frame, or in none (0)."""
 
-    def suits(screen: Screen) -> bool:
+    def suits(screen: SessionView) -> bool:
         x = blob_x(screen)
         return isnan(x) if side == 0 else side * (x - MIDDLE_PX) > 30.0
 
@@ -258,17 +258,17 @@ SCATTER = Topic(
 # RunAway: scatter from the boss, stop at what is behind.
 
 
-def show_run_away(screen: Screen) -> str | None:
+def show_run_away(screen: SessionView) -> str | None:
     """Scatter from the boss; facing him, stop while something is behind."""
     return _run_away(screen, edge_px=20.0, behind=BEHIND_M, room=ROOM_M)
 
 
-def complain_run_away(screen: Screen) -> str | None:
+def complain_run_away(screen: SessionView) -> str | None:
     """Where it backs into something, or goes on standing with room behind or without facing him."""
     return _run_away(screen, edge_px=12.0, behind=0.25, room=1.6)
 
 
-def _run_away(screen: Screen, *, edge_px: float, behind: float, room: float) -> str | None:
+def _run_away(screen: SessionView, *, edge_px: float, behind: float, room: float) -> str | None:
     x, rear = screen.features["blob_x(boss)"], screen.features["sonar_rear"]
     facing = edge_px <= x <= WIDTH_PX - edge_px
     if screen.state == "start":
@@ -280,7 +280,7 @@ def _run_away(screen: Screen, *, edge_px: float, behind: float, room: float) -> 
     return None
 
 
-def _stood(screen: Screen) -> bool:
+def _stood(screen: SessionView) -> bool:
     return screen.state == "stop" and screen.time_s > 12.0
 
 
@@ -311,7 +311,7 @@ RUN_AWAY = Topic(
 # Patrol: all this alone, without a coordinator.
 
 
-def show_patrol(screen: Screen) -> str | None:
+def show_patrol(screen: SessionView) -> str | None:
     """Disperse, attack an intruder that is seen, go home with it, and disperse again."""
     seen = screen.features
     if screen.state == "start":

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after, raised
 from understudy_lab.teachers.teacher import Case, Topic
 
@@ -23,7 +23,7 @@ AWAY_S = 6.0
 # Disperse: wander, and turn away from what is near.
 
 
-def show_disperse(screen: Screen) -> str | None:
+def show_disperse(screen: SessionView) -> str | None:
     """Drive; where something is near, turn away from it until the way is clear, and keep on till then."""
     left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
     if screen.state in ("left", "right"):
@@ -36,7 +36,7 @@ def show_disperse(screen: Screen) -> str | None:
     return "forwards"
 
 
-def complain_disperse(screen: Screen) -> str | None:
+def complain_disperse(screen: SessionView) -> str | None:
     """Where it is about to bump, or goes on turning with all the room it needs."""
     left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
     if screen.state == "start":
@@ -78,7 +78,7 @@ def lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str, pract
     limits = {state: seconds for state, _, seconds in steps}
 
     def wish(slack_s: float) -> Wish:
-        def wished(screen: Screen) -> str | None:
+        def wished(screen: SessionView) -> str | None:
             late = screen.features["time_in_state"] >= limits.get(screen.state, 0.0) + slack_s
             return following.get(screen.state) if late else None
 

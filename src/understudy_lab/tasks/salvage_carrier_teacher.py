@@ -6,7 +6,7 @@ from math import pi
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import lasting
 from understudy_lab.tasks.salvage_scout_teacher import (
     bearing,
@@ -33,7 +33,7 @@ LOOKED_S = 45.0  # so long a carrier looks around for itself where its scout has
 def _taking(back: str) -> Wish:
     """Take what is there until done; back to something where it is gone before. That it loads is no reason: keep on."""
 
-    def wished(screen: Screen) -> str | None:
+    def wished(screen: SessionView) -> str | None:
         if is_done(screen):
             return "done"
         return back if not sees_wreck(screen) else KEEP if "load" in screen.path else None
@@ -41,7 +41,7 @@ def _taking(back: str) -> Wish:
     return wished
 
 
-def show_take(screen: Screen) -> str | None:
+def show_take(screen: SessionView) -> str | None:
     """Go to a wreck and load until full; go on to another where it is empty before."""
     if screen.state in ("start", "done"):
         return None if screen.state == "done" else "goto"
@@ -56,7 +56,7 @@ def show_take(screen: Screen) -> str | None:
     )
 
 
-def show_search(screen: Screen) -> str | None:
+def show_search(screen: SessionView) -> str | None:
     """Roam until a wreck is in sight, and take what is in it; roam again where it is gone."""
     if screen.state == "done":
         return None
@@ -65,7 +65,7 @@ def show_search(screen: Screen) -> str | None:
     return "take" if sees_wreck(screen) else "roam"
 
 
-def show_fetch(screen: Screen) -> str | None:
+def show_fetch(screen: SessionView) -> str | None:
     """Go to a scout and take what is in the wreck there; look around where there is none."""
     if screen.state == "done":
         return None
@@ -78,7 +78,7 @@ def show_fetch(screen: Screen) -> str | None:
     return "look" if screen.state == "follow" else "follow"
 
 
-def show_deposit(screen: Screen) -> str | None:
+def show_deposit(screen: SessionView) -> str | None:
     """Go to the harbor and unload; done when nothing is left to unload."""
     if screen.state == "done":
         return None
@@ -92,7 +92,7 @@ def show_deposit(screen: Screen) -> str | None:
 def _in_turn(bring: str) -> Wish:
     """Bring something, deposit it, and so on; whoever has something deposits it first."""
 
-    def wished(screen: Screen) -> str | None:
+    def wished(screen: SessionView) -> str | None:
         if screen.state == "start":
             return "deposit" if screen.features["stored"] > 0 else bring
         if not is_done(screen):
@@ -102,7 +102,7 @@ def _in_turn(bring: str) -> Wish:
     return wished
 
 
-def show_return(screen: Screen) -> str | None:
+def show_return(screen: SessionView) -> str | None:
     """As Gather, but turn around at the harbor, so as to leave to where the last wreck was."""
     if screen.state == "turn":
         return "search" if abs(bearing(screen, "harbor")) > pi - BEHIND else None
@@ -242,7 +242,7 @@ CARRIERS = (
 )
 
 
-def show_lead(screen: Screen) -> str | None:
+def show_lead(screen: SessionView) -> str | None:
     """All seek until a scout is at a wreck; then two thirds of the carriers haul; when all scouts are, all do, and
     scouts stay where they are.
     """

@@ -10,7 +10,7 @@ from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, raised
 from understudy_lab.teachers.teacher import Case, Push, Topic
 
@@ -31,7 +31,7 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
     """
 
     def wish(near: float, clear: float, low: float) -> Wish:
-        def wished(screen: Screen) -> str | None:
+        def wished(screen: SessionView) -> str | None:
             room, chance = screen.features["sonar_front"], screen.features["chance"]
             if screen.state != "turn":
                 return "turn" if room < near else "forward"
@@ -59,7 +59,7 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
 def content(wish: Wish) -> Wish:
     """What is wrong to somebody who has seen enough of what is right."""
 
-    def wished(screen: Screen) -> str | None:
+    def wished(screen: SessionView) -> str | None:
         found = wish(screen)
         return None if found == KEEP else found
 
@@ -69,16 +69,16 @@ def content(wish: Wish) -> Wish:
 # Goto(A): turn to A, drive to it, say done.
 
 
-def bearing(screen: Screen, target: str = "A") -> float:
+def bearing(screen: SessionView, target: str = "A") -> float:
     """Signed bearing of a target, left positive, rad."""
     return (screen.features[f"angle_to({target})"] + pi) % tau - pi
 
 
-def _toward(screen: Screen) -> str:
+def _toward(screen: SessionView) -> str:
     return "rotate_left" if bearing(screen) > 0 else "rotate_right"
 
 
-def _ahead(screen: Screen) -> float:
+def _ahead(screen: SessionView) -> float:
     """How far it still has to turn, rad; negative when it has turned too far."""
     return -bearing(screen) if screen.state == "rotate_right" else bearing(screen)
 
@@ -86,7 +86,7 @@ def _ahead(screen: Screen) -> float:
 def _beside(side: int, nearest: float, farthest: float) -> Seen:
     """A to the left (1) or right (-1), this near or far, m."""
 
-    def suits(screen: Screen) -> bool:
+    def suits(screen: SessionView) -> bool:
         return 0.8 < side * bearing(screen) < 2.6 and nearest < screen.features["distance_to(A)"] < farthest
 
     return suits
@@ -97,7 +97,7 @@ def goto(
 ) -> Topic:
     """Done `there_m` from A; wrong is to say so `beyond_m` from it, or not to say so `past_m` from it."""
 
-    def show(screen: Screen) -> str | None:
+    def show(screen: SessionView) -> str | None:
         distance = screen.features["distance_to(A)"]
         if screen.state == "done" or isnan(distance):
             return None
@@ -108,7 +108,7 @@ def goto(
         turned = screen.state not in ("start", "forward") and _ahead(screen) < FACING
         return "forward" if screen.state == "start" or turned else None
 
-    def complain(screen: Screen) -> str | None:
+    def complain(screen: SessionView) -> str | None:
         distance = screen.features["distance_to(A)"]
         if isnan(distance):
             return None
@@ -123,7 +123,7 @@ def goto(
             return _toward(screen) if astray > 1.5 * ASTRAY else None
         return "forward" if -pi / 2 < _ahead(screen) < -ASTRAY else None
 
-    def on_its_way(screen: Screen) -> bool:
+    def on_its_way(screen: SessionView) -> bool:
         return screen.state == "forward" and abs(bearing(screen)) < ASTRAY
 
     one, other = targets[0], targets[-1]
@@ -156,12 +156,12 @@ def goto(
 # What scouts do: Explore until they are at a wreck; Lookout, all by themselves, goes on when it is empty.
 
 
-def sees_wreck(screen: Screen) -> bool:
+def sees_wreck(screen: SessionView) -> bool:
     """A wreck is in view."""
     return not isnan(screen.features["distance_to(wreck)"])
 
 
-def is_done(screen: Screen) -> bool:
+def is_done(screen: SessionView) -> bool:
     """What it runs says that it is done."""
     return screen.features.get("done") == YES
 
@@ -171,7 +171,7 @@ def raised_or_after(seconds: float) -> Seen:
     return lambda screen: raised(screen) or screen.time_s >= seconds
 
 
-def show_explore(screen: Screen) -> str | None:
+def show_explore(screen: SessionView) -> str | None:
     """Roam until a wreck is in sight, go to it, say done; roam again where it is emptied before."""
     if screen.state == "done":
         return None
@@ -180,7 +180,7 @@ def show_explore(screen: Screen) -> str | None:
     return "done" if screen.state == "near" and screen.features["distance_to(wreck)"] < NEAR_M else "near"
 
 
-def show_lookout(screen: Screen) -> str | None:
+def show_lookout(screen: SessionView) -> str | None:
     """Explore, and rest at a wreck for as long as something is in it."""
     if screen.state == "rest":
         return None if screen.features["distance_to(wreck)"] < LEFT_M else "explore"

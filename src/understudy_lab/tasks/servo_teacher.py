@@ -14,7 +14,7 @@ from types import MappingProxyType
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.teachers.person import Wish
 from understudy_lab.teachers.teacher import Case, Push, Topic
 
@@ -29,12 +29,12 @@ EDGE_PX = 30.0  # so far from the edge it is near it
 THERE_PX = 4500.0  # as large as it is 15 cm away
 
 
-def blob_x(screen: Screen) -> float:
+def blob_x(screen: SessionView) -> float:
     """Where the ball is in the frame, px; absent where it is lost."""
     return screen.features["blob_x(ball)"]
 
 
-def there(screen: Screen) -> bool:
+def there(screen: SessionView) -> bool:
     """The ball is as large as it is 15 cm away."""
     return screen.features["blob_size(ball)"] >= THERE_PX
 
@@ -49,7 +49,7 @@ class FourStates:
     search: str = "left"
     patience_px: float = 0.0
 
-    def __call__(self, screen: Screen) -> str | None:
+    def __call__(self, screen: SessionView) -> str | None:
         """The state it would rather have the robot in."""
         x, state = blob_x(screen), screen.state
         if isnan(x):
@@ -74,7 +74,7 @@ class Stateless:
     edge_px: float = 0.0
     patience_px: float = 0.0
 
-    def __call__(self, screen: Screen) -> str | None:
+    def __call__(self, screen: SessionView) -> str | None:
         """The state it would rather have the robot in."""
         x, state = blob_x(screen), screen.state
         if isnan(x):
@@ -98,7 +98,7 @@ class ThenStop:
     approach: Wish
     too_early_px: float = 0.6 * THERE_PX
 
-    def __call__(self, screen: Screen) -> str | None:
+    def __call__(self, screen: SessionView) -> str | None:
         """The state it would rather have the robot in."""
         size = screen.features["blob_size(ball)"]
         if screen.state == "done":
@@ -107,7 +107,7 @@ class ThenStop:
         return "done" if size >= THERE_PX else self.approach(screen)
 
 
-def show_approach_then_stop(screen: Screen) -> str | None:
+def show_approach_then_stop(screen: SessionView) -> str | None:
     """The same in two layers: run `approach`, taught before, until the ball is large enough, then `done`."""
     size = screen.features["blob_size(ball)"]
     if screen.state == "done":
@@ -125,15 +125,15 @@ def stateless(library: Library, name: str = "approach") -> Lesson:
     return new_lesson(library, name, states=BASIC_STATES, features=FEATURES, stateless=True)
 
 
-def _left(screen: Screen) -> bool:
+def _left(screen: SessionView) -> bool:
     return blob_x(screen) < MIDDLE_PX - 50.0
 
 
-def _right(screen: Screen) -> bool:
+def _right(screen: SessionView) -> bool:
     return blob_x(screen) > MIDDLE_PX + 50.0
 
 
-def _lost(screen: Screen) -> bool:
+def _lost(screen: SessionView) -> bool:
     return isnan(blob_x(screen))
 
 

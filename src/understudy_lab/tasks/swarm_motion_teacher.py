@@ -6,7 +6,7 @@ from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, raised
 from understudy_lab.teachers.teacher import Case, Push, Topic
 
@@ -16,12 +16,12 @@ THERE_M, NOT_THERE_M, PAST_M = 0.4, 0.6, 0.25
 ASTRAY, FACING = 0.65, 0.4  # it turns on while the hand moves
 
 
-def yes(screen: Screen, feature: str) -> bool:
+def yes(screen: SessionView, feature: str) -> bool:
     """Whether a feature reads yes."""
     return screen.features.get(feature) == YES
 
 
-def there(screen: Screen, target: str) -> bool:
+def there(screen: SessionView, target: str) -> bool:
     """Whether a target is sensed."""
     return not isnan(screen.features[f"distance_to({target})"])
 
@@ -29,7 +29,7 @@ def there(screen: Screen, target: str) -> bool:
 # Wander: drive on, turn from time to time and at walls.
 
 
-def show_wander(screen: Screen) -> str | None:
+def show_wander(screen: SessionView) -> str | None:
     """Drive; turn where it is stuck, and now and then."""
     chance = screen.features["chance"]
     if screen.state == "left":
@@ -41,7 +41,7 @@ def show_wander(screen: Screen) -> str | None:
     return KEEP if 2 * SELDOM < chance < OFTEN else None
 
 
-def complain_wander(screen: Screen) -> str | None:
+def complain_wander(screen: SessionView) -> str | None:
     """Where it stays stuck, or does not begin."""
     if screen.state == "forward":
         return "left" if yes(screen, "stuck") else None
@@ -66,7 +66,7 @@ WANDER = Topic(
 # Approach(A), and home with what is pulled.
 
 
-def _off(screen: Screen, target: str) -> float:
+def _off(screen: SessionView, target: str) -> float:
     return (screen.features[f"angle_to({target})"] + pi) % tau - pi
 
 
@@ -78,7 +78,7 @@ def _turned(state: str, off: float, *, astray: float, facing: float) -> str | No
     return "forward" if -pi / 2 < ahead < facing else None
 
 
-def show_approach(screen: Screen) -> str | None:
+def show_approach(screen: SessionView) -> str | None:
     """Turn to A, drive to it, say done; failed where there is none."""
     if screen.flag:
         return None
@@ -89,7 +89,7 @@ def show_approach(screen: Screen) -> str | None:
     return _turned(screen.state, _off(screen, "A"), astray=ASTRAY, facing=FACING)
 
 
-def complain_approach(screen: Screen) -> str | None:
+def complain_approach(screen: SessionView) -> str | None:
     """Driving past A, turning past it, saying done too early."""
     distance = screen.features["distance_to(A)"]
     if screen.flag == "done":
@@ -111,7 +111,7 @@ def _behind(side: int) -> Seen:
     return lambda screen: 1.7 < side * _off(screen, "A") < 2.8
 
 
-def _ahead(screen: Screen) -> bool:
+def _ahead(screen: SessionView) -> bool:
     return 0.8 < screen.features["distance_to(A)"] < 2.0 and abs(_off(screen, "A")) < 0.4
 
 
@@ -178,7 +178,7 @@ STEER = Topic(
 )
 
 
-def show_haul(screen: Screen) -> str | None:
+def show_haul(screen: SessionView) -> str | None:
     """Home with what moves; what does not, it lets go."""
     if screen.flag:
         return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after
 from understudy_lab.teachers.teacher import Case, Topic
 
@@ -16,7 +16,7 @@ def _joint(name: str, works: str, joins: str, found: str, call: str, most_s: flo
     """All work until one finds something; then all join, until nobody calls any more or they gave up."""
 
     def wish(slack_s: float) -> Wish:
-        def wished(screen: Screen) -> str | None:
+        def wished(screen: SessionView) -> str | None:
             seen = screen.features
             if screen.state == "start":
                 return "work"
@@ -51,7 +51,7 @@ def _joint(name: str, works: str, joins: str, found: str, call: str, most_s: flo
     )
 
 
-def _works_again(screen: Screen) -> bool:
+def _works_again(screen: SessionView) -> bool:
     return screen.state == "work" and screen.time_s - screen.features["time_in_state"] > 2.0
 
 
@@ -64,7 +64,7 @@ SPREAD_S = 10.0
 
 
 def _spread(slack_s: float) -> Wish:
-    def wished(screen: Screen) -> str | None:
+    def wished(screen: SessionView) -> str | None:
         if screen.state == "start":
             return "spread"
         late = screen.features["time_in_state"] - slack_s > SPREAD_S

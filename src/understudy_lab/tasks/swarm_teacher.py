@@ -6,7 +6,7 @@ Whoever is ordered about while it pulls what moves brings that home first, and l
 from __future__ import annotations
 
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy_lab.tasks.swarm_motion_teacher import APPROACH, HAUL, STEER, WANDER, there, yes
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, raised
 from understudy_lab.teachers.teacher import Case, Topic
@@ -23,13 +23,13 @@ def in_state(state: str, seconds: float = 0.0) -> Seen:
 # Search: find what nobody pulls.
 
 
-def _begun(screen: Screen, then: str) -> str:
+def _begun(screen: SessionView, then: str) -> str:
     if yes(screen, "enough") and screen.state == "start":
         return "haul"
     return "drop" if yes(screen, "holding") else then
 
 
-def show_find(screen: Screen) -> str | None:
+def show_find(screen: SessionView) -> str | None:
     """Wander until it sees something that nobody pulls."""
     if screen.flag:
         return None
@@ -44,7 +44,7 @@ def _sees(*things: str) -> Seen:
     return lambda screen: all(there(screen, f"free_{thing}") for thing in things)
 
 
-def _nothing(screen: Screen) -> bool:
+def _nothing(screen: SessionView) -> bool:
     return not there(screen, "free_crate") and not there(screen, "free_container")
 
 
@@ -73,7 +73,7 @@ FIND = Topic(
 )
 
 
-def show_search(screen: Screen) -> str | None:
+def show_search(screen: SessionView) -> str | None:
     """Bring home what moves, let go of the rest; find what nobody pulls, and go there."""
     if screen.flag:
         return None
@@ -124,7 +124,7 @@ SEARCH = Topic(
 def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
     free = f"distance_to(free_{thing})"
 
-    def complain(screen: Screen) -> str | None:
+    def complain(screen: SessionView) -> str | None:
         if screen.state in ("start", "drop"):
             return _begun(screen, "call" if screen.features[free] < AT_M else "come")
         if screen.state == "wait":
@@ -135,7 +135,7 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
             return "wait"
         return {"come": "hold", "haul": "wait"}.get(screen.state) if yes(screen, "done") else None
 
-    def show(screen: Screen) -> str | None:
+    def show(screen: SessionView) -> str | None:
         holds = screen.state in ("call", "hold") and yes(screen, "holding") and not yes(screen, "enough")
         waits = screen.state == "wait" and there(screen, f"free_{thing}") and not there(screen, caller)
         return KEEP if holds or waits else complain(screen)
@@ -185,11 +185,11 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
     )
 
 
-def _waits(screen: Screen) -> bool:
+def _waits(screen: SessionView) -> bool:
     return screen.state == "wait"
 
 
-def _holds(screen: Screen) -> bool:
+def _holds(screen: SessionView) -> bool:
     return screen.state == "hold" and yes(screen, "holding")
 
 
@@ -216,7 +216,7 @@ def _alone(*, answers: bool) -> Topic:
     waiting = {"call": WAITS_S, "help": GIVES_UP_S}
 
     def wish(slack_s: float) -> Wish:
-        def wished(screen: Screen) -> str | None:
+        def wished(screen: SessionView) -> str | None:
             late = screen.features["time_in_state"] - slack_s
             keep = None if slack_s else KEEP
             then = "help" if answers and there(screen, "caller") else "search"

@@ -14,19 +14,19 @@ from typing import TypeAlias
 import numpy as np
 
 from understudy.training.session import Session
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 
-Wish: TypeAlias = Callable[[Screen], str | None]
+Wish: TypeAlias = Callable[[SessionView], str | None]
 """The state a person would rather have the robot in; None, or the current one, where they are content."""
 
 KEEP = "(keep)"
 """The wish that the robot keeps doing what it does, which a person says once each time it comes to that."""
 
-Seen: TypeAlias = Callable[[Screen], bool]
+Seen: TypeAlias = Callable[[SessionView], bool]
 
 
-def raised(screen: Screen) -> bool:
+def raised(screen: SessionView) -> bool:
     """The automaton says that it is finished."""
     return screen.flag is not None
 

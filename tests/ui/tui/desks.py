@@ -16,7 +16,7 @@ from understudy.robots.twin import Twin
 from understudy.sim.catalog import find_world
 from understudy.sim.forage import kit
 from understudy.storage.library_folder import open_library
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 from understudy.ui.controller import journal_store
 from understudy.ui.controller.trainer import Desk
@@ -103,7 +103,7 @@ class Hand:
         raise AssertionError(f"not done after {limit_s} s: {self.desk.screen}")
 
 
-def right(screen: Screen) -> str | None:
+def right(screen: SessionView) -> str | None:
     """What a robot on its way to A should do; None where it has said that it is there, and is."""
     distance = screen.features["distance_to(A)"]
     bearing = (screen.features["angle_to(A)"] + pi) % tau - pi
@@ -119,7 +119,7 @@ def right(screen: Screen) -> str | None:
     return "forward"
 
 
-def tolerable(screen: Screen) -> str | None:
+def tolerable(screen: SessionView) -> str | None:
     """What it should do in testing, where only what is plainly wrong is corrected."""
     distance = screen.features["distance_to(A)"]
     bearing = (screen.features["angle_to(A)"] + pi) % tau - pi

@@ -12,8 +12,8 @@ import pytest
 from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 from tests.ui.web.test_lesson import step
 
-from understudy.coaching.give_advice import advice
-from understudy.training.reaction_time import Lateness
+from understudy.coaching.give_advice import give_advice
+from understudy.training.reaction_time import ReactionEstimate
 from understudy.ui.controller import coach as coaching
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.web.server import Studio
@@ -128,7 +128,9 @@ def test_a_large_lesson_is_looked_over_beside_the_world(
     person: Page, made: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     go = Event()
-    monkeypatch.setattr(coaching, "advice", lambda *all, **named: go.wait(10) and advice(*all, **named))
+    monkeypatch.setattr(
+        coaching, "give_advice", lambda *all, **named: go.wait(10) and give_advice(*all, **named)
+    )
     for _ in range(2):
         answer = person.done("advise")
         assert answer["later"]
@@ -285,8 +287,8 @@ def test_how_it_asks_stays_from_one_lesson_to_the_next(person: Page) -> None:
 def test_a_reaction_time_is_offered_taken_and_undone(
     person: Page, made: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = Lateness(0.55, 0.4, 0.7, 9, "Taken 0.55 s earlier, they agree.")
-    monkeypatch.setattr(coaching, "lateness", lambda lesson, *, steady: found)
+    found = ReactionEstimate(0.55, 0.4, 0.7, 9, "Taken 0.55 s earlier, they agree.")
+    monkeypatch.setattr(coaching, "estimate_reaction_time", lambda lesson, *, steady: found)
     person.done("edit", number=1, next="forward")
     late = ready(person)["late"]
     said = "You seem to press 0.55 s late. Taken 0.55 s earlier, they agree."

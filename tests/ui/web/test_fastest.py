@@ -15,7 +15,7 @@ from websockets.asyncio.client import connect
 
 from understudy.sim.catalog import find_world
 from understudy.sim.kit import kit_of
-from understudy.training.journal import Ticks, read_journal
+from understudy.training.journal import TicksLogged, read_journal
 from understudy.ui.controller.clock import BUSY_S
 from understudy.ui.web.rewind import EVERY_S
 from understudy.ui.web.server import Studio
@@ -54,7 +54,7 @@ def test_ticks_fill_the_beat_and_all_of_them_are_kept(tmp_path: Path) -> None:
     assert now - 4.2 - EVERY_S <= world.time_s <= now - 4.2 + 1e-6
     made.stage.opened = None
     opened.close()
-    written = [entry.rows.count for entry in read_journal(opened.journal) if isinstance(entry, Ticks)]
+    written = [entry.rows.count for entry in read_journal(opened.journal) if isinstance(entry, TicksLogged)]
     assert sum(written) == ticks[-1]
 
 

@@ -8,16 +8,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.give_advice import advice
-from understudy.coaching.queries import Asking, Question, When
-from understudy.coaching.situation_setup import Staged, stage
+from understudy.coaching.give_advice import give_advice
+from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
+from understudy.coaching.situation_setup import SetupResult, set_up_situation
 from understudy.errors import SessionError
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
 from understudy.model.library import Kit
 from understudy.runtime.body import rewinds
-from understudy.training.feature_values import steady_readings
-from understudy.training.reaction_time import Lateness, lateness
+from understudy.training.feature_values import list_steady_readings
+from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.ui.controller.explainer import Why
@@ -26,11 +26,11 @@ from understudy.ui.controller.status import Said, says
 if TYPE_CHECKING:
     from understudy.ui.controller.trainer import Desk
 
-TURN = (When.NEVER, When.PAUSE, When.MARK)
+TURN = (QueryPolicy.NEVER, QueryPolicy.PAUSE, QueryPolicy.MARK)
 WHEN_SAID = {
-    When.NEVER: "It does not ask",
-    When.PAUSE: "It asks where it is unsure, and waits",
-    When.MARK: "Where it is unsure it goes on, and marks the moment",
+    QueryPolicy.NEVER: "It does not ask",
+    QueryPolicy.PAUSE: "It asks where it is unsure, and waits",
+    QueryPolicy.MARK: "Where it is unsure it goes on, and marks the moment",
 }
 AS_GOOD_S = 0.1
 """A reaction time so near to what the lesson has is no news."""
@@ -41,10 +41,10 @@ class Advised(NamedTuple):
 
     lesson: Lesson
     advice: tuple[Advice, ...]
-    late: Lateness | None
+    late: ReactionEstimate | None
 
     @property
-    def news(self) -> Lateness | None:
+    def news(self) -> ReactionEstimate | None:
         """How late presses seem to come, where the lesson does not take that for granted already."""
         late, now = self.late, self.lesson.options.reaction_s
         fits = late is None or late.least_s <= now <= late.most_s or abs(late.reaction_s - now) < AS_GOOD_S
@@ -58,15 +58,15 @@ def _advised(
     steady: frozenset[str],
     meant: Mapping[int, float],
 ) -> Advised:
-    said = advice(lesson, transitions, kit=kit, meant=meant)
-    return Advised(lesson, said, lateness(lesson, steady=steady))
+    said = give_advice(lesson, transitions, kit=kit, meant=meant)
+    return Advised(lesson, said, estimate_reaction_time(lesson, steady=steady))
 
 
 class Coach:
     """Advice on one session's lesson, made again only when the lesson changed; `asking` is off at first."""
 
     def __init__(self, session: Session, why: Why) -> None:
-        self.asking = Asking(session, When.NEVER)
+        self.asking = UncertaintyQueries(session, QueryPolicy.NEVER)
         self._session, self._why = session, why
         self.said: Advised | None = None  # last
         self._making: tuple[Lesson, Future[Advised]] | None = None
@@ -86,7 +86,13 @@ class Coach:
         if self.said is not None and self.said.lesson is lesson:
             return self.said
         session = self._session
-        given = lesson, transitions, session.library.kit, steady_readings(session.body), dict(self._meant)
+        given = (
+            lesson,
+            transitions,
+            session.library.kit,
+            list_steady_readings(session.body),
+            dict(self._meant),
+        )
         if beside is None:
             self.said = _advised(*given)
         else:
@@ -154,12 +160,14 @@ OTHER_WORLDS = 4
 """So many further worlds are looked through for a situation that this one does not have."""
 
 
-def set_up(desk: Desk, wanted: Advice | None = None) -> Staged:
+def set_up(desk: Desk, wanted: Advice | None = None) -> SetupResult:
     """Set up the situation that advice is about (None: the next that is about one); nothing is recorded."""
     chosen = desk.coach.next_place() if wanted is None else wanted
     if desk.driving:
         desk.drive()
-    staged = stage(desk.session, chosen, seeds=range(desk.seed_after, desk.seed_after + OTHER_WORLDS))
+    staged = set_up_situation(
+        desk.session, chosen, seeds=range(desk.seed_after, desk.seed_after + OTHER_WORLDS)
+    )
     desk.seed = desk.seed if staged.seed is None else staged.seed
     said = chosen.sentence if staged.there else f"{chosen.sentence} {staged.sentence}"
     desk.moved(said.removesuffix("."))
@@ -224,7 +232,7 @@ def stand_by(desk: Desk, number: int) -> Said:
 
 
 @says
-def ask_when(desk: Desk, when: When) -> Said:
+def ask_when(desk: Desk, when: QueryPolicy) -> Said:
     """Choose what it does in testing where it is unsure."""
     desk.coach.asking.when = when
     return Said(WHEN_SAID[when])

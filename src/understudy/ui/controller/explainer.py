@@ -23,7 +23,7 @@ from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
 from understudy.runtime.interpreter import Interpreter, Machine
 from understudy.training.session import Session
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 
 MOST_SWITCHES = 1_000
@@ -138,7 +138,7 @@ class Why:
             return TrainedAutomaton(replace(lesson.automaton, transitions=transitions), lesson)
         return self._session.library.taught[name]
 
-    def lines(self, screen: Screen) -> list[str]:
+    def lines(self, screen: SessionView) -> list[str]:
         """The explanation in sentences."""
         values = tuple(screen.features.values())
         now = self.decision(screen.state, values) if screen.flag is None else None

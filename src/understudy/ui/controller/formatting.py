@@ -10,7 +10,7 @@ from understudy.model.describe import ABSENT, around_zero, format_values, is_ang
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, ExampleKind
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 
 SPARKS = "▁▂▃▄▅▆▇█"
 
@@ -51,7 +51,7 @@ def recorded(examples: Sequence[Example], features: Sequence[BoundFeature]) -> s
     return ("correction: " if first.correction else "") + ", ".join(parts)
 
 
-def switched(name: str, before: Screen, after: Screen, *, driving: bool) -> str:
+def switched(name: str, before: SessionView, after: SessionView, *, driving: bool) -> str:
     """What a switch came to that no press showed; "" where nothing is to be said of it."""
     if before.state == after.state:
         return ""
@@ -92,7 +92,7 @@ def _bar(number: float, low: float, high: float) -> str:
     return SPARKS[min(int(part * len(SPARKS)), len(SPARKS) - 1)]
 
 
-def standing(screen: Screen) -> str:
+def standing(screen: SessionView) -> str:
     """What the parameters stand for: "(A = station)", or nothing."""
     inside = ", ".join(f"{parameter} = {target}" for parameter, target in screen.targets.items())
     return f"({inside})" if inside else ""

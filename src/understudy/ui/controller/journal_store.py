@@ -21,7 +21,7 @@ from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.storage.atomic import convert_os_errors
 from understudy.storage.library_folder import make_file_stem
-from understudy.training.journal_replay import Past
+from understudy.training.journal_replay import ReplayedSession
 
 try:
     import fcntl
@@ -64,7 +64,7 @@ def unfinished(library: Path, name: str, world: str, opened: Library) -> Unfinis
             continue  # it is open elsewhere
         lock.release()
         try:
-            past = Past.replayed(path, opened)
+            past = ReplayedSession.replayed(path, opened)
         except UnderstudyError:
             continue  # of another version, or cut off before anything was shown
         taught = opened.taught.get(name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 
-from understudy.training.session_view import Screen
+from understudy.training.session_view import SessionView
 
 TRAIL_POINTS = 400
 READINGS = 60
@@ -18,7 +18,7 @@ class Memory:
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
         self._readings: dict[str, deque[float]] = {}
 
-    def see(self, x: float, y: float, screen: Screen) -> None:
+    def see(self, x: float, y: float, screen: SessionView) -> None:
         """A tick passed."""
         if not self.trail or (self.trail[-1][0] - x) ** 2 + (self.trail[-1][1] - y) ** 2 > 0.01:
             self.trail.append((x, y))

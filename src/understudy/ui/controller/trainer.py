@@ -17,7 +17,7 @@ from understudy.model.library import TrainedAutomaton
 from understudy.robots.twin import Ground, Twin, unnoted
 from understudy.sim.view import WorldView
 from understudy.storage.library_folder import save_automaton
-from understudy.training.edits import Edit
+from understudy.training.edits import ExampleChange
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting
@@ -358,7 +358,7 @@ class Desk:
         return self._changed(f"Example {number} deleted; undo takes that back")
 
     @says
-    def edit(self, number: int, **what: Unpack[Edit]) -> Said:
+    def edit(self, number: int, **what: Unpack[ExampleChange]) -> Said:
         """Let an example say another state, next state or values."""
         self.session.edit(number, **what)
         return self._changed(f"Example {number} edited; undo takes that back")

@@ -14,8 +14,8 @@ from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.scenario.schema import Scenario
 from understudy.storage.library_folder import make_file_stem, normalize_name
-from understudy.training.edits import Choice, rechosen
-from understudy.training.lesson_design import chosen_feature, new_lesson
+from understudy.training.edits import DesignChange, change_design
+from understudy.training.lesson_design import new_lesson, parse_feature
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Choices:
             unlearning=former.unlearning if self.unlearning is None else self.unlearning,
         )
 
-    def anew(self, former: LearnerOptions) -> Choice:
+    def anew(self, former: LearnerOptions) -> DesignChange:
         """What is chosen anew for a lesson with these options."""
-        choice = Choice(
+        choice = DesignChange(
             states=self.states or (),
             features=self.features or (),
             flags=self.flags or (),
@@ -128,7 +128,7 @@ def _again(plan: Plan) -> Start:
             remedy="leave the option out, or teach one of another name",
         )
     if chosen.features is not None:
-        features = tuple(chosen_feature(plan.library, feature) for feature in chosen.features)
+        features = tuple(parse_feature(plan.library, feature) for feature in chosen.features)
         if features != lesson.automaton.features:
             raise SettingError(
                 where=f"automaton {plan.name!r}",
@@ -136,13 +136,13 @@ def _again(plan: Plan) -> Start:
                 problem=f"are not those it is taught with, {', '.join(map(str, lesson.automaton.features))}",
                 remedy="leave the option out, and press c in the trainer to choose others",
             )
-    choice = Choice(options=chosen.options(lesson.options))
+    choice = DesignChange(options=chosen.options(lesson.options))
     if chosen.states is not None:
         choice["states"] = chosen.states
     if chosen.flags is not None:
         choice["flags"] = chosen.flags
     stand_for = targets(plan, lesson, chosen)
-    return Start(rechosen(lesson, plan.library, choice, stand_for), stand_for)
+    return Start(change_design(lesson, plan.library, choice, stand_for), stand_for)
 
 
 def targets(plan: Plan, lesson: Lesson, choices: Choices) -> dict[str, str]:

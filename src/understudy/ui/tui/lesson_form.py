@@ -20,7 +20,7 @@ from understudy.model.automaton import START, State
 from understudy.model.binding import format_bound_name
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.training.edits import Choice, rechosen
+from understudy.training.edits import DesignChange, change_design
 from understudy.ui.controller.training_plan import Choices, Plan, new, targets
 
 
@@ -117,13 +117,13 @@ class Choose(Screen[Choices | None]):
         )
 
         def check(choices: Choices) -> None:
-            choice = Choice(
+            choice = DesignChange(
                 states=choices.states or (),
                 features=choices.features or (),
                 flags=choices.flags or (),
                 options=choices.options(lesson.options),
             )
-            rechosen(lesson, library, choice, {})  # no parameter is new
+            change_design(lesson, library, choice, {})  # no parameter is new
 
         return cls(library, automaton.name, now, check, again=True)
 

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from understudy.coaching.queries import Asking, Question
+from understudy.coaching.queries import Question, UncertaintyQueries
 from understudy.errors import SessionError
 from understudy.model.lesson import Example
-from understudy.training.other_agents import Instant
+from understudy.training.other_agents import SessionSnapshot
 from understudy.training.session import Session
 from understudy.ui.controller.coach import Coach
 from understudy.ui.web.messages.base import Data
@@ -35,7 +35,7 @@ class Frame(NamedTuple):
     """A moment, when it was (s of the world's time), and how much room it takes."""
 
     time_s: float
-    instant: Instant
+    instant: SessionSnapshot
     size: int
 
 
@@ -168,7 +168,7 @@ class Unsure:
         marks = [mark.data for mark in self._still(coach.asking)]
         return AskingData(when=coach.asking.when.value, question=asked, marks=marks)
 
-    def _still(self, asking: Asking) -> tuple[Mark, ...]:
+    def _still(self, asking: UncertaintyQueries) -> tuple[Mark, ...]:
         """Those at which it would be unsure now, too."""
         examples, marks = asking.session.examples, self._marks
         if examples is not self._for[0] or marks is not self._for[1]:

@@ -10,14 +10,14 @@ from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 
-from understudy.coaching.queries import When
+from understudy.coaching.queries import QueryPolicy
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.robots.twin import Ground, Twin
 from understudy.runtime.team.coordinator_body import Troop
 from understudy.sim.scenario.schema import Scenario, Sonar
 from understudy.sim.world import World
-from understudy.training.other_agents import Instant
+from understudy.training.other_agents import SessionSnapshot
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting, journal_store
 from understudy.ui.controller.arming import Robots
@@ -280,7 +280,7 @@ class Stage:
         self._back(frame.instant)
         self.trained.why.remember(switches)
 
-    def go_back(self, instant: Instant) -> None:
+    def go_back(self, instant: SessionSnapshot) -> None:
         """Go back to a moment of this session that may be of another run."""
         self._back(instant)
         self._begin_reel()
@@ -291,7 +291,7 @@ class Stage:
         self.changed()
 
     @says
-    def _back(self, instant: Instant) -> Said:
+    def _back(self, instant: SessionSnapshot) -> Said:
         desk = self.trained
         self.pause(True)
         desk.session.rewind(instant)
@@ -321,7 +321,7 @@ class Stage:
 
     def take(self, opened: Opened, said: str) -> None:
         """Another desk takes the place of the present one, whose journal is not needed any more."""
-        asked = When.NEVER if self.desk is None else self.desk.coach.asking.when
+        asked = QueryPolicy.NEVER if self.desk is None else self.desk.coach.asking.when
         self._leave()
         self._idling.pause(True)
         self.opened, desk = opened, opened.desk

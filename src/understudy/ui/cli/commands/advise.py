@@ -31,7 +31,7 @@ def advise(
 
     [dim]understudy advise goto --library demo/library --world forage[/]
     """
-    from understudy.coaching.give_advice import advice
+    from understudy.coaching.give_advice import give_advice
     from understudy.learning.fit import learn
     from understudy.ui.cli.library_data import look
     from understudy.ui.cli.options import learner, some_kit
@@ -51,7 +51,7 @@ def advise(
         )
     compile_once(learner=True, quiet=as_json)
     situations = None if world is None else _situations(lesson, world, bind)
-    found = advice(lesson, learn(lesson), kit=parts, situations=situations)
+    found = give_advice(lesson, learn(lesson), kit=parts, situations=situations)
     if as_json:
         print_json({"name": name, "advice": [row(each, lesson) for each in found[:most]]})
     else:
@@ -66,16 +66,16 @@ def _refused(where: str, setting: str, problem: str, remedy: str) -> Exception:
 
 def _situations(lesson: Lesson, world: str, bind: list[str] | None) -> Any:
     """What a robot senses here and there in the scenario; own features as in the examples."""
-    from understudy.coaching.pose_sampling import situations_in
+    from understudy.coaching.pose_sampling import sample_posed_situations
     from understudy.sim.world import World
-    from understudy.training.lesson_design import check_targets
+    from understudy.training.lesson_design import check_parameter_targets
     from understudy.ui.cli.options import bindings, find_world
 
     body = World(find_world(world))
     automaton = lesson.automaton
     targets = dict.fromkeys(automaton.parameters, body.targets[0]) | bindings(bind)
-    check_targets(automaton, targets, body.targets)
-    return situations_in(body, automaton.features, targets)
+    check_parameter_targets(automaton, targets, body.targets)
+    return sample_posed_situations(body, automaton.features, targets)
 
 
 def row(each: Advice, lesson: Lesson) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from msgspec import UNSET, UnsetType
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.pose_sampling import Placeable
-from understudy.coaching.queries import When
+from understudy.coaching.queries import QueryPolicy
 from understudy.errors import SessionError
 from understudy.ui.controller import coach
 from understudy.ui.controller.coach import Advised
@@ -120,7 +120,7 @@ def set_up(stage: Stage, message: m.SetUp) -> SituationReply:
 
 def ask_when(stage: Stage, message: m.AskWhen) -> None:
     """Choose what it does in testing where it is unsure."""
-    coach.ask_when(stage.trained, When(message.when))
+    coach.ask_when(stage.trained, QueryPolicy(message.when))
 
 
 def press(stage: Stage, message: Press) -> None:

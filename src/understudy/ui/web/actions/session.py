@@ -8,8 +8,8 @@ from pathlib import Path
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.model.binding import Binding, format_bound_name
 from understudy.sim.world import World
-from understudy.training.journal import Pressed, Snapshot, Stepped, read_journal
-from understudy.training.other_agents import Instant
+from understudy.training.journal import LessonChanged, PressReceived, SnapshotTaken, read_journal
+from understudy.training.other_agents import SessionSnapshot
 from understudy.ui.controller import journal_store
 from understudy.ui.controller.open_session import begun, resumed
 from understudy.ui.controller.status import Said
@@ -205,20 +205,20 @@ def go_to_example(stage: Stage, number: int) -> None:
     if snapshot is None:
         raise SessionError(f"example {number} was not shown in this session: its moment is not kept")
     others = desk.session.company.snapshot()  # what they did then is not kept: they go on
-    stage.go_back(Instant(zlib.decompress(snapshot.body), tuple(snapshot.run), snapshot.mode, others))
+    stage.go_back(SessionSnapshot(zlib.decompress(snapshot.body), tuple(snapshot.run), snapshot.mode, others))
 
 
-def _before(journal: Path, number: int) -> Snapshot | None:
+def _before(journal: Path, number: int) -> SnapshotTaken | None:
     """The snapshot before the press that showed an example; the last such, as undo lets numbers go."""
     snapshot = found = None
-    before: dict[int, Snapshot | None] = {}
+    before: dict[int, SnapshotTaken | None] = {}
     for entry in read_journal(journal):
         match entry:
-            case Snapshot():
+            case SnapshotTaken():
                 snapshot = entry
-            case Pressed():
+            case PressReceived():
                 before[entry.press.number] = snapshot
-            case Stepped() if entry.press is not None and any(
+            case LessonChanged() if entry.press is not None and any(
                 each.number == number for each in entry.changed
             ):
                 found = before.get(entry.press)

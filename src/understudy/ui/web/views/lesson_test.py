@@ -13,7 +13,7 @@ from understudy.model import describe
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.scenario.files import dump_scenario
 from understudy.storage.library_folder import list_versions, load_version
-from understudy.training.other_agents import Instant
+from understudy.training.other_agents import SessionSnapshot
 from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.lesson_actions import seen
 from understudy.ui.controller.save_report import lost_since
@@ -115,7 +115,7 @@ def visit(stage: Stage, message: Visit) -> Said:
     if outcome.agent != desk.session.agent:
         raise SessionError(f"that was promised with robot {outcome.agent + 1}: train that one to see it")
     others = desk.session.company.snapshot()
-    stage.go_back(Instant(outcome.snapshot, (), desk.session.mode, others))
+    stage.go_back(SessionSnapshot(outcome.snapshot, (), desk.session.mode, others))
     if dict(outcome.targets) != dict(desk.screen.targets):
         desk.bind(outcome.targets)
     return Said(f"Here it was promised: {outcome}")
