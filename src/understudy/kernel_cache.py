@@ -10,9 +10,26 @@ from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
 
+from understudy.errors import SettingError
+
 SETTING = "NUMBA_CACHE_DIR"
 KERNELS = ("**/kernels/*.py", "**/_*kernels.py", "sim/sensing/sectors.py")
 """The files of kernels, and those that say what kernels find in memory."""
+MODE = "UNDERSTUDY_KERNELS"
+COMPILED, CHECKED, PYTHON = "compiled", "checked", "python"
+"""How kernels run: compiled; compiled so that an index beyond an array's end raises IndexError; as plain Python.
+
+Plain Python refuses an index below 0 too, which the others count from the array's end.
+"""
+
+
+def mode() -> str:
+    """How kernels run in this process: what the environment variable UNDERSTUDY_KERNELS names, else COMPILED."""
+    chosen, known = os.environ.get(MODE) or COMPILED, (COMPILED, CHECKED, PYTHON)
+    if chosen not in known:
+        remedy = f"give one of {', '.join(known)}"
+        raise SettingError(where="environment", setting=MODE, problem=f"is {chosen!r}", remedy=remedy)
+    return chosen
 
 
 def choose_cache_folder() -> None:
@@ -51,6 +68,11 @@ def _temporary() -> Path:
     except OSError:
         pass
     return Path(tempfile.mkdtemp(prefix="understudy-kernels-"))
+
+
+def checked_cache(named: str) -> str:
+    """A folder for kernels compiled with checks, in the one that is named for kernels, if any."""
+    return str((Path(named) if named else _temporary()) / CHECKED)
 
 
 def hash_kernel_sources() -> str:

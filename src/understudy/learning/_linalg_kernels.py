@@ -1,8 +1,9 @@
 """The inverse of a small matrix, without a library whose threads wait for each other on a busy machine."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from understudy._jit_kernels import njit
 
 Floats = NDArray[np.float64]
 

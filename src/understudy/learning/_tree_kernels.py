@@ -11,8 +11,9 @@ the same range start:stop of each row, and splitting reorders the rows within it
 from math import floor, isnan
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from understudy._jit_kernels import njit
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -22,8 +23,7 @@ STEPS = 1e9
 LINE, CIRCLE, LABELS = 0, 1, 2
 LEAF, BELOW, ARC, ABSENT, LABEL = 0, 1, 2, 3, 4
 DEFAULT, SHOWN, WATCHED = 0, 1, 2
-NOTHING = -1
-MIXED = -1
+NOTHING = MIXED = -1
 # Columns of a node. AWAY: the child that absent values join. SORT and the next: of either end of a cut,
 # whether the default is above it (1), below it (-1), or neither.
 KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.sim.kernels.dtypes import CONTEXT, MOVE, OFFSET, PULL, PUSH, SEGMENT, SPOT, THING, VIEW, WORK
+from understudy._jit_kernels import for_kernels
+from understudy.sim.kernels.dtypes import FACTS, MOVE, OFFSET, PULL, PUSH, SEGMENT, SPOT, THING, VIEW, WORK
 from understudy.sim.layout.neighbor_grid import Grid, Near
 from understudy.sim.scenario.schema import Bumper, Camera, Scenario, Sonar
 from understudy.sim.sensing.sense_plan import CAMERA, TO_CLASS, TO_UNCLAIMED, Plan
@@ -55,17 +56,63 @@ def shared(stage: Stage, grid: Grid) -> Shared:
     return Shared(grid, moves, works, pushes, pulls, np.zeros(8 * (2 + MOST_THREADS), np.int64))
 
 
+class Arrays(NamedTuple):
+    """All that a kernel may look at: `facts`, and arrays, those of several worlds or dimensions one after the other."""
+
+    facts: Any
+    """A record FACTS."""
+    robots: Records
+    types: Records
+    objects: Records
+    classes: Records
+    class_of: NDArray[np.int32]
+    discs: Records
+    segments: Records
+    seeds: NDArray[np.int64]
+    tick: NDArray[np.int64]
+    finished: NDArray[np.int64]
+    memory: NDArray[np.float64]
+    steps: Records
+    parts: Records
+    sectors: Records
+    of_type: NDArray[np.int64]
+    near_start: NDArray[np.int64]
+    near_items: NDArray[np.int32]
+    start: NDArray[np.int32]
+    """Of the grid, as the next two."""
+    spots: Records
+    spot_of: NDArray[np.int32]
+    moves: Records
+    """Of the scratch, as all from here on."""
+    works: Records
+    pushes: Records
+    pulls: Records
+    rows: NDArray[np.float64]
+    offsets: Records
+    object_x: NDArray[np.float64]
+    object_y: NDArray[np.float64]
+    object_order: NDArray[np.int64]
+    callers: Records
+    caller_counts: NDArray[np.int64]
+    a: NDArray[np.float64]
+    b: NDArray[np.float64]
+    things: Records
+    views: Records
+    pieces: Records
+
+
 class Context:
-    """A CONTEXT, as `record` [1], and the arrays that it points to, which live as long as it does.
+    """What kernels are given to look at and to work with, as `arrays`.
 
     `rows` [BLOCK, F] is where the readings of the robots at work go.
     """
 
     def __init__(self, stage: Stage, plan: Plan, room: Shared) -> None:
         state, rules = stage.state, stage.rules
-        objects, discs, segments = (array.shape[1] for array in (state.objects, state.discs, state.segments))
-        seen = discs + objects + rules.robots if CAMERA in plan.steps["what"] else 0
+        objects, segments = stage.state.objects.shape[1], stage.state.segments.shape[1]
+        seen = state.discs.shape[1] + objects + rules.robots if CAMERA in plan.steps["what"] else 0
         self.room = room
+        self.has = stage.has
         self.rows = np.full((BLOCK, max(1, plan.width)), np.nan)
         arrays: dict[str, NDArray[Any]] = {
             **{name: getattr(state, name) for name in _OF_STATE},
@@ -91,38 +138,34 @@ class Context:
             "views": np.zeros(seen + segments if seen else 0, VIEW),
             "pieces": np.zeros(segments if seen else 0, SEGMENT),
         }
-        self._arrays = arrays
-        self.record = np.zeros(1, CONTEXT)
-        record = self.record[0]
-        for name, array in arrays.items():
-            record[name] = array.ctypes.data
-        for name in (
-            "width",
-            "height",
-            "tick_s",
-            "goal",
-            "goal_target",
-            "goal_within",
-            "goal_count",
-            "signals",
-        ):
-            record[name] = getattr(rules, name)
-        for name in ("cell", "columns", "lines", "shift", "keep", "most_radius", "most_step"):
-            record[name] = getattr(room.grid, name)
-        for name in ("columns", "lines"):
-            record[f"near_{name}"] = getattr(stage.near, name)
-        record["per_cell"], record["near_per_cell"] = 1.0 / room.grid.cell, 1.0 / stage.near.cell
-        classes = rules.classes
-        record["passable"] = not rules.types["collides"].all()
-        record["gridded"] = len(room.grid.spots) > 0
-        record["count"] = rules.robots
-        record["type_count"], record["class_count"] = len(rules.types), len(classes)
-        record["object_count"], record["disc_count"], record["segment_count"] = objects, discs, segments
-        record["memory_count"] = state.memory.shape[1]
-        record["width_of_row"] = self.rows.shape[1]
-        record["lines_up"] = bool(np.isin(plan.steps["place"], (TO_CLASS, TO_UNCLAIMED)).any())
-        record["solids"] = bool(classes["solid"].any())
-        self.has = stage.has
+        facts = _facts(stage, plan, room, width_of_row=self.rows.shape[1])
+        self.arrays = for_kernels(
+            Arrays(facts, **{name: array.reshape(-1) for name, array in arrays.items()})
+        )
+
+
+def _facts(stage: Stage, plan: Plan, room: Shared, *, width_of_row: int) -> Any:
+    """What is known of some worlds: a record FACTS."""
+    state, rules, grid, near = stage.state, stage.rules, room.grid, stage.near
+    record = np.zeros(1, FACTS).view(np.recarray)[0]
+    for name in ("width", "height", "tick_s", "goal", "goal_target", "goal_within", "goal_count", "signals"):
+        record[name] = getattr(rules, name)
+    for name in ("cell", "columns", "lines", "shift", "keep", "most_radius", "most_step"):
+        record[name] = getattr(grid, name)
+    for name in ("columns", "lines"):
+        record[f"near_{name}"] = getattr(near, name)
+    record["per_cell"], record["near_per_cell"] = 1.0 / grid.cell, 1.0 / near.cell
+    record["passable"] = not rules.types["collides"].all()
+    record["gridded"] = len(grid.spots) > 0
+    record["count"] = rules.robots
+    record["type_count"], record["class_count"] = len(rules.types), len(rules.classes)
+    record["object_count"] = state.objects.shape[1]
+    record["disc_count"], record["segment_count"] = state.discs.shape[1], state.segments.shape[1]
+    record["memory_count"] = state.memory.shape[1]
+    record["width_of_row"] = width_of_row
+    record["lines_up"] = bool(np.isin(plan.steps["place"], (TO_CLASS, TO_UNCLAIMED)).any())
+    record["solids"] = bool(rules.classes["solid"].any())
+    return record
 
 
 def has(scenario: Scenario, rules: Rules) -> tuple[bool | None, ...]:

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy._jit_kernels import MODE
+from understudy.kernel_cache import PYTHON
 from understudy.runtime.body import FusedPlan
 from understudy.runtime.engine.compiler import compile_programs
 from understudy.runtime.engine.tables import Stacks, Tables
@@ -51,6 +53,8 @@ def advance(
     The commands of the plan are a table whose columns are COLUMNS.
     """
     rows, worlds = len(stage.state.robots), len(stage.state.seeds)
+    if MODE == PYTHON:  # in which the threads of a world could not wait for each other
+        threads = 1
     if threads is None:
         threads = 1 if rows < ALONE else os.cpu_count() or 1
     threads = min(threads, max(worlds, rows // 64), MOST_THREADS)
@@ -238,7 +242,7 @@ def run(
 ) -> None:  # fmt: skip
     """Sense, decide and act in the worlds from `first` up to `end`."""
     tick.advance(
-        context.record, tick.RUN, first, end, part, parts, context.room.barrier, ticks, until_finished,
+        context.arrays, tick.RUN, first, end, part, parts, context.room.barrier, ticks, until_finished,
         context.rows, tuple(tables), tuple(stacks), commands, running, NOTHING[2], led, *context.has,
     )  # fmt: skip
 
@@ -246,7 +250,7 @@ def run(
 def sense(context: Context, worlds: int, out: NDArray[np.float64]) -> None:
     """The readings [B*N, F] of all robots, to `out`."""
     tick.advance(
-        context.record, tick.SENSE, 0, worlds, 0, 1, context.room.barrier, 1, False,
+        context.arrays, tick.SENSE, 0, worlds, 0, 1, context.room.barrier, 1, False,
         context.rows, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out, None, *context.has,
     )  # fmt: skip
 
@@ -254,7 +258,7 @@ def sense(context: Context, worlds: int, out: NDArray[np.float64]) -> None:
 def obey(context: Context, worlds: int, commands: NDArray[np.float64]) -> None:
     """One tick with commands [B*N, 5]."""
     tick.advance(
-        context.record, tick.OBEY, 0, worlds, 0, 1, context.room.barrier, 1, False,
+        context.arrays, tick.OBEY, 0, worlds, 0, 1, context.room.barrier, 1, False,
         context.rows, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2], None, *context.has,
     )  # fmt: skip
 

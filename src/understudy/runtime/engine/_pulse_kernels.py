@@ -1,9 +1,9 @@
 """Pulses of compiled programs: what `interpreter.py` defines, for N agents on tables (see `tables.py`)."""
 
 import numpy as np
-from numba import njit
-from numba.core import decorators
 from numpy.typing import NDArray
+
+from understudy._jit_kernels import entry, njit, uint64
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -16,14 +16,10 @@ Stacks = tuple[Ints, Ints, Floats, Floats]
 
 # Nothing here makes an array, so none need be counted: with reference counts (nrt) a pulse takes ten times as long.
 # What is `within` becomes part of its callers; they must be `bare` too, since it then counts as they do. What is
-# `joined` is compiled by itself first. The types are spelled because Numba declares none for _nrt.
-bare: "decorators._JITWrapper" = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]
-within: "decorators._JITWrapper" = njit(  # type: ignore[call-overload]
-    cache=True, nogil=True, _nrt=False, inline="always"
-)
-joined: "decorators._JITWrapper" = njit(  # type: ignore[call-overload]
-    cache=True, nogil=True, _nrt=False, forceinline=True
-)
+# `joined` is compiled by itself first.
+bare = entry(cache=True, nogil=True, _nrt=False)
+within = njit(cache=True, nogil=True, _nrt=False, inline="always")
+joined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)
 
 # As in tables.py, which a kernel file cannot import.
 STAY = -1
@@ -36,7 +32,7 @@ ASKED = -(2**31)
 @within
 def unsigned(index: int) -> int:
     """An index that cannot count from the end: to ask whether it does takes time."""
-    return np.uint64(index)  # type: ignore[return-value]
+    return uint64(index)  # type: ignore[no-any-return]
 
 
 @within

@@ -8,8 +8,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from understudy._jit_kernels import njit
 from understudy.runtime.engine._pulse_kernels import bare, begin, pulse
 
 # As in leading.py, which a kernel file cannot import.
@@ -20,7 +20,7 @@ IDLING = 0
 SAME_S = 1e-6
 
 
-@njit(error_model="numpy", _nrt=False)  # type: ignore[call-overload, untyped-decorator]
+@njit(error_model="numpy", _nrt=False)
 def told_by(statistic: Any, sources: Any, member: Any, bands: Any) -> float:
     """What a member reads, or whether its flag is up."""
     if statistic.of == THERE:
@@ -36,7 +36,7 @@ def told_by(statistic: Any, sources: Any, member: Any, bands: Any) -> float:
     return 1.0 if states[stacks[1][member.row, 0]].flag == source else 0.0
 
 
-@njit(error_model="numpy", _nrt=False)  # type: ignore[call-overload, untyped-decorator]
+@njit(error_model="numpy", _nrt=False)
 def surveyed(statistic: Any, sources: Any, lead: Any, bands: Any, low: int, high: int) -> float:
     """A statistic over the members from `low` up to `high`, as it is now."""
     members, counted = lead[2], lead[6]
@@ -87,7 +87,7 @@ def surveyed(statistic: Any, sources: Any, lead: Any, bands: Any, low: int, high
     return math.sqrt(total / number)
 
 
-@njit(error_model="numpy", _nrt=False)  # type: ignore[call-overload, untyped-decorator]
+@njit(error_model="numpy", _nrt=False)
 def remembered(statistic: Any, value: float, now: float, last: Any, since: Any, squad: int) -> float:
     """What a statistic over time reads, given what it is now."""
     if value == 1.0:
@@ -105,7 +105,7 @@ def remembered(statistic: Any, value: float, now: float, last: Any, since: Any, 
     return 1.0 if seconds >= statistic.seconds else 0.0
 
 
-@njit(error_model="numpy", _nrt=False)  # type: ignore[call-overload, untyped-decorator]
+@njit(error_model="numpy", _nrt=False)
 def survey(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
     """All that a squad senses of its members, and whether anybody is left of it."""
     statistics, sources, members, first, drops = lead[0], lead[1], lead[2], lead[3], lead[4]
@@ -126,7 +126,7 @@ def survey(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
         mine[2][squad, k] = value
 
 
-@njit(error_model="numpy", _nrt=False)  # type: ignore[call-overload, untyped-decorator]
+@njit(error_model="numpy", _nrt=False)
 def start(member: Any, duty: int, now: float, roots: Any, bands: Any) -> None:
     """Let a member begin a duty."""
     band, row = bands[member.layer], member.row
@@ -139,7 +139,7 @@ def start(member: Any, duty: int, now: float, roots: Any, bands: Any) -> None:
         begin(row, 0, root, now, band[0], stacks)
 
 
-@njit(error_model="numpy", _nrt=False)  # type: ignore[call-overload, untyped-decorator]
+@njit(error_model="numpy", _nrt=False)
 def command(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
     """Pulse a coordinator; where it orders anew, its members begin."""
     members, first, ordered = lead[2], lead[3], lead[5]
@@ -164,7 +164,7 @@ def command(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
             start(members[m], heard[m], now, roots, bands)
 
 
-@njit(error_model="numpy", _nrt=False)  # type: ignore[call-overload, untyped-decorator]
+@njit(error_model="numpy", _nrt=False)
 def lead_world(world: int, now: float, bands: Any, leads: Any) -> None:
     """All coordinators of a world, once its robots have sensed: surveys bottom-up, orders top-down."""
     for level in range(len(leads)):

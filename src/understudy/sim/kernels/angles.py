@@ -4,7 +4,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from understudy._jit_kernels import njit
 
 TAU = 2.0 * math.pi
 # What a double leaves of each of these.
@@ -17,7 +18,7 @@ EIGHTH = math.tan(math.pi / 8.0)
 @njit(error_model="numpy", forceinline=True)
 def wrapped(angle: float) -> Any:
     """An angle in [0, tau)."""
-    angle -= TAU * np.floor(angle * (1.0 / TAU))
+    angle -= TAU * float(np.floor(angle * (1.0 / TAU)))
     angle += TAU if angle < 0.0 else 0.0  # rounding may have left it a hair outside, on either side
     return angle - TAU if angle >= TAU else angle
 
@@ -53,7 +54,7 @@ def angle_of(y: float, x: float) -> Any:
 @njit(error_model="numpy", forceinline=True)
 def cosine_and_sine(angle: float) -> Any:
     """The cosine and sine of an angle (rad, no more than some thousand turns), to 1.2e-16."""
-    quarters = np.floor(angle * (2.0 / math.pi) + 0.5)
+    quarters = float(np.floor(angle * (2.0 / math.pi) + 0.5))
     rest = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW  # in [-pi / 4, pi / 4]
     u = rest * rest
     v = u * u

@@ -11,8 +11,9 @@ The point where a ray meets a segment is before a disc if its distance squared i
 import math
 from typing import Any
 
-from numba import njit
 from numpy.typing import NDArray
+
+from understudy._jit_kernels import njit
 
 Records = NDArray[Any]
 

@@ -3,9 +3,9 @@
 import math
 from typing import Any, TypeAlias
 
-from numba import njit
 from numpy.typing import NDArray
 
+from understudy._jit_kernels import njit
 from understudy.sim.kernels.rng import uniform
 
 Records: TypeAlias = NDArray[Any]
@@ -117,21 +117,18 @@ def _is_free_now(
     away = kind.radius + kind.apart
     for n in range(robots.shape[0]):
         least = away + types[robots[n].type].radius
-        if (types[robots[n].type].collides or kind.solid) and (
-            (x - robots[n].x) ** 2 + (y - robots[n].y) ** 2 < least * least
-        ):
+        dx, dy = x - robots[n].x, y - robots[n].y
+        if (types[robots[n].type].collides or kind.solid) and dx * dx + dy * dy < least * least:
             return False
     for n in range(objects.shape[0]):
         other = classes[class_of[n]]
         least = kind.radius + other.radius + max(kind.apart, other.apart)
-        if (
-            objects[n].present
-            and n != slot
-            and ((x - objects[n].x) ** 2 + (y - objects[n].y) ** 2 < least * least)
-        ):
+        dx, dy = x - objects[n].x, y - objects[n].y
+        if objects[n].present and n != slot and dx * dx + dy * dy < least * least:
             return False
     for n in range(discs.shape[0]):
         least = away + discs[n].radius
-        if discs[n].radius > 0.0 and (x - discs[n].x) ** 2 + (y - discs[n].y) ** 2 < least * least:
+        dx, dy = x - discs[n].x, y - discs[n].y
+        if discs[n].radius > 0.0 and dx * dx + dy * dy < least * least:
             return False
     return bool(clear_of_segments(x, y, away, segments, 0, segments.shape[0]))

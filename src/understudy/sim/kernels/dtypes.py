@@ -237,15 +237,8 @@ __all__ = ["SECTOR", "THING", "VIEW"]
 TOUCH = 0.005
 """m; what a bumper is nearer to than this, it touches."""
 
-INT = np.dtype("i4")
-WHOLE = np.dtype([("v", "i8")])
-INDEX = np.dtype([("v", "i4")])
-NUMBER = np.dtype([("v", "f8")])
-"""A lone number, where an array has nothing else."""
-
-CONTEXT = np.dtype(
+FACTS = np.dtype(
     [
-        # Scalars.
         ("width", "f8"),
         ("height", "f8"),
         ("tick_s", "f8"),
@@ -278,44 +271,7 @@ CONTEXT = np.dtype(
         ("lines_up", "i8"),  # objects of some class are looked for
         ("signals", "i8"),
         ("solids", "i8"),
-        # Where arrays lie.
-        ("robots", "i8"),
-        ("types", "i8"),
-        ("objects", "i8"),
-        ("classes", "i8"),
-        ("class_of", "i8"),
-        ("discs", "i8"),
-        ("segments", "i8"),
-        ("seeds", "i8"),
-        ("tick", "i8"),
-        ("finished", "i8"),
-        ("memory", "i8"),
-        ("steps", "i8"),
-        ("parts", "i8"),
-        ("sectors", "i8"),
-        ("of_type", "i8"),
-        ("near_start", "i8"),
-        ("near_items", "i8"),
-        ("start", "i8"),  # of the grid
-        ("spots", "i8"),
-        ("spot_of", "i8"),
-        ("moves", "i8"),  # of the scratch, as all from here on
-        ("works", "i8"),
-        ("pushes", "i8"),
-        ("pulls", "i8"),
-        ("rows", "i8"),
-        ("offsets", "i8"),
-        ("object_x", "i8"),
-        ("object_y", "i8"),
-        ("object_order", "i8"),
-        ("callers", "i8"),
-        ("caller_counts", "i8"),
-        ("a", "i8"),
-        ("b", "i8"),
-        ("things", "i8"),
-        ("views", "i8"),
-        ("pieces", "i8"),
     ],
     align=True,
 )
-"""All that a kernel may look at: it is given one of these, and finds everything else from there."""
+"""What is known of the worlds, and of the room to work in, beside their arrays."""

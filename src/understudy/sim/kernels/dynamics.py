@@ -3,23 +3,9 @@
 import math
 from typing import Any
 
-from numba import njit
-
+from understudy._jit_kernels import inlined, inner, int64, njit
 from understudy.sim.kernels.angles import TAU, cosine_and_sine
 from understudy.sim.kernels.clearance import free_place
-from understudy.sim.kernels.dtypes import CLASS, DISC, INT, OBJECT, ROBOT, SEGMENT, TYPE, WHOLE
-from understudy.sim.kernels.memory import (
-    array_at,
-    at,
-    class_at,
-    index_at,
-    move_at,
-    object_at,
-    push_at,
-    robot_at,
-    type_at,
-    work_at,
-)
 from understudy.sim.kernels.motion import (
     CLEAR,
     limited,
@@ -32,24 +18,22 @@ from understudy.sim.kernels.sensing import nearest_food, station_here
 
 FINE = 2.0**40  # pushes are summed as whole numbers, so that their order does not matter
 APPEARS, STAYS, WALKS, PLACE = 1, 2, 3, 4  # streams of an object's draws
-ROBOT_SIZE, OBJECT_SIZE = ROBOT.itemsize, OBJECT.itemsize
-DISC_SIZE, SEGMENT_SIZE = DISC.itemsize, SEGMENT.itemsize
 GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR, GOAL_GATHERED = 1, 2, 3, 4
 
 
-@njit(error_model="numpy")
+@inner
 def push(c: Any, row: int, world: int) -> None:
     """Add what a robot pushes in its step to every box that it meets."""
-    robot, move = robot_at(c, row), move_at(c, world, row)
+    robot, move = c.robots[row], c.moves[row - world * c.facts.count]
     if move.scale == 0.0 or (move.dx == 0.0 and move.dy == 0.0):
         return
-    radius = type_at(c, robot.type).radius
-    for index in range(c.class_count):
-        kind = class_at(c, index)
+    radius = c.types[robot.type].radius
+    for index in range(c.facts.class_count):
+        kind = c.classes[index]
         if not kind.pushable:
             continue
         for slot in range(kind.first, kind.end):
-            thing = object_at(c, world, slot)
+            thing = c.objects[world * c.facts.object_count + slot]
             if not thing.present:
                 continue
             dx, dy = thing.x - robot.x, thing.y - robot.y
@@ -62,78 +46,82 @@ def push(c: Any, row: int, world: int) -> None:
             closing = move.scale * (move.dx * dx + move.dy * dy) / distance
             deep = closing - max(0.0, distance - touch)
             if deep > 0.0:
-                box = push_at(c, slot)
+                box = c.pushes[slot]
                 box.sum_x += int(deep * dx / distance * FINE)
                 box.sum_y += int(deep * dy / distance * FINE)
                 box.count += 1
 
 
-@njit(error_model="numpy")
+@inner
 def shift_boxes(c: Any, world: int) -> None:
     """Where the boxes go that are pushed: as the mean of their pushers, as far as the free gaps let them."""
-    first = world * c.count
-    for index in range(c.class_count):
-        kind = class_at(c, index)
+    first = world * c.facts.count
+    for index in range(c.facts.class_count):
+        kind = c.classes[index]
         if not kind.pushable:
             continue
         for slot in range(kind.first, kind.end):
-            box = push_at(c, slot)
+            box = c.pushes[slot]
             box.dx = box.dy = 0.0
-            if box.count >= kind.pushers and box.count > 0 and object_at(c, world, slot).present:
+            if (
+                box.count >= kind.pushers
+                and box.count > 0
+                and c.objects[world * c.facts.object_count + slot].present
+            ):
                 box.dx, box.dy = box.sum_x / FINE / box.count, box.sum_y / FINE / box.count
-    for index in range(c.class_count):
-        kind = class_at(c, index)
+    for index in range(c.facts.class_count):
+        kind = c.classes[index]
         if not kind.pushable:
             continue
         for slot in range(kind.first, kind.end):
-            box, thing = push_at(c, slot), object_at(c, world, slot)
+            box, thing = c.pushes[slot], c.objects[world * c.facts.object_count + slot]
             box.scale = 1.0
             if box.dx == 0.0 and box.dy == 0.0:
                 continue
             scale = limited_by_fixed(c, 1.0, thing.x, thing.y, kind.radius, box, world)
-            for other_index in range(c.class_count):
-                other_kind = class_at(c, other_index)
+            for other_index in range(c.facts.class_count):
+                other_kind = c.classes[other_index]
                 if other_kind.pushable:
                     for other in range(other_kind.first, other_kind.end):
-                        them = object_at(c, world, other)
+                        them = c.objects[world * c.facts.object_count + other]
                         dx, dy = them.x - thing.x, them.y - thing.y
                         squared = dx * dx + dy * dy
                         if other == slot or not them.present or squared == 0.0:
                             continue
                         distance = math.sqrt(squared)
                         nx, ny = dx / distance, dy / distance
-                        towards = -(push_at(c, other).dx * nx + push_at(c, other).dy * ny)
+                        towards = -(c.pushes[other].dx * nx + c.pushes[other].dy * ny)
                         gap = distance - kind.radius - other_kind.radius
                         scale = limited(scale, nx, ny, gap, box.dx, box.dy, towards)
-            for row in range(first, first + c.count):
-                robot, move = robot_at(c, row), move_at(c, world, row)
+            for row in range(first, first + c.facts.count):
+                robot, move = c.robots[row], c.moves[row - world * c.facts.count]
                 dx, dy = robot.x - thing.x, robot.y - thing.y
                 squared = dx * dx + dy * dy
-                reach = kind.radius + c.most_radius + 2.0 * c.most_step
+                reach = kind.radius + c.facts.most_radius + 2.0 * c.facts.most_step
                 reach += abs(box.dx) + abs(box.dy)
                 if squared >= reach * reach or squared == 0.0:
                     continue
                 distance = math.sqrt(squared)
                 nx, ny = dx / distance, dy / distance
                 towards = -move.scale * (move.dx * nx + move.dy * ny)
-                gap = distance - kind.radius - type_at(c, robot.type).radius
+                gap = distance - kind.radius - c.types[robot.type].radius
                 scale = limited(scale, nx, ny, gap, box.dx, box.dy, towards)
             box.scale = scale
 
 
-@njit(error_model="numpy")
+@inner
 def limited_by_boxes(c: Any, row: int, world: int) -> None:
     """Limit a robot's step by the boxes, which are going where `shift_boxes` lets them."""
-    robot, move = robot_at(c, row), move_at(c, world, row)
+    robot, move = c.robots[row], c.moves[row - world * c.facts.count]
     if move.scale == 0.0 or (move.dx == 0.0 and move.dy == 0.0):
         return
-    radius, scale = type_at(c, robot.type).radius, move.scale
-    for index in range(c.class_count):
-        kind = class_at(c, index)
+    radius, scale = c.types[robot.type].radius, move.scale
+    for index in range(c.facts.class_count):
+        kind = c.classes[index]
         if not kind.pushable:
             continue
         for slot in range(kind.first, kind.end):
-            thing, box = object_at(c, world, slot), push_at(c, slot)
+            thing, box = c.objects[world * c.facts.object_count + slot], c.pushes[slot]
             dx, dy = thing.x - robot.x, thing.y - robot.y
             squared = dx * dx + dy * dy
             if not thing.present or squared == 0.0:
@@ -145,42 +133,42 @@ def limited_by_boxes(c: Any, row: int, world: int) -> None:
     move.scale = scale
 
 
-@njit(error_model="numpy")
+@inner
 def move_boxes(c: Any, world: int) -> None:
     """Move the boxes, and forget what pushed them."""
-    for slot in range(c.object_count):
-        box, thing = push_at(c, slot), object_at(c, world, slot)
+    for slot in range(c.facts.object_count):
+        box, thing = c.pushes[slot], c.objects[world * c.facts.object_count + slot]
         thing.x += box.scale * box.dx
         thing.y += box.scale * box.dy
         box.dx = box.dy = 0.0
         box.sum_x = box.sum_y = box.count = 0
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def limit(c: Any, row: int, world: int) -> None:
     """How far a robot may go beside the others, having slid along all that stays; boxes are left aside."""
-    move = move_at(c, world, row)
+    move = c.moves[row - world * c.facts.count]
     # Clear by more than rounding can add, so that whoever is alone is out of reach of `limited_by_robots` too.
-    apart = 2.0 * (c.most_radius + c.most_step) + CLEAR
+    apart = 2.0 * (c.facts.most_radius + c.facts.most_step) + CLEAR
     if move.alone >= apart * apart or (move.dx == 0.0 and move.dy == 0.0):
         return
-    if move.scale > 0.0 and type_at(c, robot_at(c, row).type).collides:
+    if move.scale > 0.0 and c.types[c.robots[row].type].collides:
         move.scale = limited_by_robots(c, move.scale, row, world)
 
 
-@njit(error_model="numpy")
+@inner
 def transfer(c: Any, world: int) -> None:
     """Load and unload for one tick: a unit moves when its last tick is done; work broken off is lost.
 
     Only a robot that stands still, with no box in its hands, works within reach. Of several that finish loading
     the last units of a source in one tick, those with the lowest ids get them. A robot told to do both loads.
     """
-    first = world * c.count
-    for k in range(c.count):
-        robot, work = robot_at(c, first + k), work_at(c, k)
+    first = world * c.facts.count
+    for k in range(c.facts.count):
+        robot, work = c.robots[first + k], c.works[k]
         work.slot = -1
         still = work.still != 0 and not robot.frozen and robot.holding == 0
-        kind = type_at(c, robot.type)
+        kind = c.types[robot.type]
         loads = unloads = False
         if still and work.load > 0.0:
             if robot.stored < kind.capacity:
@@ -196,35 +184,34 @@ def transfer(c: Any, world: int) -> None:
             robot.unloading = 0
             robot.stored -= 1
             robot.delivered += 1
-    for k in range(c.count):
-        slot = work_at(c, k).slot
+    for k in range(c.facts.count):
+        slot = c.works[k].slot
         if slot >= 0:
             before = 0  # robots with lower ids that get a unit of the same source now
-            for other in range(c.count):
-                if (
-                    work_at(c, other).slot == slot
-                    and robot_at(c, first + other).id < robot_at(c, first + k).id
-                ):
+            for other in range(c.facts.count):
+                if c.works[other].slot == slot and c.robots[first + other].id < c.robots[first + k].id:
                     before += 1
-            work_at(c, k).order = before
-    for k in range(c.count):
-        slot = work_at(c, k).slot
+            c.works[k].order = before
+    for k in range(c.facts.count):
+        slot = c.works[k].slot
         if slot >= 0:
-            work_at(c, k).slot = slot if work_at(c, k).order < object_at(c, world, slot).amount else -1
-    for k in range(c.count):
-        robot, slot = robot_at(c, first + k), work_at(c, k).slot
+            c.works[k].slot = (
+                slot if c.works[k].order < c.objects[world * c.facts.object_count + slot].amount else -1
+            )
+    for k in range(c.facts.count):
+        robot, slot = c.robots[first + k], c.works[k].slot
         if slot >= 0:
-            object_at(c, world, slot).amount -= 1
+            c.objects[world * c.facts.object_count + slot].amount -= 1
             robot.stored += 1
             robot.loading = 0
 
 
-@njit(error_model="numpy")
+@inner
 def _within(c: Any, world: int, x: float, y: float, reach: float) -> Any:
     """Whether a robot's center is within reach of a place."""
-    first = world * c.count
-    for row in range(first, first + c.count):
-        dx, dy = robot_at(c, row).x - x, robot_at(c, row).y - y
+    first = world * c.facts.count
+    for row in range(first, first + c.facts.count):
+        dx, dy = c.robots[row].x - x, c.robots[row].y - y
         if dx * dx + dy * dy <= reach * reach:
             return True
     return False
@@ -236,33 +223,30 @@ def _drawn(least: float, most: float, seed: int, item: int, time: int, stream: i
     return max(1, round((least + (most - least) * uniform(seed, item, time, stream)) / tick_s))
 
 
-@njit(error_model="numpy")
+@inner
 def _new_place(c: Any, world: int, slot: int, turn: int, kind: Any) -> Any:
     """A free place for the object in a slot, the so-manieth time that it appears: whether there is one, x and y."""
-    size = ROBOT_SIZE * c.count * world
     return free_place(
-        at(c.seeds, world, WHOLE).v, slot, turn, kind,
-        array_at(c.types, c.type_count, TYPE), array_at(c.classes, c.class_count, CLASS),
-        array_at(c.class_of, c.object_count, INT), c.width, c.height,
-        array_at(c.robots + size, c.count, ROBOT),
-        array_at(c.objects + OBJECT_SIZE * c.object_count * world, c.object_count, OBJECT),
-        array_at(c.discs + DISC_SIZE * c.disc_count * world, c.disc_count, DISC),
-        array_at(c.segments + SEGMENT_SIZE * c.segment_count * world, c.segment_count, SEGMENT),
+        c.seeds[world], slot, turn, kind, c.types, c.classes, c.class_of, c.facts.width, c.facts.height,
+        c.robots[world * c.facts.count : (world + 1) * c.facts.count],
+        c.objects[world * c.facts.object_count : (world + 1) * c.facts.object_count],
+        c.discs[world * c.facts.disc_count : (world + 1) * c.facts.disc_count],
+        c.segments[world * c.facts.segment_count : (world + 1) * c.facts.segment_count],
     )  # fmt: skip
 
 
-@njit(error_model="numpy")
+@inner
 def live(c: Any, world: int) -> None:
     """Objects that come and go, are captured or walk do so, for one tick; boxes that were gathered appear again."""
-    tick, seed = at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v
-    for index in range(c.class_count):
-        kind = class_at(c, index)
+    tick, seed = c.tick[world], c.seeds[world]
+    for index in range(c.facts.class_count):
+        kind = c.classes[index]
         comes = kind.away_least == kind.away_least
         captured = kind.capture_range == kind.capture_range
         if not (comes or captured or kind.walk > 0.0 or kind.respawn):
             continue
         for slot in range(kind.first, kind.end):
-            thing = object_at(c, world, slot)
+            thing = c.objects[world * c.facts.object_count + slot]
             if thing.present:
                 leaves = comes and thing.due == tick + 1
                 if captured:
@@ -274,7 +258,13 @@ def live(c: Any, world: int) -> None:
                     thing.due = -1
                     if comes:
                         away = _drawn(
-                            kind.away_least, kind.away_most, seed, slot, thing.appeared, APPEARS, c.tick_s
+                            kind.away_least,
+                            kind.away_most,
+                            seed,
+                            slot,
+                            thing.appeared,
+                            APPEARS,
+                            c.facts.tick_s,
                         )
                         thing.due = tick + 1 + away
                 elif kind.walk > 0.0:
@@ -290,17 +280,17 @@ def live(c: Any, world: int) -> None:
                 thing.due = -1
                 if kind.stays_least == kind.stays_least:
                     stays = _drawn(
-                        kind.stays_least, kind.stays_most, seed, slot, thing.appeared, STAYS, c.tick_s
+                        kind.stays_least, kind.stays_most, seed, slot, thing.appeared, STAYS, c.facts.tick_s
                     )
                     thing.due = tick + 1 + stays
 
 
-@njit(error_model="numpy")
+@inner
 def _walk(c: Any, thing: Any, slot: int, kind: Any, tick: int, seed: int, world: int) -> None:
     """An object walks a step, in a new direction every now and then and wherever something is in its way."""
     if tick % kind.turn_ticks == 0:
         thing.heading = TAU * uniform(seed, slot, tick, WALKS)
-    step, x, y = push_at(c, slot), thing.x, thing.y
+    step, x, y = c.pushes[slot], thing.x, thing.y
     cosine, sine = cosine_and_sine(thing.heading)
     step.dx, step.dy = kind.walk * cosine, kind.walk * sine
     scale = limited_by_region(1.0, x, y, step, kind)
@@ -328,59 +318,62 @@ def limited_by_region(scale: float, x: float, y: float, move: Any, kind: Any) ->
     return scale
 
 
-@njit(error_model="numpy")
+@inner
 def limited_by_others(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
     """The scale that robots and boxes, all at rest, allow a solid object."""
-    for row in range(world * c.count, (world + 1) * c.count):
-        robot = robot_at(c, row)
-        disc = (robot.x, robot.y, type_at(c, robot.type).radius)
+    for row in range(world * c.facts.count, (world + 1) * c.facts.count):
+        robot = c.robots[row]
+        disc = (robot.x, robot.y, c.types[robot.type].radius)
         scale = limited_by_disc(scale, x, y, radius, move, disc)
-    for index in range(c.class_count):
-        kind = class_at(c, index)
+    for index in range(c.facts.class_count):
+        kind = c.classes[index]
         if kind.pushable:
             for slot in range(kind.first, kind.end):
-                box = object_at(c, world, slot)
+                box = c.objects[world * c.facts.object_count + slot]
                 if box.present:
                     scale = limited_by_disc(scale, x, y, radius, move, (box.x, box.y, kind.radius))
     return scale
 
 
-@njit(error_model="numpy")
+@inner
 def judge(c: Any, world: int) -> None:
     """Note the tick at which the goal is first reached."""
-    if c.goal == 0 or at(c.finished, world, WHOLE).v >= 0:
+    if c.facts.goal == 0 or c.finished[world] >= 0:
         return
-    first = world * c.count
+    first = world * c.facts.count
     reached = False
-    if c.goal == GOAL_DELIVERED:
+    if c.facts.goal == GOAL_DELIVERED:
         left = 0
-        for slot in range(c.object_count):
-            if class_at(c, index_at(c.class_of, slot)).food:
-                left += object_at(c, world, slot).amount
+        for slot in range(c.facts.object_count):
+            if c.classes[int64(c.class_of[slot])].food:
+                left += c.objects[world * c.facts.object_count + slot].amount
         if left == 0:
-            for row in range(first, first + c.count):
-                left += robot_at(c, row).stored
+            for row in range(first, first + c.facts.count):
+                left += c.robots[row].stored
         reached = left == 0
-    elif c.goal == GOAL_GATHERED:
+    elif c.facts.goal == GOAL_GATHERED:
         gathered = 0
-        for slot in range(c.object_count):
-            gathered += object_at(c, world, slot).gathered
-        reached = gathered >= c.goal_count
+        for slot in range(c.facts.object_count):
+            gathered += c.objects[world * c.facts.object_count + slot].gathered
+        reached = gathered >= c.facts.goal_count
     else:
-        kind = class_at(c, c.goal_target)
-        every = c.goal == GOAL_ALL_NEAR
+        kind = c.classes[c.facts.goal_target]
+        every = c.facts.goal == GOAL_ALL_NEAR
         reached = every
-        for row in range(first, first + c.count):
+        for row in range(first, first + c.facts.count):
             near = False
             for slot in range(kind.first, kind.end):
                 dx, dy = (
-                    object_at(c, world, slot).x - robot_at(c, row).x,
-                    object_at(c, world, slot).y - robot_at(c, row).y,
+                    c.objects[world * c.facts.object_count + slot].x - c.robots[row].x,
+                    c.objects[world * c.facts.object_count + slot].y - c.robots[row].y,
                 )
-                if object_at(c, world, slot).present and dx * dx + dy * dy <= c.goal_within**2:
+                if (
+                    c.objects[world * c.facts.object_count + slot].present
+                    and dx * dx + dy * dy <= c.facts.goal_within * c.facts.goal_within
+                ):
                     near = True
             if near != every:
                 reached = near
                 break
     if reached:
-        at(c.finished, world, WHOLE).v = at(c.tick, world, WHOLE).v
+        c.finished[world] = c.tick[world]

@@ -8,23 +8,10 @@ whatever the order in which robots are looked at. Along what stays where it is, 
 import math
 from typing import Any
 
-from numba import njit
-
+from understudy._jit_kernels import inlined, inner, int64, njit
 from understudy.sim.kernels.angles import cosine_and_sine, wrapped
-from understudy.sim.kernels.dtypes import SPOT
 from understudy.sim.kernels.grid import big_cells, near_range, small_cell, small_cells, spots_of_line
-from understudy.sim.kernels.memory import (
-    at,
-    class_at,
-    disc_at,
-    face,
-    index_at,
-    move_at,
-    object_at,
-    robot_at,
-    segment_at,
-    type_at,
-)
+from understudy.sim.kernels.memory import face
 from understudy.sim.kernels.rng import normal
 
 CROWD = 12  # robots in a line of cells; where there are more, small cells are looked at
@@ -136,38 +123,38 @@ def limited_by_bounds(
     return scale
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def limited_by_robot(c: Any, scale: float, row: int, other: int, dx: float, dy: float, world: int) -> Any:
     """The scale that another robot of a world allows, (dx, dy) off, both moving as they mean to.
 
     Those who hold the same box move as one.
     """
-    own, them = robot_at(c, row), robot_at(c, other)
+    own, them = c.robots[row], c.robots[other]
     if own.holding != 0 and own.holding == them.holding:
         return scale
-    their_kind = type_at(c, them.type)
+    their_kind = c.types[them.type]
     if not their_kind.collides:
         return scale
     squared = dx * dx + dy * dy
     if squared == 0.0:
         return scale
-    move, their_move = move_at(c, world, row), move_at(c, world, other)
+    move, their_move = c.moves[row - world * c.facts.count], c.moves[other - world * c.facts.count]
     distance = math.sqrt(squared)
     nx, ny = dx / distance, dy / distance
     towards = -(their_move.dx * nx + their_move.dy * ny)
-    gap = distance - type_at(c, own.type).radius - their_kind.radius
+    gap = distance - c.types[own.type].radius - their_kind.radius
     return limited(scale, nx, ny, gap, move.dx, move.dy, towards)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
     """The scale that all other robots of a world allow."""
-    own, move = robot_at(c, row), move_at(c, world, row)
-    near = type_at(c, own.type).radius + c.most_radius + c.most_step
+    own, move = c.robots[row], c.moves[row - world * c.facts.count]
+    near = c.types[own.type].radius + c.facts.most_radius + c.facts.most_step
     near += math.sqrt(move.dx * move.dx + move.dy * move.dy)
-    if not c.gridded:
-        for other in range(world * c.count, (world + 1) * c.count):
-            dx, dy = robot_at(c, other).x - own.x, robot_at(c, other).y - own.y
+    if not c.facts.gridded:
+        for other in range(world * c.facts.count, (world + 1) * c.facts.count):
+            dx, dy = c.robots[other].x - own.x, c.robots[other].y - own.y
             if dx * dx + dy * dy < near * near and other != row:
                 scale = limited_by_robot(c, scale, row, other, dx, dy, world)
         return scale
@@ -180,51 +167,53 @@ def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
     return scale
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def _limited_by_spots(c: Any, scale: float, row: int, world: int, near: float, begin: int, end: int) -> Any:
     """The scale that the robots at the spots from `begin` to `end` allow, nearer than `near`."""
-    own = robot_at(c, row)
+    own = c.robots[row]
     x, y, near_squared = own.x, own.y, near * near
     for k in range(begin, end):
-        spot = at(c.spots, k, SPOT)
+        spot = c.spots[k]
         dx, dy = spot.x - x, spot.y - y
         if dx * dx + dy * dy < near_squared and spot.row != row:
             scale = limited_by_robot(c, scale, row, spot.row, dx, dy, world)
     return scale
 
 
-@njit(error_model="numpy")
+@inner
 def _limited_in_crowd(c: Any, scale: float, row: int, world: int, near: float) -> Any:
     """The scale that all other robots allow, looking at small cells only."""
-    own = robot_at(c, row)
+    own = c.robots[row]
     low, high, lowest, highest = small_cells(c, own.x, own.y, near)
     for line in range(lowest, highest + 1):
         for column in range(low, high + 1):
             cell = small_cell(c, column, line)
-            begin, end = index_at(c.start, cell), index_at(c.start, cell + 1)
+            begin, end = int64(c.start[cell]), int64(c.start[cell + 1])
             scale = _limited_by_spots(c, scale, row, world, near, begin, end)
     return scale
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
     """The scale that bounds, walls, obstacles and solid objects that stay allow to a disc."""
-    scale = limited_by_bounds(scale, x, y, radius, move, c.width, c.height)
+    scale = limited_by_bounds(scale, x, y, radius, move, c.facts.width, c.facts.height)
     begin, end = near_range(c, x, y, world)
     for k in range(begin, end):
-        item = index_at(c.near_items, k)
+        item = int64(c.near_items[k])
         if item >= 0:
-            disc = disc_at(c, world, item)
+            disc = c.discs[world * c.facts.disc_count + item]
             scale = limited_by_disc(scale, x, y, radius, move, (disc.x, disc.y, disc.radius))
         else:
-            scale = limited_by_segment(scale, x, y, radius, move, segment_at(c, world, -1 - item))
-    if not c.solids:
+            scale = limited_by_segment(
+                scale, x, y, radius, move, c.segments[world * c.facts.segment_count + -1 - item]
+            )
+    if not c.facts.solids:
         return scale
-    for index in range(c.class_count):
-        kind = class_at(c, index)
+    for index in range(c.facts.class_count):
+        kind = c.classes[index]
         if kind.solid and not kind.pushable:
             for slot in range(kind.first, kind.end):
-                thing = object_at(c, world, slot)
+                thing = c.objects[world * c.facts.object_count + slot]
                 if thing.present:
                     scale = limited_by_disc(scale, x, y, radius, move, (thing.x, thing.y, kind.radius))
     return scale
@@ -255,55 +244,55 @@ def _slid_along(
     return _slid(move, dx / distance, dy / distance, distance - radius - to_radius)
 
 
-@njit(error_model="numpy")
+@inner
 def slide(c: Any, row: int, world: int) -> None:
     """Let a robot slide along walls, obstacles and solid objects: of its step only what leads into them is lost.
 
     In a step longer than its radius it slides along nothing, since what it would meet first is not looked for.
     """
-    robot, move = robot_at(c, row), move_at(c, world, row)
+    robot, move = c.robots[row], c.moves[row - world * c.facts.count]
     if move.dx == 0.0 and move.dy == 0.0:
         return
-    x, y, radius = robot.x, robot.y, type_at(c, robot.type).radius
+    x, y, radius = robot.x, robot.y, c.types[robot.type].radius
     if move.wanted > radius:
         move.scale = limited_by_fixed(c, 1.0, x, y, radius, move, world)
         return
-    met = _slid(move, -1.0, 0.0, x - radius) or _slid(move, 1.0, 0.0, c.width - radius - x)
-    met = _slid(move, 0.0, -1.0, y - radius) or _slid(move, 0.0, 1.0, c.height - radius - y) or met
+    met = _slid(move, -1.0, 0.0, x - radius) or _slid(move, 1.0, 0.0, c.facts.width - radius - x)
+    met = _slid(move, 0.0, -1.0, y - radius) or _slid(move, 0.0, 1.0, c.facts.height - radius - y) or met
     begin, end = near_range(c, x, y, world)
     for k in range(begin, end):
-        item = index_at(c.near_items, k)
+        item = int64(c.near_items[k])
         if item >= 0:
-            disc = disc_at(c, world, item)
+            disc = c.discs[world * c.facts.disc_count + item]
             met = _slid_along(move, x, y, radius, disc.x, disc.y, disc.radius) or met
         else:
-            piece = segment_at(c, world, -1 - item)
+            piece = c.segments[world * c.facts.segment_count + -1 - item]
             near_x, near_y = nearest_of_segment(x, y, piece)
             met = _slid_along(move, x, y, radius, near_x, near_y, 0.0) or met
-    if c.solids:
-        for index in range(c.class_count):
-            kind = class_at(c, index)
+    if c.facts.solids:
+        for index in range(c.facts.class_count):
+            kind = c.classes[index]
             if kind.solid and not kind.pushable:
                 for slot in range(kind.first, kind.end):
-                    thing = object_at(c, world, slot)
+                    thing = c.objects[world * c.facts.object_count + slot]
                     if thing.present:
                         met = _slid_along(move, x, y, radius, thing.x, thing.y, kind.radius) or met
     if met:  # in a corner, what slides along one may lead into another
         move.scale = limited_by_fixed(c, 1.0, x, y, radius, move, world)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def arrive(c: Any, row: int, world: int) -> None:
     """Move a robot as far as it may."""
-    robot, move = robot_at(c, row), move_at(c, world, row)
+    robot, move = c.robots[row], c.moves[row - world * c.facts.count]
     if robot.frozen:
         return
     dx, dy = move.scale * move.dx, move.scale * move.dy
     robot.x += dx
     robot.y += dy
     robot.heading = move.heading
-    if c.gridded:
-        spot = at(c.spots, index_at(c.spot_of, row - world * c.count), SPOT)
+    if c.facts.gridded:
+        spot = c.spots[int64(c.spot_of[row - world * c.facts.count])]
         spot.x, spot.y = robot.x, robot.y
     robot.blocked = 0 if move.wanted == 0.0 else robot.blocked
     if move.wanted > 0.0:

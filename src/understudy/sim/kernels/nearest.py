@@ -3,22 +3,19 @@
 import math
 from typing import Any
 
-from numba import njit
-
-from understudy.sim.kernels.dtypes import NUMBER, WHOLE
-from understudy.sim.kernels.memory import at, class_at, object_at, robot_at
+from understudy._jit_kernels import inlined, inner
 from understudy.sim.kernels.signals import is_claimed
 
 MANY = 64  # slots of a class; where there are more, they are kept in order
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def nearest_object(c: Any, world: int, x: float, y: float, index: int) -> Any:
     """Slot and squared distance of the nearest object of a class (food: with food left); -1 where none is."""
-    kind = class_at(c, index)
+    kind = c.classes[index]
     best, best_squared = -1, math.inf
     for slot in range(kind.first, kind.end):
-        thing = object_at(c, world, slot)
+        thing = c.objects[world * c.facts.object_count + slot]
         dx, dy = thing.x - x, thing.y - y
         squared = dx * dx + dy * dy
         if squared < best_squared and thing.present and (thing.amount > 0 or not kind.food):
@@ -26,57 +23,57 @@ def nearest_object(c: Any, world: int, x: float, y: float, index: int) -> Any:
     return best, best_squared
 
 
-@njit(error_model="numpy")
+@inner
 def line_up(c: Any, world: int) -> None:
     """Put the places of a world's objects side by side, for `nearest_lined_up`: infinitely far what is not there."""
-    for index in range(c.class_count):
-        kind = class_at(c, index)
+    for index in range(c.facts.class_count):
+        kind = c.classes[index]
         for slot in range(kind.first, kind.end):
-            thing = object_at(c, world, slot)
+            thing = c.objects[world * c.facts.object_count + slot]
             there = thing.present and (thing.amount > 0 or not kind.food)
-            at(c.object_x, slot, NUMBER).v = thing.x if there else math.inf
-            at(c.object_y, slot, NUMBER).v = thing.y
+            c.object_x[slot] = thing.x if there else math.inf
+            c.object_y[slot] = thing.y
         if kind.end - kind.first > MANY:
             _put_in_order(c, kind)
 
 
-@njit(error_model="numpy")
+@inner
 def _put_in_order(c: Any, kind: Any) -> None:
     """Sort the slots of a class by x: from one tick to the next hardly anything changes, so by insertion."""
     for k in range(kind.first + 1, kind.end):
-        slot = at(c.object_order, k, WHOLE).v
-        x = at(c.object_x, slot, NUMBER).v
+        slot = c.object_order[k]
+        x = c.object_x[slot]
         place = k
-        while place > kind.first and at(c.object_x, at(c.object_order, place - 1, WHOLE).v, NUMBER).v > x:
-            at(c.object_order, place, WHOLE).v = at(c.object_order, place - 1, WHOLE).v
+        while place > kind.first and c.object_x[c.object_order[place - 1]] > x:
+            c.object_order[place] = c.object_order[place - 1]
             place -= 1
-        at(c.object_order, place, WHOLE).v = slot
+        c.object_order[place] = slot
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def nearest_lined_up(c: Any, row: int, world: int, step: Any) -> Any:
     """Slot and squared distance of the nearest object of a step's class, of the places lined up in this tick."""
-    kind, robot = class_at(c, step.index), robot_at(c, row)
+    kind, robot = c.classes[step.index], c.robots[row]
     if kind.end - kind.first > MANY:
         return _nearest_in_order(c, row, world, step, kind, 0)
     best, best_squared = -1, math.inf
     for slot in range(kind.first, kind.end):
-        dx, dy = at(c.object_x, slot, NUMBER).v - robot.x, at(c.object_y, slot, NUMBER).v - robot.y
+        dx, dy = c.object_x[slot] - robot.x, c.object_y[slot] - robot.y
         squared = dx * dx + dy * dy
         if squared < best_squared:
             best, best_squared = slot, squared
     return best, best_squared
 
 
-@njit(error_model="numpy")
+@inner
 def nearest_unclaimed(c: Any, row: int, world: int, step: Any) -> Any:
     """The same, of those that nobody else claims by the step's signal."""
-    kind, robot = class_at(c, step.index), robot_at(c, row)
+    kind, robot = c.classes[step.index], c.robots[row]
     if kind.end - kind.first > MANY:
         return _nearest_in_order(c, row, world, step, kind, step.signal)
     best, best_squared = -1, math.inf
     for slot in range(kind.first, kind.end):
-        x, y = at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v
+        x, y = c.object_x[slot], c.object_y[slot]
         dx, dy = x - robot.x, y - robot.y
         squared = dx * dx + dy * dy
         if squared < best_squared and not is_claimed(c, row, world, x, y, step.signal, step.within):
@@ -84,17 +81,17 @@ def nearest_unclaimed(c: Any, row: int, world: int, step: Any) -> Any:
     return best, best_squared
 
 
-@njit(error_model="numpy")
+@inner
 def _nearest_in_order(c: Any, row: int, world: int, step: Any, kind: Any, signal: int) -> Any:
     """The nearest in a step's range; from the robot's own x on to both sides, as far as one may be nearer.
 
     Of those equally near the first slot. Where a signal is given, those that nobody else claims by it.
     """
-    robot = robot_at(c, row)
+    robot = c.robots[row]
     x, y, above, end = robot.x, robot.y, kind.first, kind.end
     while above < end:  # where the first is that is not to the left
         middle = (above + end) // 2
-        if at(c.object_x, at(c.object_order, middle, WHOLE).v, NUMBER).v < x:
+        if c.object_x[c.object_order[middle]] < x:
             above = middle + 1
         else:
             end = middle
@@ -112,13 +109,13 @@ def _nearest_in_order(c: Any, row: int, world: int, step: Any, kind: Any, signal
     return best, best_squared if best >= 0 else math.inf
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def _nearer(
     c: Any, row: int, world: int, step: Any, signal: int, k: int, x: float, y: float, best: int, best_squared: float
 ) -> Any:  # fmt: skip
     """The nearest so far (slot, squared distance), or object k in the order; and whether one beyond may be nearer."""
-    slot = at(c.object_order, k, WHOLE).v
-    there_x, there_y = at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v
+    slot = c.object_order[k]
+    there_x, there_y = c.object_x[slot], c.object_y[slot]
     dx, dy = there_x - x, there_y - y
     if dx * dx > best_squared or there_x == math.inf:
         return best, best_squared, False

@@ -4,9 +4,9 @@ import math
 from typing import Any, TypeAlias
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from understudy._jit_kernels import blank, entry, njit
 from understudy.kernel_cache import hash_kernel_sources
 from understudy.sim.kernels.clearance import (
     AMOUNT,
@@ -132,13 +132,14 @@ def insert(grid: Any, x: float, y: float, reach_x: float, reach_y: float, thing:
     row, end_row = _cells(y - reach_y, y + reach_y, cell, heads.shape[0])
     needed = used + (end_column - column + 1) * (end_row - row + 1)
     if needed > entries.shape[0]:
-        grown = np.empty(2 * needed, entries.dtype)
-        grown[:used] = entries[:used]
+        grown = blank(2 * needed, ENTRY)
+        for k in range(used):
+            grown[k] = entries[k]
         entries = grown
     for r in range(row, end_row + 1):
         for c in range(column, end_column + 1):
             entries[used] = thing[0]
-            entries[used].next = heads[r, c]
+            entries[used].next = int(heads[r, c])
             heads[r, c] = used
             used += 1
     return heads, entries, used, cell
@@ -213,7 +214,8 @@ def _in_bounds(
     x: float, y: float, group: Any, width: float, height: float, segments: Records, first: int
 ) -> bool:
     """Whether a disc, or a polygon that begins at a segment, keeps within the arena and its region."""
-    if (x - 0.5 * (group.x0 + group.x1)) ** 2 + (y - 0.5 * (group.y0 + group.y1)) ** 2 > group.circle**2:
+    dx, dy = x - 0.5 * (group.x0 + group.x1), y - 0.5 * (group.y0 + group.y1)
+    if dx * dx + dy * dy > group.circle * group.circle:
         return False
     if x < group.x0 or x > group.x1 or y < group.y0 or y > group.y1:
         return False
@@ -288,7 +290,7 @@ def _fill(
 @njit(error_model="numpy")
 def _with_walls(grid: Any, walls: Records, segments: Records) -> Any:
     """The grid with the walls in it, which are the first segments of a world."""
-    thing = np.zeros(1, ENTRY)
+    thing = blank(1, ENTRY)
     thing[0].slot = thing[0].group = -1
     for index in range(walls.shape[0]):
         wall = walls[index]
@@ -342,7 +344,7 @@ def _lay_out_world(
     segments: Records,
 ) -> tuple[int, int, Any]:
     """Lay out one world: the group and thing without a free place, -1 where all have theirs; and the grid."""
-    thing = np.zeros(1, ENTRY)
+    thing = blank(1, ENTRY)
     for g in range(groups.shape[0]):
         group = groups[g]
         streams = FIRST_STREAM + STREAMS * group.sort
@@ -389,7 +391,7 @@ def _lay_out(
     segments: Records,
 ) -> tuple[int, int, int]:
     heads = np.empty((int(height / cell) + 1, int(width / cell) + 1), np.int32)
-    entries = np.empty(max(16, 2 * robots.shape[1]), ENTRY)
+    entries = blank(max(16, 2 * robots.shape[1]), ENTRY)
     for w in range(seeds.shape[0]):
         heads[:] = -1
         grid = _with_walls((heads, entries, 0, cell), walls, segments[w])
@@ -419,7 +421,7 @@ def _keyed(sources: str) -> Any:
     world, group and thing for which no free place was found, -1 where all have theirs.
     """
 
-    @njit(cache=True, nogil=True, error_model="numpy")
+    @entry(cache=True, nogil=True, error_model="numpy")
     def lay_out(
         groups: Records,
         places: Floats,

@@ -3,14 +3,15 @@
 import math
 from typing import Any
 
-from numba import njit, uint64
+from understudy._jit_kernels import njit, uint64
 
 
 @njit(error_model="numpy", forceinline=True)
 def mixed(word: Any) -> Any:
     """SplitMix64's finalizer."""
-    word = (word ^ (word >> uint64(30))) * uint64(0xBF58476D1CE4E5B9)
-    word = (word ^ (word >> uint64(27))) * uint64(0x94D049BB133111EB)
+    word = uint64(word)
+    word = uint64((word ^ (word >> uint64(30))) * uint64(0xBF58476D1CE4E5B9))
+    word = uint64((word ^ (word >> uint64(27))) * uint64(0x94D049BB133111EB))
     return word ^ (word >> uint64(31))
 
 

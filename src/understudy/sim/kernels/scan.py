@@ -3,41 +3,27 @@
 import math
 from typing import Any
 
-from numba import njit
-
+from understudy._jit_kernels import inlined, inner, int64
 from understudy.sim.kernels.camera import blob, project, screen
-from understudy.sim.kernels.dtypes import NUMBER, PART, SEGMENT, SPOT, THING, VIEW
 from understudy.sim.kernels.grid import big_cells, near_range, spots_of_line
-from understudy.sim.kernels.memory import (
-    array_at,
-    at,
-    class_at,
-    disc_at,
-    face,
-    index_at,
-    object_at,
-    robot_at,
-    segment_at,
-    type_at,
-)
+from understudy.sim.kernels.memory import face
 from understudy.sim.kernels.sonar import sector_to_bounds, sector_to_disc, sector_to_segment
-from understudy.sim.sensing.sectors import SECTOR
 
 WALLS, OBSTACLES, ROBOTS = 1, 2, 4
 
 
-@njit(error_model="numpy")
+@inner
 def _to_disc(c: Any, step: Any, robot: Any, dx: float, dy: float, radius: float) -> None:
     """Shorten the distances of all sectors of a step by a disc whose center is (dx, dy) off."""
     face(robot)
     cosine, sine = robot.cosine, robot.sine
     x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
     for k in range(step.first, step.end):
-        s, best = at(c.sectors, k, SECTOR), at(c.a, k - step.first, NUMBER)
-        best.v = sector_to_disc(x, y, radius, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best.v)
+        s, best = c.sectors[k], c.a[k - step.first]
+        c.a[k - step.first] = sector_to_disc(x, y, radius, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best)
 
 
-@njit(error_model="numpy")
+@inner
 def _to_segment(c: Any, step: Any, robot: Any, piece: Any) -> None:
     """Shorten them by a segment."""
     face(robot)
@@ -46,152 +32,166 @@ def _to_segment(c: Any, step: Any, robot: Any, piece: Any) -> None:
     x0, y0 = cosine * dx + sine * dy, cosine * dy - sine * dx
     x1, y1 = cosine * ex + sine * ey, cosine * ey - sine * ex
     for k in range(step.first, step.end):
-        s, best = at(c.sectors, k, SECTOR), at(c.a, k - step.first, NUMBER)
-        best.v = sector_to_segment(x0, y0, x1, y1, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best.v)
+        s, best = c.sectors[k], c.a[k - step.first]
+        best = sector_to_segment(x0, y0, x1, y1, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best)
+        c.a[k - step.first] = best
 
 
-@njit(error_model="numpy")
+@inner
 def _to_bounds(c: Any, step: Any, robot: Any) -> None:
     """Shorten them by the arena's own walls."""
     face(robot)
     x, y, cosine, sine = robot.x, robot.y, robot.cosine, robot.sine
     for k in range(step.first, step.end):
-        s, best = at(c.sectors, k, SECTOR), at(c.a, k - step.first, NUMBER)
-        best.v = sector_to_bounds(
-            x, y, cosine, sine, c.width, c.height, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best.v
+        s, best = c.sectors[k], c.a[k - step.first]
+        c.a[k - step.first] = sector_to_bounds(
+            x,
+            y,
+            cosine,
+            sine,
+            c.facts.width,
+            c.facts.height,
+            s.from_x,
+            s.from_y,
+            s.to_x,
+            s.to_y,
+            s.span,
+            best,
         )
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def _to_fixed(c: Any, step: Any, robot: Any, world: int, limit: float) -> None:
     """Shorten them by walls, obstacles and solid objects."""
     x, y = robot.x, robot.y
-    if step.sees & WALLS and min(x, y, c.width - x, c.height - y) < limit:
+    if step.sees & WALLS and min(x, y, c.facts.width - x, c.facts.height - y) < limit:
         _to_bounds(c, step, robot)
     begin, end = near_range(c, x, y, world)
     for k in range(begin, end):
-        item = index_at(c.near_items, k)
+        item = int64(c.near_items[k])
         if item < 0:
-            piece = segment_at(c, world, -1 - item)
+            piece = c.segments[world * c.facts.segment_count + -1 - item]
             if step.sees & (WALLS if piece.wall else OBSTACLES):
                 _to_segment(c, step, robot, piece)
         elif step.sees & OBSTACLES:
-            disc = disc_at(c, world, item)
+            disc = c.discs[world * c.facts.disc_count + item]
             dx, dy = disc.x - x, disc.y - y
-            if dx * dx + dy * dy < (limit + disc.radius) ** 2:
+            reach = limit + disc.radius
+            if dx * dx + dy * dy < reach * reach:
                 _to_disc(c, step, robot, dx, dy, disc.radius)
-    if not (c.solids and step.sees & OBSTACLES):
+    if not (c.facts.solids and step.sees & OBSTACLES):
         return
-    for index in range(c.class_count):
-        kind = class_at(c, index)
+    for index in range(c.facts.class_count):
+        kind = c.classes[index]
         if kind.solid:
             for slot in range(kind.first, kind.end):
-                thing = object_at(c, world, slot)
+                thing = c.objects[world * c.facts.object_count + slot]
                 dx, dy = thing.x - x, thing.y - y
-                if thing.present and dx * dx + dy * dy < (limit + kind.radius) ** 2:
+                reach = limit + kind.radius
+                if thing.present and dx * dx + dy * dy < reach * reach:
                     _to_disc(c, step, robot, dx, dy, kind.radius)
 
 
-@njit(error_model="numpy")
+@inner
 def _to_robots(c: Any, step: Any, row: int, world: int, limit: float) -> None:
     """Shorten them by the other robots."""
-    robot, reach = robot_at(c, row), limit + c.most_radius
+    robot, reach = c.robots[row], limit + c.facts.most_radius
     x, y = robot.x, robot.y
-    if not c.gridded:
-        for other in range(world * c.count, (world + 1) * c.count):
-            dx, dy = robot_at(c, other).x - x, robot_at(c, other).y - y
+    if not c.facts.gridded:
+        for other in range(world * c.facts.count, (world + 1) * c.facts.count):
+            dx, dy = c.robots[other].x - x, c.robots[other].y - y
             if dx * dx + dy * dy < reach * reach and other != row:
-                _to_disc(c, step, robot, dx, dy, type_at(c, robot_at(c, other).type).radius)
+                _to_disc(c, step, robot, dx, dy, c.types[c.robots[other].type].radius)
         return
     low, high, lowest, highest = big_cells(c, x, y, reach)
     for line in range(lowest, highest + 1):
         begin, end = spots_of_line(c, line, low, high)
         for k in range(begin, end):
-            spot = at(c.spots, k, SPOT)
+            spot = c.spots[k]
             dx, dy = spot.x - x, spot.y - y
             if dx * dx + dy * dy < reach * reach and spot.row != row:
-                _to_disc(c, step, robot, dx, dy, type_at(c, robot_at(c, spot.row).type).radius)
+                _to_disc(c, step, robot, dx, dy, c.types[c.robots[spot.row].type].radius)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def scan(c: Any, row: int, world: int, step: Any, limit: float) -> None:
     """The distance (m, from the robot's center, at most `limit`) to what is nearest in each sector, to `c.a`."""
     for k in range(step.end - step.first):
-        at(c.a, k, NUMBER).v = limit
-    _to_fixed(c, step, robot_at(c, row), world, limit)
+        c.a[k] = limit
+    _to_fixed(c, step, c.robots[row], world, limit)
     if step.sees & ROBOTS:
         _to_robots(c, step, row, world, limit)
 
 
-@njit(error_model="numpy")
+@inner
 def _put(
     c: Any, count: int, robot: Any, x: float, y: float, radius: float, height: float, color: int, opaque: int
 ) -> Any:
     """Add something at a place in the world to the things that a camera may see."""
     cosine, sine = robot.cosine, robot.sine
     dx, dy = x - robot.x, y - robot.y
-    thing = at(c.things, count, THING)
+    thing = c.things[count]
     thing.x, thing.y = cosine * dx + sine * dy, cosine * dy - sine * dx
     thing.radius, thing.height, thing.color, thing.opaque = radius, height, color, opaque
     return count + 1
 
 
-@njit(error_model="numpy")
+@inner
 def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
     """Add the other robots."""
-    robot = robot_at(c, row)
-    if not c.gridded or limit > 8.0 * c.cell:
-        for other in range(world * c.count, (world + 1) * c.count):
+    robot = c.robots[row]
+    if not c.facts.gridded or limit > 8.0 * c.facts.cell:
+        for other in range(world * c.facts.count, (world + 1) * c.facts.count):
             if other != row:
-                them = robot_at(c, other)
-                kind = type_at(c, them.type)
+                them = c.robots[other]
+                kind = c.types[them.type]
                 count = _put(c, count, robot, them.x, them.y, kind.radius, kind.height, kind.color, 1)
         return count
-    low, high, lowest, highest = big_cells(c, robot.x, robot.y, limit + c.most_radius)
+    low, high, lowest, highest = big_cells(c, robot.x, robot.y, limit + c.facts.most_radius)
     for line in range(lowest, highest + 1):
         begin, end = spots_of_line(c, line, low, high)
         for k in range(begin, end):
-            spot = at(c.spots, k, SPOT)
+            spot = c.spots[k]
             if spot.row != row:
-                kind = type_at(c, robot_at(c, spot.row).type)
+                kind = c.types[c.robots[spot.row].type]
                 count = _put(c, count, robot, spot.x, spot.y, kind.radius, kind.height, kind.color, 1)
     return count
 
 
-@njit(error_model="numpy")
+@inner
 def look(c: Any, row: int, world: int, step: Any) -> None:
     """The blobs (x and size, pixels) of the colors that the parts of a camera's step ask for, to `c.a` and `c.b`."""
-    robot, count = robot_at(c, row), 0
+    robot, count = c.robots[row], 0
     face(robot)
-    for k in range(c.disc_count):
-        disc = disc_at(c, world, k)
+    for k in range(c.facts.disc_count):
+        disc = c.discs[world * c.facts.disc_count + k]
         if disc.radius > 0.0:
             count = _put(c, count, robot, disc.x, disc.y, disc.radius, disc.height, disc.color, 1)
-    for index in range(c.class_count):
-        kind = class_at(c, index)
+    for index in range(c.facts.class_count):
+        kind = c.classes[index]
         if kind.color >= 0 or kind.solid:
             for slot in range(kind.first, kind.end):
-                thing = object_at(c, world, slot)
+                thing = c.objects[world * c.facts.object_count + slot]
                 if thing.present:
                     count = _put(
                         c, count, robot, thing.x, thing.y, kind.radius, kind.height, kind.color, kind.opaque
                     )
     count = _put_robots(c, count, row, world, step.range)
     cosine, sine = robot.cosine, robot.sine
-    for k in range(c.segment_count):
-        piece, local = segment_at(c, world, k), at(c.pieces, k, SEGMENT)
+    for k in range(c.facts.segment_count):
+        piece, local = c.segments[world * c.facts.segment_count + k], c.pieces[k]
         dx, dy, ex, ey = piece.x0 - robot.x, piece.y0 - robot.y, piece.x1 - robot.x, piece.y1 - robot.y
         local.x0, local.y0 = cosine * dx + sine * dy, cosine * dy - sine * dx
         local.x1, local.y1 = cosine * ex + sine * ey, cosine * ey - sine * ex
-    views = array_at(c.views, count + c.segment_count, VIEW)
-    things, pieces = array_at(c.things, count, THING), array_at(c.pieces, c.segment_count, SEGMENT)
+    views = c.views[: count + c.facts.segment_count]
+    things, pieces = c.things[:count], c.pieces[: c.facts.segment_count]
     discs = project(things, count, step.tan_half, step.width_px, step.height_px, step.range, views)
-    end = screen(pieces, c.segment_count, step.tan_half, views, discs)
+    end = screen(pieces, c.facts.segment_count, step.tan_half, views, discs)
     for k in range(step.first, step.end):
-        color = at(c.parts, k, PART).color
+        color = c.parts[k].color
         x, size = math.nan, math.nan
         if color >= 0:
             x, size = blob(
                 views, discs, end, color, step.tan_half, step.width_px, step.nearest != 0, step.least_px
             )
-        at(c.a, k - step.first, NUMBER).v, at(c.b, k - step.first, NUMBER).v = x, size
+        c.a[k - step.first], c.b[k - step.first] = x, size

@@ -3,12 +3,10 @@
 import math
 from typing import Any
 
-from numba import njit
-
+from understudy._jit_kernels import inlined, inner, int64, njit
 from understudy.sim.kernels.angles import angle_of, wrapped
-from understudy.sim.kernels.dtypes import NUMBER, OFFSET, PART, STEP, TOUCH, WHOLE
+from understudy.sim.kernels.dtypes import TOUCH
 from understudy.sim.kernels.grid import ANYONE, nearest_robot
-from understudy.sim.kernels.memory import at, class_at, index_at, move_at, object_at, robot_at, type_at
 from understudy.sim.kernels.nearest import nearest_lined_up, nearest_object, nearest_unclaimed
 from understudy.sim.kernels.rng import normal, uniform
 from understudy.sim.kernels.scan import look, scan
@@ -24,39 +22,43 @@ NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams wi
 GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high
 
 
-@njit(error_model="numpy")
+@inner
 def nearest_food(c: Any, world: int, x: float, y: float) -> Any:
     """The same, of all classes of food."""
     best, best_squared = -1, math.inf
-    for index in range(c.class_count):
-        if class_at(c, index).food:
+    for index in range(c.facts.class_count):
+        if c.classes[index].food:
             slot, squared = nearest_object(c, world, x, y, index)
             if squared < best_squared:
                 best, best_squared = slot, squared
     return best, best_squared
 
 
-@njit(error_model="numpy")
+@inner
 def station_here(c: Any, world: int, x: float, y: float, reach: float) -> Any:
     """Whether a home is within reach."""
-    for index in range(c.class_count):
-        if class_at(c, index).home:
+    for index in range(c.facts.class_count):
+        if c.classes[index].home:
             _, squared = nearest_object(c, world, x, y, index)
             if squared <= reach * reach:
                 return True
     return False
 
 
-@njit(error_model="numpy")
+@inner
 def _enough(c: Any, robot: Any, world: int) -> Any:
     """1 where the box that a robot holds has as many hands as it takes to pull it."""
     slot = robot.holding - 1
     if slot < 0:
         return 0.0
-    return 1.0 if object_at(c, world, slot).hands >= class_at(c, index_at(c.class_of, slot)).pull else 0.0
+    return (
+        1.0
+        if c.objects[world * c.facts.object_count + slot].hands >= c.classes[int64(c.class_of[slot])].pull
+        else 0.0
+    )
 
 
-@njit(error_model="numpy")
+@inner
 def own(c: Any, robot: Any, world: int, step: Any) -> Any:
     """A reading of the robot itself."""
     what = step.what
@@ -67,9 +69,9 @@ def own(c: Any, robot: Any, world: int, step: Any) -> Any:
     if what == OWN_HEADING:
         return robot.heading
     if what == OWN_SPEED:
-        return robot.speed / c.tick_s
+        return robot.speed / c.facts.tick_s
     if what == OWN_TURNING:
-        return robot.spin / c.tick_s
+        return robot.spin / c.facts.tick_s
     if what == STUCK:
         return 1.0 if robot.blocked >= step.ticks else 0.0
     if what == STORED:
@@ -78,33 +80,37 @@ def own(c: Any, robot: Any, world: int, step: Any) -> Any:
         return 1.0 if robot.holding != 0 else 0.0
     if what == ENOUGH:
         return _enough(c, robot, world)
-    reach = type_at(c, robot.type).reach
+    reach = c.types[robot.type].reach
     if what == STATION_HERE:
         return 1.0 if station_here(c, world, robot.x, robot.y, reach) else 0.0
     slot, squared = nearest_food(c, world, robot.x, robot.y)
     if what == FOOD_LEFT:
         return 1.0 if slot >= 0 else 0.0
-    return float(object_at(c, world, slot).amount) if slot >= 0 and squared <= reach * reach else 0.0
+    return (
+        float(c.objects[world * c.facts.object_count + slot].amount)
+        if slot >= 0 and squared <= reach * reach
+        else 0.0
+    )
 
 
-@njit(error_model="numpy")
+@inner
 def _seek(c: Any, row: int, world: int, step: Any) -> Any:
     """Where an object is that nobody else claims, or a robot that calls: x, y, squared distance; NaN where none is."""
     if step.place == TO_UNCLAIMED:
         slot, squared = nearest_unclaimed(c, row, world, step)
         if slot >= 0:
-            return at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v, squared
+            return c.object_x[slot], c.object_y[slot], squared
     else:
         other, squared = nearest_caller(c, row, world, step.index, step.signal, step.range)
         if other >= 0:
-            return robot_at(c, other).x, robot_at(c, other).y, squared
+            return c.robots[other].x, c.robots[other].y, squared
     return math.nan, math.nan, math.inf
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -> None:
     """How far off (`offset`: x, y; world frame) is what a step is to locate; NaN where it is not there, or too far."""
-    robot = robot_at(c, row)
+    robot = c.robots[row]
     squared = math.inf
     x, y = math.nan, math.nan
     if step.place == TO_ROBOT:
@@ -112,15 +118,15 @@ def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -
         if step.index >= 0:
             other, squared = nearest_robot(c, row, world, step.index, step.range)
         if other >= 0:
-            x, y = robot_at(c, other).x, robot_at(c, other).y
+            x, y = c.robots[other].x, c.robots[other].y
         if step.index == ANYONE:
-            move_at(c, world, row).alone = min(squared, step.range * step.range)
+            c.moves[row - world * c.facts.count].alone = min(squared, step.range * step.range)
     elif step.place == TO_CLASS:
         slot, squared = nearest_lined_up(c, row, world, step)
         if slot >= 0:
-            x, y = at(c.object_x, slot, NUMBER).v, at(c.object_y, slot, NUMBER).v
+            x, y = c.object_x[slot], c.object_y[slot]
     elif step.place == TO_OBJECT:
-        thing = object_at(c, world, step.index)
+        thing = c.objects[world * c.facts.object_count + step.index]
         if thing.present:
             x, y = thing.x, thing.y
             squared = (x - robot.x) * (x - robot.x) + (y - robot.y) * (y - robot.y)
@@ -139,21 +145,20 @@ def bearing(dx: float, dy: float, heading: float) -> Any:
     return wrapped(angle_of(dy, dx) - heading)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def feel(c: Any, row: int, world: int, step: Any) -> None:
     """What a sonar or bumper measures, from the robot's rim."""
-    radius = type_at(c, robot_at(c, row).type).radius
+    radius = c.types[c.robots[row].type].radius
     limit = radius + (step.range if step.what == SONAR else TOUCH)
     scan(c, row, world, step, limit)
     for k in range(step.end - step.first):
-        best = at(c.a, k, NUMBER)
         if step.what == SONAR:
-            best.v = min(step.range, max(0.0, best.v - radius))
+            c.a[k] = min(step.range, max(0.0, c.a[k] - radius))
         else:
-            best.v = 1.0 if best.v < limit else 0.0
+            c.a[k] = 1.0 if c.a[k] < limit else 0.0
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def measure(
     c: Any, row: int, world: int, step: Any, offset: Any, camera: Any, ranging: Any, calling: Any
 ) -> None:
@@ -163,22 +168,19 @@ def measure(
 
     Where nobody has a camera, or nothing that ranges, or raises a signal, these are None, and no code is made for them.
     """
-    robot = robot_at(c, row)
-    a = at(c.a, 0, NUMBER)
+    robot = c.robots[row]
     if step.what <= TO_CALLER:
-        a.v = math.sqrt(offset.x * offset.x + offset.y * offset.y)
-        if at(c.parts, step.first, PART).b >= 0:
-            at(c.b, 0, NUMBER).v = (
-                bearing(offset.x, offset.y, robot.heading) if offset.x == offset.x else math.nan
-            )
+        c.a[0] = math.sqrt(offset.x * offset.x + offset.y * offset.y)
+        if c.parts[step.first].b >= 0:
+            c.b[0] = bearing(offset.x, offset.y, robot.heading) if offset.x == offset.x else math.nan
     elif step.what == CHANCE:
-        time = at(c.tick, world, WHOLE).v // step.ticks
-        a.v = uniform(at(c.seeds, world, WHOLE).v, robot.id, time, step.stream + GHOST)
+        time = c.tick[world] // step.ticks
+        c.a[0] = uniform(c.seeds[world], robot.id, time, step.stream + GHOST)
     elif step.what > BUMPER and step.what < CHANCE:
-        a.v = own(c, robot, world, step)
+        c.a[0] = own(c, robot, world, step)
     if calling is not None:  # noqa: SIM102
         if step.what == CLAIMED:
-            a.v = _claimed(c, row, world, step, offset)
+            c.a[0] = _claimed(c, row, world, step, offset)
     if ranging is not None:  # noqa: SIM102
         if step.what == SONAR or step.what == BUMPER:
             feel(c, row, world, step)
@@ -187,12 +189,12 @@ def measure(
             look(c, row, world, step)
 
 
-@njit(error_model="numpy")
+@inner
 def _claimed(c: Any, row: int, world: int, step: Any, offset: Any) -> Any:
     """Whether somebody else claims what was located; NaN where it is not there."""
     if offset.x != offset.x:
         return math.nan
-    robot = robot_at(c, row)
+    robot = c.robots[row]
     x, y = robot.x + offset.x, robot.y + offset.y
     return 1.0 if is_claimed(c, row, world, x, y, step.signal, step.within) else 0.0
 
@@ -236,37 +238,37 @@ def is_due(step: Any, tick: int) -> Any:
     return step.period == 1 or tick % step.period == 0
 
 
-@njit(error_model="numpy", forceinline=True)
-def _since(c: Any, row: int, step: Any, values: int, tick: int, seed: int, item: int, keep: bool) -> None:
+@inlined
+def _since(c: Any, row: int, step: Any, values: Any, tick: int, seed: int, item: int, keep: bool) -> None:
     """Seconds since the reading that a step is about was last there."""
-    part = at(c.parts, step.first, PART)
-    source = at(values, step.index, NUMBER).v
+    part = c.parts[step.first]
+    source = values[step.index]
     there = source == 1.0 if step.nearest else source == source
-    last = at(c.memory, row * c.memory_count + part.held, NUMBER)
-    answer = at(c.memory, row * c.memory_count + part.held + 1, NUMBER)
-    since = answer.v
+    last = row * c.facts.memory_count + part.held
+    answer = last + 1
+    since = c.memory[answer]
     if is_due(step, tick):
-        since = 0.0 if there else tick - last.v
+        since = 0.0 if there else tick - c.memory[last]
         if since == since:  # the floor of what is absent would be a number
-            since = math.floor(since * c.tick_s * 1e9 + 0.5) / 1e9
+            since = math.floor(since * c.facts.tick_s * 1e9 + 0.5) / 1e9
         stream = step.stream + 8 * part.number + DROPOUT
         if step.dropout > 0.0 and uniform(seed, item, tick, stream) < step.dropout:
             since = math.nan
         if keep:
-            answer.v = since
+            c.memory[answer] = since
     if part.a >= 0:
-        at(values, part.a, NUMBER).v = since
+        values[part.a] = since
     if keep and there:
-        last.v = float(tick)
+        c.memory[last] = float(tick)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def take(
-    c: Any, row: int, world: int, step: Any, offset: Any, values: int, keep: bool, camera: Any, ranging: Any,
+    c: Any, row: int, world: int, step: Any, offset: Any, values: Any, keep: bool, camera: Any, ranging: Any,
     calling: Any,
 ) -> None:  # fmt: skip
     """Take a step of the sense plan: readings go to where `values` points, and what is to be kept is where `keep`."""
-    robot, tick, seed = robot_at(c, row), at(c.tick, world, WHOLE).v, at(c.seeds, world, WHOLE).v
+    robot, tick, seed = c.robots[row], c.tick[world], c.seeds[world]
     if step.what == SINCE:
         _since(c, row, step, values, tick, seed, robot.id, keep)
         return
@@ -274,25 +276,25 @@ def take(
     if due:
         measure(c, row, world, step, offset, camera, ranging, calling)
     for k in range(step.first, step.end):
-        part = at(c.parts, k, PART)
-        held = row * c.memory_count + part.held
+        part = c.parts[k]
+        held = row * c.facts.memory_count + part.held
         if due:
-            a, b = at(c.a, k - step.first, NUMBER).v, at(c.b, k - step.first, NUMBER).v
+            a, b = c.a[k - step.first], c.b[k - step.first]
             if step.noisy:
                 a, b = disturb(step, part, seed, robot.id, tick, a, b)
             if keep and part.held >= 0:
-                at(c.memory, held, NUMBER).v = a
+                c.memory[held] = a
                 if part.b >= 0:  # else b is whatever was measured before
-                    at(c.memory, held + 1, NUMBER).v = b
+                    c.memory[held + 1] = b
         else:
-            a, b = at(c.memory, held, NUMBER).v, at(c.memory, held + 1, NUMBER).v
+            a, b = c.memory[held], c.memory[held + 1]
         if part.a >= 0:
-            at(values, part.a, NUMBER).v = a
+            values[part.a] = a
         if part.b >= 0:
-            at(values, part.b, NUMBER).v = b
+            values[part.b] = b
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def sense(
     c: Any, low: int, high: int, world: int, keep: bool, camera: Any, ranging: Any, calling: Any
 ) -> None:
@@ -301,20 +303,19 @@ def sense(
     Where `keep`, what they have to remember of this tick is kept: once a tick, before they move. All take a step
     before the next: a processor then works on several robots at a time.
     """
-    size = 8 * c.width_of_row
-    for column in range((high - low) * c.width_of_row):
-        at(c.rows, column, NUMBER).v = math.nan
+    for column in range((high - low) * c.facts.width_of_row):
+        c.rows[column] = math.nan
     for row in range(low, high):
-        move_at(c, world, row).alone = 0.0
-    for kind in range(c.type_count):
-        for index in range(at(c.of_type, 2 * kind, WHOLE).v, at(c.of_type, 2 * kind + 1, WHOLE).v):
-            step = at(c.steps, index, STEP)
-            if step.place >= 0 and is_due(step, at(c.tick, world, WHOLE).v):
+        c.moves[row - world * c.facts.count].alone = 0.0
+    for kind in range(c.facts.type_count):
+        for index in range(c.of_type[2 * kind], c.of_type[2 * kind + 1]):
+            step = c.steps[index]
+            if step.place >= 0 and is_due(step, c.tick[world]):
                 for row in range(low, high):
-                    if c.type_count == 1 or robot_at(c, row).type == kind:
-                        locate(c, row, world, step, at(c.offsets, row - low, OFFSET), calling)
+                    if c.facts.type_count == 1 or c.robots[row].type == kind:
+                        locate(c, row, world, step, c.offsets[row - low], calling)
             for row in range(low, high):
-                robot = robot_at(c, row)
+                robot = c.robots[row]
                 if robot.type == kind and not robot.frozen:
-                    offset, values = at(c.offsets, row - low, OFFSET), c.rows + size * (row - low)
+                    offset, values = c.offsets[row - low], c.rows[c.facts.width_of_row * (row - low) :]
                     take(c, row, world, step, offset, values, keep, camera, ranging, calling)

@@ -2,13 +2,11 @@
 
 from typing import Any
 
-from numba import njit
-
+from understudy._jit_kernels import entry, inlined, inner
 from understudy.kernel_cache import hash_kernel_sources
 from understudy.runtime.engine._pulse_kernels import pulse
 from understudy.runtime.team._squad_kernels import lead_world
 from understudy.sim.kernels.barrier import BLOCK, claim, each, wait
-from understudy.sim.kernels.dtypes import WHOLE
 from understudy.sim.kernels.dynamics import (
     judge,
     limit,
@@ -20,7 +18,6 @@ from understudy.sim.kernels.dynamics import (
     transfer,
 )
 from understudy.sim.kernels.grid import count, find_cell, put_spot
-from understudy.sim.kernels.memory import at, move_at, robot_at, type_at, work_at
 from understudy.sim.kernels.motion import arrive, propose, slide
 from understudy.sim.kernels.nearest import line_up
 from understudy.sim.kernels.pulling import bring, grip, haul, keep_together, pull
@@ -29,12 +26,11 @@ from understudy.sim.kernels.signals import call, line_up_callers, mean_to_call
 
 SENSE, OBEY, RUN = 0, 1, 2
 
-# For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time. Spelled
-# so because Numba declares no type for _nrt.
-bare: Any = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)  # type: ignore[call-overload]
+# For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time.
+bare = entry(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def intend(
     c: Any, row: int, world: int, commands: Any, which: int, cargo: Any, pulling: Any, calling: Any
 ) -> None:
@@ -42,10 +38,10 @@ def intend(
 
     It takes hold of boxes, and lets go of them, before anybody moves: of what is within reach as it was sensed.
     """
-    robot, move = robot_at(c, row), move_at(c, world, row)
+    robot, move = c.robots[row], c.moves[row - world * c.facts.count]
     drive, turn = commands[which, 0], commands[which, 1]
-    seed, tick = at(c.seeds, world, WHOLE).v, at(c.tick, world, WHOLE).v
-    propose(robot, type_at(c, robot.type), drive, turn, seed, tick, move)
+    seed, tick = c.seeds[world], c.tick[world]
+    propose(robot, c.types[robot.type], drive, turn, seed, tick, move)
     if pulling is not None:
         still = drive == 0.0 and turn == 0.0
         grip(c, row, world, commands[which, 2], commands[which, 3], still)
@@ -56,15 +52,15 @@ def intend(
     if calling is not None:
         mean_to_call(c, row, world, commands[which, 4])
     if cargo is not None:
-        work = work_at(c, row - world * c.count)
+        work = c.works[row - world * c.facts.count]
         work.still = 1 if drive == 0.0 and turn == 0.0 else 0
         work.load, work.unload = commands[which, 2], commands[which, 3]
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def sort(crew: Any, c: Any, world: int) -> None:
     """Sort the robots of a world into its grid. Of threads, each writes what is about robots of its own."""
-    if not c.gridded:
+    if not c.facts.gridded:
         return
     each(crew, c, world, find_cell)
     wait(crew)
@@ -74,12 +70,12 @@ def sort(crew: Any, c: Any, world: int) -> None:
     each(crew, c, world, put_spot)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def settle(
     crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any, pulling: Any, calling: Any
 ) -> None:
     """The rest of a tick, once all robots mean to do something."""
-    first, leads = world * c.count, crew[1] == 0
+    first, leads = world * c.facts.count, crew[1] == 0
     wait(crew)
     if calling is not None:
         each(crew, c, world, call)
@@ -94,10 +90,10 @@ def settle(
     wait(crew)
     if boxes is not None:
         if leads:
-            for row in range(first, first + c.count):
+            for row in range(first, first + c.facts.count):
                 push(c, row, world)
             shift_boxes(c, world)
-            for row in range(first, first + c.count):
+            for row in range(first, first + c.facts.count):
                 limited_by_boxes(c, row, world)
         wait(crew)
     if pulling is not None:
@@ -115,11 +111,11 @@ def settle(
             transfer(c, world)
         if living is not None:
             live(c, world)
-        at(c.tick, world, WHOLE).v += 1
+        c.tick[world] += 1
         judge(c, world)
 
 
-@njit(error_model="numpy")
+@inner
 def follow(
     crew: Any, c: Any, world: int, now: float, values: Any, tables: Any, stacks: Any, commands: Any, running: Any,
     led: Any, camera: Any, ranging: Any, cargo: Any, pulling: Any, calling: Any,
@@ -127,13 +123,13 @@ def follow(
     """Robots sense, their coordinators decide, and then they do. Of threads, the first decides for all coordinators."""
     bands, leads = led
     sensed, there = bands[0][2], bands[0][3]
-    start, blocks = world * c.count, (c.count + BLOCK - 1) // BLOCK
+    start, blocks = world * c.facts.count, (c.facts.count + BLOCK - 1) // BLOCK
     block = claim(crew, blocks, -1)
     while block >= 0:
-        low, high = start + block * BLOCK, start + min(c.count, (block + 1) * BLOCK)
+        low, high = start + block * BLOCK, start + min(c.facts.count, (block + 1) * BLOCK)
         sense(c, low, high, world, True, camera, ranging, calling)
         for row in range(low, high):
-            there[row] = not robot_at(c, row).frozen
+            there[row] = not c.robots[row].frozen
             for column in range(sensed.shape[1]):
                 sensed[row, column] = values[row - low, column]
         block = claim(crew, blocks, block)
@@ -143,7 +139,7 @@ def follow(
     wait(crew)
     block = claim(crew, blocks, -1)
     while block >= 0:
-        for row in range(start + block * BLOCK, start + min(c.count, (block + 1) * BLOCK)):
+        for row in range(start + block * BLOCK, start + min(c.facts.count, (block + 1) * BLOCK)):
             running[row] = pulse(row, sensed[row], now, tables, stacks)
             intend(c, row, world, commands, running[row], cargo, pulling, calling)
         block = claim(crew, blocks, block)
@@ -152,9 +148,9 @@ def follow(
 def _keyed(sources: str) -> Any:
     """The kernel, kept by Numba for as long as no file of kernels changes (see `hash_kernel_sources`)."""
 
-    @bare  # type: ignore[untyped-decorator]
+    @bare
     def advance(
-        contexts: Any, mode: int, first: int, end: int, part: int, parts: int, barrier: Any, ticks: int,
+        c: Any, mode: int, first: int, end: int, part: int, parts: int, barrier: Any, ticks: int,
         until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any, led: Any,
         camera: Any, ranging: Any, boxes: Any, cargo: Any, living: Any, pulling: Any, calling: Any,
     ) -> None:  # fmt: skip
@@ -168,20 +164,19 @@ def _keyed(sources: str) -> Any:
         go or walk, boxes to pull, signals - and the kernel is compiled without it.
         """
         sources  # noqa: B018 - Numba keys its cache with what is closed over
-        c = contexts[0]
         for world in range(first, end):
-            start, crew = world * c.count, (barrier, part, parts)
-            blocks = (c.count + BLOCK - 1) // BLOCK
+            start, crew = world * c.facts.count, (barrier, part, parts)
+            blocks = (c.facts.count + BLOCK - 1) // BLOCK
             for turn in range(ticks):
                 wait(crew)
-                if until_finished and at(c.finished, world, WHOLE).v >= 0:
+                if until_finished and c.finished[world] >= 0:
                     break
-                c.drift = (turn % c.keep) * c.most_step
-                if turn % c.keep == 0:
+                c.facts.drift = (turn % c.facts.keep) * c.facts.most_step
+                if turn % c.facts.keep == 0:
                     sort(crew, c, world)
                     wait(crew)
-                now = at(c.tick, world, WHOLE).v * c.tick_s
-                if c.lines_up:
+                now = c.tick[world] * c.facts.tick_s
+                if c.facts.lines_up:
                     line_up(c, world)
                 if calling is not None:
                     line_up_callers(c, world)
@@ -192,7 +187,7 @@ def _keyed(sources: str) -> Any:
                     )  # fmt: skip
                 block = claim(crew, blocks, -1) if led is None else -1
                 while block >= 0:
-                    low, high = start + block * BLOCK, start + min(c.count, (block + 1) * BLOCK)
+                    low, high = start + block * BLOCK, start + min(c.facts.count, (block + 1) * BLOCK)
                     sense(c, low, high, world, mode != SENSE, camera, ranging, calling)
                     for row in range(low, high):
                         if mode == SENSE:

@@ -1,0 +1,64 @@
+"""How kernels run: compiled, compiled with bounds checked, or as the plain Python they are (see `compiling.mode`)."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+
+from understudy._plain_kernels import last_64_bits, on_plain_arrays, plain, plain_records
+from understudy.kernel_cache import CHECKED, PYTHON, checked_cache, mode
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+MODE = mode()
+
+if MODE == PYTHON:
+    int64: Any = int
+    uint64: Any = last_64_bits
+    blank: Any = plain_records
+else:
+    import numba
+
+    int64, uint64 = numba.int64, numba.uint64
+
+    @numba.njit
+    def blank(count: Any, dtype: Any) -> Any:
+        """So many records of a type, all zeros."""
+        return np.zeros(count, dtype)
+
+    if MODE == CHECKED:  # Numba's cache would take a kernel without checks for one with them
+        numba.config.CACHE_DIR = checked_cache(numba.config.CACHE_DIR)  # type: ignore[attr-defined]
+
+__all__ = ["MODE", "blank", "entry", "inlined", "inner", "int64", "njit", "uint64"]
+
+
+def njit(**options: Any) -> Callable[[F], F]:
+    """Compile a kernel with Numba's options; in Python mode leave it as it is."""
+
+    def made(function: F) -> F:
+        if MODE == PYTHON:
+            return function
+        kernel: F = numba.njit(**options, boundscheck=MODE == CHECKED)(function)
+        return kernel
+
+    return made
+
+
+def entry(**options: Any) -> Callable[[F], F]:
+    """Compile a kernel that Python calls with records; in Python mode it gets all arrays as plain ones."""
+
+    def made(function: F) -> F:
+        return on_plain_arrays(function) if MODE == PYTHON else njit(**options)(function)
+
+    return made
+
+
+# Most kernels are called by other kernels only. What Python needs to call them is left out: it takes long to compile,
+# since it would unpack all arrays of a world.
+inner = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+inlined = njit(error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def for_kernels(arrays: Any) -> Any:
+    """Arrays that kernels are given again and again, as they take them in this mode."""
+    return plain(arrays) if MODE == PYTHON else arrays

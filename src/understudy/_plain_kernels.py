@@ -1,0 +1,113 @@
+"""Arrays for kernels that run as plain Python: records with attributes, Python's own numbers, no index out of range.
+
+NumPy's own would do neither: its records have no attributes, its numbers are slow one by one and do not wrap or divide
+as compiled ones do, and an index below 0 counts from the end.
+"""
+
+import ctypes
+from collections.abc import Callable
+from functools import lru_cache, wraps
+from typing import Any, TypeVar
+
+import numpy as np
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+NUMBERS: dict[str, Any] = {
+    "float64": ctypes.c_double,
+    "int64": ctypes.c_int64,
+    "int32": ctypes.c_int32,
+    "bool": ctypes.c_bool,
+}
+
+
+class Plain:
+    """An array [...] of numbers or records that shares its memory with a NumPy array.
+
+    An element is a Python number, or a record whose attributes are, and which writes through.
+    """
+
+    __slots__ = ("_array", "_items", "shape")
+
+    def __init__(self, array: Any) -> None:
+        self._array = array
+        self.shape: tuple[int, ...] = array.shape
+        self._items: Any = None
+        if array.ndim == 1 and array.flags.c_contiguous:
+            self._items = (element_type(array.dtype) * array.size).from_address(array.ctypes.data)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, index: Any) -> Any:
+        if self._items is not None and not isinstance(index, tuple | slice):
+            if index < 0:
+                raise IndexError(f"index {index} is out of bounds for an array of shape {self.shape}")
+            return self._items[index]
+        found = self._array[self._allowed(index)]
+        return Plain(found) if isinstance(found, np.ndarray) else found.item()
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        if self._items is not None and not isinstance(index, tuple | slice):
+            if index < 0:
+                raise IndexError(f"index {index} is out of bounds for an array of shape {self.shape}")
+            self._items[index] = value
+        else:
+            self._array[self._allowed(index)] = value
+
+    def _allowed(self, index: Any) -> Any:
+        """The index, of which no part is below 0."""
+        for part in index if isinstance(index, tuple) else (index,):
+            for bound in (part.start, part.stop) if isinstance(part, slice) else (part,):
+                if bound is not None and bound < 0:
+                    raise IndexError(f"index {index} is out of bounds for an array of shape {self.shape}")
+        return index
+
+
+@lru_cache
+def element_type(dtype: np.dtype[Any]) -> Any:
+    """The C type that lies in memory as an element of an array does."""
+    if dtype.subdtype is not None:
+        of, shape = dtype.subdtype
+        return element_type(of) * shape[0]
+    if dtype.fields is None:
+        return NUMBERS[dtype.name]
+    fields = [(name, element_type(dtype.fields[name][0])) for name in dtype.names or ()]
+    made = type("Record", (ctypes.Structure,), {"_fields_": fields})
+    if ctypes.sizeof(made) != dtype.itemsize or any(
+        getattr(made, name).offset != dtype.fields[name][1] for name, _ in fields
+    ):
+        raise TypeError(f"records of {dtype} do not lie in memory as those of C do")
+    return made
+
+
+def plain(value: Any) -> Any:
+    """A value as kernels in plain Python take it: all arrays in it plain, and of a lone record a plain copy."""
+    if isinstance(value, np.ndarray):
+        return Plain(value)
+    if isinstance(value, np.void):
+        return element_type(value.dtype).from_buffer_copy(value.tobytes())
+    if isinstance(value, tuple):
+        parts = map(plain, value)
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def last_64_bits(word: Any) -> int:
+    """What of a whole number a word of 64 bits holds: sums and products of such words wrap."""
+    return int(word) & 0xFFFFFFFFFFFFFFFF
+
+
+def plain_records(count: int, dtype: Any) -> Any:
+    """So many records of a type, all zeros."""
+    return Plain(np.zeros(count, dtype))
+
+
+def on_plain_arrays(function: F) -> F:
+    """The function, given all its arguments as plain ones."""
+
+    @wraps(function)
+    def called(*args: Any) -> Any:
+        return function(*map(plain, args))
+
+    return called  # type: ignore[return-value]
