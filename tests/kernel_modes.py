@@ -1,0 +1,129 @@
+"""What kernels work out, as one hash a case, so that the modes they run in can be compared (UNDERSTUDY_KERNELS).
+
+As a script it prints the hashes of all cases: a mode is chosen once, where kernels are imported.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from functools import partial
+from hashlib import sha256
+from math import nan
+from random import Random
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+from tests.runtime.random_libraries import played, random_library, random_program
+from tests.sim.golden import each_in_turn
+from tests.sim.random_scenarios import random_commands, random_pulling_world, random_world
+
+from understudy.learning._linalg_kernels import inverse
+from understudy.learning.tree_growth import grow
+from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.runtime.body import every_key
+from understudy.runtime.engine.engine import Engine
+from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.sim.team.libraries import team_of
+from understudy.sim.world import World
+from understudy_lab.tasks.swarm_world import SWARM, hand_coded, of_platoons
+
+TICKS, MOST_ROBOTS = 40, 40
+EVERYTHING = patch("understudy.sim.world.has", lambda scenario, rules: (True,) * 7)
+"""All kernels are compiled for all that can be in a world: once, that is."""
+
+
+def cases() -> Iterator[tuple[str, Callable[[], bytes]]]:
+    """All cases: names, and what gives the bytes to compare."""
+    for name in builtin_scenarios():
+        yield name, partial(_run, name)
+    for number in range(12):
+        yield f"random {number}", partial(_obey, random_world, number)
+        yield f"pulling {number}", partial(_obey, random_pulling_world, number)
+    yield "squads", _lead
+    for number in range(12):
+        yield f"pulses {number}", partial(_pulse, number)
+        yield f"tree {number}", partial(_grow, number)
+    yield "inverse", _invert
+
+
+def _run(name: str) -> bytes:
+    """A built-in scenario in which all robots do the same simple program, if they are few."""
+    scenario = load_scenario(name)
+    if sum(group.count if isinstance(group.count, int) else 0 for group in scenario.robots) > MOST_ROBOTS:
+        return b""
+    with EVERYTHING:
+        world = World(scenario, (5, 6))
+    engine = Engine.of(world, each_in_turn(world))
+    engine.run(TICKS)
+    return _state(world)
+
+
+def _obey(make: Callable[..., World], number: int) -> bytes:
+    """A random world whose robots do something else every few ticks."""
+    world, draw = make(number, worlds=2), np.random.default_rng(number)
+    for _ in range(TICKS // 4):
+        commands = random_commands(draw, world)
+        for _ in range(4):
+            world.act(commands)
+    return _state(world)
+
+
+def _lead() -> bytes:
+    """A platoon under its coordinators."""
+    with EVERYTHING:
+        team = team_of(of_platoons(1), [0], hand_coded(), {SWARM: ("swarm_work", {})})
+    team.run(TICKS)
+    world: Any = team.ground
+    return _state(world)
+
+
+def _pulse(number: int) -> bytes:
+    """Random programs on random readings."""
+    random = Random(number)
+    library = random_library(random)
+    body = played(random, agents=6, ticks=20)
+    engine = Engine(body, [random_program(random, library) for _ in range(6)])
+    engine.run(20)
+    return repr((body.commanded, [engine.path(agent) for agent in range(6)])).encode()
+
+
+def _grow(number: int) -> bytes:
+    """A tree of random examples on a coarse grid, some readings absent."""
+    random = Random(number)
+    kinds: list[Kind] = [Continuous(), Toroidal(), Categorical(("no", "some", "many"))]
+    values = [
+        [random.choice((0.0, 0.5, 1.0, 2.0, nan)), random.random(), random.choice((0.0, 1.0, 2.0, nan))]
+        for _ in range(60)
+    ]
+    outcomes = [random.randrange(4) if random.random() < 0.3 else int(row[0] == 1.0) for row in values]
+    groups = [random.randrange(3 if random.random() < 0.5 else 2) for _ in values]
+    tree = grow(
+        np.array(values), np.array(outcomes), np.array(groups), kinds, states=4, current=0, midpoints=False
+    )
+    return repr(tree).encode()
+
+
+def _state(world: World) -> bytes:
+    percept = world.sense(every_key(world))
+    readings = b"".join(np.asarray(percept[key]).tobytes() for key in sorted(percept, key=str))
+    return readings + b"".join(array.tobytes() for array in world.state)
+
+
+def _invert() -> bytes:
+    columns = np.random.default_rng(1).integers(-9, 9, (8, 8)).astype(np.float64)
+    return inverse(columns @ columns.T + np.eye(8)).tobytes()
+
+
+def main() -> None:
+    """Print the hash of each case."""
+    warnings.simplefilter("error", RuntimeWarning)
+    found = {name: sha256(work()).hexdigest()[:16] for name, work in cases()}
+    sys.stdout.write(json.dumps({"numba": "numba" in sys.modules, "cases": found}))
+
+
+if __name__ == "__main__":
+    main()
