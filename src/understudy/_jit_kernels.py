@@ -15,11 +15,12 @@ MODE = mode()
 if MODE == PYTHON:
     int64: Any = int
     uint64: Any = last_64_bits
+    prange: Any = range
     blank: Any = plain_records
 else:
     import numba
 
-    int64, uint64 = numba.int64, numba.uint64
+    int64, uint64, prange = numba.int64, numba.uint64, numba.prange
 
     @numba.njit
     def blank(count: Any, dtype: Any) -> Any:
@@ -29,7 +30,7 @@ else:
     if MODE == CHECKED:  # Numba's cache would take a kernel without checks for one with them
         numba.config.CACHE_DIR = checked_cache(numba.config.CACHE_DIR)  # type: ignore[attr-defined]
 
-__all__ = ["MODE", "blank", "entry", "inlined", "inner", "int64", "njit", "uint64"]
+__all__ = ["MODE", "blank", "entry", "inlined", "inner", "int64", "limit_threads", "njit", "prange", "uint64"]
 
 
 def njit(**options: Any) -> Callable[[F], F]:
@@ -62,3 +63,12 @@ inlined = njit(error_model="numpy", forceinline=True, no_cpython_wrapper=True, n
 def for_kernels(arrays: Any) -> Any:
     """Arrays that kernels are given again and again, as they take them in this mode."""
     return plain(arrays) if MODE == PYTHON else arrays
+
+
+def limit_threads(threads: int) -> int:
+    """Let `prange` use so many threads from now on; how many it was before."""
+    if MODE == PYTHON:
+        return threads
+    before = int(numba.get_num_threads())
+    numba.set_num_threads(threads)
+    return before

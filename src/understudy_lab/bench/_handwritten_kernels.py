@@ -8,8 +8,9 @@ from math import atan2, ceil, cos, inf, nan, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
-from numba import get_num_threads, njit, prange, set_num_threads
 from numpy.typing import NDArray
+
+from understudy._jit_kernels import limit_threads, njit, prange
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -20,6 +21,8 @@ CELL = 2.0
 LEAF, BELOW = 0, 1
 BEACON_RANGE, BEACON_ANGLE, ROBOT_RANGE, ROBOT_ANGLE, SONAR = 0, 1, 2, 3, 4
 READINGS = 7
+
+__all__ = ["decide", "grid", "limit_threads", "sonar", "step"]
 
 
 @njit(cache=True)
@@ -220,10 +223,3 @@ def step(
             moved[0, i] = min(max(x + along * ahead_x, radius), side - radius)
             moved[1, i] = min(max(y + along * ahead_y, radius), side - radius)
             moved[2, i] = around(heading + commands[state, 1] * turn)
-
-
-def limit_threads(threads: int) -> int:
-    """Let kernels use so many threads from now on; how many it was before."""
-    before = int(get_num_threads())
-    set_num_threads(threads)
-    return before

@@ -73,3 +73,11 @@ def cosine_and_sine(angle: float) -> Any:
     if quarter & 1:
         cosine, sine = sine, cosine
     return -cosine if quarter == 1 or quarter == 2 else cosine, -sine if quarter >= 2 else sine
+
+
+@njit(error_model="numpy", forceinline=True)
+def face(robot: Any) -> None:
+    """Have the cosine and sine of a robot's heading at hand: most drive straight on, or stand."""
+    if robot.aim != robot.heading:
+        robot.aim = robot.heading
+        robot.cosine, robot.sine = cosine_and_sine(robot.heading)

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, njit
+from understudy._jit_kernels import inlined, inner, int64, njit, uint64
 from understudy.sim.kernels.angles import TAU, cosine_and_sine
 from understudy.sim.kernels.clearance import free_place
 from understudy.sim.kernels.motion import (
@@ -147,7 +147,7 @@ def move_boxes(c: Any, world: int) -> None:
 @inlined
 def limit(c: Any, row: int, world: int) -> None:
     """How far a robot may go beside the others, having slid along all that stays; boxes are left aside."""
-    move = c.moves[row - world * c.facts.count]
+    move = c.moves[uint64(row - world * c.facts.count)]
     # Clear by more than rounding can add, so that whoever is alone is out of reach of `limited_by_robots` too.
     apart = 2.0 * (c.facts.most_radius + c.facts.most_step) + CLEAR
     if move.alone >= apart * apart or (move.dx == 0.0 and move.dy == 0.0):

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64
+from understudy._jit_kernels import inlined, inner, int64, uint64
 
 CLOSE = 1e-9  # m; what rounding may do to the border between two cells
 MANY = 8  # robots in a cell; where there are more, its small cells are looked at one by one
@@ -38,8 +38,8 @@ def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
 def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
     """Where the spots of the cells `low` to `high` of a line begin and end."""
     small = 2 * c.facts.shift
-    begin = int64(c.start[(line * c.facts.columns + low) << small])
-    return begin, int64(c.start[(line * c.facts.columns + high + 1) << small])
+    begin = int64(c.start[uint64((line * c.facts.columns + low) << small)])
+    return begin, int64(c.start[uint64((line * c.facts.columns + high + 1) << small)])
 
 
 @inlined
@@ -68,7 +68,7 @@ def near_range(c: Any, x: float, y: float, world: int) -> Any:
 @inlined
 def find_cell(c: Any, row: int, world: int) -> None:
     """Sorting, first: note the small cell of a robot where its spot will be noted."""
-    robot = c.robots[row]
+    robot = c.robots[uint64(row)]
     column, _, line, _ = small_cells(c, robot.x, robot.y, 0.0)
     c.spot_of[row - world * c.facts.count] = small_cell(c, column, line)
 
@@ -124,10 +124,10 @@ def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
 @inlined
 def _nearer(c: Any, row: int, relation: int, begin: int, end: int, best: int, best_squared: float) -> Any:
     """The nearest so far (row, squared distance), or a nearer one among the spots from `begin` to `end`."""
-    own = c.robots[row]
+    own = c.robots[uint64(row)]
     x, y = own.x, own.y
     for k in range(begin, end):
-        spot = c.spots[k]
+        spot = c.spots[uint64(k)]
         dx, dy = spot.x - x, spot.y - y
         squared = dx * dx + dy * dy
         if squared <= best_squared and spot.row != row:
@@ -164,8 +164,8 @@ def _nearer_in_line(
         return best, best_squared
     low, high = max(low, 0), min(high, c.facts.columns - 1)
     small = 2 * c.facts.shift
-    begin = int64(c.start[(line * c.facts.columns + low) << small])
-    end = int64(c.start[(line * c.facts.columns + high + 1) << small])
+    begin = int64(c.start[uint64((line * c.facts.columns + low) << small)])
+    end = int64(c.start[uint64((line * c.facts.columns + high + 1) << small)])
     if end - begin <= MANY * (high - low + 1) or c.facts.shift == 0:
         return _nearer(c, row, relation, begin, end, best, best_squared)
     for column in range(low, high + 1):
@@ -187,14 +187,14 @@ def _nearest_around(c: Any, row: int, column: int, line: int, limit_squared: flo
     count, count_below = end - first, below_end - below
     both = count + count_below
     total = both + above_end - above
-    own = c.robots[row]
+    own = c.robots[uint64(row)]
     x, y, best, best_squared, second = own.x, own.y, -1, limit_squared, math.inf
     if total > 9 * MANY:
         return CROWDED, limit_squared
     below, above = below - count, above - both
     for k in range(total):
         place = (first if k < count else below if k < both else above) + k
-        spot = c.spots[place]
+        spot = c.spots[uint64(place)]
         dx, dy = spot.x - x, spot.y - y
         squared = dx * dx + dy * dy
         squared = squared if squared > 0.0 else math.inf  # itself
@@ -228,7 +228,7 @@ def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> 
 
     Of robots equally near, the one with the lowest id.
     """
-    own = c.robots[row]
+    own = c.robots[uint64(row)]
     best, best_squared = -1, limit * limit
     if not c.facts.gridded:
         for k in range(world * c.facts.count, (world + 1) * c.facts.count):

@@ -8,10 +8,9 @@ whatever the order in which robots are looked at. Along what stays where it is, 
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, njit
-from understudy.sim.kernels.angles import cosine_and_sine, wrapped
+from understudy._jit_kernels import inlined, inner, int64, njit, uint64
+from understudy.sim.kernels.angles import cosine_and_sine, face, wrapped
 from understudy.sim.kernels.grid import big_cells, near_range, small_cell, small_cells, spots_of_line
-from understudy.sim.kernels.memory import face
 from understudy.sim.kernels.rng import normal
 
 CROWD = 12  # robots in a line of cells; where there are more, small cells are looked at
@@ -149,7 +148,7 @@ def limited_by_robot(c: Any, scale: float, row: int, other: int, dx: float, dy: 
 @inlined
 def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
     """The scale that all other robots of a world allow."""
-    own, move = c.robots[row], c.moves[row - world * c.facts.count]
+    own, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     near = c.types[own.type].radius + c.facts.most_radius + c.facts.most_step
     near += math.sqrt(move.dx * move.dx + move.dy * move.dy)
     if not c.facts.gridded:
@@ -173,7 +172,7 @@ def _limited_by_spots(c: Any, scale: float, row: int, world: int, near: float, b
     own = c.robots[row]
     x, y, near_squared = own.x, own.y, near * near
     for k in range(begin, end):
-        spot = c.spots[k]
+        spot = c.spots[uint64(k)]
         dx, dy = spot.x - x, spot.y - y
         if dx * dx + dy * dy < near_squared and spot.row != row:
             scale = limited_by_robot(c, scale, row, spot.row, dx, dy, world)
@@ -199,13 +198,13 @@ def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, mo
     scale = limited_by_bounds(scale, x, y, radius, move, c.facts.width, c.facts.height)
     begin, end = near_range(c, x, y, world)
     for k in range(begin, end):
-        item = int64(c.near_items[k])
+        item = int64(c.near_items[uint64(k)])
         if item >= 0:
             disc = c.discs[world * c.facts.disc_count + item]
             scale = limited_by_disc(scale, x, y, radius, move, (disc.x, disc.y, disc.radius))
         else:
             scale = limited_by_segment(
-                scale, x, y, radius, move, c.segments[world * c.facts.segment_count + -1 - item]
+                scale, x, y, radius, move, c.segments[world * c.facts.segment_count - 1 - item]
             )
     if not c.facts.solids:
         return scale
@@ -250,7 +249,7 @@ def slide(c: Any, row: int, world: int) -> None:
 
     In a step longer than its radius it slides along nothing, since what it would meet first is not looked for.
     """
-    robot, move = c.robots[row], c.moves[row - world * c.facts.count]
+    robot, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     if move.dx == 0.0 and move.dy == 0.0:
         return
     x, y, radius = robot.x, robot.y, c.types[robot.type].radius
@@ -261,12 +260,12 @@ def slide(c: Any, row: int, world: int) -> None:
     met = _slid(move, 0.0, -1.0, y - radius) or _slid(move, 0.0, 1.0, c.facts.height - radius - y) or met
     begin, end = near_range(c, x, y, world)
     for k in range(begin, end):
-        item = int64(c.near_items[k])
+        item = int64(c.near_items[uint64(k)])
         if item >= 0:
             disc = c.discs[world * c.facts.disc_count + item]
             met = _slid_along(move, x, y, radius, disc.x, disc.y, disc.radius) or met
         else:
-            piece = c.segments[world * c.facts.segment_count + -1 - item]
+            piece = c.segments[world * c.facts.segment_count - 1 - item]
             near_x, near_y = nearest_of_segment(x, y, piece)
             met = _slid_along(move, x, y, radius, near_x, near_y, 0.0) or met
     if c.facts.solids:
@@ -284,7 +283,7 @@ def slide(c: Any, row: int, world: int) -> None:
 @inlined
 def arrive(c: Any, row: int, world: int) -> None:
     """Move a robot as far as it may."""
-    robot, move = c.robots[row], c.moves[row - world * c.facts.count]
+    robot, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     if robot.frozen:
         return
     dx, dy = move.scale * move.dx, move.scale * move.dy

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner
+from understudy._jit_kernels import inlined, inner, uint64
 from understudy.sim.kernels.signals import is_claimed
 
 MANY = 64  # slots of a class; where there are more, they are kept in order
@@ -58,7 +58,7 @@ def nearest_lined_up(c: Any, row: int, world: int, step: Any) -> Any:
         return _nearest_in_order(c, row, world, step, kind, 0)
     best, best_squared = -1, math.inf
     for slot in range(kind.first, kind.end):
-        dx, dy = c.object_x[slot] - robot.x, c.object_y[slot] - robot.y
+        dx, dy = c.object_x[uint64(slot)] - robot.x, c.object_y[uint64(slot)] - robot.y
         squared = dx * dx + dy * dy
         if squared < best_squared:
             best, best_squared = slot, squared

@@ -3,10 +3,10 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64
+from understudy._jit_kernels import inlined, inner, int64, uint64
+from understudy.sim.kernels.angles import face
 from understudy.sim.kernels.camera import blob, project, screen
 from understudy.sim.kernels.grid import big_cells, near_range, spots_of_line
-from understudy.sim.kernels.memory import face
 from understudy.sim.kernels.sonar import sector_to_bounds, sector_to_disc, sector_to_segment
 
 WALLS, OBSTACLES, ROBOTS = 1, 2, 4
@@ -19,8 +19,10 @@ def _to_disc(c: Any, step: Any, robot: Any, dx: float, dy: float, radius: float)
     cosine, sine = robot.cosine, robot.sine
     x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
     for k in range(step.first, step.end):
-        s, best = c.sectors[k], c.a[k - step.first]
-        c.a[k - step.first] = sector_to_disc(x, y, radius, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best)
+        s, best = c.sectors[uint64(k)], c.a[uint64(k - step.first)]
+        c.a[uint64(k - step.first)] = sector_to_disc(
+            x, y, radius, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best
+        )
 
 
 @inner
@@ -32,9 +34,9 @@ def _to_segment(c: Any, step: Any, robot: Any, piece: Any) -> None:
     x0, y0 = cosine * dx + sine * dy, cosine * dy - sine * dx
     x1, y1 = cosine * ex + sine * ey, cosine * ey - sine * ex
     for k in range(step.first, step.end):
-        s, best = c.sectors[k], c.a[k - step.first]
+        s, best = c.sectors[uint64(k)], c.a[uint64(k - step.first)]
         best = sector_to_segment(x0, y0, x1, y1, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best)
-        c.a[k - step.first] = best
+        c.a[uint64(k - step.first)] = best
 
 
 @inner
@@ -43,8 +45,8 @@ def _to_bounds(c: Any, step: Any, robot: Any) -> None:
     face(robot)
     x, y, cosine, sine = robot.x, robot.y, robot.cosine, robot.sine
     for k in range(step.first, step.end):
-        s, best = c.sectors[k], c.a[k - step.first]
-        c.a[k - step.first] = sector_to_bounds(
+        s, best = c.sectors[uint64(k)], c.a[uint64(k - step.first)]
+        c.a[uint64(k - step.first)] = sector_to_bounds(
             x,
             y,
             cosine,
@@ -68,9 +70,9 @@ def _to_fixed(c: Any, step: Any, robot: Any, world: int, limit: float) -> None:
         _to_bounds(c, step, robot)
     begin, end = near_range(c, x, y, world)
     for k in range(begin, end):
-        item = int64(c.near_items[k])
+        item = int64(c.near_items[uint64(k)])
         if item < 0:
-            piece = c.segments[world * c.facts.segment_count + -1 - item]
+            piece = c.segments[world * c.facts.segment_count - 1 - item]
             if step.sees & (WALLS if piece.wall else OBSTACLES):
                 _to_segment(c, step, robot, piece)
         elif step.sees & OBSTACLES:
@@ -117,7 +119,7 @@ def _to_robots(c: Any, step: Any, row: int, world: int, limit: float) -> None:
 def scan(c: Any, row: int, world: int, step: Any, limit: float) -> None:
     """The distance (m, from the robot's center, at most `limit`) to what is nearest in each sector, to `c.a`."""
     for k in range(step.end - step.first):
-        c.a[k] = limit
+        c.a[uint64(k)] = limit
     _to_fixed(c, step, c.robots[row], world, limit)
     if step.sees & ROBOTS:
         _to_robots(c, step, row, world, limit)

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, njit
+from understudy._jit_kernels import inlined, inner, int64, njit, uint64
 from understudy.sim.kernels.angles import angle_of, wrapped
 from understudy.sim.kernels.dtypes import TOUCH
 from understudy.sim.kernels.grid import ANYONE, nearest_robot
@@ -80,7 +80,7 @@ def own(c: Any, robot: Any, world: int, step: Any) -> Any:
         return 1.0 if robot.holding != 0 else 0.0
     if what == ENOUGH:
         return _enough(c, robot, world)
-    reach = c.types[robot.type].reach
+    reach = c.types[uint64(robot.type)].reach
     if what == STATION_HERE:
         return 1.0 if station_here(c, world, robot.x, robot.y, reach) else 0.0
     slot, squared = nearest_food(c, world, robot.x, robot.y)
@@ -110,7 +110,7 @@ def _seek(c: Any, row: int, world: int, step: Any) -> Any:
 @inlined
 def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -> None:
     """How far off (`offset`: x, y; world frame) is what a step is to locate; NaN where it is not there, or too far."""
-    robot = c.robots[row]
+    robot = c.robots[uint64(row)]
     squared = math.inf
     x, y = math.nan, math.nan
     if step.place == TO_ROBOT:
@@ -120,7 +120,7 @@ def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -
         if other >= 0:
             x, y = c.robots[other].x, c.robots[other].y
         if step.index == ANYONE:
-            c.moves[row - world * c.facts.count].alone = min(squared, step.range * step.range)
+            c.moves[uint64(row - world * c.facts.count)].alone = min(squared, step.range * step.range)
     elif step.place == TO_CLASS:
         slot, squared = nearest_lined_up(c, row, world, step)
         if slot >= 0:
@@ -168,7 +168,7 @@ def measure(
 
     Where nobody has a camera, or nothing that ranges, or raises a signal, these are None, and no code is made for them.
     """
-    robot = c.robots[row]
+    robot = c.robots[uint64(row)]
     if step.what <= TO_CALLER:
         c.a[0] = math.sqrt(offset.x * offset.x + offset.y * offset.y)
         if c.parts[step.first].b >= 0:
@@ -194,7 +194,7 @@ def _claimed(c: Any, row: int, world: int, step: Any, offset: Any) -> Any:
     """Whether somebody else claims what was located; NaN where it is not there."""
     if offset.x != offset.x:
         return math.nan
-    robot = c.robots[row]
+    robot = c.robots[uint64(row)]
     x, y = robot.x + offset.x, robot.y + offset.y
     return 1.0 if is_claimed(c, row, world, x, y, step.signal, step.within) else 0.0
 
@@ -276,10 +276,10 @@ def take(
     if due:
         measure(c, row, world, step, offset, camera, ranging, calling)
     for k in range(step.first, step.end):
-        part = c.parts[k]
+        part = c.parts[uint64(k)]
         held = row * c.facts.memory_count + part.held
         if due:
-            a, b = c.a[k - step.first], c.b[k - step.first]
+            a, b = c.a[uint64(k - step.first)], c.b[uint64(k - step.first)]
             if step.noisy:
                 a, b = disturb(step, part, seed, robot.id, tick, a, b)
             if keep and part.held >= 0:
@@ -289,9 +289,9 @@ def take(
         else:
             a, b = c.memory[held], c.memory[held + 1]
         if part.a >= 0:
-            values[part.a] = a
+            values[uint64(part.a)] = a
         if part.b >= 0:
-            values[part.b] = b
+            values[uint64(part.b)] = b
 
 
 @inlined
@@ -304,18 +304,21 @@ def sense(
     before the next: a processor then works on several robots at a time.
     """
     for column in range((high - low) * c.facts.width_of_row):
-        c.rows[column] = math.nan
+        c.rows[uint64(column)] = math.nan
     for row in range(low, high):
-        c.moves[row - world * c.facts.count].alone = 0.0
+        c.moves[uint64(row - world * c.facts.count)].alone = 0.0
     for kind in range(c.facts.type_count):
         for index in range(c.of_type[2 * kind], c.of_type[2 * kind + 1]):
             step = c.steps[index]
             if step.place >= 0 and is_due(step, c.tick[world]):
                 for row in range(low, high):
                     if c.facts.type_count == 1 or c.robots[row].type == kind:
-                        locate(c, row, world, step, c.offsets[row - low], calling)
+                        locate(c, row, world, step, c.offsets[uint64(row - low)], calling)
             for row in range(low, high):
-                robot = c.robots[row]
+                robot = c.robots[uint64(row)]
                 if robot.type == kind and not robot.frozen:
-                    offset, values = c.offsets[row - low], c.rows[c.facts.width_of_row * (row - low) :]
+                    offset, values = (
+                        c.offsets[uint64(row - low)],
+                        c.rows[c.facts.width_of_row * (row - low) :],
+                    )
                     take(c, row, world, step, offset, values, keep, camera, ranging, calling)

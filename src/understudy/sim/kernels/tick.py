@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from understudy._jit_kernels import entry, inlined, inner
+from understudy._jit_kernels import entry, inlined, inner, uint64
 from understudy.kernel_cache import hash_kernel_sources
 from understudy.runtime.engine._pulse_kernels import pulse
 from understudy.runtime.team._squad_kernels import lead_world
@@ -38,7 +38,7 @@ def intend(
 
     It takes hold of boxes, and lets go of them, before anybody moves: of what is within reach as it was sensed.
     """
-    robot, move = c.robots[row], c.moves[row - world * c.facts.count]
+    robot, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     drive, turn = commands[which, 0], commands[which, 1]
     seed, tick = c.seeds[world], c.tick[world]
     propose(robot, c.types[robot.type], drive, turn, seed, tick, move)
