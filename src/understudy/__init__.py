@@ -171,8 +171,10 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Automaton",
     "BOOLEAN",
+    "START",
+    "TAU",
+    "Automaton",
     "Behavior",
     "Binding",
     "Body",
@@ -201,12 +203,10 @@ __all__ = [
     "ReactionEstimate",
     "Reading",
     "Run",
-    "START",
     "Session",
     "SessionView",
     "SklearnOptions",
     "State",
-    "TAU",
     "Target",
     "Team",
     "TimeInState",

@@ -13,14 +13,16 @@ GENERATION, CLAIMED = APART, 2 * APART
 if MODE == PYTHON:  # in which one thread does all
 
     def add_at_once(array: Any, index: int, value: int) -> Any:
+        """Add to an element, and return what it was before."""
         array[index] += value
         return array[index] - value
 
     def read_now(array: Any, index: int) -> Any:
+        """Read an element as it is in memory now."""
         return array[index]
 
     def let_others_run() -> None:
-        pass
+        """Do nothing: there is one thread."""
 
 else:
     from understudy.sim.kernels.atomic import add_at_once, let_others_run, read_now  # type: ignore[assignment]
