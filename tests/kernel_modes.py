@@ -21,26 +21,26 @@ from tests.runtime.random_libraries import played, random_library, random_progra
 from tests.sim.golden import each_in_turn
 from tests.sim.random_scenarios import random_commands, random_pulling_world, random_world
 
-from understudy.learning._linalg_kernels import inverse
-from understudy.learning.tree_growth import grow
+from understudy.learning._linalg_kernels import invert_matrix
+from understudy.learning.tree_growth import grow_tree
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.runtime.body import every_key
+from understudy.runtime.body import list_reading_keys
 from understudy.runtime.engine.engine import Engine
-from understudy.sim.scenario.files import builtin_scenarios, load_scenario
-from understudy.sim.team.libraries import team_of
+from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
+from understudy.sim.team.libraries import make_team
 from understudy.sim.world import World
 from understudy_lab.bench import standard_task
 from understudy_lab.bench.handwritten_baseline import Prototype
 from understudy_lab.tasks.swarm_world import SWARM, hand_coded, of_platoons
 
 TICKS, MOST_ROBOTS, SEEDS = 40, 40, (5, 6)
-EVERYTHING = patch("understudy.sim.world.has", lambda scenario, rules: (True,) * 7)
+EVERYTHING = patch("understudy.sim.world.find_world_contents", lambda scenario, rules: (True,) * 7)
 """All kernels are compiled for all that can be in a world: once, that is."""
 
 
 def cases() -> Iterator[tuple[str, Callable[[], bytes]]]:
     """All cases: names, and what gives the bytes to compare."""
-    for name in builtin_scenarios():
+    for name in list_builtin_scenarios():
         if _robots(name) <= MOST_ROBOTS:
             yield name, partial(_run, name)
     for number in range(12):
@@ -81,7 +81,7 @@ def _obey(make: Callable[..., World], number: int) -> bytes:
 def _lead() -> bytes:
     """A platoon under its coordinators."""
     with EVERYTHING:
-        team = team_of(of_platoons(1), [0], hand_coded(), {SWARM: ("swarm_work", {})})
+        team = make_team(of_platoons(1), [0], hand_coded(), {SWARM: ("swarm_work", {})})
     team.run(TICKS)
     world: Any = team.ground
     return _state(world)
@@ -107,14 +107,14 @@ def _grow(number: int) -> bytes:
     ]
     outcomes = [random.randrange(4) if random.random() < 0.3 else int(row[0] == 1.0) for row in values]
     groups = [random.randrange(3 if random.random() < 0.5 else 2) for _ in values]
-    tree = grow(
+    tree = grow_tree(
         np.array(values), np.array(outcomes), np.array(groups), kinds, states=4, current=0, midpoints=False
     )
     return repr(tree).encode()
 
 
 def _state(world: World) -> bytes:
-    percept = world.sense(every_key(world))
+    percept = world.sense(list_reading_keys(world))
     readings = b"".join(np.asarray(percept[key]).tobytes() for key in sorted(percept, key=str))
     return readings + b"".join(array.tobytes() for array in world.state)
 
@@ -129,7 +129,7 @@ def _by_hand() -> bytes:
 
 def _invert() -> bytes:
     columns = np.random.default_rng(1).integers(-9, 9, (8, 8)).astype(np.float64)
-    return inverse(columns @ columns.T + np.eye(8)).tobytes()
+    return invert_matrix(columns @ columns.T + np.eye(8)).tobytes()
 
 
 def main() -> None:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from understudy.analysis.evaluation import Evaluation, evaluate
     from understudy.errors import UnderstudyError
-    from understudy.learning.correction_diagnosis import Judgement, judge
+    from understudy.learning.correction_diagnosis import CorrectionDiagnosis, diagnose_correction
     from understudy.learning.explain import Explanation, explain
-    from understudy.learning.fit import learn, learned
-    from understudy.learning.mislabels import slips
+    from understudy.learning.fit import learn, learn_automaton
+    from understudy.learning.mislabels import find_mislabels
     from understudy.model.automaton import START, Automaton, State
     from understudy.model.behaviors import (
         Behavior,
@@ -46,16 +46,16 @@ if TYPE_CHECKING:
     from understudy.model.library import Kit, Library, TrainedAutomaton
     from understudy.model.tree import Tree
     from understudy.runtime.body import Body, Channel, Reading
-    from understudy.runtime.decision_trace import Trace
+    from understudy.runtime.decision_trace import DecisionTrace
     from understudy.runtime.engine.engine import Engine
     from understudy.runtime.interpreter import Interpreter
     from understudy.runtime.program import link
     from understudy.runtime.run_loop import Run
-    from understudy.runtime.team.coordinator_body import Troop
+    from understudy.runtime.team.coordinator_body import CoordinatorBody
     from understudy.runtime.team.team import Team
     from understudy.sim.forage import Forage, ForageSettings
     from understudy.sim.scenario.files import load_scenario
-    from understudy.sim.team.libraries import libraries_of, team_of, troop_of
+    from understudy.sim.team.libraries import collect_libraries, make_coordinator_body, make_team
     from understudy.sim.world import World
     from understudy.storage.library_folder import open_library, save_automaton
     from understudy.training.lesson_design import new_lesson
@@ -71,8 +71,8 @@ _HOMES = {
     ),
     "errors": ("UnderstudyError",),
     "learning.correction_diagnosis": (
-        "Judgement",
-        "judge",
+        "CorrectionDiagnosis",
+        "diagnose_correction",
     ),
     "learning.explain": (
         "Explanation",
@@ -80,9 +80,9 @@ _HOMES = {
     ),
     "learning.fit": (
         "learn",
-        "learned",
+        "learn_automaton",
     ),
-    "learning.mislabels": ("slips",),
+    "learning.mislabels": ("find_mislabels",),
     "model.automaton": (
         "START",
         "Automaton",
@@ -137,12 +137,12 @@ _HOMES = {
         "Channel",
         "Reading",
     ),
-    "runtime.decision_trace": ("Trace",),
+    "runtime.decision_trace": ("DecisionTrace",),
     "runtime.engine.engine": ("Engine",),
     "runtime.interpreter": ("Interpreter",),
     "runtime.program": ("link",),
     "runtime.run_loop": ("Run",),
-    "runtime.team.coordinator_body": ("Troop",),
+    "runtime.team.coordinator_body": ("CoordinatorBody",),
     "runtime.team.team": ("Team",),
     "sim.forage": (
         "Forage",
@@ -150,9 +150,9 @@ _HOMES = {
     ),
     "sim.scenario.files": ("load_scenario",),
     "sim.team.libraries": (
-        "libraries_of",
-        "team_of",
-        "troop_of",
+        "collect_libraries",
+        "make_team",
+        "make_coordinator_body",
     ),
     "sim.world": ("World",),
     "storage.library_folder": (
@@ -183,7 +183,10 @@ __all__ = [
     "Channel",
     "Command",
     "Continuous",
+    "CoordinatorBody",
+    "CorrectionDiagnosis",
     "CounterFeature",
+    "DecisionTrace",
     "Engine",
     "Evaluation",
     "Example",
@@ -194,7 +197,6 @@ __all__ = [
     "Forage",
     "ForageSettings",
     "Interpreter",
-    "Judgement",
     "Kit",
     "LearnerOptions",
     "Lesson",
@@ -212,25 +214,26 @@ __all__ = [
     "TimeInState",
     "TimerFeature",
     "Toroidal",
-    "Trace",
     "TrainedAutomaton",
     "Tree",
     "TreeOptions",
-    "Troop",
     "UnderstudyError",
     "World",
     "behavior",
+    "collect_libraries",
+    "diagnose_correction",
     "estimate_reaction_time",
     "evaluate",
     "explain",
     "feature",
+    "find_mislabels",
     "increment",
-    "judge",
     "learn",
-    "learned",
-    "libraries_of",
+    "learn_automaton",
     "link",
     "load_scenario",
+    "make_coordinator_body",
+    "make_team",
     "new_lesson",
     "open_library",
     "reset_counter",
@@ -238,9 +241,6 @@ __all__ = [
     "save_automaton",
     "set_counter",
     "set_timer",
-    "slips",
-    "team_of",
-    "troop_of",
 ]
 
 

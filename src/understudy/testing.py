@@ -22,7 +22,7 @@ from understudy.errors import KindError, UnderstudyError
 from understudy.model.behaviors import Behavior
 from understudy.model.features import AnyFeature, Feature, Percept, ReadingsView
 from understudy.model.kinds import Column, Kind
-from understudy.runtime.body import Body, Commands, Rewindable, every_key
+from understudy.runtime.body import Body, Commands, Rewindable, list_reading_keys
 
 TICKS = 60
 
@@ -141,14 +141,14 @@ def _drawn(body: Body, generators: Sequence[np.random.Generator], rows: int) -> 
 
 
 def _percepts(body: Body, ticks: int, seed: int) -> Iterator[Percept]:
-    generators, keys = [np.random.default_rng(seed)], every_key(body)
+    generators, keys = [np.random.default_rng(seed)], list_reading_keys(body)
     for _ in range(ticks):
         yield body.sense(keys)
         body.act(_drawn(body, generators, body.agents))
 
 
 def _record(body: Body, ticks: int, seeds: Sequence[int], rows: int) -> list[Percept]:
-    generators, keys = [np.random.default_rng(seed) for seed in seeds], every_key(body)
+    generators, keys = [np.random.default_rng(seed) for seed in seeds], list_reading_keys(body)
     percepts: list[Percept] = []
     for _ in range(ticks):
         percepts.append(_copied(body.sense(keys)))
@@ -242,7 +242,7 @@ def _check_declarations(part: str, body: Body) -> None:
 
 def _check_percept(part: str, body: Body, percept: Percept) -> None:
     kinds = {reading.name: reading.kind for reading in body.readings}
-    keys = every_key(body)
+    keys = list_reading_keys(body)
     _require(
         set(percept) == set(keys), part, "it senses what it is asked", f"it gave {sorted(map(str, percept))}"
     )
@@ -268,7 +268,7 @@ def _check_refusals(part: str, body: Body) -> None:
         f"{channel!r} for one agent too many": lambda: body.act({channel: wrong}),
         f"{channel!r} that is NaN": lambda: body.act({channel: np.full(body.agents, np.nan)}),
     }
-    before = _copied(body.sense(every_key(body)))
+    before = _copied(body.sense(list_reading_keys(body)))
     for what, attempt in attempts.items():
         name = unknown if unknown in what else channel
         try:
@@ -279,7 +279,7 @@ def _check_refusals(part: str, body: Body) -> None:
             raise LawBroken(part=part, law=law, found=f"for {what} it raised {error!r}") from error
         else:
             raise LawBroken(part=part, law=law, found=f"it took {what}")
-    after = [body.sense(every_key(body))]
+    after = [body.sense(list_reading_keys(body))]
     _require_same(part, "a command that is refused changes nothing", [before], after)
 
 
@@ -314,8 +314,8 @@ def _check_rewinding(part: str, body: Body, ticks: int, seed: int) -> None:
         raise LawBroken(part=part, law="it refuses a bad snapshot", found=f"it took {bad[:20]!r}")
     body.restore(start)
     body.act({})
-    rested = [body.sense(every_key(body))]
+    rested = [body.sense(list_reading_keys(body))]
     body.restore(start)
     body.act({channel.name: np.full(body.agents, channel.rest) for channel in body.channels})
-    _require_same(part, "a channel left out rests", rested, [body.sense(every_key(body))])
+    _require_same(part, "a channel left out rests", rested, [body.sense(list_reading_keys(body))])
     body.restore(start)

@@ -19,15 +19,15 @@ from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
-from understudy.sim.catalog import find_world
-from understudy.sim.forage import ForageSettings, kit
-from understudy.sim.kit import kit_of
-from understudy.sim.scenario.files import dump_scenario
+from understudy.sim.catalog import find_scenario
+from understudy.sim.forage import FORAGE_KIT, ForageSettings
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import Goal, Scenario
 from understudy.sim.world import World
 
-FORAGE, TEAM, ARENA = (find_world(name) for name in ("forage", "forage-team", "arena"))
-LIBRARY = Library.of(kit, *AUTOMATA)
+FORAGE, TEAM, ARENA = (find_scenario(name) for name in ("forage", "forage-team", "arena"))
+LIBRARY = Library.of(FORAGE_KIT, *AUTOMATA)
 LAZY = Automaton("lazy")
 
 
@@ -44,7 +44,7 @@ def test_side_by_side_as_one_by_one() -> None:
 @pytest.mark.parametrize("scenario", [FORAGE, TEAM], ids=lambda each: each.name)
 def test_as_interpreters_would(scenario: Scenario) -> None:
     """In one go or tick by tick, with limits that some worlds reach and others do not."""
-    library = Library.of(kit_of(scenario), *AUTOMATA)
+    library = Library.of(make_scenario_kit(scenario), *AUTOMATA)
     program, limits = link(library, "forage"), np.array([20.0, 300.0, 95.05, 0.0])
     fused = measure_program(World(scenario, range(4)), program, limit_s=limits)
     world = World(scenario, range(4))
@@ -80,7 +80,7 @@ def test_functions_are_judged_the_same() -> None:
         (*forage.features, BoundFeature(stored_twice)),
         transitions=forage.transitions,
     )
-    library = Library.of(kit, *AUTOMATA[:-1], computing)
+    library = Library.of(FORAGE_KIT, *AUTOMATA[:-1], computing)
     plain, computed = (evaluate(each, "forage", FORAGE, range(3)) for each in (LIBRARY, library))
     assert computed.taught.seconds.tolist() == plain.taught.seconds.tolist()
     assert computed.taught.delivered.tolist() == plain.taught.delivered.tolist()
@@ -100,7 +100,7 @@ def test_in_batches_as_all_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_who_does_nothing_fails_at_three_times_the_yardstick() -> None:
-    library = Library.of(kit, LAZY)
+    library = Library.of(FORAGE_KIT, LAZY)
     judged = evaluate(library, "lazy", FORAGE, range(3))
     assert (judged.success, judged.relative_to_expert) == (0.0, 0.0)
     assert judged.expert is not None
@@ -109,7 +109,7 @@ def test_who_does_nothing_fails_at_three_times_the_yardstick() -> None:
 
 def test_a_goal_of_any_scenario() -> None:
     """GoTo drives to the flag where nothing is in the way; there is no yardstick, but the limit of the scenario."""
-    library = Library.of(kit_of(ARENA), AUTOMATA[0])
+    library = Library.of(make_scenario_kit(ARENA), AUTOMATA[0])
     free = replace(ARENA, obstacles=(), limit_s=80.0)
     judged = evaluate(library, "goto", free, range(4), binding={"A": "red_flag"})
     assert judged.success == 1.0
@@ -120,7 +120,7 @@ def test_a_goal_of_any_scenario() -> None:
 
 
 def test_a_team_brings_food_home() -> None:
-    judged = evaluate(Library.of(kit_of(TEAM), *AUTOMATA), "forage", TEAM, range(3))
+    judged = evaluate(Library.of(make_scenario_kit(TEAM), *AUTOMATA), "forage", TEAM, range(3))
     assert (judged.taught.limit_s == TEAM.limit_s).all()
     assert judged.taught.delivered.sum() > 0
 
@@ -138,7 +138,7 @@ def test_a_scenario_without_a_goal_cannot_be_judged() -> None:
 
 def test_a_world_by_name_or_path(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(dump_scenario(replace(FORAGE, limit_s=1.0, goal=Goal(target="station"))))
+    path.write_text(format_scenario(replace(FORAGE, limit_s=1.0, goal=Goal(target="station"))))
     assert evaluate(LIBRARY, "forage", path, [1]).taught.limit_s.tolist() == [1.0]
     with pytest.raises(UnknownName, match="no world 'moon'; it has arena, boxes, forage"):
         evaluate(LIBRARY, "forage", "moon", [1])

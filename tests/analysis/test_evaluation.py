@@ -11,7 +11,7 @@ import pytest
 
 from understudy.analysis.evaluation import Outcomes, measure
 from understudy.errors import SettingError
-from understudy.sim.forage import Forage, ForageSettings, corner_cases
+from understudy.sim.forage import Forage, ForageSettings, make_corner_cases
 from understudy_lab.tasks.forage_expert import HandForager, lower_bound
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "hand_forager.json"
@@ -33,9 +33,9 @@ def test_yardstick_is_near_its_bound_on_fresh_worlds() -> None:
     assert ratio.max() < 1.5
 
 
-@pytest.mark.parametrize("case", corner_cases())
+@pytest.mark.parametrize("case", make_corner_cases())
 def test_yardstick_masters_the_corner_cases(case: str) -> None:
-    world = Forage(range(60), corner_cases()[case])
+    world = Forage(range(60), make_corner_cases()[case])
     bound = lower_bound(world)
     outcomes = by_hand(world)
     assert outcomes.success == 1.0

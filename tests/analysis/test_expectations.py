@@ -15,7 +15,7 @@ from tests.ui.cli.forage_parts import goto
 from understudy.analysis.expectations import here, promise, tried
 from understudy.analysis.lesson_tests import above, below, examined, lost
 from understudy.errors import DefinitionError, SessionError
-from understudy.learning.fit import learned
+from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.expectation import Expectation
@@ -24,14 +24,14 @@ from understudy.model.kinds import Column, Continuous
 from understudy.model.lesson import LearnerOptions, SklearnOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
-from understudy.sim.forage import Forage, kit
-from understudy.sim.team.libraries import libraries_of, troop_of
+from understudy.sim.forage import FORAGE_KIT, Forage
+from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.storage.library_folder import open_document, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy_lab.bench.patrol import lead
 
-LIBRARY = Library.of(kit, goto)
+LIBRARY = Library.of(FORAGE_KIT, goto)
 SITS = replace(goto, transitions={"start": Tree((make_leaf(0),))})
 
 
@@ -125,7 +125,7 @@ def test_a_promise_is_a_step_that_is_kept_and_undone(tmp_path: Path) -> None:
     assert first.snapshot != second.snapshot
     path = save_automaton(tmp_path, made.taught())
     assert '"within_s": 7' in path.read_text()
-    kept = open_document(path, kit).taught.lesson
+    kept = open_document(path, FORAGE_KIT).taught.lesson
     assert kept is not None
     assert kept.outcomes == (first, second)
     assert made.undo() == "choose outcomes"
@@ -168,9 +168,9 @@ def test_a_change_below_is_found_from_above() -> None:
 
 def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None:
     """Their own change, or one of their robots: told only where it is known what everybody knows."""
-    known = dict(libraries_of(SCENARIO, ROBOTS, lambda name, kit: Library.of(kit, lead())))
+    known = dict(collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.of(kit, lead())))
     lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
-    made = Session(troop_of(SCENARIO, "patrol", known), known["patrol"], lesson)
+    made = Session(make_coordinator_body(SCENARIO, "patrol", known), known["patrol"], lesson)
     made.direct("wander")
     made.run_for(1.0)
     made.direct("done")
@@ -197,7 +197,7 @@ def test_above_and_below() -> None:
     def runs(name: str, *behaviors: str) -> Automaton:
         return Automaton(name, (START, *(State(each, each, Binding()) for each in behaviors)))
 
-    library = Library.of(kit, runs("a", "forward"), runs("b", "a"), runs("c", "a", "b"), runs("d"))
+    library = Library.of(FORAGE_KIT, runs("a", "forward"), runs("b", "a"), runs("c", "a", "b"), runs("d"))
     assert above(library, "a") == ("b", "c")
     assert below(library, "c") == ("c", "b", "a")
     assert above(library, "d") == ()
@@ -209,17 +209,17 @@ def test_a_classifier_that_was_fitted_to_the_same_is_the_same() -> None:
     scikit = replace(
         lesson, options=LearnerOptions(learner=SklearnOptions("KNeighborsClassifier", {"n_neighbors": 1}))
     )
-    former, now = (TrainedAutomaton(learned(each), each) for each in (scikit, replace(scikit)))
+    former, now = (TrainedAutomaton(learn_automaton(each), each) for each in (scikit, replace(scikit)))
     assert former.automaton != now.automaton, "each is fitted for itself"
     held = replace(scikit.examples[-1], number=99, quarantined="slipped")
     more = replace(scikit, examples=(*scikit.examples, held))
     less = replace(scikit, examples=scikit.examples[:-1])
     for other, expected in (
         (now, False),
-        (TrainedAutomaton(learned(more), more), False),
-        (TrainedAutomaton(learned(less), less), True),
+        (TrainedAutomaton(learn_automaton(more), more), False),
+        (TrainedAutomaton(learn_automaton(less), less), True),
     ):
-        library = Library.of(kit).with_taught(other)
+        library = Library.of(FORAGE_KIT).with_taught(other)
         assert examined(library, "goto", {"goto": former}).changed is expected
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from understudy.analysis.lesson_replay import Change, replayed
 from understudy.analysis.lesson_tests import sentences
-from understudy.learning.fit import learned
+from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeInState
 from understudy.model.kinds import Continuous
@@ -45,7 +45,7 @@ def lesson(*rows: Row, quarantined: tuple[int, ...] = ()) -> Lesson:
 
 def taught(*rows: Row, quarantined: tuple[int, ...] = ()) -> TrainedAutomaton:
     made = lesson(*rows, quarantined=quarantined)
-    return TrainedAutomaton(learned(made), made)
+    return TrainedAutomaton(learn_automaton(made), made)
 
 
 STOPS: tuple[Row, ...] = (("go", 9.0, "go", "default"), ("go", 1.0, "done", "directive"))
@@ -111,7 +111,7 @@ def test_what_is_lost_in_words() -> None:
 def test_without_a_former_version_or_a_lesson() -> None:
     found = replayed(taught(*STOPS))
     assert (found.examples, found.different, found.changes) == (2, (), ())
-    assert replayed(TrainedAutomaton(learned(lesson(*STOPS)))).examples == 0
+    assert replayed(TrainedAutomaton(learn_automaton(lesson(*STOPS)))).examples == 0
 
 
 # The robot drives from 6 m to 3 m in three tenths of a second, and is told to stop at 3 m; it had begun to go at 5 m.
@@ -127,7 +127,7 @@ def recorded(
 ) -> TrainedAutomaton:
     bare = replace(BARE, features=features)
     made = Lesson(bare, (KEPT, pressed, *more), record=RECORD)
-    return TrainedAutomaton(learned(made), made)
+    return TrainedAutomaton(learn_automaton(made), made)
 
 
 def test_the_second_before_a_press() -> None:
@@ -146,11 +146,11 @@ def test_features_of_a_former_version_are_read_from_the_record() -> None:
     kept = replace(KEPT, values=(0.0,))
     bare = replace(BARE, features=timed)
     former = Lesson(bare, (kept, replace(PRESSED, values=(0.2,))), record=RECORD)
-    found = replayed(recorded(), TrainedAutomaton(learned(former), former))
+    found = replayed(recorded(), TrainedAutomaton(learn_automaton(former), former))
     assert found.different == ()
     assert found.changes == ()
     late = Lesson(bare, (kept, replace(PRESSED, values=(0.1,))), record=RECORD)
-    found = replayed(recorded(), TrainedAutomaton(learned(late), late))
+    found = replayed(recorded(), TrainedAutomaton(learn_automaton(late), late))
     assert found.changes == (Change("go", "done", "go", 1),), "it would have stopped 0.1 s earlier"
 
 
@@ -159,12 +159,12 @@ def test_before_a_press_with_a_flag_nobody_knows() -> None:
     kept = replace(KEPT, values=(5.0, 0.0))
     up = replace(PRESSED, values=(3.0, 1.0), own={"time_in_state": 0.2, "flag done": 1.0})
     made = Lesson(replace(BARE, features=flagged), (kept, up), record=RECORD)
-    assert replayed(TrainedAutomaton(learned(made), made)).before == 0
+    assert replayed(TrainedAutomaton(learn_automaton(made), made)).before == 0
 
 
 def test_what_was_not_recorded_is_left_out() -> None:
     other = BoundFeature(Feature("battery", Continuous(), reading="battery"))
     bare = replace(BARE, features=(other,))
     former = Lesson(bare, (replace(KEPT, values=(9.0,)), replace(PRESSED, values=(nan,))), record=RECORD)
-    found = replayed(recorded(), TrainedAutomaton(learned(former), former))
+    found = replayed(recorded(), TrainedAutomaton(learn_automaton(former), former))
     assert (found.different, found.changes) == ((), ())

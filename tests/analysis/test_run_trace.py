@@ -13,17 +13,17 @@ from tests.sim.made import crossing
 
 from understudy.analysis.run_trace import COLUMNS, write_trace
 from understudy.errors import SettingError
-from understudy.sim.view import Frame
+from understudy.sim.view import RunFrame
 
 ABOUT: dict[str, Any] = {"scenario": "crossing", "seed": 7, "tick_s": 0.1, "robots": 3}
 HEADER = {"format": "understudy trace", "version": 1, **ABOUT}
 
 
-def paths(frame: Frame) -> list[tuple[str, ...]]:
+def paths(frame: RunFrame) -> list[tuple[str, ...]]:
     return [("cross", name) for name in frame.doing[:-1]] + [()]
 
 
-def record(path: Path, ticks: int) -> list[Frame]:
+def record(path: Path, ticks: int) -> list[RunFrame]:
     frames = crossing(ticks)
     with write_trace(path, **ABOUT) as trace:
         for frame in frames:

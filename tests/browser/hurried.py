@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 from time import monotonic
 
-from understudy.sim.catalog import find_world
-from understudy.sim.kit import kit_of
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
 from understudy.ui.web.app import listen, serve
 from understudy.ui.web.server import Studio
 from understudy.ui.web.session_host import Stage
@@ -15,8 +15,8 @@ from understudy.ui.web.session_host import Stage
 
 def main(library: Path, times: float) -> None:
     """Serve the forage world."""
-    scenario = find_world("forage")
-    stage = Stage(scenario, library, kit_of(scenario), wall=lambda: monotonic() * times)
+    scenario = find_scenario("forage")
+    stage = Stage(scenario, library, make_scenario_kit(scenario), wall=lambda: monotonic() * times)
     address = listen("127.0.0.1", 0, None)
 
     def ready() -> None:

@@ -177,7 +177,7 @@ def _told(folder: str) -> dict[str, str]:
 
 def serve_crowd(robots: int, folder: Path) -> None:
     """The studio: one robot is trained, the others drive in circles."""
-    from understudy.sim.kit import kit_of
+    from understudy.sim.kit import make_scenario_kit
     from understudy.sim.scenario.files import parse_scenario
     from understudy.ui.controller.training_plan import Choices
     from understudy.ui.web.actions import session
@@ -186,7 +186,7 @@ def serve_crowd(robots: int, folder: Path) -> None:
     from understudy.ui.web.session_host import Stage
 
     scenario = parse_scenario(SCENARIO.format(robots=robots, size=ceil(sqrt(robots) * 1.2)))
-    stage = Stage(scenario, folder / "library", kit_of(scenario))
+    stage = Stage(scenario, folder / "library", make_scenario_kit(scenario))
     choices = Choices(states=["forward", "veer"], features=["distance_to(flag)", "angle_to(flag)"])
     session.begin(stage, "crowd", choices, discard=False)
     desk = stage.trained

@@ -15,8 +15,8 @@ from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import DISTANCE, Teacher
 
-from understudy.sim.catalog import find_world
-from understudy.sim.kit import kit_of
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
 from understudy.storage.library_folder import open_library
 
 SOURCE = Path(__file__).parents[2] / "page"
@@ -165,7 +165,7 @@ def test_goto_is_taught_and_saved_without_a_mouse(visit: Callable[[], Page], stu
     tab_to(page, "Save")
     page.keyboard.press("Enter")
     expect(page.get_by_text("in the library")).to_be_visible()
-    assert "goto" in open_library(studio.library, kit_of(find_world("forage"))).library.taught
+    assert "goto" in open_library(studio.library, make_scenario_kit(find_scenario("forage"))).library.taught
 
 
 def tab_to(page: Page, name: str) -> None:

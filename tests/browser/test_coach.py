@@ -14,10 +14,10 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import KEYS, Teacher
 from tests.browser.test_doubt import show
 
-from understudy.learning.fit import learned
+from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Example, ExampleKind
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.sim.forage import Forage, kit
+from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
@@ -35,14 +35,14 @@ BEHIND = "Show me what to do in forward when A is behind you"
 def studio(tmp_path: Path) -> Iterator[Studio]:
     """A studio with goto as it was shown in two worlds."""
     lesson = new_lesson(
-        Library(kit),
+        Library(FORAGE_KIT),
         "goto",
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
     )
-    session = Session(Forage([SHOWN[0]]), Library(kit), lesson, targets={"A": "station"})
+    session = Session(Forage([SHOWN[0]]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     for world in SHOWN:
         session.reset(world)
         show(session)
@@ -183,7 +183,7 @@ def test_a_press_that_looks_like_a_slip_was_meant_or_is_mended(
     shown = [("rotate_left", 3 + k / 4, 90 + 10 * k) for k in range(4)]
     shown += [("done", 0.2 + k / 20, 80 + 20 * k) for k in range(4)]
     lesson = new_lesson(
-        Library(kit),
+        Library(FORAGE_KIT),
         "goto",
         parameters=["A"],
         states=["forward", "rotate_left"],
@@ -195,7 +195,7 @@ def test_a_press_that_looks_like_a_slip_was_meant_or_is_mended(
         for number, (says, far, angle) in enumerate([*shown, ("done", 3.4, 105)], 1)
     )
     lesson = replace(lesson, examples=examples)
-    save_automaton(tmp_path / "slip", TrainedAutomaton(learned(lesson), lesson))
+    save_automaton(tmp_path / "slip", TrainedAutomaton(learn_automaton(lesson), lesson))
     made = Studio(tmp_path / "slip")
     made.start()
     try:

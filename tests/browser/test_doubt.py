@@ -11,7 +11,7 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import KEYS, Teacher
 
 from understudy.model.library import Library
-from understudy.sim.forage import Forage, kit
+from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
@@ -50,14 +50,14 @@ def show(session: Session, *, slip: bool = False) -> None:
 def taught() -> Session:
     """Somebody who has shown goto in some worlds, and slipped in one."""
     lesson = new_lesson(
-        Library(kit),
+        Library(FORAGE_KIT),
         "goto",
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
     )
-    session = Session(Forage([SLIP]), Library(kit), lesson, targets={"A": "station"})
+    session = Session(Forage([SLIP]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     for world in (4, 5, SLIP, 6):
         session.reset(world)
         show(session, slip=world == SLIP)

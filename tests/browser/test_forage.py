@@ -11,8 +11,8 @@ from tests.browser.curriculum import teach_deposit, teach_forage, teach_goto, te
 from tests.browser.foraging import Forager
 from tests.browser.studio import Studio
 
-from understudy.sim.catalog import find_world
-from understudy.sim.kit import kit_of
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
 from understudy.storage.library_folder import open_library
 from understudy_lab.tasks.forage_teacher import CAPACITY
 
@@ -41,5 +41,5 @@ def test_a_robot_learns_to_forage(visit: Callable[[], Page], studio: Studio) -> 
         person.let_alone(limit_s=LIMIT_S)
         say(f"{person.food[0]} units at home")
     assert monotonic() - began < MOST_SECONDS
-    taught = open_library(studio.library, kit_of(find_world("forage"))).library.taught
+    taught = open_library(studio.library, make_scenario_kit(find_scenario("forage"))).library.taught
     assert set(taught) == {"goto", "harvest", "deposit", "forage"}

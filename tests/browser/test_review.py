@@ -13,7 +13,7 @@ from tests.browser.test_doubt import show, taught
 
 from understudy.analysis.expectations import promise
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.sim.forage import Forage, kit
+from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
@@ -25,14 +25,14 @@ Snap = Callable[[Page, str], None]
 def goes() -> Session:
     """Somebody who has shown goto once, up to the flag."""
     lesson = new_lesson(
-        Library(kit),
+        Library(FORAGE_KIT),
         "goto",
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
     )
-    session = Session(Forage([WORLD]), Library(kit), lesson, targets={"A": "station"})
+    session = Session(Forage([WORLD]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     show(session)
     return session
 
@@ -73,7 +73,7 @@ def opened(studio: Studio, visit: Callable[[], Page], *known: TrainedAutomaton) 
 def teacher(studio: Studio, visit: Callable[[], Page]) -> Teacher:
     """A library with goto and with fetch, which runs it, and goto open."""
     goto = goes().taught()
-    return opened(studio, visit, goto, fetches(Library(kit).with_taught(goto)).taught())
+    return opened(studio, visit, goto, fetches(Library(FORAGE_KIT).with_taught(goto)).taught())
 
 
 def tab(page: Page, name: str) -> None:

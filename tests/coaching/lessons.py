@@ -9,14 +9,14 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Example, ExampleKind, Lesson
-from understudy.sim.forage import kit
+from understudy.sim.forage import FORAGE_KIT
 
 ABSENT = nan
 A = Binding(A="A")
-DISTANCE = BoundFeature(kit.features["distance_to"], A)
-ANGLE = BoundFeature(kit.features["angle_to"], A)
-FOOD = BoundFeature(kit.features["food_left"])
-DONE = BoundFeature(kit.features["done"])
+DISTANCE = BoundFeature(FORAGE_KIT.features["distance_to"], A)
+ANGLE = BoundFeature(FORAGE_KIT.features["angle_to"], A)
+FOOD = BoundFeature(FORAGE_KIT.features["food_left"])
+DONE = BoundFeature(FORAGE_KIT.features["done"])
 
 Row: TypeAlias = tuple[str, str, str, float, float]
 

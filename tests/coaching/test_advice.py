@@ -19,11 +19,11 @@ from understudy.learning.fit import learn
 from understudy.learning.sklearn_adapter import ALLOWED
 from understudy.model.kinds import Categorical, Kind
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
-from understudy.sim.forage import kit
+from understudy.sim.forage import FORAGE_KIT
 
 
 def advised(lesson: Lesson, kind: AdviceKind | None = None) -> list[Advice]:
-    return [each for each in give_advice(lesson, learn(lesson), kit=kit) if kind in (None, each.kind)]
+    return [each for each in give_advice(lesson, learn(lesson), kit=FORAGE_KIT) if kind in (None, each.kind)]
 
 
 def test_most_useful_first_and_each_weight_is_a_share() -> None:

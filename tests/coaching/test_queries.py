@@ -10,8 +10,8 @@ from tests.coaching.lessons import GOTO, goto
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
 from understudy.model.lesson import LearnerOptions, SklearnOptions
 from understudy.model.library import Library
-from understudy.sim.catalog import find_world
-from understudy.sim.forage import kit
+from understudy.sim.catalog import find_scenario
+from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -19,8 +19,8 @@ from understudy.training.trainee import Mode
 
 def looking_away() -> Session:
     """A robot that looks away from the station, which it was never shown."""
-    body = World(find_world("forage"), [5])
-    session = Session(body, Library(kit), goto(GOTO), targets={"A": "station"})
+    body = World(find_scenario("forage"), [5])
+    session = Session(body, Library(FORAGE_KIT), goto(GOTO), targets={"A": "station"})
     session.test()
     body.place(0, 5.0, 5.0, 0.0)
     session.moved()
@@ -51,9 +51,12 @@ def test_where_nothing_can_be_learned_any_more_it_asks_nothing() -> None:
     """Three neighbors cannot be found among two examples: an undo that leaves so few ends the test."""
     lesson = goto((*GOTO, ("left", "forward", "directive", 1.0, 10)))
     learner = SklearnOptions("KNeighborsClassifier", {"n_neighbors": 3})
-    body = World(find_world("forage"), [5])
+    body = World(find_scenario("forage"), [5])
     session = Session(
-        body, Library(kit), replace(lesson, options=LearnerOptions(learner=learner)), targets={"A": "station"}
+        body,
+        Library(FORAGE_KIT),
+        replace(lesson, options=LearnerOptions(learner=learner)),
+        targets={"A": "station"},
     )
     session.direct("forward")
     session.tick()

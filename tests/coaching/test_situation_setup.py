@@ -13,14 +13,14 @@ from understudy.coaching.give_advice import give_advice
 from understudy.coaching.pose_sampling import sample_posed_situations
 from understudy.coaching.situation_setup import set_up_situation
 from understudy.errors import SessionError, SettingError
-from understudy.learning.fit import learn, learned
+from understudy.learning.fit import learn, learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, CounterFeature, TimeInState
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree_regions import ValueSet, make_full_value_set
-from understudy.sim.catalog import find_world
-from understudy.sim.forage import kit
+from understudy.sim.catalog import find_scenario
+from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -30,9 +30,9 @@ SURELY = ValueSet(((1.0, 2.0),), False)
 
 
 def session(lesson: Lesson, library: Library | None = None) -> Session:
-    body = World(find_world("forage"), [5])
+    body = World(find_scenario("forage"), [5])
     targets = {"A": "station"} if lesson.automaton.parameters else {}
-    return Session(body, library or Library(kit), lesson, targets=targets)
+    return Session(body, library or Library(FORAGE_KIT), lesson, targets=targets)
 
 
 def values(session: Session) -> tuple[float, ...]:
@@ -115,7 +115,7 @@ def test_time_in_state_counters_and_a_childs_flag_are_set() -> None:
         DONE,
     )
     automaton = Automaton("errand", (START, State("go", "goto", A)), own, ("A",))
-    library = Library(kit).with_taught(_taught_goto())
+    library = Library(FORAGE_KIT).with_taught(_taught_goto())
     taught = session(Lesson(automaton), library)
     raised = ValueSet(((1.0, 2.0),), False)
     wanted = Advice(AdviceKind.GAP, "", "go", 1.0, (ValueSet(((3.0, 9.0),), False), SURELY, raised))
@@ -127,7 +127,7 @@ def test_time_in_state_counters_and_a_childs_flag_are_set() -> None:
 
 def _taught_goto() -> TrainedAutomaton:
     lesson = goto()
-    return TrainedAutomaton(learned(lesson), lesson)
+    return TrainedAutomaton(learn_automaton(lesson), lesson)
 
 
 def test_a_flag_that_nothing_raises_there_is_missed() -> None:
@@ -154,7 +154,7 @@ def test_a_body_that_cannot_be_placed_is_refused() -> None:
 
 
 def test_situations_of_a_world_are_such_as_its_robot_senses() -> None:
-    body = World(find_world("forage"), [5])
+    body = World(find_scenario("forage"), [5])
     found = sample_posed_situations(body, (DISTANCE, ANGLE, DONE), {"A": "station"}, count=50)
     assert found.shape == (50, 3)
     assert np.isnan(found[:, 2]).all()

@@ -22,11 +22,11 @@ from understudy.coaching.situation_text import (
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous, Toroidal
-from understudy.sim.catalog import find_world
-from understudy.sim.forage import kit as forage
-from understudy.sim.kit import kit_of
+from understudy.sim.catalog import find_scenario
+from understudy.sim.forage import FORAGE_KIT as forage
+from understudy.sim.kit import make_scenario_kit
 
-soccer = kit_of(find_world("soccer"))
+soccer = make_scenario_kit(find_scenario("soccer"))
 BALL = Binding(A="ball")
 X, SIZE = BoundFeature(soccer.features["blob_x"], BALL), BoundFeature(soccer.features["blob_size"], BALL)
 HEADING = BoundFeature(Feature("heading", Toroidal(), "heading", unit="rad"))

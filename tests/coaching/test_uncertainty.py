@@ -12,7 +12,7 @@ from tests.learning.lessons import tables
 
 from understudy.coaching.uncertainty import DoubtReason, UncertaintyModel, estimate_uncertainty
 from understudy.learning.fit import learn
-from understudy.learning.training_set import vectors
+from understudy.learning.training_set import group_by_feature_vector
 from understudy.model.kinds import Kind
 from understudy.model.lesson import Lesson
 
@@ -88,7 +88,7 @@ def test_doubt_is_a_share_and_what_was_shown_without_contradiction_is_in_none(
     rows = [("a", row[0], ("a", "b", "c")[row[1]], "directive") for row in drawn]
     lesson = lesson_of(rows, kinds)
     knows = doubts(lesson)
-    groups = vectors(lesson.examples).values()
+    groups = group_by_feature_vector(lesson.examples).values()
     agreed = all(len({example.next for example in group}) == 1 for group in groups)
     for example in lesson.examples:
         found = knows.doubt("a", example.values)

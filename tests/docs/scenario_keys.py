@@ -13,35 +13,42 @@ from tests.docs.pages import ROOT
 from tests.docs.renew import put_between
 
 from understudy.sim.scenario.schema import (
+    AppearanceSchedule,
+    ArenaRegion,
     Bumper,
     Camera,
-    Capture,
-    Cargo,
-    Chance,
-    Claimed,
-    FeatureOf,
+    CaptureRule,
+    CargoSensor,
+    ClaimSensor,
+    ElapsedSensor,
+    FeatureSpec,
     Goal,
-    Holding,
-    Locator,
-    Measuring,
-    Objects,
+    GripSensor,
+    ObjectClass,
     Obstacle,
-    Placing,
-    Pose,
-    Presence,
-    Pull,
-    Region,
-    Robots,
+    Placement,
+    PoseSensor,
+    PullRule,
+    RandomSensor,
+    RandomWalk,
+    RobotGroup,
     RobotType,
     Scenario,
-    Since,
+    SensorBase,
     Sonar,
-    Stuck,
-    TargetOf,
-    Walk,
+    StallSensor,
+    TargetLocator,
+    TargetSpec,
     Wall,
 )
-from understudy.sim.scenario.squad_schema import DutyOf, MemberOf, Part, Radio, SquadOf, StatisticOf
+from understudy.sim.scenario.squad_schema import (
+    AssignmentSpec,
+    CommsSpec,
+    RoleSpec,
+    SquadSpec,
+    StatisticSpec,
+    StrictStruct,
+)
 
 PAGE = ROOT / "docs" / "scenarios.md"
 KEYS = (
@@ -52,7 +59,7 @@ KEYS = (
 Rows = dict[str, tuple[str, str]]
 """Key -> unit, meaning."""
 
-PARTS: dict[type[Part], tuple[str, Rows]] = {
+PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
     Scenario: (
         "The scenario itself",
         {
@@ -85,7 +92,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "closed": ("", "whether the last is joined to the first"),
         },
     ),
-    Region: (
+    ArenaRegion: (
         "`[regions]`: a box, or a circle",
         {
             "box": ("m", "[x0, y0, x1, y1]"),
@@ -93,7 +100,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "radius": ("m", "of the circle"),
         },
     ),
-    Placing: (
+    Placement: (
         "Places: obstacles, objects and robots have these",
         {
             "count": ("", "how many are put at random; or `least, most`, except for robots; one if left out"),
@@ -119,7 +126,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "height": ("m", "how high a camera sees it; 2 radii if left out"),
         },
     ),
-    Objects: (
+    ObjectClass: (
         "`[[objects]]`: a class of objects",
         {
             "name": ("", "of the class"),
@@ -138,14 +145,14 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "walk": ("", "see below: it wanders"),
         },
     ),
-    Pull: (
+    PullRule: (
         "`pull` of objects: boxes, which are in nobody's way",
         {
             "robots": ("", "how many must hold it, so that it moves"),
             "respawn": ("", "whether it appears at a free place again once it is gathered"),
         },
     ),
-    Presence: (
+    AppearanceSchedule: (
         "`presence` of objects: begins absent, appears at free places",
         {
             "away_s": ("s", "`least, most`: how long it is away"),
@@ -153,14 +160,14 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "stays_s": ("s", "`least, most`: how long it stays; until captured if left out"),
         },
     ),
-    Capture: (
+    CaptureRule: (
         "`capture` of objects",
         {
             "range": ("m", "how near a robot must come, from center to center"),
             "after_s": ("s", "how long after that it is removed"),
         },
     ),
-    Walk: (
+    RandomWalk: (
         "`walk` of objects",
         {"speed": ("m/s", "how fast it wanders"), "turn_s": ("s", "how often it takes a new direction")},
     ),
@@ -189,11 +196,11 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             ),
         },
     ),
-    Robots: (
+    RobotGroup: (
         "`[[robots]]`: of one type",
         {"type": ("", "their type"), "stored": ("units", "food they carry at first")},
     ),
-    TargetOf: (
+    TargetSpec: (
         "`[targets]`: exactly one of the first four, `color` and `signal`; `signal` also beside `team` or `robot`",
         {
             "nearest": ("", "the nearest object of this class; of food, one with food left"),
@@ -211,11 +218,11 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "doc": ("", "what it is, in a sentence"),
         },
     ),
-    FeatureOf: (
+    FeatureSpec: (
         "`[features]`: instead of the reading's usual feature",
         {"reading": ("", "what it reads"), "doc": ("", "what it is, in a sentence")},
     ),
-    SquadOf: (
+    SquadSpec: (
         "`[squads.NAME]`: a sort of squad",
         {
             "doc": ("", "what it is, in a sentence"),
@@ -229,7 +236,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "orders": ("", "what it can order beside its members' behaviors: lists of duties by name"),
         },
     ),
-    MemberOf: (
+    RoleSpec: (
         "`[squads.NAME.members.ROLE]`: so many in each squad",
         {
             "of": ("", "a type of robots, or another sort of squad"),
@@ -238,7 +245,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "most": ("", "then up to so many; any number if left out"),
         },
     ),
-    StatisticOf: (
+    StatisticSpec: (
         "`[squads.NAME.statistics]`: of a reading or a flag of each member",
         {
             "how": (
@@ -259,7 +266,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "doc": ("", "what it is, in a sentence"),
         },
     ),
-    DutyOf: (
+    AssignmentSpec: (
         "Duties of `[squads.NAME.orders]`: of several that fit a member, the first with room",
         {
             "run": ("", "the behavior that members are to run"),
@@ -268,7 +275,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "share": ("", 'how many of them, or what part: `"1/3"`; all that are left if left out'),
         },
     ),
-    Radio: (
+    CommsSpec: (
         "`[radio]`: what orders and reports between coordinators and their members suffer",
         {
             "delay_s": ("s", "how long they travel"),
@@ -285,7 +292,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "all": ("", "whether all robots must be"),
         },
     ),
-    Measuring: (
+    SensorBase: (
         "All sensors",
         {
             "dropout": ("", "chance that a measurement gives no answer: the reading is absent"),
@@ -319,7 +326,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "ghosts": ("", "chance that one is seen where there is none"),
         },
     ),
-    Locator: (
+    TargetLocator: (
         '`kind = "locator"` reads `range` (m) and `bearing` (rad) of a target, through everything',
         {
             "targets": ("", "of which targets; if left out, of all that no other locator of the type names"),
@@ -328,7 +335,7 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "noise_deg": ("°", "standard deviation"),
         },
     ),
-    Pose: (
+    PoseSensor: (
         '`kind = "pose"` reads `x`, `y` (m), `heading` (rad), `speed` (m/s) and `turning` (rad/s)',
         {
             "noise": ("m", "standard deviation of the place"),
@@ -339,19 +346,19 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
         '`kind = "bumper"` reads yes or no for each sector',
         {"sectors": ("°", "name of a reading = [from, to]")},
     ),
-    Stuck: (
+    StallSensor: (
         '`kind = "stuck"` reads `stuck`, yes or no',
         {"after_s": ("s", "how long it has been driving without getting anywhere")},
     ),
-    Cargo: (
+    CargoSensor: (
         '`kind = "cargo"` reads `food_here`, `food_stored` (units), `food_left` and `station_here` (yes or no)',
         {},
     ),
-    Holding: (
+    GripSensor: (
         '`kind = "holding"` reads `holding` (a box) and `enough` (so many hold it that it moves), yes or no',
         {},
     ),
-    Claimed: (
+    ClaimSensor: (
         '`kind = "claimed"` reads whether another robot claims a target that is an object, yes or no',
         {
             "signal": ("", "which robots raise that claim something"),
@@ -360,14 +367,14 @@ PARTS: dict[type[Part], tuple[str, Rows]] = {
             "targets": ("", "of which targets; of all that are objects if left out"),
         },
     ),
-    Chance: (
+    RandomSensor: (
         '`kind = "random"` reads a number from 0 to 1',
         {
             "name": ("", "of the reading"),
             "every_s": ("s", "how often it is drawn anew; every tick if left out"),
         },
     ),
-    Since: (
+    ElapsedSensor: (
         '`kind = "since"` reads how long ago another reading was last there, or last yes, s',
         {
             "name": ("", "of the reading"),
@@ -382,13 +389,13 @@ def table() -> str:
     return "\n" + "\n".join(line for part in PARTS for line in _section(part)) + "\n"
 
 
-def own_fields(part: type[Part]) -> list[FieldInfo]:
+def own_fields(part: type[StrictStruct]) -> list[FieldInfo]:
     """The fields that a part has beside those of what it is a sort of."""
     inherited = {field.name for base in part.__mro__[1:] if base in PARTS for field in fields(base)}
     return [field for field in fields(part) if field.name not in inherited]
 
 
-def _section(part: type[Part]) -> Iterator[str]:
+def _section(part: type[StrictStruct]) -> Iterator[str]:
     title, rows = PARTS[part]
     yield f"**{title}**\n"
     listed = own_fields(part)
@@ -410,7 +417,7 @@ def _default(field: FieldInfo) -> str:
     default = field.default
     if default is msgspec.NODEFAULT:
         return "**must be given**"
-    if default is None or isinstance(default, msgspec.UnsetType | Part) or default in ((), ""):
+    if default is None or isinstance(default, msgspec.UnsetType | StrictStruct) or default in ((), ""):
         return ""
     if isinstance(default, bool):
         return str(default).lower()

@@ -16,7 +16,7 @@ from tests.docs import renew
 from tests.docs.pages import PAGES, ROOT, Block, anchors, blocks, commands, links, said
 
 from understudy.model.library import Library
-from understudy.sim.forage import Forage, kit
+from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.ui.cli.main import app
@@ -122,14 +122,14 @@ def test_lessons_learn_what_is_shown(lesson: Block, rows: Block | None, shown: B
 def test_five_presses_teach_what_the_readme_says() -> None:
     """All of the 40 worlds from 200 on."""
     lesson = new_lesson(
-        Library(kit),
+        Library(FORAGE_KIT),
         "goto",
         parameters=["A"],
         states=["rotate_left", "forward"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
     )
-    session = Session(Forage([42]), Library(kit), lesson, targets={"A": "station"})
+    session = Session(Forage([42]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     presses = [("rotate_left", 0.9), ("forward", 3.0), ("rotate_left", 0.5), ("forward", 0.5), ("done", 0.1)]
     for state, seconds in presses:
         session.direct(state)

@@ -8,7 +8,7 @@ from tests.docs.renew import between
 from tests.docs.traffic import LEVELS, PAGE, SIZE, TRAFFIC, sent, table
 
 from understudy.runtime.team.comms import FLAG_BYTES, ORDER_BYTES, READING_BYTES, REPORT_BYTES
-from understudy.sim.scenario.files import scenario_text
+from understudy.sim.scenario.files import read_scenario_text
 
 MEMBER_BYTES = ORDER_BYTES + REPORT_BYTES + READING_BYTES + FLAG_BYTES
 RENEW = "what is sent changed; bring the page up to date with: python -m tests.docs.traffic"
@@ -16,8 +16,8 @@ RENEW = "what is sent changed; bring the page up to date with: python -m tests.d
 
 def test_the_squads_shown_are_those_that_ship() -> None:
     garrison, crew = (block.text for block in blocks(PAGE) if block.language == "toml")
-    assert garrison in scenario_text("regions")
-    assert all(line in scenario_text("salvage") for line in crew.splitlines())
+    assert garrison in read_scenario_text("regions")
+    assert all(line in read_scenario_text("salvage") for line in crew.splitlines())
 
 
 def test_the_table_of_what_is_sent() -> None:

@@ -14,21 +14,21 @@ from tests.docs.renew import put_between
 
 from understudy.model.library import Library
 from understudy.runtime.team.comms import Traffic
-from understudy.runtime.team.squad_body import Squads
-from understudy.sim.kit import kit_of
+from understudy.runtime.team.squad_body import SquadBody
+from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import Robots, Scenario
-from understudy.sim.scenario.squad_schema import MemberOf, SquadOf, StatisticOf
-from understudy.sim.team.libraries import libraries_of, team_of
+from understudy.sim.scenario.schema import RobotGroup, Scenario
+from understudy.sim.scenario.squad_schema import RoleSpec, SquadSpec, StatisticSpec
+from understudy.sim.team.libraries import collect_libraries, make_team
 
 PAGE = ROOT / "docs" / "teams.md"
 TRAFFIC = "<!-- traffic: python -m tests.docs.traffic puts here what is sent -->\n", "<!-- end of traffic -->"
 SIZE, LEVELS = 4, 4
-STATISTICS: Mapping[str, StatisticOf] = {
-    "someone_sees": StatisticOf(how="any", reading="blob_size"),
-    "all_done": StatisticOf(how="all", flag="done"),
+STATISTICS: Mapping[str, StatisticSpec] = {
+    "someone_sees": StatisticSpec(how="any", reading="blob_size"),
+    "all_done": StatisticSpec(how="all", flag="done"),
 }
-ABOVE = {**STATISTICS, "someone_sees": StatisticOf(how="any", reading="someone_sees")}
+ABOVE = {**STATISTICS, "someone_sees": StatisticSpec(how="any", reading="someone_sees")}
 
 
 def tree(levels: int, size: int = SIZE) -> Scenario:
@@ -36,22 +36,22 @@ def tree(levels: int, size: int = SIZE) -> Scenario:
     patrol = load_scenario("patrol")
     sorts = ["pioneer", *(f"level_{level}" for level in range(1, levels + 1))]
     squads = {
-        name: SquadOf(
-            members={"all": MemberOf(of=below, preferred=size)},
+        name: SquadSpec(
+            members={"all": RoleSpec(of=below, preferred=size)},
             statistics=STATISTICS if below == "pioneer" else ABOVE,
         )
         for below, name in pairwise(sorts)
     }
-    robots = Robots(type="pioneer", count=size**levels)
+    robots = RobotGroup(type="pioneer", count=size**levels)
     return replace(patrol, size=(40, 40), squads=squads, robots=(robots,))
 
 
 def sent(levels: int, size: int = SIZE) -> list[Traffic]:
     """What each level sends in a tick, from the robots up."""
     scenario = tree(levels, size)
-    known = libraries_of(scenario, Library(kit_of(scenario)))
-    team = team_of(scenario, [0], known, {f"level_{levels}": ("forwards", {})})
-    return [layer.body.traffic for layer in team.layers if isinstance(layer.body, Squads)]
+    known = collect_libraries(scenario, Library(make_scenario_kit(scenario)))
+    team = make_team(scenario, [0], known, {f"level_{levels}": ("forwards", {})})
+    return [layer.body.traffic for layer in team.layers if isinstance(layer.body, SquadBody)]
 
 
 def table() -> str:

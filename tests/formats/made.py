@@ -20,7 +20,7 @@ from understudy.learning.fit import learn
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.body import Body
-from understudy.sim.forage import Forage, kit
+from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import open_library
 from understudy.training.session import Session
 from understudy.ui.web.server import Studio
@@ -41,7 +41,7 @@ TAUGHT: Mapping[str, Callable[[], Body]] = {
 
 def resumed(journal: Path, scratch: Path, *, library: Path) -> Session:
     """The session of a copy of a journal, which goes on; `library` is where its robots forage from."""
-    known = {"fetch": lambda: open_library(library, kit, learn).library, "squad": lambda: SQUAD}
+    known = {"fetch": lambda: open_library(library, FORAGE_KIT, learn).library, "squad": lambda: SQUAD}
     shutil.copy(journal, scratch / journal.name)
     with_library: Library = known.get(journal.stem, lambda: WITH_GO)()
     return Session.resume(scratch / journal.name, TAUGHT[journal.stem](), with_library)

@@ -14,9 +14,9 @@ from tests.training.test_squad_session import SQUAD
 from tests.ui.cli.commands import said
 
 from understudy.analysis.expectations import tried
-from understudy.learning.fit import learn, learned
+from understudy.learning.fit import learn, learn_automaton
 from understudy.model.library import Kit, TrainedAutomaton
-from understudy.sim.forage import kit
+from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.document import encode_document
 from understudy.storage.library_folder import (
     list_versions,
@@ -29,7 +29,7 @@ from understudy.storage.library_folder import (
 HARVESTS = ["harvest by DecisionTreeClassifier", "harvest by KNeighborsClassifier", "harvest by pruned trees"]
 FITTED = "classifiers are fitted again on loading"
 LIBRARIES = [  # folder, kit, automata
-    ("library", kit, ["deposit", "fetch", "forage", "goto", "harvest", *HARVESTS]),
+    ("library", FORAGE_KIT, ["deposit", "fetch", "forage", "goto", "harvest", *HARVESTS]),
     ("scripted", scripted_kit, ["pooled: α/β", "taught"]),
     ("squad", ROBOTS.kit, ["patrol", "servo", "wander"]),
     ("squad/patrol", SQUAD.kit, ["lead"]),
@@ -64,7 +64,7 @@ def test_its_lessons_teach_the_same(folder: str, known: Kit, names: list[str]) -
     needs(folder)
     for name, taught in open_library(FOLDER / folder, known, learn).library.taught.items():
         if taught.lesson is not None:
-            again = encode_document(TrainedAutomaton(learned(taught.lesson), taught.lesson))
+            again = encode_document(TrainedAutomaton(learn_automaton(taught.lesson), taught.lesson))
             assert again == (FOLDER / folder / f"{make_file_stem(name)}.json").read_bytes()
 
 
@@ -72,7 +72,7 @@ def test_former_versions_open(tmp_path: Path) -> None:
     for name in ("deposit", "forage", "goto", "harvest"):
         (version,) = list_versions(FOLDER / "library", name)
         assert (version.number, version.saved) == (1, datetime(2026, 11, 18, 11, 6, 40, tzinfo=UTC))
-        opened = load_version(FOLDER / "library", name, 1, kit, learn)
+        opened = load_version(FOLDER / "library", name, 1, FORAGE_KIT, learn)
         assert opened.rebuilt is None
         assert encode_document(opened.taught) == version.path.read_bytes()
 
@@ -80,7 +80,7 @@ def test_former_versions_open(tmp_path: Path) -> None:
 def test_what_a_lesson_holds_is_there() -> None:
     """Facts that a reader finds in the documents."""
     needs("library")
-    taught = open_library(FOLDER / "library", kit, learn).library.taught
+    taught = open_library(FOLDER / "library", FORAGE_KIT, learn).library.taught
     fetch, goto = taught["fetch"].lesson, taught["goto"].lesson
     assert fetch is not None
     assert goto is not None
@@ -95,7 +95,7 @@ def test_what_a_lesson_holds_is_there() -> None:
 
 def test_its_outcomes_come_about() -> None:
     needs("library")
-    library = open_library(FOLDER / "library", kit, learn).library
+    library = open_library(FOLDER / "library", FORAGE_KIT, learn).library
     lesson = library.taught["fetch"].lesson
     assert lesson is not None
     (outcome,) = lesson.outcomes

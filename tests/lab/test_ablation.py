@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from tests.learning.lessons import lesson
 
-from understudy.learning.fit import learned
+from understudy.learning.fit import learn_automaton
 from understudy.model.features import Percept, ReadingsView
 from understudy.model.lesson import ExampleKind
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY
-from understudy.sim.forage import kit
+from understudy.sim.forage import FORAGE_KIT
 from understudy.training.session import Session
 from understudy_lab.ablation import study
 from understudy_lab.ablation.feature_variants import cosine_to, round_angle_to, signed_angle_to, sine_to
@@ -48,7 +48,7 @@ def test_leaves_draw_by_their_votes() -> None:
             ("go", [2], "go", "confirmation"),  # contradicts the two before
         ]
     )
-    automaton = drawing(TrainedAutomaton(learned(shown), shown), corrected=False)
+    automaton = drawing(TrainedAutomaton(learn_automaton(shown), shown), corrected=False)
     assert str(automaton.features[-1]) == chance_of("lesson")
     decide = automaton.transitions["go"].decide
     go, load = automaton.index("go"), automaton.index("load")
@@ -63,7 +63,7 @@ def test_leaves_draw_by_their_votes() -> None:
 
 def test_corrected_votes_leave_a_chance_to_every_state() -> None:
     shown = lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
-    automaton = drawing(TrainedAutomaton(learned(shown), shown), corrected=True)
+    automaton = drawing(TrainedAutomaton(learn_automaton(shown), shown), corrected=True)
     decide = automaton.transitions["go"].decide
     start, go, load = range(3)
     assert [decide([2, draw]) for draw in (0.1, 0.3, 0.6)] == [start, go, load]  # 1, 1 and 2 of 4
@@ -71,7 +71,9 @@ def test_corrected_votes_leave_a_chance_to_every_state() -> None:
 
 def test_absence_never_shown_stays_whatever_is_drawn() -> None:
     shown = lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
-    decide = drawing(TrainedAutomaton(learned(shown), shown), corrected=False).transitions["go"].decide
+    decide = (
+        drawing(TrainedAutomaton(learn_automaton(shown), shown), corrected=False).transitions["go"].decide
+    )
     assert decide([float("nan"), 0.5]) == STAY
 
 
@@ -79,7 +81,7 @@ def test_absence_never_shown_stays_whatever_is_drawn() -> None:
 
 
 def session() -> Session:
-    library = Library(kit)
+    library = Library(FORAGE_KIT)
     return Session(make_practice("an arena", 2**41), library, GOTO.choose(library), targets={"A": "station"})
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from understudy.sim.forage import corner_cases
+from understudy.sim.forage import make_corner_cases
 from understudy.storage.document import encode_document
 from understudy_lab.forage import study
 from understudy_lab.forage.teach import Judged, summary, teach, teach_and_judge, worlds_of
@@ -40,7 +40,7 @@ def test_it_was_taught_well(judged: Judged) -> None:
     assert judged.teaching.seconds <= 600
 
 
-@pytest.mark.parametrize("case", corner_cases())
+@pytest.mark.parametrize("case", make_corner_cases())
 def test_corner_case(judged: Judged, case: str) -> None:
     assert judged.corners[case] >= 0.95  # all of its twenty worlds but one, at least
 

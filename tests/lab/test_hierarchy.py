@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from understudy.model.library import Library
-from understudy.sim.forage import kit
+from understudy.sim.forage import FORAGE_KIT
 from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 from understudy_lab.forage.teach import make_practice, worlds_of
@@ -55,7 +55,7 @@ LOOKS = [  # what is seen at each look, how many are taken, whether four in a ro
 @pytest.mark.parametrize(("seen", "taken", "held"), LOOKS)
 def test_looks_go_on_until_four_or_failure(seen: list[float], taken: int, held: bool) -> None:
     curve = Curve("forage", lambda library, look: seen[look])
-    curve.teacher = Teacher(Library(kit), make_practice, 0, options={})
+    curve.teacher = Teacher(Library(FORAGE_KIT), make_practice, 0, options={})
     assert curve.held("goto")
     assert curve.points == []
     assert curve.held("forage") is held

@@ -9,7 +9,7 @@ import pytest
 from tests.learning.lessons import lesson, robocup_folder
 
 from understudy.errors import FileError
-from understudy.learning.fit import learned
+from understudy.learning.fit import learn_automaton
 from understudy.model.library import TrainedAutomaton
 from understudy_lab.ablation.variants import BASE, VARIANTS
 from understudy_lab.baselines.tasks import EXERCISES
@@ -62,7 +62,7 @@ def test_what_is_counted_of_a_lesson() -> None:
             ("go", [5], "go", "watched"),
         ]
     )
-    assert described(TrainedAutomaton(learned(shown), shown), 12.34) == {
+    assert described(TrainedAutomaton(learn_automaton(shown), shown), 12.34) == {
         "name": "lesson",
         "features": 1,
         "states": 3,

@@ -10,7 +10,7 @@ import pytest
 from tests.lab.test_servoing import seen
 from tests.learning.lessons import lesson
 
-from understudy.learning.fit import learned
+from understudy.learning.fit import learn_automaton
 from understudy.model.library import TrainedAutomaton
 from understudy_lab.novices import study
 from understudy_lab.novices.failure_causes import (
@@ -151,7 +151,7 @@ def test_what_a_robot_does_while_it_sees_nothing(
     shown: list[tuple[str, str, str]], states: list[str], back: tuple[int, int]
 ) -> None:
     made = lesson([(before, [nan], after, kind) for before, after, kind in shown])
-    taught = TrainedAutomaton(learned(made), made)
+    taught = TrainedAutomaton(learn_automaton(made), made)
     assert states_unseeing(taught) == states
     assert turned_back(taught) == {"left": back[0], "right": back[1]}
 

@@ -9,7 +9,7 @@ import pytest
 from tests.runtime.automata import automaton
 
 from understudy.model.library import Library
-from understudy.sim.kit import kit_of
+from understudy.sim.kit import make_scenario_kit
 from understudy.sim.world import World
 from understudy_lab.lesson_stats import lessons_of
 from understudy_lab.patrol.evaluate import DEFER, flattened, states_of
@@ -114,7 +114,7 @@ def test_practices_can_be(name: str) -> None:
 
 
 def test_the_coordinator_knows_what_its_robots_know() -> None:
-    library = squads_library(Library(kit_of(practices()["alone"])))
+    library = squads_library(Library(make_scenario_kit(practices()["alone"])))
     assert {"someone_sees", "all_done", "someone_done", "seen_lately"} <= set(library.kit.features)
     assert "forwards" in library.kit.behaviors
 
@@ -139,7 +139,7 @@ def test_a_teaching_goes_as_published_and_its_team_patrols() -> None:
 
 def test_how_large_a_patrol_would_be_in_one_piece() -> None:
     """Two states that each run one of two are four; four robots who act side by side are in any of four times four."""
-    nothing = Library(kit_of(practices()["alone"]))
+    nothing = Library(make_scenario_kit(practices()["alone"]))
     robots = Library.of(nothing.kit, automaton("wander", ["forwards", "left"], library=nothing))
     squads = squads_library(robots)
     coordinators = Library.of(squads.kit, automaton("both", ["wander", "stop"], library=squads))

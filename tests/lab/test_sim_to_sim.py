@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
-from understudy.sim.scenario.schema import Since
+from understudy.sim.scenario.schema import ElapsedSensor
 from understudy_lab.results import differences, published
 from understudy_lab.runner import row_of
 from understudy_lab.sim_to_sim import study
@@ -80,4 +80,6 @@ def test_both_worlds_begin_alike() -> None:
 
 
 def test_where_nobody_looks_nothing_is_drawn() -> None:
-    assert not any(isinstance(each, Since) for kind in quiet().types.values() for each in kind.sensors)
+    assert not any(
+        isinstance(each, ElapsedSensor) for kind in quiet().types.values() for each in kind.sensors
+    )

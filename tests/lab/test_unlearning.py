@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from understudy.learning.correction_diagnosis import Judgement, judge
+from understudy.learning.correction_diagnosis import CorrectionDiagnosis, diagnose_correction
 from understudy.model.lesson import Example, Lesson, SklearnOptions
 from understudy_lab.study import Findings
 from understudy_lab.unlearning import correct, study
@@ -110,11 +110,11 @@ def test_whom_a_correction_does_not_convince_is_not_corrected_again() -> None:
 def test_what_is_judged_is_a_correction(monkeypatch: pytest.MonkeyPatch) -> None:
     judged: list[Example] = []
 
-    def noted(lesson: Lesson, correction: Example) -> Judgement:
+    def noted(lesson: Lesson, correction: Example) -> CorrectionDiagnosis:
         judged.append(correction)
-        return judge(lesson, correction)
+        return diagnose_correction(lesson, correction)
 
-    monkeypatch.setattr(correct, "judge", noted)
+    monkeypatch.setattr(correct, "diagnose_correction", noted)
     corrected(MISLED, LEARNERS["trees"], unlearn=True)
     assert [(each.number, each.correction) for each in judged] == [(13, True), (14, True)]
 

@@ -12,7 +12,7 @@ import numpy as np
 from hypothesis import strategies as st
 from tests.learning.reference import Row
 
-from understudy.learning.tree_growth import grow
+from understudy.learning.tree_growth import grow_tree
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
@@ -24,7 +24,7 @@ KINDS = {"directive": 1, "confirmation": 1, "default": 0, "watched": 2}
 
 
 def tree_of(rows: list[Row], kinds: list[Kind], *, current: int = STAY, midpoints: bool = False) -> Tree:
-    return grow(
+    return grow_tree(
         np.array([row.values for row in rows], np.float64).reshape(len(rows), len(kinds)),
         np.array([row.outcome for row in rows], np.int64),
         np.array([row.group for row in rows], np.int64),

@@ -9,8 +9,8 @@ from math import nan
 import pytest
 
 from understudy.learning import change_attribution
-from understudy.learning.change_attribution import moved
-from understudy.learning.fit import learned
+from understudy.learning.change_attribution import attribute_condition_changes
+from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
@@ -44,7 +44,7 @@ def taught(
         for number, (value, following) in shown.items()
     ]
     lesson = Lesson(bare, tuple(examples))
-    return TrainedAutomaton(learned(lesson), lesson)
+    return TrainedAutomaton(learn_automaton(lesson), lesson)
 
 
 BASE: Shown = {1: (9.0, "go"), 2: (6.0, "go"), 3: (2.0, "done")}
@@ -108,7 +108,7 @@ CASES: list[tuple[Shown, Shown, list[tuple[str, str, list[tuple[int, str, str]]]
 def test_one_feature(
     before: Shown, after: Shown, expected: list[tuple[str, str, list[tuple[int, str, str]]]]
 ) -> None:
-    found = moved(taught(before), taught(after))
+    found = attribute_condition_changes(taught(before), taught(after))
     assert [
         (each.next, each.what, [(who.number, who.happened, who.how) for who in each.examples])
         for each in found
@@ -120,7 +120,10 @@ def test_into_quarantine_and_out_again() -> None:
         taught({**BASE, 4: (3.0, "done")}),
         taught({**BASE, 4: (3.0, "done")}, quarantined=(4,)),
     )
-    (there,), (back,) = moved(all_teach, not_all), moved(not_all, all_teach)
+    (there,), (back,) = (
+        attribute_condition_changes(all_teach, not_all),
+        attribute_condition_changes(not_all, all_teach),
+    )
     assert [(who.number, who.happened, who.how) for who in there.examples] == [
         (4, "in quarantine", "showed it")
     ]
@@ -134,14 +137,14 @@ def test_an_arc_is_bounded_across_the_seam() -> None:
     after = taught(
         {1: (300.0, "keep"), 2: (10.0, "turn"), 3: (60.0, "keep"), 4: (320.0, "keep")}, feature=AIM
     )
-    (turn,) = moved(before, after)
+    (turn,) = attribute_condition_changes(before, after)
     assert [(who.number, who.how) for who in turn.examples] == [(4, "bounds it")]
 
 
 def test_labels_and_absence() -> None:
     before = taught({1: (0.0, "go"), 2: (1.0, "done")}, feature=FULL)
     after = taught({1: (0.0, "go"), 2: (1.0, "done"), 3: (nan, "turn")}, feature=FULL)
-    (turn,) = (each for each in moved(before, after) if each.next == "turn")
+    (turn,) = (each for each in attribute_condition_changes(before, after) if each.next == "turn")
     assert (turn.what, [(who.number, who.how) for who in turn.examples]) == ("appeared", [(3, "shows it")])
 
 
@@ -161,11 +164,11 @@ def test_a_change_that_came_about_elsewhere() -> None:
             for number, (values, following, kind) in {**rows, **more}.items()
         ]
         lesson = Lesson(bare, tuple(examples))
-        return TrainedAutomaton(learned(lesson), lesson)
+        return TrainedAutomaton(learn_automaton(lesson), lesson)
 
     far, again = ((6.0, 1.0), "go", ExampleKind.CONFIRMATION), rows[2]
     for more in ({4: far}, {4: far, 5: again}):
-        (done,) = (each for each in moved(made({}), made(more)) if each.next == "done")
+        (done,) = (each for each in attribute_condition_changes(made({}), made(more)) if each.next == "done")
         assert (done.gone, done.new) == (("far is below 3 and full is no",), ("full is no",))
         assert [(who.number, who.how) for who in done.examples] == [
             (4, "elsewhere, without it this would not be")
@@ -180,19 +183,19 @@ def test_another_feature_is_behind_it_where_no_example_is() -> None:
         replace(each, values=(1.0 if each.next == "done" else 0.0,)) for each in before.lesson.examples
     )
     lesson = Lesson(bare, examples)
-    (done,) = moved(before, TrainedAutomaton(learned(lesson), lesson))
+    (done,) = attribute_condition_changes(before, TrainedAutomaton(learn_automaton(lesson), lesson))
     assert {who.happened for who in done.examples} == {"read anew"}
 
 
 def test_by_hand_and_by_classifier_nobody_is() -> None:
     before = taught(BASE)
-    assert moved(before, TrainedAutomaton(before.automaton)) == ()
+    assert attribute_condition_changes(before, TrainedAutomaton(before.automaton)) == ()
     assert before.lesson is not None
     lesson = replace(
         before.lesson,
         options=LearnerOptions(learner=SklearnOptions("KNeighborsClassifier", {"n_neighbors": 1})),
     )
-    (done,) = moved(before, TrainedAutomaton(learned(lesson), lesson))
+    (done,) = attribute_condition_changes(before, TrainedAutomaton(learn_automaton(lesson), lesson))
     assert (done.what, done.examples) == ("vanished", ())
 
 
@@ -203,7 +206,7 @@ def test_without_features_it_is_who_has_the_majority() -> None:
         for number, following in enumerate(("turn", "done", "done"), 1)
     ]
     before, after = (
-        TrainedAutomaton(learned(lesson), lesson)
+        TrainedAutomaton(learn_automaton(lesson), lesson)
         for lesson in (
             Lesson(
                 Automaton("walk", (START, State("go", "forward"), State("turn", "left"), State("done"))),
@@ -212,11 +215,14 @@ def test_without_features_it_is_who_has_the_majority() -> None:
             for shown in (tuple(examples[:1]), tuple(examples))
         )
     )
-    assert [(each.next, each.what) for each in moved(before, after)] == [
+    assert [(each.next, each.what) for each in attribute_condition_changes(before, after)] == [
         ("turn", "vanished"),
         ("done", "appeared"),
     ]
-    assert [[who.number for who in each.examples] for each in moved(before, after)] == [[2, 3], [2, 3]]
+    assert [[who.number for who in each.examples] for each in attribute_condition_changes(before, after)] == [
+        [2, 3],
+        [2, 3],
+    ]
 
 
 def test_where_no_single_example_is_it_is_all_together(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -234,10 +240,10 @@ def test_where_no_single_example_is_it_is_all_together(monkeypatch: pytest.Monke
             Example(number, "go", *row) for number, row in enumerate([*rows[:3], *rows[3:] * more], 1)
         )
         lesson = Lesson(bare, examples)
-        return TrainedAutomaton(learned(lesson), lesson)
+        return TrainedAutomaton(learn_automaton(lesson), lesson)
 
     def who(more: int) -> list[tuple[int, str]]:
-        (done,) = (each for each in moved(made(0), made(more)) if each.next == "done")
+        (done,) = (each for each in attribute_condition_changes(made(0), made(more)) if each.next == "done")
         return [(each.number, each.how) for each in done.examples]
 
     assert who(1) == [(4, "elsewhere, without it this would not be")]

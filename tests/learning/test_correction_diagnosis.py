@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from tests.learning.lessons import lesson, tables
 
 from understudy.errors import DefinitionError
-from understudy.learning._linalg_kernels import inverse
-from understudy.learning.correction_diagnosis import Judgement, Verdict, judge
-from understudy.learning.leave_one_out import hindsight, unlikeness
+from understudy.learning._linalg_kernels import invert_matrix
+from understudy.learning.correction_diagnosis import CorrectionDiagnosis, MistakeCause, diagnose_correction
+from understudy.learning.leave_one_out import compute_pairwise_distances, fit_leave_one_out
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.lesson import LearnerOptions, Lesson, SklearnOptions
 
@@ -28,9 +28,9 @@ RIGHT = ("go", [55], "go", "confirmation")
 
 def judged(
     shown: list[tuple[Any, ...]], kinds: list[Kind] | None = None, *, corrections: int = 1
-) -> Judgement:
+) -> CorrectionDiagnosis:
     """What the last example, a correction like those before it, came to."""
-    return judge(*_corrected(shown, kinds, corrections=corrections))
+    return diagnose_correction(*_corrected(shown, kinds, corrections=corrections))
 
 
 def _corrected(
@@ -43,15 +43,15 @@ def _corrected(
 
 
 CASES = [  # examples, the last a correction; the verdict; the suspects' numbers
-    ([*DRIVING, ARRIVING, WRONG, RIGHT], Verdict.BAD, [6]),
+    ([*DRIVING, ARRIVING, WRONG, RIGHT], MistakeCause.BAD, [6]),
     # an end of a region: the only example of its kind, with others to one side only
-    ([*DRIVING, ARRIVING, ("go", [5], "go", "confirmation")], Verdict.UNSURE, []),
+    ([*DRIVING, ARRIVING, ("go", [5], "go", "confirmation")], MistakeCause.UNSURE, []),
     # nothing was shown there
-    ([*DRIVING, ARRIVING, ("go", [200], "done", "directive")], Verdict.FEW, []),
-    ([*DRIVING, ARRIVING, ("go", [30], "done", "directive")], Verdict.FEW, []),
+    ([*DRIVING, ARRIVING, ("go", [200], "done", "directive")], MistakeCause.FEW, []),
+    ([*DRIVING, ARRIVING, ("go", [30], "done", "directive")], MistakeCause.FEW, []),
     # too few to tell
-    ([ARRIVING, WRONG, RIGHT], Verdict.UNSURE, []),
-    ([("go", [60], "go", "default"), ("go", [53], "go", "default"), WRONG, RIGHT], Verdict.UNSURE, []),
+    ([ARRIVING, WRONG, RIGHT], MistakeCause.UNSURE, []),
+    ([("go", [60], "go", "default"), ("go", [53], "go", "default"), WRONG, RIGHT], MistakeCause.UNSURE, []),
     # bad, but far from the correction: it had no part in this mistake
     (
         [
@@ -60,17 +60,21 @@ CASES = [  # examples, the last a correction; the verdict; the suspects' numbers
             *[("go", [value], "rest", "directive") for value in (95, 96, 98, 99)],
             ("go", [90], "go", "confirmation"),
         ],
-        Verdict.UNSURE,
+        MistakeCause.UNSURE,
         [],
     ),
     # what other states were shown is no evidence
-    ([*[("turn", each[1], "turn", each[3]) for each in DRIVING], ARRIVING, WRONG, RIGHT], Verdict.UNSURE, []),
+    (
+        [*[("turn", each[1], "turn", each[3]) for each in DRIVING], ARRIVING, WRONG, RIGHT],
+        MistakeCause.UNSURE,
+        [],
+    ),
 ]
 
 
 @pytest.mark.parametrize(("shown", "verdict", "suspects"), CASES)
 def test_whom_a_correction_makes_suspect(
-    shown: list[tuple[Any, ...]], verdict: Verdict, suspects: list[int]
+    shown: list[tuple[Any, ...]], verdict: MistakeCause, suspects: list[int]
 ) -> None:
     found = judged(shown)
     assert (found.verdict, [each.example.number for each in found.suspects]) == (verdict, suspects)
@@ -123,20 +127,20 @@ def test_any_kind_of_feature(kind: Kind, on: float, off: float) -> None:
 def test_corrections_that_contradict_each_other_are_both_kept() -> None:
     shown = [*DRIVING, ARRIVING, ("go", [55], "turn", "directive"), ("go", [55], "go", "confirmation")]
     found = judged(shown, corrections=2)
-    assert (found.verdict, found.suspects) == (Verdict.CONTRADICTION, ())
+    assert (found.verdict, found.suspects) == (MistakeCause.CONTRADICTION, ())
     assert found.reason == "Correction 7 contradicts example 6: both are kept."
 
 
 def test_what_was_recorded_beside_a_correction_contradicts_none() -> None:
     """Who corrects to a state, and at once, seeing the very same, on to another, has contradicted nobody."""
     shown = [*DRIVING, ARRIVING, ("go", [55], "go", "default"), ("go", [55], "turn", "directive")]
-    assert judged(shown, corrections=2).verdict is not Verdict.CONTRADICTION
+    assert judged(shown, corrections=2).verdict is not MistakeCause.CONTRADICTION
 
 
 def test_what_is_like_a_correction_may_agree_with_it() -> None:
     """It was all said near by; what was learned has the boundary elsewhere."""
     found = judged([*DRIVING, ("go", [3], "turn", "directive"), ("go", [79], "go", "confirmation")])
-    assert found.verdict is Verdict.FEW
+    assert found.verdict is MistakeCause.FEW
     assert found.reason == "What is like correction 6 agrees with it: it shows where the boundary is not."
     alone = judged([*DRIVING, ARRIVING, ("go", [200], "done", "directive")])
     assert alone.reason == "Nothing like correction 6 had been shown: it adds what was missing."
@@ -145,7 +149,7 @@ def test_what_is_like_a_correction_may_agree_with_it() -> None:
 def test_the_learner_makes_no_difference() -> None:
     given_, correction = _corrected([*DRIVING, ARRIVING, WRONG, RIGHT])
     other = replace(given_, options=LearnerOptions(learner=SklearnOptions("SVC")))
-    assert judge(other, correction) == judge(given_, correction)
+    assert diagnose_correction(other, correction) == diagnose_correction(given_, correction)
 
 
 def test_stateless_lessons_pool_all_states() -> None:
@@ -153,19 +157,21 @@ def test_stateless_lessons_pool_all_states() -> None:
     shown += [("rest", [2.5], "turn", "directive"), ("go", [2.6], "go", "confirmation")]
     pooled = lesson(shown, stateless=True)
     made = (*pooled.examples[:-1], replace(pooled.examples[-1], correction=True))
-    assert [each.example.number for each in judge(replace(pooled, examples=made), made[-1]).suspects] == [6]
+    assert [
+        each.example.number for each in diagnose_correction(replace(pooled, examples=made), made[-1]).suspects
+    ] == [6]
 
 
 def test_what_teaches_nothing_cannot_be_judged() -> None:
     given_, correction = _corrected([*DRIVING, ARRIVING, WRONG, RIGHT])
     with pytest.raises(DefinitionError, match="teaches nothing"):
-        judge(given_, replace(correction, quarantined="by mistake"))
+        diagnose_correction(given_, replace(correction, quarantined="by mistake"))
 
 
 def test_one_in_quarantine_is_neither_suspect_nor_witness() -> None:
     given_, correction = _corrected([*DRIVING, ARRIVING, WRONG, RIGHT])
     out = tuple(replace(each, quarantined="no" if each.number == 6 else "") for each in given_.examples)
-    assert judge(replace(given_, examples=out), correction).suspects == ()
+    assert diagnose_correction(replace(given_, examples=out), correction).suspects == ()
 
 
 @settings(max_examples=60, deadline=None)
@@ -177,13 +183,13 @@ def test_no_correction_is_ever_suspected_and_order_makes_no_difference(table: An
     shown = [("go", list(each.values), names[each.outcome], sorts[each.group]) for each in rows]
     shown.append(("go", list(rows[0].values), "turn", "directive"))
     given_, correction = _corrected(shown, kinds, corrections=1 + random.randrange(len(shown)))
-    found = judge(given_, correction)
+    found = diagnose_correction(given_, correction)
     assert not any(each.example.correction or each.example.next == correction.next for each in found.suspects)
-    assert (found.verdict is Verdict.BAD) == bool(found.suspects)
+    assert (found.verdict is MistakeCause.BAD) == bool(found.suspects)
     assert all(0.5 <= each.doubt <= 1.0 for each in found.suspects)
     mixed = list(given_.examples)
     random.shuffle(mixed)
-    assert judge(replace(given_, examples=tuple(mixed)), correction) == found
+    assert diagnose_correction(replace(given_, examples=tuple(mixed)), correction) == found
 
 
 UNLIKE = [  # a kind, two values, how far apart they are where 0 and 10 are also shown
@@ -200,26 +206,28 @@ UNLIKE = [  # a kind, two values, how far apart they are where 0 and 10 are also
 @pytest.mark.parametrize(("kind", "first", "second", "apart"), UNLIKE)
 def test_unlikeness(kind: Kind, first: float, second: float, apart: float) -> None:
     column = [[first], [second], [0.0], [2.0 if kind == LIGHT else 10.0]]
-    assert unlikeness(np.array(column), [kind])[0, 1] == pytest.approx(apart**2)
+    assert compute_pairwise_distances(np.array(column), [kind])[0, 1] == pytest.approx(apart**2)
 
 
 def test_features_count_alike() -> None:
     """Half of the way by one, all of it by the other: the mean of the squares."""
     values = np.array([[0.0, 0.0], [5.0, 180.0], [10.0, 0.0]])
-    assert unlikeness(values, [Continuous(), Toroidal(360)])[0, 1] == pytest.approx((0.25 + 1.0) / 2)
+    assert compute_pairwise_distances(values, [Continuous(), Toroidal(360)])[0, 1] == pytest.approx(
+        (0.25 + 1.0) / 2
+    )
 
 
 def test_a_feature_that_never_changes_says_nothing() -> None:
     values = np.array([[0.0, 5.0], [10.0, 5.0]])
-    assert unlikeness(values, [Continuous()] * 2)[0, 1] == 1.0
+    assert compute_pairwise_distances(values, [Continuous()] * 2)[0, 1] == 1.0
 
 
 def test_hindsight_predicts_as_if_each_had_been_left_out() -> None:
     """The shortcut against the plain way: fit without the example, and ask about it."""
     draws = np.random.default_rng(5)
-    unlike = unlikeness(draws.normal(size=(12, 2)), [Continuous()] * 2)
+    unlike = compute_pairwise_distances(draws.normal(size=(12, 2)), [Continuous()] * 2)
     outcomes, noise = draws.integers(0, 3, 12), np.full(12, 0.1)
-    seen = hindsight(unlike, outcomes, noise)
+    seen = fit_leave_one_out(unlike, outcomes, noise)
     own = np.eye(3)[outcomes]
     for left_out in ([4], [4, 9]):
         kept = np.setdiff1d(np.arange(12), left_out)
@@ -234,4 +242,4 @@ def test_hindsight_predicts_as_if_each_had_been_left_out() -> None:
 def test_the_inverse() -> None:
     draws = np.random.default_rng(1).normal(size=(40, 40))
     matrix = draws @ draws.T / 40 + 0.02 * np.eye(40)
-    np.testing.assert_allclose(inverse(matrix) @ matrix, np.eye(40), atol=1e-9)
+    np.testing.assert_allclose(invert_matrix(matrix) @ matrix, np.eye(40), atol=1e-9)

@@ -9,8 +9,8 @@ from random import Random
 import pytest
 
 from understudy.errors import FileError
-from understudy.learning.csv_table import read_lesson_table, read_rows
-from understudy.learning.fit import learn, predict
+from understudy.learning.csv_table import read_lesson_table, read_query_rows
+from understudy.learning.fit import learn, predict_next_states
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.lesson import ExampleKind
 
@@ -69,8 +69,8 @@ def test_a_header_is_a_name_and_a_kind(tmp_path: Path, header: str, name: str, k
 def test_predictions(tmp_path: Path) -> None:
     lesson = read_lesson_table(write(tmp_path, LESSON))
     rows = f"{HEADER}\nforward,,,0.1,0.5,yes\nforward,,,8,0.5,no\nload,x,,1,,no\nstart,,,,,\n"
-    read = read_rows(write(tmp_path, rows, "rows.csv"), lesson)
-    assert predict(learn(lesson), lesson.automaton.state_names, read) == [
+    read = read_query_rows(write(tmp_path, rows, "rows.csv"), lesson)
+    assert predict_next_states(learn(lesson), lesson.automaton.state_names, read) == [
         "load",
         "forward",
         "load",
@@ -81,7 +81,7 @@ def test_predictions(tmp_path: Path) -> None:
 def test_rows_may_hold_only_what_is_needed_in_any_order(tmp_path: Path) -> None:
     lesson = read_lesson_table(write(tmp_path, LESSON))
     rows = "ready:boolean,distance:continuous,state,bearing:toroidal\nyes,0.1,forward,0.5\n"
-    (row,) = read_rows(write(tmp_path, rows, "rows.csv"), lesson)
+    (row,) = read_query_rows(write(tmp_path, rows, "rows.csv"), lesson)
     assert row.values == (0.1, 0.5, 1.0)
 
 
@@ -177,5 +177,5 @@ BAD_ROWS = [
 def test_bad_rows_are_one_sentence(tmp_path: Path, text: str, says: str) -> None:
     lesson = read_lesson_table(write(tmp_path, LESSON))
     with pytest.raises(FileError) as caught:
-        read_rows(write(tmp_path, text, "rows.csv"), lesson)
+        read_query_rows(write(tmp_path, text, "rows.csv"), lesson)
     assert says in str(caught.value)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
 
-from understudy.learning.explain import reaching
+from understudy.learning.explain import find_rows_by_node
 from understudy.model.kinds import Kind
 from understudy.model.tree import STAY
 
@@ -27,10 +27,10 @@ def test_as_each_goes_down_by_itself(
         steps, last = tree.path(values)
         for node in (*(step.node for step in steps), *([] if last == STAY else [last])):
             passing[node].append(place)
-    found = reaching(tree, np.array(vectors, np.float64).reshape(len(vectors), len(kinds)))
+    found = find_rows_by_node(tree, np.array(vectors, np.float64).reshape(len(vectors), len(kinds)))
     assert [here.tolist() for here in found] == passing
 
 
 def test_nobody_comes_by_any() -> None:
     tree = tree_of([Row((), 0, 1), Row((), 1, 1)], [])
-    assert [here.tolist() for here in reaching(tree, np.zeros((0, 0)))] == [[]]
+    assert [here.tolist() for here in find_rows_by_node(tree, np.zeros((0, 0)))] == [[]]

@@ -10,8 +10,8 @@ from tests.learning.lessons import lesson
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.learning.explain import explain
-from understudy.learning.fit import learn, learned
-from understudy.learning.report import contradictions, disagreements, report
+from understudy.learning.fit import learn, learn_automaton
+from understudy.learning.report import find_contradictions, find_disagreements, learn_and_report
 from understudy.model.automaton import State
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import LearnerOptions, Lesson, TreeOptions
@@ -39,7 +39,7 @@ def test_flag_states_learn_nothing() -> None:
     flagged = replace(
         shown, automaton=replace(shown.automaton, states=(start, forward, State("done", flag="done")))
     )
-    assert set(learned(flagged).transitions) == {"forward"}
+    assert set(learn_automaton(flagged).transitions) == {"forward"}
 
 
 def test_boundaries_follow_the_options() -> None:
@@ -59,7 +59,7 @@ def test_a_lesson_may_leave_automatic_defaults_out() -> None:
     assert isinstance(forward, Tree)
     assert forward.nodes == (make_leaf(APPROACH.automaton.index("load")),)
     assert (
-        report(replace(APPROACH, options=LearnerOptions(learner=TreeOptions(defaults=False))))
+        learn_and_report(replace(APPROACH, options=LearnerOptions(learner=TreeOptions(defaults=False))))
         .states["forward"]
         .disagreements
         == 0
@@ -104,7 +104,7 @@ def test_stateless_lessons_share_one_function_of_what_was_said() -> None:
 
 def test_order_of_examples_makes_no_difference_to_a_lesson() -> None:
     turned = replace(APPROACH, examples=tuple(reversed(APPROACH.examples)))
-    assert learned(turned) == learned(APPROACH)
+    assert learn_automaton(turned) == learn_automaton(APPROACH)
 
 
 BAD = [
@@ -139,21 +139,21 @@ def test_report_in_numbers() -> None:
             ("forward", [9], "stop", "directive"),
         ]
     )
-    result = report(shown)
+    result = learn_and_report(shown)
     forward = result.states["forward"]
     assert (forward.nodes, forward.depth) == (3, 1)
     assert forward.contradictions == 1  # at 9
     assert forward.disagreements == 2  # the default at 2, the confirmation at 9
     assert forward.fit_ms > 0
     assert forward.conditions == ("load when f0 is below 5.5", "stop when f0 is at least 5.5")
-    assert [len(group) for group in contradictions(shown, "forward")] == [3]
-    found = disagreements(shown, "forward", result.transitions["forward"])
+    assert [len(group) for group in find_contradictions(shown, "forward")] == [3]
+    found = find_disagreements(shown, "forward", result.transitions["forward"])
     assert [example.number for example in found] == [1, 2]
 
 
 def test_absent_readings_are_alike_when_they_contradict() -> None:
     shown = lesson([("start", [nan], "a", "directive"), ("start", [nan], "b", "directive")])
-    assert report(shown).states["start"].contradictions == 1
+    assert learn_and_report(shown).states["start"].contradictions == 1
 
 
 def test_explanations() -> None:

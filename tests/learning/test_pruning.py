@@ -14,9 +14,9 @@ from tests.learning.reference import Row
 from understudy.errors import DefinitionError
 from understudy.learning import pruning_suggestions
 from understudy.learning.fit import learn
-from understudy.learning.pruning import links, pruned
-from understudy.learning.pruning_suggestions import ENOUGH, suggestion, with_pruning
-from understudy.learning.training_set import Shown, arrays, teaching
+from understudy.learning.pruning import list_pruning_steps, prune_tree
+from understudy.learning.pruning_suggestions import ENOUGH, replace_pruning, suggest_pruning
+from understudy.learning.training_set import TrainingSet, group_examples_by_state, make_training_set
 from understudy.model.kinds import Categorical, Kind
 from understudy.model.lesson import ExampleKind, LearnerOptions, Lesson, SklearnOptions, TreeOptions
 from understudy.model.tree import TestKind, Tree
@@ -29,7 +29,7 @@ def go(*rows: tuple[float, str]) -> Lesson:
 
 
 def decided(made: Lesson, pruning: float, values: list[float]) -> list[str]:
-    function = learn(with_pruning(made, pruning))["go"]
+    function = learn(replace_pruning(made, pruning))["go"]
     names = made.automaton.state_names
     return [names[function.decide([value])] for value in values]
 
@@ -79,8 +79,8 @@ def test_what_counts_is_how_much_for_each_leaf() -> None:
 def test_of_equally_weak_questions_the_topmost_goes_first() -> None:
     """Turning sets one right with one leaf more, both together two with two: all goes in one step."""
     made = go((1.0, "stop"), (5.0, "go"), (5.5, "go"), (6.0, "go"), (9.0, "turn"))
-    shown = arrays(made, teaching(made)["go"], "go")
-    assert [worth for worth, _ in links(tree_in(made), shown)] == [1.0]
+    shown = make_training_set(made, group_examples_by_state(made)["go"], "go")
+    assert [worth for worth, _ in list_pruning_steps(tree_in(made), shown)] == [1.0]
 
 
 def test_a_tie_stays() -> None:
@@ -107,8 +107,8 @@ def tree_in(made: Lesson) -> Tree:
     return tree
 
 
-def shown_of(rows: list[Row], kinds: list[Kind]) -> Shown:
-    return Shown(
+def shown_of(rows: list[Row], kinds: list[Kind]) -> TrainingSet:
+    return TrainingSet(
         (),
         np.array([row.values for row in rows], np.float64).reshape(len(rows), len(kinds)),
         np.array([row.outcome for row in rows], np.int64),
@@ -133,7 +133,7 @@ def test_step_by_step_it_gets_simpler_down_to_one_answer(drawn: tuple[list[Row],
     rows, kinds = drawn
     tree = tree_of(rows, kinds, current=0, midpoints=True)
     worth = 0.0
-    for step, simpler in links(tree, shown_of(rows, kinds)):
+    for step, simpler in list_pruning_steps(tree, shown_of(rows, kinds)):
         assert step >= worth
         assert len(simpler.nodes) < len(tree.nodes)
         gone = answers(tree) - answers(simpler)
@@ -146,7 +146,7 @@ def test_step_by_step_it_gets_simpler_down_to_one_answer(drawn: tuple[list[Row],
 def test_pruned_by_nothing_only_idle_questions_go(drawn: tuple[list[Row], list[Kind]]) -> None:
     rows, kinds = drawn
     tree = tree_of(rows, kinds, current=0)
-    simpler = pruned(tree, shown_of(rows, kinds), 0.0)
+    simpler = prune_tree(tree, shown_of(rows, kinds), 0.0)
     assert wrong(simpler, rows) <= wrong(tree, rows)
 
 
@@ -158,7 +158,7 @@ def noisy(row: tuple[int, ...] = ()) -> Lesson:
 
 def test_a_suggestion_takes_what_costs_nothing() -> None:
     """Left out in turn, the neighbors of the wrong presses are decided wrong, unless these are pruned away."""
-    found = suggestion(noisy())
+    found = suggest_pruning(noisy())
     assert found is not None
     assert found.examples == 40
     assert (found.wrong, found.wrong_pruned) == (5, 3), "the two themselves, and one at the boundary"
@@ -170,41 +170,46 @@ def test_watched_examples_are_not_left_out() -> None:
     watched = tuple(
         replace(each, number=100 + each.number, kind=ExampleKind.WATCHED) for each in made.examples
     )
-    found = suggestion(replace(made, examples=made.examples + watched))
+    found = suggest_pruning(replace(made, examples=made.examples + watched))
     assert found is not None
     assert found.examples == 40
 
 
 def test_of_several_that_are_as_good_the_simplest_is_suggested() -> None:
     """A wrong press at either end costs nothing, whether it goes or not."""
-    found = suggestion(noisy())
+    found = suggest_pruning(noisy())
     assert found is not None
-    worths = [worth for worth, _ in links(tree_in(noisy()), arrays(noisy(), teaching(noisy())["go"], "go"))]
+    worths = [
+        worth
+        for worth, _ in list_pruning_steps(
+            tree_in(noisy()), make_training_set(noisy(), group_examples_by_state(noisy())["go"], "go")
+        )
+    ]
     assert found.pruning == max(worth for worth in worths if worth < 5)
 
 
 def test_a_suggestion_gives_nothing_up_for_simplicity() -> None:
     """Three in a row that go on where it stops are no mistake: without them it would still be less wrong (6) than
     without any pruning (7), but not as right as it can be (5)."""
-    found = suggestion(noisy(row=(10, 11, 12)))
+    found = suggest_pruning(noisy(row=(10, 11, 12)))
     assert found is not None
     assert (found.pruning, found.wrong, found.wrong_pruned) == (0.5, 7, 5)
 
 
 def test_nothing_is_suggested_where_all_is_needed() -> None:
     rows = [(float(number), "stop" if number < 20 else "go") for number in range(40)]
-    found = suggestion(go(*rows))
+    found = suggest_pruning(go(*rows))
     assert found is not None
     assert decided(go(*rows), found.pruning, [3.0, 30.0]) == ["stop", "go"]
 
 
 def test_too_few_examples_and_classifiers_get_no_advice() -> None:
-    assert suggestion(go(*((float(number), "go") for number in range(ENOUGH - 1)))) is None
-    assert suggestion(go(*((float(number), "go") for number in range(ENOUGH)))) is not None
-    assert suggestion(THREE) is None
+    assert suggest_pruning(go(*((float(number), "go") for number in range(ENOUGH - 1)))) is None
+    assert suggest_pruning(go(*((float(number), "go") for number in range(ENOUGH)))) is not None
+    assert suggest_pruning(THREE) is None
     classified = replace(noisy(), options=LearnerOptions(learner=SklearnOptions("SVC")))
-    assert suggestion(classified) is None
-    assert with_pruning(classified, 1.0) == classified
+    assert suggest_pruning(classified) is None
+    assert replace_pruning(classified, 1.0) == classified
 
 
 def test_never_on_by_default() -> None:
@@ -216,7 +221,7 @@ def test_of_a_larger_lesson_several_are_left_out_at_once(monkeypatch: pytest.Mon
     """Each is left out just once, whoever is left out with it."""
     for most in (1, 7, 40):
         monkeypatch.setattr(pruning_suggestions, "MOST_TRIALS", most)
-        found = suggestion(noisy())
+        found = suggest_pruning(noisy())
         assert found is not None
         assert found.examples == 40
         assert (found.wrong_pruned == 3) == (most > 1), "of all at once nothing is left to learn from"
@@ -227,6 +232,6 @@ def test_in_a_stateless_lesson_what_was_never_shown_is_told_by_each_state() -> N
     rows: list[tuple[Any, ...]] = [("go", (0,), "stop", "directive"), ("stop", (1,), "go", "directive")] * 15
     kinds: list[Kind] = [Categorical(("a", "b", "c"))]
     for state, wrong in (("go", 1), ("stop", 0)):
-        found = suggestion(lesson([*rows, (state, (2,), "stop", "directive")], kinds, stateless=True))
+        found = suggest_pruning(lesson([*rows, (state, (2,), "stop", "directive")], kinds, stateless=True))
         assert found is not None
         assert (found.examples, found.wrong) == (31, wrong)

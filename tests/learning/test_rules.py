@@ -10,7 +10,7 @@ from tests.learning.lessons import ABSENT, KINDS, tree_of
 from tests.learning.reference import Row
 
 from understudy.learning.fit import learn
-from understudy.learning.splits import Gap, arc, threshold, vote
+from understudy.learning.splits import Gap, compute_arc, compute_threshold, vote
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree
 
@@ -89,10 +89,10 @@ def test_an_arc_across_the_seam_needs_one_question() -> None:
 
 
 def test_shell_rules_alone() -> None:
-    assert threshold(Gap(3.0, 53.0, 1), midpoints=False) == above(3)
-    assert threshold(Gap(3.0, 53.0, 1), midpoints=True) == 28
-    assert threshold(Gap(-1.7e308, 1.7e308, 0), midpoints=True) == 0
-    assert arc(Gap(350.0, 10.0, -1), Gap(20.0, 40.0, 0), 360.0, midpoints=False) == (10, 30)
+    assert compute_threshold(Gap(3.0, 53.0, 1), midpoints=False) == above(3)
+    assert compute_threshold(Gap(3.0, 53.0, 1), midpoints=True) == 28
+    assert compute_threshold(Gap(-1.7e308, 1.7e308, 0), midpoints=True) == 0
+    assert compute_arc(Gap(350.0, 10.0, -1), Gap(20.0, 40.0, 0), 360.0, midpoints=False) == (10, 30)
 
 
 VOTES = [  # (outcome, kind)…, current state, answer

@@ -14,8 +14,8 @@ from tests.learning.lessons import lesson
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.learning.explain import explain
 from understudy.learning.fit import learn
-from understudy.learning.report import report
-from understudy.learning.sklearn_adapter import ALLOWED, ScikitTransition, encoded
+from understudy.learning.report import learn_and_report
+from understudy.learning.sklearn_adapter import ALLOWED, ClassifierTransition, encode_features
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.lesson import LearnerOptions, Lesson, SklearnOptions
 from understudy.model.tree import STAY
@@ -35,9 +35,9 @@ def taught(classifier: str, **parameters: float | int | str | bool | None) -> Le
 
 
 def test_encoding() -> None:
-    assert encoded((2.0, 0.0, 1.0), KINDS) == [0, 2, 0, 0, 1, 0, 0, 1]
-    assert encoded((nan, nan, nan), KINDS) == [1, 0, 1, 0, 0, 1, 0, 0]
-    assert encoded((0.0, tau / 4, 0.0), KINDS)[3:5] == pytest.approx([1, 0])
+    assert encode_features((2.0, 0.0, 1.0), KINDS) == [0, 2, 0, 0, 1, 0, 0, 1]
+    assert encode_features((nan, nan, nan), KINDS) == [1, 0, 1, 0, 0, 1, 0, 0]
+    assert encode_features((0.0, tau / 4, 0.0), KINDS)[3:5] == pytest.approx([1, 0])
 
 
 @pytest.mark.parametrize("classifier", sorted(ALLOWED))
@@ -58,7 +58,7 @@ def test_every_allowed_classifier_learns_and_repeats(classifier: str) -> None:
 @pytest.mark.parametrize("classifier", sorted(ALLOWED))
 def test_deciding_together_is_deciding_alone(classifier: str) -> None:
     function = learn(taught(classifier))["start"]
-    assert isinstance(function, ScikitTransition)
+    assert isinstance(function, ClassifierTransition)
     rows = np.array(
         [[near, angle, label] for near in (0, 3, 4.5, nan) for angle in (0, 2) for label in (0, 1)]
     )
@@ -69,7 +69,7 @@ def test_deciding_together_is_deciding_alone(classifier: str) -> None:
 
 def test_report_and_explanation() -> None:
     shown = taught("GaussianNB")
-    start = report(shown).states["start"]
+    start = learn_and_report(shown).states["start"]
     assert (start.nodes, start.depth, start.disagreements) == (0, 0, 0)
     assert start.conditions == ("decided by GaussianNB of scikit-learn",)
     assert str(explain(shown, "start", (1.0, 0.1, 0.0), learn(shown)["start"])) == "goes to go"

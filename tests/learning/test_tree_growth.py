@@ -12,7 +12,7 @@ from tests.learning.lessons import ABSENT, robocup, robocup_folder, tables, tree
 from tests.learning.reference import Learner, Row, nested
 
 from understudy.errors import DefinitionError
-from understudy.learning.tree_growth import MOST_WEIGHT, grow
+from understudy.learning.tree_growth import MOST_WEIGHT, grow_tree
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import TestKind, Tree
 
@@ -79,7 +79,7 @@ def test_robocup_lessons() -> None:
     assert sum(len(rows) for _, rows, _ in taught) == 385
     wrong, nodes = [], 0
     for kinds, rows, current in taught:
-        tree = grow(
+        tree = grow_tree(
             np.array([row.values for row in rows], np.float64).reshape(len(rows), len(kinds)),
             np.array([row.outcome for row in rows], np.int64),
             np.array([row.group for row in rows], np.int64),
@@ -101,9 +101,9 @@ def test_large_noisy_lesson_repeats_and_is_pure() -> None:
     outcomes = random.integers(0, 3, 3000)
     kinds: list[Kind] = [Continuous(), Toroidal(1.0), Continuous()]
     groups = random.integers(0, 2, 3000)
-    tree = grow(values, outcomes, groups, kinds, states=3)
+    tree = grow_tree(values, outcomes, groups, kinds, states=3)
     order = random.permutation(3000)
-    again = grow(values[order], outcomes[order], groups[order], kinds, states=3)
+    again = grow_tree(values[order], outcomes[order], groups[order], kinds, states=3)
     assert repr(tree) == repr(again)
     rows = [
         Row(tuple(row), outcome, 1) for row, outcome in zip(values.tolist(), outcomes.tolist(), strict=True)
@@ -115,7 +115,7 @@ def test_inputs_are_left_alone() -> None:
     values = np.array([[3.0], [-0.0], [ABSENT]])
     before = values.copy()
     values.setflags(write=False)
-    grow(values, np.array([0, 1, 2]), np.array([1, 1, 1]), [Continuous()], states=3)
+    grow_tree(values, np.array([0, 1, 2]), np.array([1, 1, 1]), [Continuous()], states=3)
     assert np.array_equal(values, before, equal_nan=True)
 
 
@@ -141,7 +141,7 @@ def test_many_labels_branch_in_order() -> None:
 def test_too_many_examples_are_refused() -> None:
     count = MOST_WEIGHT + 1
     with pytest.raises(DefinitionError, match="keep at most"):
-        grow(
+        grow_tree(
             np.zeros((count, 1)),
             np.zeros(count, np.int64),
             np.ones(count, np.int64),

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from understudy.errors import DefinitionError
-from understudy.learning.fit import learned
+from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import Automaton
 from understudy.model.lesson import LearnerOptions, Lesson, TreeOptions
 
@@ -26,4 +26,4 @@ def test_a_reaction_time_that_the_record_does_not_reach(reaction_s: float) -> No
 
 def test_a_lesson_for_what_is_already_learned() -> None:
     taught = Automaton("goto")
-    assert learned(Lesson(taught)) == taught
+    assert learn_automaton(Lesson(taught)) == taught

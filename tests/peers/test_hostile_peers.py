@@ -29,7 +29,7 @@ from understudy.robots.ros.dds import DDS
 from understudy.robots.ros.messages import dds_name
 from understudy.robots.ros.transport import Transport
 from understudy.robots.ros.zenoh import Zenoh
-from understudy.runtime.body import every_key
+from understudy.runtime.body import list_reading_keys
 
 DOMAIN = 48
 SENT = 300
@@ -109,7 +109,7 @@ def test_hostile_messages_on_the_wire_end_nothing_and_move_nothing(
                 send(topic, anything(type, random))
                 if number % 10 == 0:
                     robot.act({"drive": np.array([1e300]), "turn": np.array([-9.0])})
-                    values = robot.sense(every_key(robot)).values()
+                    values = robot.sense(list_reading_keys(robot)).values()
                     assert all(isnan(value) or isfinite(value) for [value] in values)
             time.sleep(0.1)
 

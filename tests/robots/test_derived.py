@@ -19,19 +19,19 @@ from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Reading
 from understudy.sim.kernels import motion
-from understudy.sim.scenario.schema import Chance, RobotType, Since, Stuck
+from understudy.sim.scenario.schema import ElapsedSensor, RandomSensor, RobotType, StallSensor
 
 X, Y = Reading("x", Continuous(), "m"), Reading("y", Continuous(), "m")
 BLOB = Reading("blob_x", Continuous(), "px", of_targets=True)
 
 
-def kind(*sensors: Stuck | Chance | Since) -> RobotType:
+def kind(*sensors: StallSensor | RandomSensor | ElapsedSensor) -> RobotType:
     return RobotType(sensors=sensors)
 
 
 def stuck(path: list[tuple[float, float]], asked_m_s: list[float]) -> list[float]:
     """What `stuck` reads along a path, a place each tenth of a second, of a robot asked for so much before each."""
-    derived = Derived(kind(Stuck(after_s=1.0)), [X, Y], [])
+    derived = Derived(kind(StallSensor(after_s=1.0)), [X, Y], [])
     return [
         derived.at(tick / 10, {("x", None): x, ("y", None): y}, asked)["stuck", None]
         for tick, ((x, y), asked) in enumerate(zip(path, asked_m_s, strict=True))
@@ -61,7 +61,7 @@ def test_who_was_not_asked_to_drive_is_not_stuck() -> None:
 
 
 def test_time_since_a_blob_was_seen() -> None:
-    derived = Derived(kind(Since(name="unseen", of="blob_x")), [BLOB], ["ball", "dog"])
+    derived = Derived(kind(ElapsedSensor(name="unseen", of="blob_x")), [BLOB], ["ball", "dog"])
     seen: list[ReadingKey] = [("blob_x", "ball")]
     found = [
         derived.at(tick / 2, dict.fromkeys(seen, x), 0.0) for tick, x in enumerate([nan, 80.0, nan, nan])
@@ -74,7 +74,7 @@ def test_time_since_a_blob_was_seen() -> None:
 
 def test_time_since_it_was_stuck() -> None:
     """Simulated worlds have such readings of `stuck`, too."""
-    derived = Derived(kind(Since(name="free", of="stuck"), Stuck(after_s=0.1)), [X, Y], [])
+    derived = Derived(kind(ElapsedSensor(name="free", of="stuck"), StallSensor(after_s=0.1)), [X, Y], [])
     here: dict[ReadingKey, float] = {("x", None): 0.0, ("y", None): 0.0}
     found = [derived.at(tick / 10, here, asked) for tick, asked in enumerate([0.3, 0.3, 0.0, 0.0])]
     assert [each["stuck", None] for each in found] == [0.0, 1.0, 0.0, 0.0]
@@ -83,14 +83,14 @@ def test_time_since_it_was_stuck() -> None:
 
 def test_what_a_robot_tells_itself_is_not_worked_out() -> None:
     told = Reading("stuck", BOOLEAN)
-    derived = Derived(kind(Stuck(), Since(name="free", of="stuck")), [told, X, Y], [])
+    derived = Derived(kind(StallSensor(), ElapsedSensor(name="free", of="stuck")), [told, X, Y], [])
     assert [each.name for each in derived.readings] == ["free"]
     assert derived.at(0.0, {("stuck", None): 1.0}, 0.0) == {("free", None): 0.0}
 
 
 def test_chance_is_kept_for_its_time_and_another_with_each_robot() -> None:
     def drawn(seed: int) -> list[float]:
-        derived = Derived(kind(Chance(name="chance", every_s=1.0)), [], [], seed=seed)
+        derived = Derived(kind(RandomSensor(name="chance", every_s=1.0)), [], [], seed=seed)
         return [derived.at(tick / 4, {}, 0.0)["chance", None] for tick in range(8)]
 
     one, other = drawn(1), drawn(2)

@@ -18,7 +18,7 @@ from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.robots.robot_file import ReadingOf
 from understudy.robots.ros.fields import extraction, heading
 from understudy.robots.ros.messages import decode, encode, make
-from understudy.sim.scenario.toml_decode import Mismatch
+from understudy.sim.scenario.toml_decode import DecodeProblem
 
 RANGES = [  # what a sonar from 0.1 to 3 m says, how far from the rim 0.2 m before it that is
     (1.5, 1.3),
@@ -65,7 +65,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 
 def value(message: Any, **of: Any) -> float:
     found = extraction(ReadingOf(topic="t", **of))
-    assert not isinstance(found, Mismatch), found
+    assert not isinstance(found, DecodeProblem), found
     return found[2](message)
 
 
@@ -89,7 +89,7 @@ def test_a_sensor_that_only_tells_whether_something_is_there(said: float, is_: f
 @pytest.mark.parametrize(("theta", "is_"), [(0.5, 0.5), (-0.5, tau - 0.5), (-1e-18, 0.0), (inf, nan)])
 def test_the_direction_of_a_pose_in_the_plane(theta: float, is_: float) -> None:
     found = extraction(ReadingOf(topic="t", type="geometry_msgs/msg/Pose2D", field="theta"))
-    assert not isinstance(found, Mismatch)
+    assert not isinstance(found, DecodeProblem)
     assert found[:2] == (Toroidal(), "rad")
     assert same(found[2](make("geometry_msgs/msg/Pose2D", theta=theta)), is_)
 
@@ -166,12 +166,12 @@ def test_kinds_and_units_follow_from_the_field() -> None:
     ]
     for type, field, kind, unit in rows:
         found = extraction(ReadingOf(topic="t", type=type, field=field))
-        assert not isinstance(found, Mismatch)
+        assert not isinstance(found, DecodeProblem)
         assert found[:2] == (kind, unit)
 
 
 @pytest.mark.parametrize(("of", "key"), WRONG)
 def test_what_no_message_has_is_said(of: dict[str, Any], key: str) -> None:
     found = extraction(ReadingOf(topic="t", **of))
-    assert isinstance(found, Mismatch)
+    assert isinstance(found, DecodeProblem)
     assert found.key == key

@@ -24,7 +24,7 @@ from tests.robots.rovers import Wire, sonar
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import LONGEST, MessageRefused, decode, encode, make
-from understudy.runtime.body import every_key
+from understudy.runtime.body import list_reading_keys
 
 SEEDS = st.integers(0, 2**32)
 LITTLE = 2**20
@@ -47,7 +47,7 @@ class Rig:
     def read(self) -> list[float]:
         """All readings now."""
         self.robot.act({"drive": np.array([1.0]), "turn": np.array([1.0])})  # the next are new
-        return [float(column[0]) for column in self.robot.sense(every_key(self.robot)).values()]
+        return [float(column[0]) for column in self.robot.sense(list_reading_keys(self.robot)).values()]
 
     def commands(self) -> list[tuple[float, ...]]:
         """All that it was sent, six speeds each."""

@@ -40,7 +40,7 @@ from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import decode
 from understudy.robots.ros.transport import Peer
-from understudy.runtime.body import every_key
+from understudy.runtime.body import list_reading_keys
 
 FORWARD = {"drive": np.array([1.0]), "turn": np.array([0.0])}
 NAMES = st.lists(st.text("abü( )_1", min_size=0, max_size=9), max_size=6, unique=True)
@@ -88,14 +88,14 @@ def drive(path: Path) -> tuple[Wire, list[bytes]]:
     heard = [sonar(1.0), sonar(0.25), odometry(2.0)]
     with recorder, robot:
         for topic, data in zip(("/rover/sonar", "/rover/sonar", "/rover/odom"), heard, strict=True):
-            percept = robot.sense(every_key(robot))
+            percept = robot.sense(list_reading_keys(robot))
             robot.act(FORWARD)
             recorder.decided(robot.time_s, percept, [("wander", "forward")])
             wire.deliver(topic, data, time.monotonic())
             robot.arm("a test")  # its sonar was heard
         recorder.pressed("backward")
         recorder.pressed(None)
-        recorder.decided(robot.time_s, robot.sense(every_key(robot)), [("wander", "backward")])
+        recorder.decided(robot.time_s, robot.sense(list_reading_keys(robot)), [("wander", "backward")])
         assert robot.transport.peers() == wire.peers()
     assert wire.closed
     return wire, heard
@@ -167,7 +167,7 @@ def slid(path: Path, ticks: int, each: Callable[[int], object] = lambda tick: No
     with Recorder(path) as recorder:
         recorder.begin(body)
         for tick in range(ticks):
-            keys = every_key(body)
+            keys = list_reading_keys(body)
             recorder.decided(tick / 10, {key: np.array([tick, -inf]) for key in keys}, [("a",), ()])
             each(tick)
 
@@ -262,7 +262,7 @@ def test_a_robot_whose_recording_ends_stops(tmp_path: Path, monkeypatch: pytest.
             wire.deliver("/rover/sonar", sonar(1.0), time.monotonic())
             robot.arm("a test")
             for _ in range(3):
-                percept = robot.sense(every_key(robot))
+                percept = robot.sense(list_reading_keys(robot))
                 robot.act(FORWARD)
                 recorder.decided(robot.time_s, percept, [("forward",)])
 

@@ -106,9 +106,9 @@ def test_a_table_of_presses_gives_the_lesson(tmp_path: Path) -> None:
 def test_a_session_in_a_world_is_learned_from_its_recording(tmp_path: Path) -> None:
     """In the 2-D world the readings are floats of all sorts, and absent now and then."""
     from understudy.model.library import Library
-    from understudy.sim.forage import Forage, kit
+    from understudy.sim.forage import FORAGE_KIT, Forage
 
-    library = Library(kit)
+    library = Library(FORAGE_KIT)
     lesson = new_lesson(
         library,
         "fetch",

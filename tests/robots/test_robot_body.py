@@ -17,7 +17,7 @@ from tests.robots.rovers import ODOMETRY, ROVER, STAMPED, TWIST, Wire, odometry,
 from understudy.errors import DefinitionError, FileError, UnknownName
 from understudy.robots.diagnostics import survey
 from understudy.robots.ros.transport import Peer
-from understudy.runtime.body import every_key
+from understudy.runtime.body import list_reading_keys
 from understudy.testing import check_body
 
 ACCELERATIONS = "turn_rad_s = 1.0\nacceleration_m_s2 = 1.0\nturn_acceleration_rad_s2 = 2.0\n\n[readings.sonar"
@@ -38,7 +38,7 @@ def test_it_senses_the_last_values() -> None:
     rig.hear(SONAR, sonar(2.5))
     rig.hear(SONAR, sonar(1.5))
     rig.hear(ODOM, odometry(3.0, z=sqrt(0.5), w=sqrt(0.5)))
-    assert [rig.read(name) for name, _ in every_key(rig.robot)] == pytest.approx([1.5, 3.0, pi / 2])
+    assert [rig.read(name) for name, _ in list_reading_keys(rig.robot)] == pytest.approx([1.5, 3.0, pi / 2])
 
 
 def test_it_senses_the_same_until_it_acts() -> None:

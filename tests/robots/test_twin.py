@@ -23,7 +23,7 @@ from understudy.robots.recording.recorder import Recorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot, parse_robot
 from understudy.robots.twin import Twin
-from understudy.runtime.body import every_key
+from understudy.runtime.body import list_reading_keys
 from understudy.testing import check_body
 
 
@@ -148,7 +148,7 @@ def recorded(path: Path, rig_of: Callable[[Recorder], Rig]) -> None:
             for state in presses:
                 rig.twin.noted(0, state)
                 rig.now += 0.1
-                rig.twin.sense(every_key(rig.twin))
+                rig.twin.sense(list_reading_keys(rig.twin))
                 rig.twin.act({"drive": np.zeros(2)})
 
 

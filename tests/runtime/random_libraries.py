@@ -36,7 +36,7 @@ from understudy.model.features import (
 from understudy.model.kinds import BOOLEAN, Categorical, Column, Continuous, Toroidal
 from understudy.model.library import Kit, Library
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
-from understudy.runtime.body import Channel, Commands, Reading, every_key
+from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, GroundBehavior, Program, link
 
@@ -112,7 +112,7 @@ def played(random: Random, *, agents: int, ticks: int) -> Played:
         values = range(len(kind.labels)) if isinstance(kind, Categorical) else drawn[kind]
         return np.array(random.choices((*values, nan), k=agents), np.float64)
 
-    percepts = [{key: column(key) for key in every_key(blank)} for _ in range(ticks)]
+    percepts = [{key: column(key) for key in list_reading_keys(blank)} for _ in range(ticks)]
     return Played(percepts, ticks_s, random.choice((0.0, 1e5 / 3, -2.5)))
 
 

@@ -18,7 +18,7 @@ from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.engine.tables import flat
+from understudy.runtime.engine.tables import flatten_tree
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import Program
 
@@ -168,7 +168,7 @@ def test_every_test_is_between_two_numbers(
     node: Node, rows: list[tuple[float, float, int, int, int]]
 ) -> None:
     """The first state has index 10, so leaves answer -2 - 10 and -2 - 11; the first node is put at 5."""
-    begins, found = flat(Tree((node, make_leaf(0), make_leaf(1))), sources=[3], first=10, at=5)
+    begins, found = flatten_tree(Tree((node, make_leaf(0), make_leaf(1))), sources=[3], first=10, at=5)
     assert begins == 5
     assert [(low, high, inside, outside, absent) for low, high, _, inside, outside, absent in found] == rows
     assert {each.source for each in found} == {3}

@@ -15,7 +15,7 @@ from tests.runtime.automata import automaton, calling, linked
 from tests.runtime.random_libraries import Played, played, random_library, random_program
 
 from understudy.errors import DefinitionError, KindError, SettingError, UnderstudyError, UnknownName
-from understudy.learning.sklearn_adapter import ScikitTransition
+from understudy.learning.sklearn_adapter import ClassifierTransition
 from understudy.model.automaton import START, Automaton, State, Transition
 from understudy.model.behaviors import Behavior, Command, StateEffect, behavior, increment, set_counter
 from understudy.model.binding import Binding
@@ -115,10 +115,10 @@ def test_slots_are_shared_by_what_never_runs_at_once() -> None:
 # Transition functions that are no trees.
 
 
-def classifier() -> ScikitTransition:
+def classifier() -> ClassifierTransition:
     """On below 99 m, else off."""
     fitted = DecisionTreeClassifier(random_state=0).fit([[0, 90], [0, 98], [0, 99], [0, 110]], [1, 1, 2, 2])
-    return ScikitTransition(fitted, (Continuous(),))
+    return ClassifierTransition(fitted, (Continuous(),))
 
 
 class Alone:
@@ -186,7 +186,7 @@ class Advancing(Played):
             percept = self.sense(plan.keys)
             for agent in range(self.agents):
                 vector = np.array([percept[key][agent] for key in plan.keys])
-                plan.running[agent] = _pulse_kernels.pulse(
+                plan.running[agent] = _pulse_kernels.pulse_agent(
                     agent, vector, self.time_s, plan.tables, plan.stacks
                 )
             channels = [channel.name for channel in self.channels]

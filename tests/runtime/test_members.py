@@ -14,8 +14,8 @@ from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.squad import Assignment, Order, Role, Squad
 from understudy.runtime.team.members import Member
-from understudy.runtime.team.squad_kit import squad_kit
-from understudy.runtime.team.team import Team, Tree
+from understudy.runtime.team.squad_kit import make_squad_kit
+from understudy.runtime.team.team import Team, TeamTree
 
 PAIR = Squad("pair", (Role("scouts", "scout"), Role("carriers", "carrier")))
 CAMP = Squad("camp", (Role("pairs", "pair"),))
@@ -39,11 +39,11 @@ BROKEN: list[tuple[Lists, Lists, str]] = [  # the pairs' members, the camps', th
 ]  # fmt: skip
 
 
-def tree(pairs: Lists, camps: Lists) -> Tree:
+def tree(pairs: Lists, camps: Lists) -> TeamTree:
     def members(lists: Lists) -> tuple[tuple[Member, ...], ...]:
         return tuple(tuple(Member(*each) for each in squad) for squad in lists)
 
-    return Tree(TYPES, TYPE_OF, ((PAIR, members(pairs)), (CAMP, members(camps))))
+    return TeamTree(TYPES, TYPE_OF, ((PAIR, members(pairs)), (CAMP, members(camps))))
 
 
 @pytest.mark.parametrize(("pairs", "camps", "words"), BROKEN)
@@ -55,7 +55,7 @@ def test_everybody_is_there_and_in_one_squad(pairs: Lists, camps: Lists, words: 
 
 def test_names_are_told_apart() -> None:
     with pytest.raises(DefinitionError, match="squad 'scout': its name is taken"):
-        Tree(TYPES, TYPE_OF, ((Squad("scout", (Role("a", "carrier"),)), ()),))
+        TeamTree(TYPES, TYPE_OF, ((Squad("scout", (Role("a", "carrier"),)), ()),))
 
 
 def test_what_fits() -> None:
@@ -70,9 +70,11 @@ def team(*duties: Assignment) -> Team:
     """A pair whose coordinator gives one order, once a camp's tells it to."""
     pair = Squad(PAIR.name, PAIR.roles, (), {"work": Order(duties)})
     members: Mapping[str, Library] = {"scout": SCOUT, "carrier": CARRIER}
-    pairs = Library.of(squad_kit(pair, (), members), automaton("shift", [State("on", "work")]))
-    camps = Library.of(squad_kit(CAMP, (), {"pair": pairs}), automaton("day", [State("shift", "shift")]))
-    made = Tree(TYPES, (0, 1), ((pair, ((Member(0, 0, 0), Member(1, 1, 1)),)), (CAMP, ((Member(2, 0, 0),),))))
+    pairs = Library.of(make_squad_kit(pair, (), members), automaton("shift", [State("on", "work")]))
+    camps = Library.of(make_squad_kit(CAMP, (), {"pair": pairs}), automaton("day", [State("shift", "shift")]))
+    made = TeamTree(
+        TYPES, (0, 1), ((pair, ((Member(0, 0, 0), Member(1, 1, 1)),)), (CAMP, ((Member(2, 0, 0),),)))
+    )
     return Team(Scripted(2), made, {**members, "pair": pairs, "camp": camps}, {"camp": ("day", {})})
 
 

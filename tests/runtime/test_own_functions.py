@@ -17,7 +17,7 @@ from understudy.model.library import Kit, Library
 from understudy.model.tree import Tree, make_leaf
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
-from understudy.sim.forage import Forage, kit
+from understudy.sim.forage import FORAGE_KIT, Forage
 
 
 def tick(part: Feature | Behavior) -> None:
@@ -26,7 +26,7 @@ def tick(part: Feature | Behavior) -> None:
     features = () if isinstance(part, Behavior) else (BoundFeature(part),)
     states = (START, State("on", does))
     automaton = Automaton("go", states, features, transitions={"start": Tree((make_leaf(1),))})
-    Run.of(Forage([1, 2]), link(Library.of(kit + Kit.of(part), automaton), "go")).tick()
+    Run.of(Forage([1, 2]), link(Library.of(FORAGE_KIT + Kit.of(part), automaton), "go")).tick()
 
 
 def odd(robot: ReadingsView) -> Any:

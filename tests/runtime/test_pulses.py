@@ -12,8 +12,8 @@ from tests.runtime.automata import Rule, automaton, calling, linked, running
 from understudy.model.automaton import Automaton
 from understudy.model.library import Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
-from understudy.runtime.decision_trace import Trace
-from understudy.runtime.interpreter import Interpreter, Machine
+from understudy.runtime.decision_trace import DecisionTrace
+from understudy.runtime.interpreter import Interpreter, RunningAutomaton
 from understudy.runtime.program import link
 
 NEAR = 1.0
@@ -63,7 +63,7 @@ PULSES = [  # distance, state before, state after, flag up
 def test_pulse(distance: float, before: str, after: str, flag: str | None) -> None:
     interpreter = Interpreter(linked(go_to()))
     machine = interpreter.root
-    assert isinstance(machine, Machine)
+    assert isinstance(machine, RunningAutomaton)
     if before != "start":
         machine.switch(machine.automaton.index(before), 0.0)
     basic = interpreter.pulse([distance], 0.1)
@@ -317,7 +317,7 @@ def test_a_restored_flag_is_that_of_the_state_as_it_is_now() -> None:
     kept = interpreter.snapshot(0.1)
     unflagged = Interpreter(linked(automaton("go", ["done=forward"])))
     unflagged.restore(kept, now=0.1)
-    assert isinstance(unflagged.root, Machine)
+    assert isinstance(unflagged.root, RunningAutomaton)
     assert unflagged.path == ("done",)
     assert unflagged.root.flag is None
 
@@ -330,7 +330,7 @@ def test_a_trace_says_what_switched_and_why() -> None:
     go = automaton("go", ["forward", "left"], features=["load"])
     taught = Automaton("go", go.states, go.features, transitions=dict.fromkeys(("start", "forward"), tree))
     interpreter = Interpreter(linked(taught))
-    trace = Trace(interpreter)
+    trace = DecisionTrace(interpreter)
     play(interpreter, [(1.0,), (1.0,), (3.0,)])
     told = [
         (round(s.time_s, 9), s.before, s.after, s.values, [step.side for step in s.steps])
@@ -348,7 +348,7 @@ def test_a_trace_says_where_nothing_was_ever_shown() -> None:
     go = automaton("go", ["forward", "left"], features=["load"])
     taught = Automaton("go", go.states, go.features, transitions=dict.fromkeys(("start", "forward"), tree))
     interpreter = Interpreter(linked(taught))
-    trace = Trace(interpreter)
+    trace = DecisionTrace(interpreter)
     play(interpreter, [(1.0,), (nan,), (nan,), (1.0,), (3.0,)])
     assert [s.after for s in trace.switches] == ["forward", "left"]
     assert [(s.time_s, s.automaton, s.before, s.after) for s in trace.unshown] == [
@@ -362,7 +362,7 @@ def test_a_leaf_that_answers_stay_was_shown() -> None:
     go = automaton("go", ["forward"], {"start": lambda: None})
     assert isinstance(go.transitions["start"], Rule)
     interpreter = Interpreter(linked(go))
-    trace = Trace(interpreter)
+    trace = DecisionTrace(interpreter)
     play(interpreter, [(), ()])
     assert not trace.switches
     assert not trace.unshown

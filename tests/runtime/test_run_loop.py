@@ -15,7 +15,7 @@ from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature, ReadingsView
 from understudy.model.kinds import Column, Continuous, Toroidal
 from understudy.model.library import Kit, Library
-from understudy.runtime.feature_columns import Sensing
+from understudy.runtime.feature_columns import FeatureColumns
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
@@ -76,7 +76,7 @@ def test_one_interpreter_per_agent() -> None:
 
 def test_a_function_feature_is_wrapped_onto_its_circle() -> None:
     body = Scripted()
-    sensing = Sensing([BoundFeature(opposite, Binding(A="ball"))], body)
+    sensing = FeatureColumns([BoundFeature(opposite, Binding(A="ball"))], body)
     assert set(sensing.keys) >= {("bearing", "ball")}
     assert ("bearing", "goal") not in sensing.keys
     percept = body.sense(sensing.keys)
@@ -157,4 +157,4 @@ def test_features_the_body_cannot_sense(
     feature: Feature, binding: Binding, error: type[Exception], named: str
 ) -> None:
     with pytest.raises(error, match=named):
-        Sensing([BoundFeature(feature, binding)], Scripted())
+        FeatureColumns([BoundFeature(feature, binding)], Scripted())

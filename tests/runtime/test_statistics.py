@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.squad import TELLING, Measuring, Statistic
-from understudy.runtime.team.members import Member, Roster
-from understudy.runtime.team.statistics import Memory, surveyed
+from understudy.runtime.team.members import Member, Membership
+from understudy.runtime.team.statistics import StatisticMemory, compute_statistic
 
-FIVE = Roster.of([[Member(0, 0, 0), Member(0, 1, 1), Member(0, 2, 0)], [Member(0, 3, 0), Member(0, 4, 1)]])
+FIVE = Membership.of(
+    [[Member(0, 0, 0), Member(0, 1, 1), Member(0, 2, 0)], [Member(0, 3, 0), Member(0, 4, 1)]]
+)
 """Rows 0, 1, 2 are the first squad, rows 3, 4 the second."""
 ALL = (True,) * 5
 LINE, ANGLE, DEGREE = Continuous(), Toroidal(), tau / 360
@@ -29,9 +31,9 @@ def survey(
     values: Values,
     kind: Kind | None,
     counted: Sequence[bool] = ALL,
-    roster: Roster = FIVE,
+    roster: Membership = FIVE,
 ) -> list[float]:
-    found = surveyed(statistic, np.array(values, float), np.array(counted, bool), roster, kind)
+    found = compute_statistic(statistic, np.array(values, float), np.array(counted, bool), roster, kind)
     return [float(value) for value in found]
 
 
@@ -128,7 +130,7 @@ TIMES: list[
 @pytest.mark.parametrize(("statistic", "values", "expected"), TIMES, ids=str)
 @pytest.mark.parametrize("begin", [0, 7, 12345])
 def test_what_is_remembered(statistic: Statistic, values: Values, expected: list[float], begin: int) -> None:
-    memory = Memory(statistic, BOOLEAN, 1, 0.1)
+    memory = StatisticMemory(statistic, BOOLEAN, 1, 0.1)
     for tick, (value, reads) in enumerate(zip(values, expected, strict=True), start=begin):
         for _ in range(2):  # asked again in a tick, it answers the same
             seen = memory.seen(np.array([float(value)]), tick * 0.1).tolist()
@@ -140,7 +142,7 @@ def test_what_is_remembered(statistic: Statistic, values: Values, expected: list
 
 
 def test_squads_remember_by_themselves() -> None:
-    memory = Memory(of("any", since=True), Continuous(), 2, 0.5)
+    memory = StatisticMemory(of("any", since=True), Continuous(), 2, 0.5)
     assert memory.seen(np.array([1.0, 0.0]), 0.0).tolist() == pytest.approx([0, nan], nan_ok=True)
     assert memory.seen(np.array([0.0, 1.0]), 0.5).tolist() == [0.5, 0]
     assert memory.seen(np.array([0.0, 0.0]), 1.0).tolist() == [1.0, 0.5]
@@ -151,9 +153,9 @@ MEMBERS = st.lists(st.lists(st.tuples(READS, st.booleans()), max_size=5), min_si
 """Of each squad, what each member reads, and whether it counts."""
 
 
-def roster(squads: Sequence[Sequence[Any]]) -> Roster:
+def roster(squads: Sequence[Sequence[Any]]) -> Membership:
     rows = iter(range(99))
-    return Roster.of([[Member(0, next(rows), 0) for _ in squad] for squad in squads])
+    return Membership.of([[Member(0, next(rows), 0) for _ in squad] for squad in squads])
 
 
 def plainly_told(how: str, yes: list[bool]) -> float:
@@ -243,10 +245,12 @@ def test_alone_and_among_others_it_is_the_same(
     counted = [counts for squad in squads for _, counts in squad]
     rows = iter(range(99))
     lists = [[Member(0, next(rows), 0) for _ in squad] for squad in squads]
-    many = Roster.of(lists, worlds, [len(values)])
+    many = Membership.of(lists, worlds, [len(values)])
     assert many.row.tolist() == list(range(worlds * len(values)))
     together = survey(of(how), values * worlds, kind, counted * worlds, many)
-    np.testing.assert_array_equal(together, survey(of(how), values, kind, counted, Roster.of(lists)) * worlds)
+    np.testing.assert_array_equal(
+        together, survey(of(how), values, kind, counted, Membership.of(lists)) * worlds
+    )
 
 
 TICKS = st.lists(st.sampled_from((0.0, 1.0)), min_size=1, max_size=20)
@@ -257,7 +261,7 @@ TICKS = st.lists(st.sampled_from((0.0, 1.0)), min_size=1, max_size=20)
 )
 def test_remembered_as_plainly(values: list[float], span: int, what: str, tick_s: float) -> None:
     given: dict[str, Any] = {"since": True} if what == "since" else {what: round(span * tick_s, 9)}
-    memory = Memory(of("any", **given), BOOLEAN, 1, tick_s)
+    memory = StatisticMemory(of("any", **given), BOOLEAN, 1, tick_s)
     for now, value in enumerate(values):
         (mine,) = memory.seen(np.array([value]), now * tick_s).tolist()
         ago = next((back for back in range(now + 1) if values[now - back]), None)
@@ -272,7 +276,7 @@ def test_remembered_as_plainly(values: list[float], span: int, what: str, tick_s
 
 @given(st.lists(READS, min_size=1, max_size=20), st.integers(1, 5), st.sampled_from(MEASURING))
 def test_numbers_are_remembered_as_plainly(values: list[float], span: int, how: Any) -> None:
-    memory = Memory(of(how, within_s=round(span * 0.1, 9)), Continuous(), 1, 0.1)
+    memory = StatisticMemory(of(how, within_s=round(span * 0.1, 9)), Continuous(), 1, 0.1)
     for now, value in enumerate(values):
         (mine,) = memory.seen(np.array([value]), now * 0.1).tolist()
         lately = values[max(0, now - span) : now + 1]

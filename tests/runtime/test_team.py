@@ -25,8 +25,8 @@ from understudy.runtime.engine.engine import Engine  # before the kernels, which
 from understudy.runtime.program import Program
 from understudy.runtime.team import _squad_kernels
 from understudy.runtime.team.members import Member, Runner
-from understudy.runtime.team.squad_kit import squad_kit
-from understudy.runtime.team.team import Team, Tree, interpreted
+from understudy.runtime.team.squad_kit import make_squad_kit
+from understudy.runtime.team.team import Team, TeamTree, make_interpreter_runner
 
 CASES = st.builds(Random, st.integers(0, 2**32))
 NEAR = 97.5
@@ -76,11 +76,11 @@ def there_and_back(kit_library: Library) -> Library:
     return Library.of(kit_library.kit, *map(kit_library.automaton, kit_library.taught), leader)
 
 
-def pair_of(body: Scripted, makes: object = interpreted, *, root: str = "lead") -> Team:
+def pair_of(body: Scripted, makes: object = make_interpreter_runner, *, root: str = "lead") -> Team:
     """Two robots under one coordinator."""
     robots = goer()
-    kit = squad_kit(SQUAD, body.readings, {"robot": robots})
-    tree = Tree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
+    kit = make_squad_kit(SQUAD, body.readings, {"robot": robots})
+    tree = TeamTree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
     libraries = {"robot": robots, "pair": there_and_back(Library(kit))}
     return Team(body, tree, libraries, {"pair": (root, {})})
 
@@ -133,7 +133,7 @@ def test_a_switch_resets_the_flags_for_every_query_below() -> None:
     body = Scripted(2)
     robots = goer()
     seen: list[tuple[float, ...]] = []
-    kit = squad_kit(SQUAD, body.readings, {"robot": robots})
+    kit = make_squad_kit(SQUAD, body.readings, {"robot": robots})
 
     def start(*values: float) -> str:
         seen.append(values)
@@ -142,7 +142,7 @@ def test_a_switch_resets_the_flags_for_every_query_below() -> None:
     features = ["all_done", "any_done", "none_done", "done_lately", "left"]
     inner = automaton("lead", ["go"], {"start": start}, features=features, library=Library(kit))
     library = outer(Library.of(kit, inner))
-    tree = Tree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
+    tree = TeamTree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
     team = Team(body, tree, {"robot": robots, "pair": library}, {"pair": ("outer", {})})
     team.run(6)
     assert paths(team) == ["again/go", "done", "done"]
@@ -153,7 +153,7 @@ def test_pulsing_restarts_nobody_and_starting_does() -> None:
     """A coordinator that goes from one state to another with the same order restarts its members."""
     body = Scripted(2)
     robots = goer()
-    kit = squad_kit(SQUAD, body.readings, {"robot": robots})
+    kit = make_squad_kit(SQUAD, body.readings, {"robot": robots})
     leader = automaton(
         "lead",
         ["go", "once_more=go"],
@@ -161,7 +161,7 @@ def test_pulsing_restarts_nobody_and_starting_does() -> None:
         features=["any_done"],
         library=Library(kit),
     )
-    tree = Tree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
+    tree = TeamTree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
     team = Team(body, tree, {"robot": robots, "pair": Library.of(kit, leader)}, {"pair": ("lead", {})})
     began = []
     team.layers[0].runner.begin = lambda agents, program: began.append(list(agents))  # type: ignore[method-assign]
@@ -174,8 +174,8 @@ def test_pulsing_restarts_nobody_and_starting_does() -> None:
 
 def test_an_order_that_members_do_not_know_is_refused_before_anything_runs() -> None:
     body = Scripted(2)
-    kit = squad_kit(SQUAD, body.readings, {"robot": goer()})
-    tree = Tree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
+    kit = make_squad_kit(SQUAD, body.readings, {"robot": goer()})
+    tree = TeamTree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
     libraries = {"robot": Library(scripted_kit), "pair": there_and_back(Library(kit))}
     with pytest.raises(UnderstudyError, match="go"):
         Team(body, tree, libraries, {"pair": ("lead", {})})
@@ -210,9 +210,9 @@ def test_an_order_says_who_does_what(
         },
     )
     robots = goer()
-    kit = squad_kit(squad, body.readings, {"robot": robots})
+    kit = make_squad_kit(squad, body.readings, {"robot": robots})
     members = tuple(Member(0, row, int(row > 1)) for row in range(5))
-    tree = Tree(("robot",), (0,) * 5, ((squad, (members,)),))
+    tree = TeamTree(("robot",), (0,) * 5, ((squad, (members,)),))
     team = Team(body, tree, {"robot": robots, "crew": Library(kit)}, {"crew": ("both", {})})
     team.tick()
     ordering = team.layers[1].body.ordering  # type: ignore[attr-defined]
@@ -243,7 +243,9 @@ def statistics(random: Random, *, angles: bool = True) -> tuple[Statistic, ...]:
     return tuple(random.sample([*flags, *timed, *measured], 8))
 
 
-def random_tree(random: Random, robots: int, *, angles: bool = True) -> tuple[Tree, dict[str, Library], str]:
+def random_tree(
+    random: Random, robots: int, *, angles: bool = True
+) -> tuple[TeamTree, dict[str, Library], str]:
     """A team of one or two levels of squads, what each level knows, and the name of the top."""
     libraries = {"robot": random_library(random, automata=2, depth=2)}
     readings = list(Played.readings)
@@ -252,7 +254,7 @@ def random_tree(random: Random, robots: int, *, angles: bool = True) -> tuple[Tr
         squad = Squad(
             f"level{level}", (Role("all", names[-1]),), _over(statistics(random, angles=angles), level)
         )
-        kit = squad_kit(squad, readings, {names[-1]: libraries[names[-1]]})
+        kit = make_squad_kit(squad, readings, {names[-1]: libraries[names[-1]]})
         libraries[squad.name] = random_library(random, automata=2, depth=2, kit=kit, name=f"b{level}_")
         cuts = (
             sorted(random.sample(range(1, below), random.randint(0, min(2, below - 1)))) if below > 1 else []
@@ -261,7 +263,7 @@ def random_tree(random: Random, robots: int, *, angles: bool = True) -> tuple[Tr
         squads.append((squad, tuple(tuple(Member(level, row, 0) for row in group) for group in groups)))
         below = len(groups)
         names.append(squad.name)
-    return Tree(("robot",), (0,) * robots, tuple(squads)), libraries, names[-1]
+    return TeamTree(("robot",), (0,) * robots, tuple(squads)), libraries, names[-1]
 
 
 def _over(statistics: tuple[Statistic, ...], level: int) -> tuple[Statistic, ...]:
@@ -279,7 +281,7 @@ def test_engines_equal_interpreters_in_teams(random: Random, robots: int, worlds
     bound = {each: random.choice(Played.targets) for each in libraries[top].parameters(name)}
     teams = [
         Team(each, tree, libraries, {top: (name, bound)}, worlds=worlds, makes=makes)
-        for each, makes in ((body, interpreted), (other, engined))
+        for each, makes in ((body, make_interpreter_runner), (other, engined))
     ]
     for _ in range(25):
         for team in teams:
@@ -326,9 +328,9 @@ class Led(Played):
             percept, now = self.sense(plan.keys), float(self.time_s)
             for column, key in enumerate(plan.keys):
                 bands[0][2][:, column] = percept[key]
-            _squad_kernels.lead_all(self.worlds, now, bands, leads)
+            _squad_kernels.run_all_coordinators(self.worlds, now, bands, leads)
             columns = np.ascontiguousarray(bands[0][2].T)
-            _pulse_kernels.pulse_all(columns, now, bands[0][0], bands[0][1], plan.running, 0, self.agents)
+            _pulse_kernels.pulse_agents(columns, now, bands[0][0], bands[0][1], plan.running, 0, self.agents)
             commands = plan.commands[plan.running]
             self.act({channel.name: commands[:, at] for at, channel in enumerate(self.channels)})
 

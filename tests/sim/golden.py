@@ -15,10 +15,10 @@ from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.library import Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
-from understudy.runtime.body import every_key
+from understudy.runtime.body import list_reading_keys
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program, link
-from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
 from understudy.sim.world import World
 
 FOLDER = Path(__file__).parents[1] / "golden" / "worlds"
@@ -54,7 +54,7 @@ def moments(name: str) -> list[dict[str, Any]]:
 def _moment(world: World, engine: Engine) -> dict[str, Any]:
     some = slice(None, None, max(1, world.agents // MOST))
     robots, objects = world.state.robots[some], world.state.objects[0]
-    percept = world.sense(every_key(world))
+    percept = world.sense(list_reading_keys(world))
     return {
         "counts": {
             **{field: robots[field].tolist() for field in ("stored", "delivered", "blocked")},
@@ -81,6 +81,6 @@ def stored(name: str) -> list[dict[str, Any]]:
 
 
 if __name__ == "__main__":
-    for name in builtin_scenarios():
+    for name in list_builtin_scenarios():
         text = json.dumps(moments(name), indent=1)
         (FOLDER / f"{name}.json").write_text(text + "\n", encoding="utf-8")

@@ -10,8 +10,15 @@ from numpy.typing import NDArray
 from understudy.model.features import Percept
 from understudy.model.kinds import TAU, Categorical, Toroidal
 from understudy.runtime.body import Commands
-from understudy.sim.kit import readings_of_type
-from understudy.sim.scenario.schema import Camera, Chance, Locator, Measuring, Sonar, Stuck
+from understudy.sim.kit import list_type_readings
+from understudy.sim.scenario.schema import (
+    Camera,
+    RandomSensor,
+    SensorBase,
+    Sonar,
+    StallSensor,
+    TargetLocator,
+)
 from understudy.sim.world import World
 
 SLACK = 1e-9
@@ -249,19 +256,19 @@ def check_percept(world: World, percept: Percept) -> None:
                 assert (np.isnan(percept[one, target]) == np.isnan(percept[other, target])).all()
 
 
-def _by_reading(world: World, type_name: str) -> dict[str, Measuring]:
+def _by_reading(world: World, type_name: str) -> dict[str, SensorBase]:
     kind = world.scenario.types[type_name]
-    return {reading.name: kind.sensors[index] for index, reading in readings_of_type(kind)}
+    return {reading.name: kind.sensors[index] for index, reading in list_type_readings(kind)}
 
 
-def _check_range(name: str, values: Floats, sensor: Measuring) -> None:
+def _check_range(name: str, values: Floats, sensor: SensorBase) -> None:
     low, high = -np.inf, np.inf
     if isinstance(sensor, Sonar):
         low, high = 0.0, sensor.range
     elif isinstance(sensor, Camera):
         low, high = 0.0, sensor.width_px if name == "blob_x" else np.inf
-    elif isinstance(sensor, Locator) and name == "range":
+    elif isinstance(sensor, TargetLocator) and name == "range":
         low = 0.0
-    elif isinstance(sensor, Chance | Stuck):
+    elif isinstance(sensor, RandomSensor | StallSensor):
         low, high = 0.0, 1.0
     assert ((values >= low) & (values <= high)).all(), name

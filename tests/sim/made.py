@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from understudy.sim.kernels.dtypes import DISC, OBJECT, ROBOT, SEGMENT
-from understudy.sim.params import names_of, rules_of
-from understudy.sim.scenario.schema import Objects, Robots, RobotType, Scenario
-from understudy.sim.state import State
-from understudy.sim.view import Frame, view
+from understudy.sim.params import collect_names, make_world_params
+from understudy.sim.scenario.schema import ObjectClass, RobotGroup, RobotType, Scenario
+from understudy.sim.state import WorldState
+from understudy.sim.view import RunFrame, make_world_view
 
 SQUARE = ((6.0, 2.0), (8.0, 2.0), (8.0, 4.0), (6.0, 4.0))
 THINGS = (
@@ -26,20 +26,20 @@ def scenario(robots: int, *, width: float = 12.0, height: float = 8.0) -> Scenar
         name="crossing",
         size=(width, height),
         types={"scout": RobotType(color="red", capacity=5), "other": RobotType(radius=0.3)},
-        robots=(Robots(type="scout", count=robots - 1), Robots(type="other")),
+        robots=(RobotGroup(type="scout", count=robots - 1), RobotGroup(type="other")),
         objects=(
-            Objects(name="food", amount=8, count=2),
-            Objects(name="base", home=True),
-            Objects(name="box", pushable=True, color="brown"),
-            Objects(name="marker", color="#12ab9f", count=3),
+            ObjectClass(name="food", amount=8, count=2),
+            ObjectClass(name="base", home=True),
+            ObjectClass(name="box", pushable=True, color="brown"),
+            ObjectClass(name="marker", color="#12ab9f", count=3),
         ),
         spare_objects=1,
     )
 
 
-def state_of(made: Scenario, *, seed: int = 0) -> State:
+def state_of(made: Scenario, *, seed: int = 0) -> WorldState:
     """Two worlds side by side: the first with nothing in it, the second as THINGS and SQUARE say."""
-    rules, names = rules_of(made), names_of(made)
+    rules, names = make_world_params(made), collect_names(made)
     draw = np.random.default_rng(seed)
     robots = np.zeros(2 * rules.robots, ROBOT)
     robots["id"] = np.tile(np.arange(rules.robots), 2)
@@ -63,17 +63,19 @@ def state_of(made: Scenario, *, seed: int = 0) -> State:
     for at, (corner, following) in enumerate(zip(SQUARE, (*SQUARE[1:], SQUARE[0]), strict=True)):
         lines[1, 1 + at] = (*corner, *following, 0)
     zeros = np.zeros(2, np.int64)
-    return State(robots, objects, discs, lines, zeros, zeros.copy(), zeros - 1, np.zeros((len(robots), 0)))
+    return WorldState(
+        robots, objects, discs, lines, zeros, zeros.copy(), zeros - 1, np.zeros((len(robots), 0))
+    )
 
 
-def crossing(ticks: int, *, robots: int = 3, width: float = 12.0, height: float = 8.0) -> list[Frame]:
+def crossing(ticks: int, *, robots: int = 3, width: float = 12.0, height: float = 8.0) -> list[RunFrame]:
     """Some ticks of the second world; the last robot turns, the others go ahead, then turn."""
     made = scenario(robots, width=width, height=height)
-    rules, names, state = rules_of(made), names_of(made), state_of(made)
+    rules, names, state = make_world_params(made), collect_names(made), state_of(made)
     frames = []
     for tick in range(ticks):
         does = ("ahead" if tick % 20 < 15 else "turn",) * (robots - 1) + ("turn",)
-        frames.append(Frame(view(state, rules, names, 1), does))
+        frames.append(RunFrame(make_world_view(state, rules, names, 1), does))
         own = state.robots[robots:]
         own["x"] = np.clip(own["x"] + 0.1 * np.cos(own["heading"]), 0.2, width - 0.2)
         own["y"] = np.clip(own["y"] + 0.1 * np.sin(own["heading"]), 0.2, height - 0.2)

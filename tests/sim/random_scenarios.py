@@ -16,32 +16,32 @@ from msgspec.structs import replace
 from understudy.errors import SettingError
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import (
+    AppearanceSchedule,
     Bumper,
     Camera,
-    Capture,
-    Cargo,
-    Chance,
-    Claimed,
+    CaptureRule,
+    CargoSensor,
+    ClaimSensor,
+    ElapsedSensor,
     Goal,
-    Holding,
-    Locator,
-    Objects,
+    GripSensor,
+    ObjectClass,
     Obstacle,
-    Pose,
-    Presence,
-    Pull,
-    Robots,
+    PoseSensor,
+    PullRule,
+    RandomSensor,
+    RandomWalk,
+    RobotGroup,
     RobotType,
     Scenario,
     Sensor,
-    Since,
     Sonar,
-    Stuck,
-    TargetOf,
-    Walk,
+    StallSensor,
+    TargetLocator,
+    TargetSpec,
     Wall,
 )
-from understudy.sim.scenario.validation import check
+from understudy.sim.scenario.validation import check_scenario
 from understudy.sim.world import World
 
 COLORS = ("red", "green", "blue", "yellow")
@@ -69,7 +69,7 @@ def random_world(number: int, *, worlds: int = 1) -> World:
     while True:
         scenario = random_scenario(random)
         try:
-            check(scenario)
+            check_scenario(scenario)
             return made(scenario, range(number, number + worlds))
         except SettingError as error:
             if not any(word in str(error) for word in ("fit", "room", "overlap")):
@@ -78,7 +78,7 @@ def random_world(number: int, *, worlds: int = 1) -> World:
 
 def made(scenario: Scenario, seeds: Sequence[int]) -> World:
     """Worlds whose kernels are those for scenarios that have everything: one compilation for all tests."""
-    with patch("understudy.sim.world.has", lambda scenario, rules: (True,) * 7):
+    with patch("understudy.sim.world.find_world_contents", lambda scenario, rules: (True,) * 7):
         return World(scenario, seeds)
 
 
@@ -88,7 +88,7 @@ def random_pulling_world(number: int, *, worlds: int = 1) -> World:
     while True:
         scenario = with_boxes(random, random_scenario(random))
         try:
-            check(scenario)
+            check_scenario(scenario)
             return made(scenario, range(number, number + worlds))
         except SettingError as error:
             if not any(word in str(error) for word in ("fit", "room", "overlap")):
@@ -100,18 +100,20 @@ def with_boxes(random: Random, scenario: Scenario) -> Scenario:
     width, height = (min(side, 8.0) for side in scenario.size)
     walls = scenario.walls if (width, height) == scenario.size else ()
     boxes = tuple(
-        Objects(
+        ObjectClass(
             name=f"crate {robots}",
             count=random.randint(1, 3),
             radius=random.uniform(0.05, 0.2),
-            pull=Pull(robots=robots, respawn=random.random() < 0.5),
+            pull=PullRule(robots=robots, respawn=random.random() < 0.5),
             color=random.choice((None, "red")),
         )
         for robots in random.sample((1, 1, 2, 3), 2)
         if robots > 1 or random.random() < 0.7
     )
-    boxes = tuple({box.name: box for box in boxes}.values()) or (Objects(name="crate 1", pull=Pull()),)
-    goal = Objects(name="goal", home=True, radius=random.uniform(0.3, 0.8), color="blue")
+    boxes = tuple({box.name: box for box in boxes}.values()) or (
+        ObjectClass(name="crate 1", pull=PullRule()),
+    )
+    goal = ObjectClass(name="goal", home=True, radius=random.uniform(0.3, 0.8), color="blue")
     boxes = (replace(boxes[0], near="goal", near_m=goal.radius + random.uniform(0.05, 0.4)), *boxes[1:])
     signals = random.choice(("help", "claim")), random.choice(("help", "claim"))
     raised = {
@@ -120,20 +122,20 @@ def with_boxes(random: Random, scenario: Scenario) -> Scenario:
     }  # fmt: skip
     chosen = random.choice(boxes).name
     targets = {
-        "caller": TargetOf(signal="help"),
-        "mate": TargetOf(signal="claim", robot=random.choice(("teammate", "opponent", "any"))),
-        "free": TargetOf(nearest=chosen, unclaimed="claim", within=random.choice((0.3, 1.0, 3.0))),
-        "crate": TargetOf(nearest=chosen),
+        "caller": TargetSpec(signal="help"),
+        "mate": TargetSpec(signal="claim", robot=random.choice(("teammate", "opponent", "any"))),
+        "free": TargetSpec(nearest=chosen, unclaimed="claim", within=random.choice((0.3, 1.0, 3.0))),
+        "crate": TargetSpec(nearest=chosen),
     }
-    claimed = Claimed(signal="claim", range=random.choice((0.3, 1.0)), dropout=random.choice((0.0, 0.2)))
-    sensors: tuple[Sensor, ...] = (Holding(), claimed, Since(name="unclaimed for", of="claimed"))
+    claimed = ClaimSensor(signal="claim", range=random.choice((0.3, 1.0)), dropout=random.choice((0.0, 0.2)))
+    sensors: tuple[Sensor, ...] = (GripSensor(), claimed, ElapsedSensor(name="unclaimed for", of="claimed"))
     types = {}
     for name, kind in scenario.types.items():
         behaviors = {**kind.behaviors, **raised}
         sees = (
             kind.sensors
-            if any(isinstance(each, Locator) for each in kind.sensors)
-            else (*kind.sensors, Locator())
+            if any(isinstance(each, TargetLocator) for each in kind.sensors)
+            else (*kind.sensors, TargetLocator())
         )
         reach = random.uniform(0.4, 1.2)
         types[name] = replace(kind, behaviors=behaviors, sensors=(*sees, *sensors), reach=reach)
@@ -141,7 +143,7 @@ def with_boxes(random: Random, scenario: Scenario) -> Scenario:
         replace(each, count=min(6, each.count if isinstance(each.count, int) else 1))
         for each in scenario.robots
     )
-    near = Robots(type=next(iter(types)), count=random.randint(2, 4), near=boxes[0].name, near_m=0.4)
+    near = RobotGroup(type=next(iter(types)), count=random.randint(2, 4), near=boxes[0].name, near_m=0.4)
     gathering = Goal(gathered=1) if scenario.goal is None else scenario.goal
     return replace(
         scenario, size=(width, height), walls=walls, objects=(*scenario.objects, *boxes, goal),
@@ -209,7 +211,9 @@ def random_commands(draw: np.random.Generator, world: World) -> Commands:
     return commands
 
 
-def _robots(random: Random, name: str, kind: RobotType, objects: tuple[Objects, ...], *, most: int) -> Robots:
+def _robots(
+    random: Random, name: str, kind: RobotType, objects: tuple[ObjectClass, ...], *, most: int
+) -> RobotGroup:
     """Robots anywhere, or a few of them beside an object: to load, unload or push."""
     stored = random.randint(0, kind.capacity)
     beside = [
@@ -217,10 +221,10 @@ def _robots(random: Random, name: str, kind: RobotType, objects: tuple[Objects, 
         if thing.presence is None and (not isinstance(thing.count, tuple) or thing.count[0] > 0)
     ]  # fmt: skip
     if not beside or random.random() < 0.4:
-        return Robots(type=name, count=random.randint(1, most), stored=stored)
+        return RobotGroup(type=name, count=random.randint(1, most), stored=stored)
     thing = random.choice(beside)
     away = thing.radius + kind.radius + random.uniform(0.001, 0.1)
-    return Robots(
+    return RobotGroup(
         type=name, count=random.randint(1, min(4, most)), near=thing.name, near_m=away, stored=stored
     )
 
@@ -245,35 +249,35 @@ def _obstacles(random: Random, size: tuple[float, float]) -> tuple[Obstacle, ...
     return (*found, *(Obstacle(points=points, count=(0, many)) for points in shapes))
 
 
-def _objects(random: Random, tick_s: float) -> tuple[Objects, ...]:
+def _objects(random: Random, tick_s: float) -> tuple[ObjectClass, ...]:
     def size() -> float:
         return random.uniform(0.05, 0.3)
 
     some = random.random
     solid, walking = some() < 0.5, some() < 0.5
-    presence = Presence(
+    presence = AppearanceSchedule(
         away_s=(0.0, 20 * tick_s),
         stays_s=random.choice((None, (tick_s, 15 * tick_s))),
         first_s=(0.0, 3 * tick_s),
     )
     candidates = (
-        Objects(name="food", amount=random.choice((1, (0, 6), (3, 9))), count=(1, 4), radius=size(), color="green"),
-        Objects(name="berries", amount=(1, 3), count=2, presence=presence, color="yellow"),
-        Objects(name="home", home=True, radius=size(), color="blue", aloft=walking),
-        Objects(name="marker", count=random.randint(1, 3), radius=0.0),
-        Objects(name="pillar", solid=True, count=(0, 3), radius=size(), color="red", height=0.2),
-        Objects(name="box", pushable=True, count=random.randint(1, 6), radius=size()),
-        Objects(name="crate", pushable=True, pushers=2, count=2, radius=size(), color="blue"),
-        Objects(
+        ObjectClass(name="food", amount=random.choice((1, (0, 6), (3, 9))), count=(1, 4), radius=size(), color="green"),
+        ObjectClass(name="berries", amount=(1, 3), count=2, presence=presence, color="yellow"),
+        ObjectClass(name="home", home=True, radius=size(), color="blue", aloft=walking),
+        ObjectClass(name="marker", count=random.randint(1, 3), radius=0.0),
+        ObjectClass(name="pillar", solid=True, count=(0, 3), radius=size(), color="red", height=0.2),
+        ObjectClass(name="box", pushable=True, count=random.randint(1, 6), radius=size()),
+        ObjectClass(name="crate", pushable=True, pushers=2, count=2, radius=size(), color="blue"),
+        ObjectClass(
             name="walker", solid=solid, radius=size(), color="yellow", count=random.randint(1, 3),
-            walk=Walk(speed=random.choice((0.1, 1.0, 30.0)), turn_s=random.choice((0.5, 5.0))),
+            walk=RandomWalk(speed=random.choice((0.1, 1.0, 30.0)), turn_s=random.choice((0.5, 5.0))),
         ),
-        Objects(
+        ObjectClass(
             name="visitor", solid=solid, radius=size(), color="green", count=2, presence=presence,
-            capture=random.choice((None, Capture(range=0.7, after_s=3 * tick_s))),
-            walk=Walk(speed=0.3) if walking else None,
+            capture=random.choice((None, CaptureRule(range=0.7, after_s=3 * tick_s))),
+            walk=RandomWalk(speed=0.3) if walking else None,
         ),
-        Objects(name="coin", count=3, color="yellow", capture=Capture(range=0.5)),
+        ObjectClass(name="coin", count=3, color="yellow", capture=CaptureRule(range=0.5)),
     )  # fmt: skip
     return tuple(thing for thing in candidates if some() < 0.4)
 
@@ -314,7 +318,7 @@ def _sensors(random: Random, tick_s: float, *, carries: bool) -> tuple[Sensor, .
         return {"dropout": random.choice((0.0, 0.0, 0.3)), "rate_hz": rate}
 
     noisy = random.random() < 0.5
-    locator = Locator(
+    locator = TargetLocator(
         range=random.choice((None, 1.5)), noise_range=0.1 * noisy, noise_deg=5.0 * noisy, **measuring()
     )
     sees: tuple[Any, ...] = random.choice(
@@ -330,10 +334,10 @@ def _sensors(random: Random, tick_s: float, *, carries: bool) -> tuple[Sensor, .
         misses=0.1 * noisy, ghosts=0.1 * noisy, **measuring(),
     )  # fmt: skip
     bumper = Bumper(sectors={"front": (-90.0, 90.0), "rear": (90.0, 270.0)}, **measuring())
-    chance = Chance(every_s=random.choice((None, 3 * tick_s)), **measuring())
-    pose = Pose(noise=0.01 * noisy, noise_deg=1.0 * noisy, **measuring())
-    candidates: list[Sensor] = [locator, sonar, camera, bumper, chance, pose, Stuck(after_s=3 * tick_s)]
-    candidates += [Cargo(**measuring())] if carries else []
+    chance = RandomSensor(every_s=random.choice((None, 3 * tick_s)), **measuring())
+    pose = PoseSensor(noise=0.01 * noisy, noise_deg=1.0 * noisy, **measuring())
+    candidates: list[Sensor] = [locator, sonar, camera, bumper, chance, pose, StallSensor(after_s=3 * tick_s)]
+    candidates += [CargoSensor(**measuring())] if carries else []
     chosen = [sensor for sensor in candidates if random.random() < 0.6] or [locator]
     for name, of, sensor in (
         ("unseen", "blob_x", camera),
@@ -341,24 +345,24 @@ def _sensors(random: Random, tick_s: float, *, carries: bool) -> tuple[Sensor, .
         ("free", "front", bumper),
     ):
         if sensor in chosen and random.random() < 0.5:
-            chosen.append(Since(name=name, of=of))
+            chosen.append(ElapsedSensor(name=name, of=of))
     random.shuffle(chosen)
     return tuple(chosen)
 
 
 def _targets(
-    random: Random, objects: tuple[Objects, ...], teams: set[str], colors: set[str]
-) -> dict[str, TargetOf]:
-    found = {f"nearest {thing.name}": TargetOf(nearest=thing.name) for thing in objects}
-    found |= {f"the {thing.name}": TargetOf(object=thing.name) for thing in objects}
-    found |= {f"team {team}": TargetOf(team=team) for team in sorted(teams)}
+    random: Random, objects: tuple[ObjectClass, ...], teams: set[str], colors: set[str]
+) -> dict[str, TargetSpec]:
+    found = {f"nearest {thing.name}": TargetSpec(nearest=thing.name) for thing in objects}
+    found |= {f"the {thing.name}": TargetSpec(object=thing.name) for thing in objects}
+    found |= {f"team {team}": TargetSpec(team=team) for team in sorted(teams)}
     found |= {
-        "anyone": TargetOf(robot="any"),
-        "teammate": TargetOf(robot="teammate"),
-        "opponent": TargetOf(robot="opponent"),
-        "mouse": TargetOf(object="mouse"),
+        "anyone": TargetSpec(robot="any"),
+        "teammate": TargetSpec(robot="teammate"),
+        "opponent": TargetSpec(robot="opponent"),
+        "mouse": TargetSpec(object="mouse"),
     }
-    found |= {f"color {color}": TargetOf(color=color) for color in sorted(colors)}
+    found |= {f"color {color}": TargetSpec(color=color) for color in sorted(colors)}
     names = random.sample(list(found), min(len(found), random.randint(1, 6)))
     return {name: found[name] for name in names}
 
@@ -368,15 +372,15 @@ def _with_targets(random: Random, kind: RobotType, targets: tuple[str, ...]) -> 
     if (
         len(targets) < 2
         or random.random() < 0.7
-        or not any(isinstance(each, Locator) for each in kind.sensors)
+        or not any(isinstance(each, TargetLocator) for each in kind.sensors)
     ):
         return kind
     return replace(
-        kind, sensors=(*kind.sensors, Locator(targets=targets[:1], range=random.uniform(0.5, 4.0)))
+        kind, sensors=(*kind.sensors, TargetLocator(targets=targets[:1], range=random.uniform(0.5, 4.0)))
     )
 
 
-def _goal(random: Random, objects: tuple[Objects, ...]) -> Goal | None:
+def _goal(random: Random, objects: tuple[ObjectClass, ...]) -> Goal | None:
     if not objects or random.random() < 0.6:
         return None
     return Goal(target=random.choice(objects).name, within=0.6, all=random.random() < 0.5)

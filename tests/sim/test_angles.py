@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from understudy.sim.kernels.angles import angle_of, cosine_and_sine, wrapped
+from understudy.sim.kernels.angles import compute_angle, compute_cosine_and_sine, wrap_angle
 
 LENGTHS = st.floats(1e-6, 1e6) | st.floats(-1e6, -1e-6)
 
@@ -18,7 +18,7 @@ LENGTHS = st.floats(1e-6, 1e6) | st.floats(-1e6, -1e-6)
 @given(LENGTHS, LENGTHS)
 def test_the_angle_of_a_direction(y: float, x: float) -> None:
     expected = atan2(y, x)
-    assert abs(angle_of(y, x) - expected) <= 2 * ulp(expected)
+    assert abs(compute_angle(y, x) - expected) <= 2 * ulp(expected)
 
 
 @pytest.mark.parametrize(
@@ -26,13 +26,13 @@ def test_the_angle_of_a_direction(y: float, x: float) -> None:
     [(0.0, 1.0, 0.0), (1.0, 0.0, pi / 2), (0.0, -1.0, pi), (-1.0, 0.0, -pi / 2), (2.0, 2.0, pi / 4)],
 )
 def test_along_axes_and_diagonals_it_is_exact(y: float, x: float, angle: float) -> None:
-    assert angle_of(y, x) == angle
+    assert compute_angle(y, x) == angle
 
 
 @settings(deadline=None)  # the first call compiles
 @given(st.floats(-1e4, 1e4))
 def test_cosine_and_sine(angle: float) -> None:
-    cosine, sine = cosine_and_sine(angle)
+    cosine, sine = compute_cosine_and_sine(angle)
     assert cosine == pytest.approx(cos(angle), abs=1.5e-16)
     assert sine == pytest.approx(sin(angle), abs=1.5e-16)
 
@@ -40,7 +40,7 @@ def test_cosine_and_sine(angle: float) -> None:
 @settings(deadline=None)  # the first call compiles
 @given(st.floats(-1e6, 1e6))
 def test_wrapped_is_on_the_circle_at_the_same_place(angle: float) -> None:
-    around = wrapped(angle)
+    around = wrap_angle(angle)
     assert 0.0 <= around < tau
     assert abs(np.exp(1j * around) - np.exp(1j * angle)) < 1e-9
 
@@ -58,9 +58,9 @@ def test_wrapped_is_on_the_circle_at_the_same_place(angle: float) -> None:
     ],
 )
 def test_wrapped_near_the_ends(angle: float, around: float) -> None:
-    assert wrapped(angle) == around
+    assert wrap_angle(angle) == around
 
 
 def test_what_is_absent_stays_absent() -> None:
-    assert isnan(wrapped(float("nan")))
-    assert isnan(wrapped(inf))
+    assert isnan(wrap_angle(float("nan")))
+    assert isnan(wrap_angle(inf))

@@ -14,32 +14,32 @@ from hypothesis import strategies as st
 from understudy.errors import SettingError
 from understudy.model.squad import Assignment, Order, Squad, Statistic
 from understudy.runtime.team.members import Member
-from understudy.runtime.team.team import Tree
-from understudy.sim.scenario.files import dump_scenario, load_scenario, parse_scenario
-from understudy.sim.scenario.schema import Robots, RobotType, Scenario
-from understudy.sim.scenario.squad_schema import MemberOf, SquadOf
-from understudy.sim.scenario.validation import check
-from understudy.sim.team.assignment import deal, squads_of
+from understudy.runtime.team.team import TeamTree
+from understudy.sim.scenario.files import format_scenario, load_scenario, parse_scenario
+from understudy.sim.scenario.schema import RobotGroup, RobotType, Scenario
+from understudy.sim.scenario.squad_schema import RoleSpec, SquadSpec
+from understudy.sim.scenario.validation import check_scenario
+from understudy.sim.team.assignment import assign_team_members, make_squads
 
-Roles = Mapping[str, MemberOf]
-
-
-def of(sort: str, least: int = 1, preferred: int | None = None, most: int | None = None) -> MemberOf:
-    return MemberOf(of=sort, least=least, preferred=preferred, most=most)
+Roles = Mapping[str, RoleSpec]
 
 
-def squad(count: int | None = None, /, **members: MemberOf) -> SquadOf:
-    return SquadOf(members=members) if count is None else SquadOf(members=members, count=count)
+def of(sort: str, least: int = 1, preferred: int | None = None, most: int | None = None) -> RoleSpec:
+    return RoleSpec(of=sort, least=least, preferred=preferred, most=most)
 
 
-def scenario(squads: Mapping[str, SquadOf], *robots: tuple[str, int]) -> Scenario:
+def squad(count: int | None = None, /, **members: RoleSpec) -> SquadSpec:
+    return SquadSpec(members=members) if count is None else SquadSpec(members=members, count=count)
+
+
+def scenario(squads: Mapping[str, SquadSpec], *robots: tuple[str, int]) -> Scenario:
     """Small robots, so many of each type one after the other."""
     kinds: dict[str, RobotType] = {name: RobotType(radius=0.01) for name in ("a", "b")}
-    groups = tuple(Robots(type=name, count=count) for name, count in robots)
+    groups = tuple(RobotGroup(type=name, count=count) for name, count in robots)
     return Scenario(size=(50.0, 50.0), types=kinds, robots=groups, squads=squads)
 
 
-def rows(tree: Tree) -> dict[str, list[dict[str, list[int]]]]:
+def rows(tree: TeamTree) -> dict[str, list[dict[str, list[int]]]]:
     """Of each sort of squads, squad after squad: role -> the rows of its members."""
     found: dict[str, list[dict[str, list[int]]]] = {}
     for sort, lists in tree.squads:
@@ -54,7 +54,9 @@ def rows(tree: Tree) -> dict[str, list[dict[str, list[int]]]]:
 
 
 A = (("a", 10),)
-DEALT: list[tuple[dict[str, SquadOf], tuple[tuple[str, int], ...], dict[str, list[dict[str, list[int]]]]]] = [
+DEALT: list[
+    tuple[dict[str, SquadSpec], tuple[tuple[str, int], ...], dict[str, list[dict[str, list[int]]]]]
+] = [
     ({"s": squad(r=of("a"))}, A, {"s": [{"r": [*range(10)]}]}),
     ({"s": squad(2, r=of("a"))}, A, {"s": [{"r": [*range(5)]}, {"r": [*range(5, 10)]}]}),
     # as many squads as get what they prefer; the rest goes to the first by turns
@@ -115,20 +117,20 @@ DEALT: list[tuple[dict[str, SquadOf], tuple[tuple[str, int], ...], dict[str, lis
 
 @pytest.mark.parametrize(("squads", "robots", "dealt"), DEALT)
 def test_who_is_in_which_squad(
-    squads: dict[str, SquadOf],
+    squads: dict[str, SquadSpec],
     robots: tuple[tuple[str, int], ...],
     dealt: dict[str, list[dict[str, list[int]]]],
 ) -> None:
     made = scenario(squads, *robots)
-    check(made)
-    assert rows(deal(made)) == dealt
+    check_scenario(made)
+    assert rows(assign_team_members(made)) == dealt
 
 
 def test_the_tree_knows_types_and_sorts_by_number() -> None:
     made = scenario(
         {"top": squad(of=of("s")), "s": squad(x=of("b"), y=of("a"))}, ("a", 1), ("b", 1), ("a", 1)
     )
-    tree = deal(made)
+    tree = assign_team_members(made)
     assert tree.names == ("a", "b", "s", "top")
     assert tree.type_of == (0, 1, 0)
     assert [lists for _, lists in tree.squads] == [
@@ -138,7 +140,7 @@ def test_the_tree_knows_types_and_sorts_by_number() -> None:
 
 
 def test_a_scenario_without_squads_has_none() -> None:
-    assert deal(load_scenario("forage-team")).squads == ()
+    assert assign_team_members(load_scenario("forage-team")).squads == ()
 
 
 SPELLED = """
@@ -184,7 +186,7 @@ loss = 0.1
 
 def test_a_squad_as_it_is_spelled() -> None:
     made = parse_scenario(SPELLED)
-    pair, everyone = squads_of(made)
+    pair, everyone = make_squads(made)
     assert isinstance(pair, Squad)
     assert (pair.name, pair.doc, everyone.name) == ("pair", "Two who go together.", "all")
     assert (pair.drops, everyone.drops) == ("stuck", None)
@@ -211,9 +213,9 @@ def test_a_squad_as_it_is_spelled() -> None:
 
 def test_written_and_read_again_it_is_the_same() -> None:
     made = parse_scenario(SPELLED)
-    text = dump_scenario(made)
+    text = format_scenario(made)
     assert parse_scenario(text) == made
-    assert dump_scenario(parse_scenario(text)) == text
+    assert format_scenario(parse_scenario(text)) == text
     assert msgspec.json.decode(msgspec.json.encode(made), type=Scenario) == made
     for heading in ("[squads.pair]", "[squads.pair.members.robots]", "[squads.all.statistics]", "[radio]"):
         assert heading in text
@@ -222,13 +224,13 @@ def test_written_and_read_again_it_is_the_same() -> None:
 SIZES = st.none() | st.integers(1, 6)
 
 
-def members(sorts: tuple[str, ...]) -> st.SearchStrategy[MemberOf]:
+def members(sorts: tuple[str, ...]) -> st.SearchStrategy[RoleSpec]:
     """Any role; mostly one that can be."""
     some = st.builds(of, st.sampled_from(sorts), st.integers(0, 3), SIZES, SIZES)
     return some.map(in_order) | some
 
 
-def in_order(member: MemberOf) -> MemberOf:
+def in_order(member: RoleSpec) -> RoleSpec:
     sizes = iter(sorted(size for size in (member.preferred, member.most) if size is not None))
     preferred = None if member.preferred is None else next(sizes)
     most = None if member.most is None else next(sizes)
@@ -255,7 +257,7 @@ def trees(draw: st.DrawFn) -> Scenario:
     return scenario(shuffled, *groups)
 
 
-def bounds(number: int, member: MemberOf) -> tuple[bool, bool]:
+def bounds(number: int, member: RoleSpec) -> tuple[bool, bool]:
     """Whether a role has enough, and not too many."""
     return number >= member.least, member.most is None or number <= member.most
 
@@ -267,15 +269,15 @@ def test_everybody_is_in_one_squad_and_every_role_within_its_bounds_or_it_is_one
 ) -> None:
     refused = None
     try:
-        check(made)
+        check_scenario(made)
     except SettingError as error:
         refused = error
     if refused is not None:
         assert refused.setting.startswith("squads.")
         assert "\n" not in str(refused)
         return
-    tree = deal(made)
-    assert deal(parse_scenario(dump_scenario(made))) == tree
+    tree = assign_team_members(made)
+    assert assign_team_members(parse_scenario(format_scenario(made))) == tree
     found = rows(tree)
     there: dict[str, list[int]] = {
         **{
@@ -308,7 +310,7 @@ def test_everybody_is_in_one_squad_and_every_role_within_its_bounds_or_it_is_one
 
 @settings(deadline=None)
 @given(st.integers(1, 20), st.integers(1, 5), st.lists(members(("a",)), min_size=1, max_size=3))
-def test_only_what_cannot_be_met_is_refused(robots: int, count: int, roles: list[MemberOf]) -> None:
+def test_only_what_cannot_be_met_is_refused(robots: int, count: int, roles: list[RoleSpec]) -> None:
     made = scenario({"s": squad(count, **{"xyz"[at]: role for at, role in enumerate(roles)})}, ("a", robots))
     least = count * sum(role.least for role in roles)
     most = [role.most for role in roles]
@@ -319,7 +321,7 @@ def test_only_what_cannot_be_met_is_refused(robots: int, count: int, roles: list
         and all(given == sorted(given) for given in sizes)
     )
     try:
-        check(made)
+        check_scenario(made)
     except SettingError:
         assert not can
     else:
@@ -329,4 +331,4 @@ def test_only_what_cannot_be_met_is_refused(robots: int, count: int, roles: list
 def test_ten_thousand_robots_are_dealt_quickly() -> None:
     squads = {"s": squad(r=of("a", 1, 4)), "t": squad(r=of("s", 1, 50)), "u": squad(r=of("t"))}
     made = scenario(squads, ("a", 10_000))
-    assert [len(lists) for _, lists in deal(made).squads] == [2500, 50, 1]
+    assert [len(lists) for _, lists in assign_team_members(made).squads] == [2500, 50, 1]

@@ -13,35 +13,38 @@ from tests.sim.random_scenarios import made
 
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import (
-    Cargo,
+    CargoSensor,
     Goal,
-    Holding,
-    Objects,
+    GripSensor,
+    ObjectClass,
     Obstacle,
-    Pull,
-    Robots,
+    PullRule,
+    RobotGroup,
     RobotType,
     Scenario,
-    Stuck,
+    StallSensor,
 )
 from understudy.sim.world import World
 
 STEP = 0.05
 """How far a robot drives in a tick, m."""
 ROVER = RobotType(
-    radius=0.2, speed=10 * STEP, turning_deg=90.0, reach=0.6, sensors=(Holding(), Stuck(after_s=0.5))
+    radius=0.2, speed=10 * STEP, turning_deg=90.0, reach=0.6, sensors=(GripSensor(), StallSensor(after_s=0.5))
 )
-HOME = Objects(name="home", home=True, radius=1.0, at=((9.0, 7.0),))
+HOME = ObjectClass(name="home", home=True, radius=1.0, at=((9.0, 7.0),))
 AROUND = ((4.5, 4.0), (5.5, 4.0), (5.0, 4.5), (5.0, 3.5))
 """Places within reach of a box in the middle."""
 
 
 def arena(
-    *places: tuple[float, ...], pull: Pull, at: tuple[tuple[float, float], ...] = ((5.0, 4.0),), **more: Any
+    *places: tuple[float, ...],
+    pull: PullRule,
+    at: tuple[tuple[float, float], ...] = ((5.0, 4.0),),
+    **more: Any,
 ) -> World:
     """A world of 10 m x 8 m with robots at these places (x, y, degrees), and boxes."""
-    objects = (Objects(name="box", radius=0.2, at=at, pull=pull), HOME, *more.pop("objects", ()))
-    given = {"types": {"rover": ROVER}, "robots": (Robots(type="rover", at=places),), **more}
+    objects = (ObjectClass(name="box", radius=0.2, at=at, pull=pull), HOME, *more.pop("objects", ()))
+    given = {"types": {"rover": ROVER}, "robots": (RobotGroup(type="rover", at=places),), **more}
     return made(Scenario(size=(10.0, 8.0), objects=objects, **given), (0,))
 
 
@@ -67,7 +70,7 @@ HANDS = [(1, 1, True), (3, 1, True), (1, 2, False), (2, 2, True), (2, 3, False),
 @pytest.mark.parametrize(("hands", "needed", "moves"), HANDS)
 def test_a_box_moves_with_hands_enough(hands: int, needed: int, moves: bool) -> None:
     places = [(x, y, 90.0) for x, y in AROUND[:hands]]
-    world = arena(*places, (1.0, 1.0, 90.0), pull=Pull(robots=needed))
+    world = arena(*places, (1.0, 1.0, 90.0), pull=PullRule(robots=needed))
     act(world, load=1.0)
     assert read(world, "holding") == [1.0] * hands + [0.0]
     assert read(world, "enough") == [float(moves)] * hands + [0.0]
@@ -98,7 +101,7 @@ def test_it_goes_as_the_mean_of_those_who_hold_it(
     headings: tuple[float, float], drives: tuple[float, float], way: tuple[float, float]
 ) -> None:
     places = [(x, y, heading) for (x, y), heading in zip(AROUND, headings, strict=False)]
-    world = arena(*places, pull=Pull(robots=2))
+    world = arena(*places, pull=PullRule(robots=2))
     act(world, load=1.0)
     act(world, drive=np.array(drives))
     assert box(world) == pytest.approx((5.0 + way[0], 4.0 + way[1]), abs=1e-12)
@@ -107,15 +110,18 @@ def test_it_goes_as_the_mean_of_those_who_hold_it(
 @pytest.mark.parametrize("speed", [0.1, 0.4])
 def test_it_goes_no_faster_than_the_slowest(speed: float) -> None:
     slow = RobotType(radius=0.2, speed=speed, reach=0.6)
-    robots = (Robots(type="rover", at=((4.5, 4.0, 90.0),)), Robots(type="slow", at=((5.5, 4.0, 90.0),)))
-    world = arena(pull=Pull(robots=2), types={"rover": ROVER, "slow": slow}, robots=robots)
+    robots = (
+        RobotGroup(type="rover", at=((4.5, 4.0, 90.0),)),
+        RobotGroup(type="slow", at=((5.5, 4.0, 90.0),)),
+    )
+    world = arena(pull=PullRule(robots=2), types={"rover": ROVER, "slow": slow}, robots=robots)
     act(world, load=1.0)
     act(world, 10, drive=1.0)
     assert box(world) == pytest.approx((5.0, 4.0 + speed))
 
 
 def test_who_touches_another_that_holds_the_same_box_is_not_in_its_way() -> None:
-    world = arena((5.0, 3.8, 90.0), (5.0, 4.2, 90.0), pull=Pull(robots=2))
+    world = arena((5.0, 3.8, 90.0), (5.0, 4.2, 90.0), pull=PullRule(robots=2))
     act(world, load=1.0)
     act(world, 10, drive=1.0)
     assert box(world) == pytest.approx((5.0, 4.0 + 10 * STEP))
@@ -123,7 +129,7 @@ def test_who_touches_another_that_holds_the_same_box_is_not_in_its_way() -> None
 
 
 def test_who_holds_a_box_turns_freely() -> None:
-    world = arena((4.5, 4.0, 90.0), pull=Pull())
+    world = arena((4.5, 4.0, 90.0), pull=PullRule())
     act(world, load=1.0)
     act(world, 10, turn=1.0)
     assert world.state.robots["heading"][0] == pytest.approx(radians(180.0))
@@ -134,7 +140,7 @@ def test_who_holds_a_box_turns_freely() -> None:
 def test_all_stop_where_one_of_them_must(around: bool) -> None:
     """The robot ahead comes to an obstacle; or the box itself does, between two robots that would pass it."""
     places = ((4.6, 4.0, 90.0), (5.4, 4.0, 90.0)) if around else ((5.0, 4.5, 90.0), (5.0, 3.5, 90.0))
-    world = arena(*places, pull=Pull(robots=2), obstacles=(Obstacle(radius=0.1, at=((5.0, 6.0),)),))
+    world = arena(*places, pull=PullRule(robots=2), obstacles=(Obstacle(radius=0.1, at=((5.0, 6.0),)),))
     act(world, load=1.0)
     act(world, 100, drive=1.0)
     stops = 6.0 - 0.1 - 0.2 - (0.0 if around else 0.5)
@@ -148,7 +154,7 @@ def test_all_stop_where_one_of_them_must(around: bool) -> None:
 def test_two_boxes_that_meet() -> None:
     """Each with two robots, head on: they come as near as the robots ahead, and no nearer."""
     places = ((2.0, 4.0, 0.0), (2.9, 4.0, 0.0), (7.1, 4.0, 180.0), (8.0, 4.0, 180.0))
-    world = arena(*places, pull=Pull(robots=2), at=((2.5, 4.0), (7.5, 4.0)))
+    world = arena(*places, pull=PullRule(robots=2), at=((2.5, 4.0), (7.5, 4.0)))
     act(world, load=1.0)
     for _ in range(60):
         act(world, drive=1.0)
@@ -176,24 +182,24 @@ TOLD = [
 @pytest.mark.parametrize(("told", "ticks"), TOLD, ids=lambda each: each if isinstance(each, str) else "")
 def test_taking_hold_and_letting_go(told: str, ticks: list[tuple[dict[str, Any], int]]) -> None:
     """Box 0 is 0.55 m away, box 1 0.5 m: the nearest within its reach of 0.6 m counts, here slot 1."""
-    world = arena((5.0, 4.0, 90.0), pull=Pull(robots=5), at=((5.55, 4.0), (4.5, 4.0)), robots=FIVE)
+    world = arena((5.0, 4.0, 90.0), pull=PullRule(robots=5), at=((5.55, 4.0), (4.5, 4.0)), robots=FIVE)
     for commands, holds in ticks:
         act(world, 1, **commands)
         assert world.view().robots.holding[0] == (holds if holds else -1), told
         assert world.state.objects["hands"][0, :2].tolist() == [0, int(holds > 0)]
 
 
-FIVE = (Robots(type="rover", at=((5.0, 4.0, 90.0), *((x, 1.0, 90.0) for x in (1.0, 2.0, 3.0, 4.0)))),)
+FIVE = (RobotGroup(type="rover", at=((5.0, 4.0, 90.0), *((x, 1.0, 90.0) for x in (1.0, 2.0, 3.0, 4.0)))),)
 
 
 def test_out_of_reach() -> None:
-    world = arena((4.399, 4.0, 90.0), (5.6, 4.0, 90.0), pull=Pull())
+    world = arena((4.399, 4.0, 90.0), (5.6, 4.0, 90.0), pull=PullRule())
     act(world, load=1.0)
     assert read(world, "holding") == [0.0, 1.0]
 
 
 def test_who_fails_lets_go() -> None:
-    world = arena(*((x, y, 90.0) for x, y in AROUND[:2]), pull=Pull(robots=2))
+    world = arena(*((x, y, 90.0) for x, y in AROUND[:2]), pull=PullRule(robots=2))
     act(world, load=1.0)
     world.freeze(1)
     act(world, drive=1.0)
@@ -203,7 +209,7 @@ def test_who_fails_lets_go() -> None:
 
 def test_a_box_is_gathered_once_its_center_is_in_a_home() -> None:
     """The home's rim is 0.52 m above the box, so in the eleventh tick of 0.05 m it is gathered, and is gone."""
-    world = arena((9.5, 5.48, 90.0), pull=Pull(), at=((9.0, 5.48),), goal=Goal(gathered=1))
+    world = arena((9.5, 5.48, 90.0), pull=PullRule(), at=((9.0, 5.48),), goal=Goal(gathered=1))
     act(world, load=1.0)
     act(world, 10, drive=1.0)
     assert world.gathered.tolist() == [0]
@@ -223,7 +229,9 @@ def test_a_box_appears_again() -> None:
     """Each time somewhere else, free of all, for another seed elsewhere; and it can be pulled again."""
     places = set()
     for _ in range(2):
-        world = arena((9.5, 5.98, 90.0), pull=Pull(respawn=True), at=((9.0, 5.98),), goal=Goal(gathered=3))
+        world = arena(
+            (9.5, 5.98, 90.0), pull=PullRule(respawn=True), at=((9.0, 5.98),), goal=Goal(gathered=3)
+        )
         act(world, load=1.0)
         act(world, drive=1.0)
         assert world.gathered.tolist() == [1]
@@ -241,10 +249,10 @@ def test_a_box_appears_again() -> None:
 
 
 def test_hands_that_hold_a_box_load_no_food() -> None:
-    both = RobotType(reach=0.6, capacity=2, load_s=0.1, unload_s=0.1, sensors=(Cargo(), Holding()))
-    food = Objects(name="food", amount=5, at=((5.0, 4.0),))
+    both = RobotType(reach=0.6, capacity=2, load_s=0.1, unload_s=0.1, sensors=(CargoSensor(), GripSensor()))
+    food = ObjectClass(name="food", amount=5, at=((5.0, 4.0),))
     world = arena(
-        (4.5, 4.0, 90.0), (1.0, 1.0, 0.0), pull=Pull(robots=2), types={"rover": both}, objects=(food,)
+        (4.5, 4.0, 90.0), (1.0, 1.0, 0.0), pull=PullRule(robots=2), types={"rover": both}, objects=(food,)
     )
     act(world, 3, load=1.0)
     assert read(world, "holding") == [1.0, 0.0]
@@ -265,7 +273,7 @@ def remove_the_box(world: World) -> None:
 
 @pytest.mark.parametrize("edit", [move_the_box, move_the_robot, remove_the_box])
 def test_what_a_person_moves_is_held_no_more(edit: Any) -> None:
-    world = arena((4.5, 4.0, 90.0), pull=Pull())
+    world = arena((4.5, 4.0, 90.0), pull=PullRule())
     act(world, load=1.0)
     edit(world)
     assert read(world, "holding") == [0.0]
@@ -275,7 +283,7 @@ def test_what_a_person_moves_is_held_no_more(edit: Any) -> None:
 
 
 def test_a_gathered_box_counts_where_another_takes_its_place() -> None:
-    world = arena((9.5, 5.98, 90.0), pull=Pull(), at=((9.0, 5.98),), spare_objects=0)
+    world = arena((9.5, 5.98, 90.0), pull=PullRule(), at=((9.0, 5.98),), spare_objects=0)
     act(world, load=1.0)
     act(world, drive=1.0)
     assert world.add_object("box", 2.0, 2.0) == 0

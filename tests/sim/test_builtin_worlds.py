@@ -11,22 +11,22 @@ from tests.sim.random_scenarios import random_commands
 
 from understudy.model.behaviors import Behavior
 from understudy.model.features import Feature
-from understudy.runtime.body import every_key
-from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.runtime.body import list_reading_keys
+from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
 from understudy.sim.world import World
 from understudy.testing import check_behavior, check_body, check_feature, check_world
 
 RENEW = "the run changed; if it is meant to, bring it up to date with: python -m tests.sim.golden"
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_it_keeps_the_laws_of_worlds(name: str) -> None:
     scenario = load_scenario(name)
     check_world(lambda seeds: World(scenario, seeds))
     check_body(World(scenario, (3,)), ticks=20)
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_its_parts_keep_the_laws_of_parts(name: str) -> None:
     world = World(load_scenario(name), (1, 2))
     parts = [*world.kit.features.values(), *world.kit.behaviors.values()]
@@ -37,12 +37,12 @@ def test_its_parts_keep_the_laws_of_parts(name: str) -> None:
             check_behavior(part, world, ticks=3)
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_nothing_overlaps_leaves_or_is_lost(name: str) -> None:
     import numpy as np
 
     world = World(load_scenario(name), (4, 5, 6))
-    draw, keys = np.random.default_rng(7), every_key(world)
+    draw, keys = np.random.default_rng(7), list_reading_keys(world)
     commands = random_commands(draw, world)
     for tick in range(200):
         if tick % 10 == 0:
@@ -54,7 +54,7 @@ def test_nothing_overlaps_leaves_or_is_lost(name: str) -> None:
         check_state(world)
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_golden_run(name: str) -> None:
     for now, then in zip(golden.moments(name), golden.stored(name), strict=True):
         assert now["counts"] == then["counts"], RENEW
@@ -75,4 +75,4 @@ def test_golden_run(name: str) -> None:
 
 
 def test_there_is_a_golden_run_of_each_and_no_other() -> None:
-    assert {file.stem for file in golden.FOLDER.glob("*.json")} == set(builtin_scenarios())
+    assert {file.stem for file in golden.FOLDER.glob("*.json")} == set(list_builtin_scenarios())

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from understudy.sim.kernels.camera import blob, project, screen
+from understudy.sim.kernels.camera import measure_blob, project_objects, project_segments
 from understudy.sim.kernels.dtypes import SEGMENT, THING, VIEW
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -36,9 +36,9 @@ def seen(
     discs = np.array([(*thing,) for thing in things], THING)
     walls = np.array([(*segment, 1) for segment in segments], SEGMENT)
     views = np.zeros(len(discs) + len(walls), VIEW)
-    count = project(discs, len(discs), tan_half, 100.0, 100.0, limit_m, views)
-    end = screen(walls, len(walls), tan_half, views, count)
-    return blob(views, count, end, color, tan_half, 100.0, nearest, least_px)
+    count = project_objects(discs, len(discs), tan_half, 100.0, 100.0, limit_m, views)
+    end = project_segments(walls, len(walls), tan_half, views, count)
+    return measure_blob(views, count, end, color, tan_half, 100.0, nearest, least_px)
 
 
 # With 90 degrees in 100 pixels, what is 1 m to the side at 1 m ahead is 50 px from the middle. A disc at 5 m of

@@ -30,15 +30,15 @@ from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program, link
 from understudy.runtime.run_loop import Run
 from understudy.sim.scenario.schema import (
-    Locator,
-    Objects,
+    ObjectClass,
     Obstacle,
-    Pose,
-    Robots,
+    PoseSensor,
+    RobotGroup,
     RobotType,
     Scenario,
     Sonar,
-    TargetOf,
+    TargetLocator,
+    TargetSpec,
     Wall,
 )
 from understudy.sim.world import World
@@ -48,21 +48,23 @@ SCENARIO = Scenario(
     size=(10.0, 8.0),
     types={
         "rover": RobotType(
-            radius=0.2, capacity=3, sensors=(Pose(), Locator(), Sonar(sectors={"ahead": (0, 0)}, range=9.0))
+            radius=0.2,
+            capacity=3,
+            sensors=(PoseSensor(), TargetLocator(), Sonar(sectors={"ahead": (0, 0)}, range=9.0)),
         )
     },
-    robots=(Robots(type="rover", at=((5.0, 4.0, 0.0), (5.0, 6.0, 0.0))),),
+    robots=(RobotGroup(type="rover", at=((5.0, 4.0, 0.0), (5.0, 6.0, 0.0))),),
     walls=(Wall(points=((2.0, 0.0), (2.0, 4.0))),),
     obstacles=(Obstacle(radius=0.5, at=((8.0, 4.0),)), Obstacle(points=SQUARE, at=((8.0, 7.0),))),
     objects=(
-        Objects(name="food", amount=4, at=((5.0, 2.0),)),
-        Objects(name="pillar", solid=True, radius=0.3, at=((3.0, 7.0),)),
-        Objects(name="flag", at=((1.0, 1.0),)),
+        ObjectClass(name="food", amount=4, at=((5.0, 2.0),)),
+        ObjectClass(name="pillar", solid=True, radius=0.3, at=((3.0, 7.0),)),
+        ObjectClass(name="flag", at=((1.0, 1.0),)),
     ),
     targets={
-        "food": TargetOf(nearest="food"),
-        "flag": TargetOf(object="flag"),
-        "mouse": TargetOf(object="mouse"),
+        "food": TargetSpec(nearest="food"),
+        "flag": TargetSpec(object="flag"),
+        "mouse": TargetSpec(object="mouse"),
     },
     spare_objects=1,
 )

@@ -13,9 +13,16 @@ from hypothesis import strategies as st
 from msgspec.structs import replace as replace_parts
 
 from understudy.errors import DefinitionError, FileError, SettingError, UnknownName
-from understudy.runtime.body import every_key
-from understudy.sim.forage import Forage, ForageSettings, corner_cases, kit, practices, settings_of
-from understudy.sim.layout.rng import uniform
+from understudy.runtime.body import list_reading_keys
+from understudy.sim.forage import (
+    FORAGE_KIT,
+    Forage,
+    ForageSettings,
+    make_corner_cases,
+    make_practice_worlds,
+    recover_forage_settings,
+)
+from understudy.sim.layout.rng import draw_uniform_column
 from understudy.sim.scenario.files import load_scenario
 
 ON = np.ones(1)
@@ -101,10 +108,10 @@ def test_walls_stop_the_robot_and_let_it_slide() -> None:
 
 def test_what_is_not_driven_stays() -> None:
     world = Forage(range(5))
-    before = world.sense(every_key(world))
+    before = world.sense(list_reading_keys(world))
     for _ in range(10):
         world.act({})
-    after = world.sense(every_key(world))
+    after = world.sense(list_reading_keys(world))
     assert all(np.array_equal(before[key], after[key], equal_nan=True) for key in before)
 
 
@@ -173,7 +180,7 @@ def test_an_empty_source_is_no_longer_nearest() -> None:
     at_food(world)
     assert world.sense([("food_here", None)])["food_here", None][0] == 1.0
     load(world, 10)
-    percept = world.sense(every_key(world))
+    percept = world.sense(list_reading_keys(world))
     assert percept["food_here", None][0] == 0.0
     assert percept["food_left", None][0] == 1.0
     x, y, _ = seen(world).sources[1]
@@ -181,7 +188,7 @@ def test_an_empty_source_is_no_longer_nearest() -> None:
 
 
 def test_corner_cases_are_what_they_say() -> None:
-    cases = corner_cases()
+    cases = make_corner_cases()
     worlds = {name: Forage(range(20), case) for name, case in cases.items()}
     assert (worlds["robot starts full"].sense([("food_stored", None)])["food_stored", None] == 12).all()
     assert (
@@ -195,7 +202,7 @@ def test_corner_cases_are_what_they_say() -> None:
     small = worlds["source empties before the robot is full"]
     assert all(amount < 12 for row in range(20) for _, _, amount in seen(small, row).sources)
     nothing = worlds["no food at all"]
-    percept = nothing.sense(every_key(nothing))
+    percept = nothing.sense(list_reading_keys(nothing))
     assert np.isnan(percept["range", "nearest_food"]).all()
     assert np.isnan(percept["bearing", "nearest_food"]).all()
     assert (percept["food_left", None] == 0).all()
@@ -223,27 +230,29 @@ def test_there_is_one_description() -> None:
     assert ForageSettings().scenario() == load_scenario("forage")
 
 
-@pytest.mark.parametrize("name", [*corner_cases(), *practices()])
+@pytest.mark.parametrize("name", [*make_corner_cases(), *make_practice_worlds()])
 def test_settings_are_found_again(name: str) -> None:
-    made = {**corner_cases(), **practices()}[name]
+    made = {**make_corner_cases(), **make_practice_worlds()}[name]
     scenario = made.scenario()
-    assert settings_of(replace_parts(scenario, name="mine", about="Hm.", limit_s=5.0)) == made
-    assert settings_of(replace_parts(scenario, obstacles=load_scenario("rooms").obstacles)) is None
+    assert recover_forage_settings(replace_parts(scenario, name="mine", about="Hm.", limit_s=5.0)) == made
+    assert (
+        recover_forage_settings(replace_parts(scenario, obstacles=load_scenario("rooms").obstacles)) is None
+    )
 
 
 def test_other_scenarios_are_no_settings() -> None:
     others = ("arena", "forage-team", "patrol", "regions", "rooms", "salvage", "soccer")
-    assert [settings_of(load_scenario(name)) for name in others] == [None] * len(others)
+    assert [recover_forage_settings(load_scenario(name)) for name in others] == [None] * len(others)
 
 
 def test_draws_are_spread_evenly_and_keyed_by_everything() -> None:
     seeds = np.arange(20_000, dtype=np.int64)
-    base = uniform(seeds, item=1, tick=2, stream=3)
+    base = draw_uniform_column(seeds, item=1, tick=2, stream=3)
     assert base.min() >= 0
     assert base.max() < 1
     assert np.histogram(base, bins=10, range=(0, 1))[0].min() > 1800
     for other in ({"item": 2}, {"tick": 3}, {"stream": 4}):
-        drawn = uniform(seeds, **{**{"item": 1, "tick": 2, "stream": 3}, **other})
+        drawn = draw_uniform_column(seeds, **{**{"item": 1, "tick": 2, "stream": 3}, **other})
         assert abs(np.corrcoef(base, drawn)[0, 1]) < 0.03
 
 
@@ -355,7 +364,7 @@ def test_food_is_conserved_and_the_robot_stays_inside(
 def test_sensing_equals_a_plain_reference(seed: int, heading: float) -> None:
     world = Forage([seed, seed + 1], replace(ForageSettings(), sources=(0, 3)))
     world.place(0, seen(world).x, seen(world).y, heading)
-    percept = world.sense(every_key(world))
+    percept = world.sense(list_reading_keys(world))
     for row in range(2):
         view = seen(world, row)
         spots = {"station": view.station}
@@ -393,4 +402,4 @@ def test_equally_near_sources_go_by_id() -> None:
 
 
 def kit_command(name: str) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
-    return {channel: np.array([value]) for channel, value in kit.behaviors[name].command.items()}
+    return {channel: np.array([value]) for channel, value in FORAGE_KIT.behaviors[name].command.items()}

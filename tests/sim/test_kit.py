@@ -11,32 +11,32 @@ from understudy.errors import SettingError
 from understudy.model.behaviors import Command
 from understudy.model.features import Feature, FlagFeature, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
-from understudy.sim.kit import channels_of, kit_of, readings_of, targets_of
-from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.sim.kit import list_readings, make_channels, make_scenario_kit, make_targets
+from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
 from understudy.sim.scenario.schema import (
     Bumper,
     Camera,
-    Cargo,
-    Chance,
-    Claimed,
-    FeatureOf,
-    Holding,
-    Locator,
-    Pose,
-    Robots,
+    CargoSensor,
+    ClaimSensor,
+    ElapsedSensor,
+    FeatureSpec,
+    GripSensor,
+    PoseSensor,
+    RandomSensor,
+    RobotGroup,
     RobotType,
     Scenario,
     Sensor,
-    Since,
     Sonar,
-    Stuck,
-    TargetOf,
+    StallSensor,
+    TargetLocator,
+    TargetSpec,
 )
 
 
 def with_sensors(*sensors: Sensor) -> Scenario:
     types = {"rover": RobotType(sensors=sensors)}
-    return Scenario(size=(9.0, 9.0), types=types, robots=(Robots(type="rover"),))
+    return Scenario(size=(9.0, 9.0), types=types, robots=(RobotGroup(type="rover"),))
 
 
 LINE, CIRCLE = Continuous(), Toroidal(tau)
@@ -46,9 +46,9 @@ SENSED: list[tuple[Sensor, list[tuple[str, object, str, bool]]]] = [  # name, ki
         [("ahead", LINE, "m", False), ("rear", LINE, "m", False)],
     ),
     (Camera(), [("blob_x", LINE, "px", True), ("blob_size", LINE, "px", True)]),
-    (Locator(), [("range", LINE, "m", True), ("bearing", CIRCLE, "rad", True)]),
+    (TargetLocator(), [("range", LINE, "m", True), ("bearing", CIRCLE, "rad", True)]),
     (
-        Pose(),
+        PoseSensor(),
         [
             ("x", LINE, "m", False),
             ("y", LINE, "m", False),
@@ -59,11 +59,11 @@ SENSED: list[tuple[Sensor, list[tuple[str, object, str, bool]]]] = [  # name, ki
     ),
     (Bumper(), [("bumper", BOOLEAN, "", False)]),
     (Bumper(sectors={"nose": (-30.0, 30.0)}), [("nose", BOOLEAN, "", False)]),
-    (Stuck(), [("stuck", BOOLEAN, "", False)]),
-    (Holding(), [("holding", BOOLEAN, "", False), ("enough", BOOLEAN, "", False)]),
-    (Claimed(signal="claim", range=1.0, name="taken"), [("taken", BOOLEAN, "", True)]),
+    (StallSensor(), [("stuck", BOOLEAN, "", False)]),
+    (GripSensor(), [("holding", BOOLEAN, "", False), ("enough", BOOLEAN, "", False)]),
+    (ClaimSensor(signal="claim", range=1.0, name="taken"), [("taken", BOOLEAN, "", True)]),
     (
-        Cargo(),
+        CargoSensor(),
         [
             ("food_here", LINE, "units", False),
             ("food_stored", LINE, "units", False),
@@ -71,49 +71,56 @@ SENSED: list[tuple[Sensor, list[tuple[str, object, str, bool]]]] = [  # name, ki
             ("station_here", BOOLEAN, "", False),
         ],
     ),
-    (Chance(name="luck"), [("luck", LINE, "", False)]),
+    (RandomSensor(name="luck"), [("luck", LINE, "", False)]),
 ]
 
 
 @pytest.mark.parametrize(("sensor", "readings"), SENSED, ids=lambda each: type(each).__name__)
 def test_readings_of_each_sensor(sensor: Sensor, readings: list[tuple[str, object, str, bool]]) -> None:
-    offered = readings_of(with_sensors(sensor))
+    offered = list_readings(with_sensors(sensor))
     assert [(each.name, each.kind, each.unit, each.of_targets) for each in offered] == readings
     assert all(each.doc for each in offered)
 
 
 def test_time_since_a_blob_is_of_a_target_and_time_since_a_bump_is_not() -> None:
-    sensors = (Since(name="unseen", of="blob_x"), Camera(), Bumper(), Since(name="unhit", of="bumper"))
-    offered = {each.name: each for each in readings_of(with_sensors(*sensors))}
+    sensors = (
+        ElapsedSensor(name="unseen", of="blob_x"),
+        Camera(),
+        Bumper(),
+        ElapsedSensor(name="unhit", of="bumper"),
+    )
+    offered = {each.name: each for each in list_readings(with_sensors(*sensors))}
     assert (offered["unseen"].of_targets, offered["unseen"].unit) == (True, "s")
     assert (offered["unhit"].of_targets, offered["unhit"].unit) == (False, "s")
 
 
 def test_two_types_share_a_reading_and_a_behavior() -> None:
-    one = RobotType(sensors=(Locator(), Stuck()), behaviors={"go": {"drive": 1.0}})
-    other = RobotType(sensors=(Stuck(), Pose()), behaviors={"go": {"drive": 1.0}, "spin": {"turn": 1.0}})
+    one = RobotType(sensors=(TargetLocator(), StallSensor()), behaviors={"go": {"drive": 1.0}})
+    other = RobotType(
+        sensors=(StallSensor(), PoseSensor()), behaviors={"go": {"drive": 1.0}, "spin": {"turn": 1.0}}
+    )
     scenario = replace(with_sensors(), types={"one": one, "other": other})
-    assert [each.name for each in readings_of(scenario)][:3] == ["range", "bearing", "stuck"]
-    assert list(kit_of(scenario).behaviors) == ["go", "spin"]
+    assert [each.name for each in list_readings(scenario)][:3] == ["range", "bearing", "stuck"]
+    assert list(make_scenario_kit(scenario).behaviors) == ["go", "spin"]
 
 
 def test_one_name_must_mean_one_command() -> None:
     one, other = RobotType(behaviors={"go": {"drive": 1.0}}), RobotType(behaviors={"go": {"drive": 0.5}})
     scenario = replace(with_sensors(), types={"one": one, "other": other})
     with pytest.raises(SettingError, match=r"types\.other\.behaviors\.go"):
-        kit_of(scenario)
+        make_scenario_kit(scenario)
 
 
 def test_features_of_a_kit() -> None:
     scenario = replace(
-        with_sensors(Locator(), Camera(), Stuck()),
+        with_sensors(TargetLocator(), Camera(), StallSensor()),
         features={
-            "wedged": FeatureOf(reading="stuck", doc="It got nowhere."),
-            "ball_x": FeatureOf(reading="blob_x"),
-            "ball_left": FeatureOf(reading="blob_x"),
+            "wedged": FeatureSpec(reading="stuck", doc="It got nowhere."),
+            "ball_x": FeatureSpec(reading="blob_x"),
+            "ball_left": FeatureSpec(reading="blob_x"),
         },
     )
-    kit = kit_of(scenario)
+    kit = make_scenario_kit(scenario)
     assert list(kit.features) == [
         "distance_to", "angle_to", "ball_x", "ball_left", "blob_size", "wedged", "done", "failed", "time_in_state",
     ]  # fmt: skip
@@ -128,15 +135,15 @@ def test_features_of_a_kit() -> None:
 
 def test_targets_and_their_words() -> None:
     targets = {
-        "food": TargetOf(nearest="food"),
-        "third": TargetOf(object="food", index=2),
-        "mate": TargetOf(robot="teammate"),
-        "anyone": TargetOf(robot="any"),
-        "them": TargetOf(team="blues"),
-        "red": TargetOf(color="red"),
-        "told": TargetOf(color="red", doc="Whatever is hot."),
+        "food": TargetSpec(nearest="food"),
+        "third": TargetSpec(object="food", index=2),
+        "mate": TargetSpec(robot="teammate"),
+        "anyone": TargetSpec(robot="any"),
+        "them": TargetSpec(team="blues"),
+        "red": TargetSpec(color="red"),
+        "told": TargetSpec(color="red", doc="Whatever is hot."),
     }
-    docs = [target.doc for target in targets_of(replace(with_sensors(), targets=targets))]
+    docs = [target.doc for target in make_targets(replace(with_sensors(), targets=targets))]
     assert docs == [
         "The nearest food.",
         "The food, number 3.",
@@ -150,22 +157,22 @@ def test_targets_and_their_words() -> None:
 
 def test_food_is_loaded_where_some_robot_carries_it() -> None:
     plain = with_sensors()
-    assert [channel.name for channel in channels_of(plain)] == ["drive", "turn"]
+    assert [channel.name for channel in make_channels(plain)] == ["drive", "turn"]
     carriers = replace(plain, types={**plain.types, "truck": RobotType(capacity=3)})
-    assert [channel.name for channel in channels_of(carriers)] == ["drive", "turn", "load", "unload"]
+    assert [channel.name for channel in make_channels(carriers)] == ["drive", "turn", "load", "unload"]
 
 
 def test_behaviors_say_what_they_do() -> None:
-    kit = kit_of(load_scenario("patrol"))
+    kit = make_scenario_kit(load_scenario("patrol"))
     assert kit.behaviors["forwards"].command == Command(drive=1.0)
     assert kit.behaviors["forwards"].doc == "Drive ahead."
     assert kit.behaviors["stop"].doc == "Stand still."
-    assert kit_of(load_scenario("arena")).behaviors["veer_right"].doc == "Drive ahead, turn right."
+    assert make_scenario_kit(load_scenario("arena")).behaviors["veer_right"].doc == "Drive ahead, turn right."
 
 
 def test_foraging_comes_with_the_names_that_lessons_use() -> None:
     """Lessons name features, behaviors and targets: those of today's kit are all there, of the same kinds."""
-    kit = kit_of(load_scenario("forage"))
+    kit = make_scenario_kit(load_scenario("forage"))
     found = {name: str(kit.features[name].kind) for name in FORAGING}
     assert found == {name: str(kind) for name, (kind, _) in FORAGING.items()}
     readings = {name: getattr(kit.features[name], "reading", None) for name in FORAGING}
@@ -191,10 +198,10 @@ FORAGING: dict[str, tuple[Kind, str | None]] = {
 }
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_every_reading_of_a_built_in_scenario_is_a_feature(name: str) -> None:
     scenario = load_scenario(name)
-    features = kit_of(scenario).features.values()
+    features = make_scenario_kit(scenario).features.values()
     read = {feature.reading for feature in features if isinstance(feature, Feature)}
-    assert read == {reading.name for reading in readings_of(scenario)}
-    assert all(reading.doc for reading in readings_of(scenario))
+    assert read == {reading.name for reading in list_readings(scenario)}
+    assert all(reading.doc for reading in list_readings(scenario))

@@ -8,15 +8,15 @@ import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO
 
 from understudy.errors import SettingError
-from understudy.runtime.team.squad_body import Squads
-from understudy.sim.scenario.squad_schema import Radio
-from understudy.sim.team.libraries import libraries_of, sort_of, team_of
+from understudy.runtime.team.squad_body import SquadBody
+from understudy.sim.scenario.squad_schema import CommsSpec
+from understudy.sim.team.libraries import collect_libraries, find_behavior_sort, make_team
 from understudy.sim.world import World
 from understudy_lab.bench.patrol import known
 
 
 def test_a_coordinator_knows_the_statistics_and_its_members_behaviors() -> None:
-    kit = libraries_of(SCENARIO, ROBOTS)["patrol"].kit
+    kit = collect_libraries(SCENARIO, ROBOTS)["patrol"].kit
     assert {"someone_sees", "all_done", "present", "done", "time_in_state"} <= set(kit.features)
     assert {*ROBOTS.kit.behaviors, *ROBOTS.taught} == set(kit.behaviors)
     assert kit.behaviors["servo"].parameters == ("A",)
@@ -25,23 +25,23 @@ def test_a_coordinator_knows_the_statistics_and_its_members_behaviors() -> None:
 
 def test_whose_behavior_it_is() -> None:
     libraries = known()
-    assert [sort_of(libraries, name) for name in ("lead", "wander", "forwards", "patrol/lead", None)] == [
+    assert [find_behavior_sort(libraries, name) for name in ("lead", "wander", "forwards", "patrol/lead", None)] == [
         "patrol", "pioneer", "pioneer", "patrol", "patrol",
     ]  # fmt: skip
     twice = {**libraries, "other": libraries["patrol"]}
     with pytest.raises(SettingError, match="patrol/lead"):
-        sort_of(twice, "lead")
+        find_behavior_sort(twice, "lead")
 
 
-def orders(team) -> Squads:  # type: ignore[no-untyped-def]
+def orders(team) -> SquadBody:  # type: ignore[no-untyped-def]
     squads = team.layer("patrol").body
-    assert isinstance(squads, Squads)
+    assert isinstance(squads, SquadBody)
     return squads
 
 
 def test_all_are_ordered_in_the_tick_of_a_sighting() -> None:
     """And a robot that nobody ordered about runs nothing."""
-    team = team_of(SCENARIO, range(20), known(), {"patrol": ("lead", {})})
+    team = make_team(SCENARIO, range(20), known(), {"patrol": ("lead", {})})
     attacked = 0
     states = ["start"] * 20
     for _ in range(900):
@@ -57,7 +57,7 @@ def test_all_are_ordered_in_the_tick_of_a_sighting() -> None:
 
 
 def test_robots_alone_have_no_coordinator() -> None:
-    team = team_of(SCENARIO, [3], known(), {"pioneer": ("wander", {})})
+    team = make_team(SCENARIO, [3], known(), {"pioneer": ("wander", {})})
     team.run(20)
     assert len(team.layers) == 1
     assert all(path for path in team.paths)
@@ -65,8 +65,8 @@ def test_robots_alone_have_no_coordinator() -> None:
 
 def test_delayed_orders_come_later_and_lost_ones_are_made_up_for() -> None:
     """What is answered is told by when it was ordered: nobody takes an old report for a new one."""
-    slow = msgspec.structs.replace(SCENARIO, radio=Radio(delay_s=0.2, loss=0.3))
-    team = team_of(slow, [7], known(), {"patrol": ("lead", {})})
+    slow = msgspec.structs.replace(SCENARIO, radio=CommsSpec(delay_s=0.2, loss=0.3))
+    team = make_team(slow, [7], known(), {"patrol": ("lead", {})})
     team.tick()
     squads = orders(team)
     assert squads.ordering.issued.tolist() == [0.0]
@@ -79,13 +79,13 @@ def test_delayed_orders_come_later_and_lost_ones_are_made_up_for() -> None:
 
 def test_what_travels_is_counted() -> None:
     """Four orders of 12 bytes; four reports of 10, a reading (8) and a flag (1) in each: they grow with the members."""
-    team = team_of(SCENARIO, [7, 8], known(), {"patrol": ("lead", {})})
+    team = make_team(SCENARIO, [7, 8], known(), {"patrol": ("lead", {})})
     found = orders(team).traffic
     assert (found.messages, found.bytes) == (2 * 8, 8 * (12 + 10 + 8 + 1))
 
 
 def test_who_has_failed_is_counted_no_more() -> None:
-    team = team_of(SCENARIO, [7], known(), {"patrol": ("lead", {})})
+    team = make_team(SCENARIO, [7], known(), {"patrol": ("lead", {})})
     world = team.ground
     assert isinstance(world, World)
     squads = orders(team)
@@ -105,9 +105,9 @@ def test_who_has_failed_is_counted_no_more() -> None:
 
 
 def test_a_team_side_by_side_is_as_alone() -> None:
-    slow = msgspec.structs.replace(SCENARIO, radio=Radio(delay_s=0.1, loss=0.1))
-    together = team_of(slow, [5, 6, 7], known(), {"patrol": ("lead", {})})
-    alone = team_of(slow, [6], known(), {"patrol": ("lead", {})})
+    slow = msgspec.structs.replace(SCENARIO, radio=CommsSpec(delay_s=0.1, loss=0.1))
+    together = make_team(slow, [5, 6, 7], known(), {"patrol": ("lead", {})})
+    alone = make_team(slow, [6], known(), {"patrol": ("lead", {})})
     for _ in range(400):
         together.tick()
         alone.tick()
@@ -120,7 +120,7 @@ def test_a_team_side_by_side_is_as_alone() -> None:
 
 def test_many_ticks_in_one_go_are_as_tick_by_tick() -> None:
     """Also where a robot fails, and in whatever portions."""
-    slow, fast = (team_of(SCENARIO, range(6), known(), {"patrol": ("lead", {})}) for _ in range(2))
+    slow, fast = (make_team(SCENARIO, range(6), known(), {"patrol": ("lead", {})}) for _ in range(2))
     for portion in (1, 250, 3, 400):
         for team in (slow, fast):
             assert isinstance(team.ground, World)

@@ -9,21 +9,21 @@ from tests.sim import golden
 
 from understudy.errors import UnderstudyError
 from understudy.runtime.engine.engine import Engine
-from understudy.sim.catalog import find_world
-from understudy.sim.kit import kit_of
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import (
     MARKER,
     TARGET,
-    builtin_scenarios,
+    add_markers,
+    list_builtin_scenarios,
     load_scenario,
-    with_markers,
-    without_markers,
+    remove_markers,
 )
-from understudy.sim.scenario.schema import Locator, Objects, Scenario, TargetOf
-from understudy.sim.target_lookup import place_of
+from understudy.sim.scenario.schema import ObjectClass, Scenario, TargetLocator, TargetSpec
+from understudy.sim.target_lookup import find_target_place
 from understudy.sim.world import World
 
-NAMES = builtin_scenarios()
+NAMES = list_builtin_scenarios()
 
 
 def of_marker(world: World) -> list[tuple[str, str]]:
@@ -32,21 +32,21 @@ def of_marker(world: World) -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_marker_is_absent_until_it_is_placed_and_once_it_is_removed(name: str) -> None:
-    scenario = find_world(name)
+    scenario = find_scenario(name)
     world = World(scenario, [3])
-    assert TARGET in kit_of(scenario).targets
+    assert TARGET in make_scenario_kit(scenario).targets
     keys = of_marker(world)
     assert keys
     assert all(np.isnan(column).all() for column in world.sense(keys).values())
-    assert place_of(world, TARGET) is None
+    assert find_target_place(world, TARGET) is None
     robot = world.state.robots[0]
     x, y, heading = float(robot["x"]), float(robot["y"]), float(robot["heading"])
     ahead = (x + 0.5 * np.cos(heading), y + 0.5 * np.sin(heading))
     slot = world.add_object(MARKER, *ahead)
-    assert place_of(world, TARGET) == pytest.approx(ahead)
+    assert find_target_place(world, TARGET) == pytest.approx(ahead)
     sensed = world.sense(keys)
     sensors = scenario.types[world.names.types[int(robot["type"])]].sensors
-    locators = [sensor for sensor in sensors if isinstance(sensor, Locator)]
+    locators = [sensor for sensor in sensors if isinstance(sensor, TargetLocator)]
     if any(
         each.targets is None or TARGET in each.targets for each in locators
     ):  # else they are for other things
@@ -61,13 +61,13 @@ def test_a_marker_is_absent_until_it_is_placed_and_once_it_is_removed(name: str)
 
 
 def test_a_robot_may_stand_on_it() -> None:
-    world = World(find_world("forage"), [0])
+    world = World(find_scenario("forage"), [0])
     robot = world.state.robots[0]
     world.add_object(MARKER, float(robot["x"]), float(robot["y"]))
 
 
 def test_the_nearest_of_several() -> None:
-    world = World(find_world("forage"), [0])
+    world = World(find_scenario("forage"), [0])
     world.place(0, 6.0, 6.0, 0.0)
     far = world.add_object(MARKER, 9.0, 6.0)
     world.add_object(MARKER, 6.0, 8.0)
@@ -77,11 +77,11 @@ def test_the_nearest_of_several() -> None:
 
 
 def test_a_world_has_room_for_as_many_as_its_spare_objects() -> None:
-    world = World(with_markers(replace(load_scenario("forage"), spare_objects=1)), [0])
+    world = World(add_markers(replace(load_scenario("forage"), spare_objects=1)), [0])
     world.add_object(MARKER, 1.0, 1.0)
     with pytest.raises(UnderstudyError, match="spare_objects"):
         world.add_object(MARKER, 2.0, 2.0)
-    none = World(with_markers(replace(load_scenario("forage"), spare_objects=0)), [0])
+    none = World(add_markers(replace(load_scenario("forage"), spare_objects=0)), [0])
     with pytest.raises(UnderstudyError, match="spare_objects"):
         none.add_object(MARKER, 1.0, 1.0)
     assert np.isnan(none.sense([("range", TARGET)])["range", TARGET][0])
@@ -99,24 +99,24 @@ def course(scenario: Scenario) -> list[list[float]]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_nothing_else_changes(name: str) -> None:
-    plain, marked = load_scenario(name), find_world(name)
-    assert without_markers(marked) == plain
-    assert with_markers(marked) == marked
+    plain, marked = load_scenario(name), find_scenario(name)
+    assert remove_markers(marked) == plain
+    assert add_markers(marked) == marked
     assert course(plain) == course(marked)
 
 
-OWN = Objects(name=MARKER, radius=0.4, color="red", count=2)
+OWN = ObjectClass(name=MARKER, radius=0.4, color="red", count=2)
 
 
 @pytest.mark.parametrize(
     "scenario",
     [
         replace(load_scenario("forage"), objects=(*load_scenario("forage").objects, OWN)),
-        replace(load_scenario("forage"), targets={TARGET: TargetOf(object="station")}),
+        replace(load_scenario("forage"), targets={TARGET: TargetSpec(object="station")}),
     ],
 )
 def test_a_world_keeps_its_own(scenario: Scenario) -> None:
-    marked = with_markers(scenario)
+    marked = add_markers(scenario)
     assert marked.objects[: len(scenario.objects)] == scenario.objects
     assert marked.targets.items() >= scenario.targets.items()
     assert [thing.name for thing in marked.objects].count(MARKER) == 1
@@ -127,4 +127,4 @@ def test_cameras_do_not_take_it_for_anything_else() -> None:
     forage = load_scenario("forage")
     station, food = forage.objects
     colored = replace(forage, objects=(replace(station, color="magenta"), food))
-    assert with_markers(colored).objects[-1].color == "orange"
+    assert add_markers(colored).objects[-1].color == "orange"

@@ -10,23 +10,23 @@ from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
-from understudy.sim.kit import kit_of, kits_of, mixed
+from understudy.sim.kit import have_different_kits, make_scenario_kit, make_type_kits
 from understudy.sim.scenario.files import load_scenario, parse_scenario
 from understudy.sim.team.libraries import (
     Libraries,
-    folders_of,
-    libraries_of,
-    robots_of,
-    runners,
-    sort_of,
-    team_of,
+    collect_libraries,
+    find_behavior_sort,
+    find_type_folders,
+    list_running_sorts,
+    load_type_libraries,
+    make_team,
 )
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import parse_feature
 
 SALVAGE = load_scenario("salvage")
-KIT = kit_of(SALVAGE)
-KITS = kits_of(SALVAGE, KIT)
+KIT = make_scenario_kit(SALVAGE)
+KITS = make_type_kits(SALVAGE, KIT)
 ALIKE = parse_scenario(
     """
 understudy = "scenario"
@@ -51,7 +51,7 @@ def known() -> Libraries:
     carriers = Library.of(
         KITS["carrier"], doing("roam", "rotate_left"), doing("haul", "load"), doing("gather", "unload")
     )
-    return libraries_of(
+    return collect_libraries(
         SALVAGE,
         {"scout": scouts, "carrier": carriers},
         lambda name, kit: Library.of(kit, doing("lead", "share")),
@@ -68,11 +68,11 @@ def test_the_kit_of_a_type_has_what_it_senses_and_does_itself() -> None:
 
 
 def test_types_that_do_not_differ_share_the_kit_and_the_folder(tmp_path: Path) -> None:
-    kit = kit_of(ALIKE)
-    assert all(each is kit for each in kits_of(ALIKE, kit).values())
-    assert not mixed(kits_of(ALIKE, kit))
-    assert folders_of(ALIKE, tmp_path, kit) == {"red": (tmp_path, kit), "blue": (tmp_path, kit)}
-    found = robots_of(ALIKE, tmp_path, kit, lambda where, kit: Library(kit))
+    kit = make_scenario_kit(ALIKE)
+    assert all(each is kit for each in make_type_kits(ALIKE, kit).values())
+    assert not have_different_kits(make_type_kits(ALIKE, kit))
+    assert find_type_folders(ALIKE, tmp_path, kit) == {"red": (tmp_path, kit), "blue": (tmp_path, kit)}
+    found = load_type_libraries(ALIKE, tmp_path, kit, lambda where, kit: Library(kit))
     assert found["red"] is found["blue"]
 
 
@@ -91,7 +91,7 @@ def test_where_automata_of_a_type_are(
     for path in there:
         *folders, name = path.split("/")
         save_automaton(tmp_path.joinpath(*folders), TrainedAutomaton(doing(name, "forward")))
-    found = folders_of(SALVAGE, tmp_path, KIT)
+    found = find_type_folders(SALVAGE, tmp_path, KIT)
     assert {name: where for name, (where, _) in found.items()} == {
         name: tmp_path / folder if folder else tmp_path for name, folder in expected.items()
     }
@@ -100,24 +100,25 @@ def test_where_automata_of_a_type_are(
 
 def test_whose_behavior_is_meant() -> None:
     libraries = known()
-    assert [sort_of(libraries, name) for name in ("explore", "haul", "lead", "load", "carrier/roam", None)] == [
+    names = ("explore", "haul", "lead", "load", "carrier/roam", None)
+    assert [find_behavior_sort(libraries, name) for name in names] == [
         "scout", "carrier", "crew", "carrier", "carrier", "crew",
     ]  # fmt: skip
     with pytest.raises(SettingError, match="several sorts of robots; name it as scout/roam and carrier/roam"):
-        sort_of(libraries, "roam")
+        find_behavior_sort(libraries, "roam")
 
 
 def test_a_basic_behavior_is_run_by_all_who_have_it() -> None:
     libraries = known()
-    assert runners(libraries, "scout", "forward") == ["scout", "carrier"]
-    assert runners(libraries, "carrier", "load") == ["carrier"]
-    assert runners(libraries, "carrier", "roam") == ["carrier"]
-    alike = libraries_of(ALIKE, Library.of(kit_of(ALIKE), doing("on", "go")))
-    assert runners(alike, "red", "on") == ["red", "blue"]
+    assert list_running_sorts(libraries, "scout", "forward") == ["scout", "carrier"]
+    assert list_running_sorts(libraries, "carrier", "load") == ["carrier"]
+    assert list_running_sorts(libraries, "carrier", "roam") == ["carrier"]
+    alike = collect_libraries(ALIKE, Library.of(make_scenario_kit(ALIKE), doing("on", "go")))
+    assert list_running_sorts(alike, "red", "on") == ["red", "blue"]
 
 
 def test_each_type_runs_its_own_automaton_of_a_name() -> None:
-    team = team_of(SALVAGE, [3], known(), {"scout": ("roam", {}), "carrier": ("roam", {})})
+    team = make_team(SALVAGE, [3], known(), {"scout": ("roam", {}), "carrier": ("roam", {})})
     headings = team.ground.sense([("bearing", "harbor")])
     team.run(10)
     turned = team.ground.sense([("bearing", "harbor")])["bearing", "harbor"] - headings["bearing", "harbor"]
@@ -127,7 +128,7 @@ def test_each_type_runs_its_own_automaton_of_a_name() -> None:
 
 def test_an_order_to_both_roles_splits_one_of_them() -> None:
     """Four scouts explore; of eight carriers a third, that is three, gather, and the others haul."""
-    team = team_of(SALVAGE, [3], known(), {"crew": ("lead", {})})
+    team = make_team(SALVAGE, [3], known(), {"crew": ("lead", {})})
     team.run(2)
     assert [path[0] for path in team.paths] == ["explore"] * 4 + ["gather"] * 3 + ["haul"] * 5
 
@@ -136,7 +137,7 @@ def test_an_order_asks_of_nobody_what_their_own_library_has_not() -> None:
     libraries = dict(known())
     libraries["scout"] = Library.of(KITS["scout"], doing("roam", "forward"))
     with pytest.raises(DefinitionError, match=r"its scouts \(scout\) know no behavior 'explore'"):
-        team_of(SALVAGE, [3], libraries, {"crew": ("lead", {})})
+        make_team(SALVAGE, [3], libraries, {"crew": ("lead", {})})
 
 
 def test_an_automaton_of_another_type_is_refused_by_its_folder(tmp_path: Path) -> None:

@@ -10,13 +10,13 @@ import pytest
 from tests.sim.random_scenarios import made
 
 from understudy.sim.scenario.schema import (
-    Objects,
+    ArenaRegion,
+    ObjectClass,
     Obstacle,
-    Region,
-    Robots,
+    RandomWalk,
+    RobotGroup,
     RobotType,
     Scenario,
-    Walk,
     Wall,
 )
 from understudy.sim.world import World
@@ -33,7 +33,7 @@ def arena(*places: tuple[float, ...], kind: RobotType | None = None, **more: Any
     scenario = Scenario(
         size=(10.0, 8.0),
         types={"rover": kind or RobotType(radius=RADIUS, speed=10 * STEP, turning_deg=90.0)},
-        robots=(Robots(type="rover", at=places),),
+        robots=(RobotGroup(type="rover", at=places),),
         **more,
     )
     return made(scenario, (0,))
@@ -115,7 +115,7 @@ def noisy(count: int, **noise: Any) -> World:
     scenario = Scenario(
         size=(10.0, 2.0 * count),
         types={"rover": RobotType(radius=RADIUS, speed=10 * STEP, turning_deg=90.0, **noise)},
-        robots=(Robots(type="rover", at=tuple((5.0, 1.0 + 2.0 * index, 0.0) for index in range(count))),),
+        robots=(RobotGroup(type="rover", at=tuple((5.0, 1.0 + 2.0 * index, 0.0) for index in range(count))),),
     )
     return made(scenario, (0,))
 
@@ -165,7 +165,7 @@ def test_noise_without_a_command_is_none() -> None:
         assert (world.state.robots[field] == before[field]).all()
 
 
-PILLAR = Objects(name="pillar", solid=True, radius=0.5, at=((7.0, 4.0),))
+PILLAR = ObjectClass(name="pillar", solid=True, radius=0.5, at=((7.0, 4.0),))
 CASES: list[
     tuple[str, dict[str, Any], float, float]
 ] = [  # what is in the way; degrees it drives in; where x, y ends
@@ -253,7 +253,7 @@ def test_blocked_robots_know_it_and_forget_it() -> None:
     assert world.state.robots["blocked"][0] == 0
 
 
-BOX = Objects(name="box", pushable=True, radius=0.3, at=((4.0, 4.0),))
+BOX = ObjectClass(name="box", pushable=True, radius=0.3, at=((4.0, 4.0),))
 
 
 def test_a_box_goes_as_far_as_it_is_driven() -> None:
@@ -268,7 +268,7 @@ def test_a_box_goes_as_far_as_it_is_driven() -> None:
 
 
 def test_some_boxes_take_two() -> None:
-    heavy = Objects(name="box", pushable=True, pushers=2, radius=0.5, at=((5.0, 4.0),))
+    heavy = ObjectClass(name="box", pushable=True, pushers=2, radius=0.5, at=((5.0, 4.0),))
     alone = arena((3.0, 4.0, 0.0), objects=(heavy,))
     drive(alone, 100)
     assert thing(alone) == (5.0, 4.0)
@@ -292,7 +292,7 @@ def test_a_box_at_a_wall_stops_the_robot() -> None:
 
 
 def test_a_box_pushes_no_box() -> None:
-    boxes = Objects(name="box", pushable=True, radius=0.3, at=((4.0, 4.0), (6.0, 4.0)))
+    boxes = ObjectClass(name="box", pushable=True, radius=0.3, at=((4.0, 4.0), (6.0, 4.0)))
     world = arena((3.0, 4.0, 0.0), objects=(boxes,))
     drive(world, 200)
     assert thing(world, 1) == (6.0, 4.0)
@@ -313,8 +313,8 @@ def test_boxes_in_a_crowd_hardly_overlap(seed: int) -> None:
     scenario = Scenario(
         size=(4.0, 4.0),
         types={"rover": RobotType(radius=0.15, speed=1.0, turning_deg=300.0)},
-        robots=(Robots(type="rover", count=12),),
-        objects=(Objects(name="box", pushable=True, radius=0.2, count=12),),
+        robots=(RobotGroup(type="rover", count=12),),
+        objects=(ObjectClass(name="box", pushable=True, radius=0.2, count=12),),
     )
     world = made(scenario, (seed,))
     draw = np.random.default_rng(seed)
@@ -349,10 +349,12 @@ def test_the_world_turned_is_the_same_world(degrees: float) -> None:
             size=(8.0, 8.0),
             types={"rover": RobotType(radius=RADIUS, speed=0.5, turning_deg=90.0)},
             robots=(
-                Robots(type="rover", at=((*turned(2.0, 3.9, by), by), (*turned(5.0, 5.0, by), by + 200.0))),
+                RobotGroup(
+                    type="rover", at=((*turned(2.0, 3.9, by), by), (*turned(5.0, 5.0, by), by + 200.0))
+                ),
             ),
             obstacles=(Obstacle(radius=0.5, at=(turned(6.5, 4.4, by),)),),
-            objects=(Objects(name="box", pushable=True, radius=0.3, at=(turned(3.0, 4.0, by),)),),
+            objects=(ObjectClass(name="box", pushable=True, radius=0.3, at=(turned(3.0, 4.0, by),)),),
         )
         return made(scenario, (0,))
 
@@ -393,8 +395,8 @@ def walking(**more: Any) -> World:
     return arena((1.0, 1.0, 0.0), **more)
 
 
-def walker(speed: float, *, solid: bool = True) -> Objects:
-    return Objects(name="dog", solid=solid, radius=0.3, count=3, walk=Walk(speed=speed, turn_s=1.0))
+def walker(speed: float, *, solid: bool = True) -> ObjectClass:
+    return ObjectClass(name="dog", solid=solid, radius=0.3, count=3, walk=RandomWalk(speed=speed, turn_s=1.0))
 
 
 @pytest.mark.parametrize("solid", [True, False])
@@ -425,8 +427,8 @@ def test_a_large_robot_is_not_walked_over() -> None:
 
 
 def test_what_walks_keeps_to_its_region_and_comes_back_to_it() -> None:
-    dog = Objects(name="dog", radius=0.3, walk=Walk(speed=1.0, turn_s=0.5), within="yard")
-    narrow = Region(box=(2.0, 2.0, 4.0, 2.2))  # narrower than the dog
+    dog = ObjectClass(name="dog", radius=0.3, walk=RandomWalk(speed=1.0, turn_s=0.5), within="yard")
+    narrow = ArenaRegion(box=(2.0, 2.0, 4.0, 2.2))  # narrower than the dog
     world = walking(objects=(dog,), regions={"yard": narrow})
     places = []
     for _ in range(300):

@@ -17,53 +17,60 @@ from msgspec.structs import replace
 from understudy.errors import SettingError
 from understudy.sim.kernels import clearance as space
 from understudy.sim.kernels import rng as draws
-from understudy.sim.layout.clearance import around, from_segment, is_inside, meet, placed_at, wall_segments
-from understudy.sim.layout.placement import lay_out
-from understudy.sim.layout.rng import uniform, whole
-from understudy.sim.params import rules_of
-from understudy.sim.scenario.files import builtin_scenarios, load_scenario
+from understudy.sim.layout.clearance import (
+    have_common_point,
+    is_point_in_polygon,
+    list_edges,
+    list_wall_segments,
+    measure_point_to_segment,
+    place_polygon,
+)
+from understudy.sim.layout.placement import lay_out_worlds
+from understudy.sim.layout.rng import draw_integer_column, draw_uniform_column
+from understudy.sim.params import make_world_params
+from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
 from understudy.sim.scenario.schema import (
-    Objects,
+    AppearanceSchedule,
+    ArenaPoint,
+    ArenaRegion,
+    ObjectClass,
     Obstacle,
-    Placing,
-    Point,
-    Presence,
-    Region,
-    Robots,
+    Placement,
+    RobotGroup,
     RobotType,
     Scenario,
     Wall,
 )
-from understudy.sim.scenario.validation import check
-from understudy.sim.state import State
+from understudy.sim.scenario.validation import check_scenario
+from understudy.sim.state import WorldState
 
 SLACK = 1e-9
 TRIANGLE = ((-0.5, -0.3), (0.5, -0.3), (0.0, 0.6))
 EMPTY = Scenario(
-    size=(10.0, 8.0), types={"rover": RobotType(radius=0.2)}, robots=(Robots(type="rover", count=3),)
+    size=(10.0, 8.0), types={"rover": RobotType(radius=0.2)}, robots=(RobotGroup(type="rover", count=3),)
 )
 
 
-def laid_out(scenario: Scenario, *seeds: int) -> State:
-    return lay_out(scenario, rules_of(scenario), np.array(seeds, np.int64))
+def laid_out(scenario: Scenario, *seeds: int) -> WorldState:
+    return lay_out_worlds(scenario, make_world_params(scenario), np.array(seeds, np.int64))
 
 
-def number(placing: Placing) -> int:
+def number(placing: Placement) -> int:
     return placing.count if isinstance(placing.count, int) else 1
 
 
 class Thing(NamedTuple):
     """Something round, or a polygon, in a world that is laid out."""
 
-    place: Point
+    place: ArenaPoint
     radius: float
     apart: float
-    corners: tuple[Point, ...] = ()
+    corners: tuple[ArenaPoint, ...] = ()
 
 
-def things_in(scenario: Scenario, state: State, world: int) -> Iterator[Thing]:
+def things_in(scenario: Scenario, state: WorldState, world: int) -> Iterator[Thing]:
     """All that stands in a world, with the free space it asks for."""
-    disc, segment = 0, len(list(wall_segments(scenario)))
+    disc, segment = 0, len(list(list_wall_segments(scenario)))
     for obstacle in scenario.obstacles:
         for _ in range(number(obstacle)):
             if obstacle.radius is not None:
@@ -75,7 +82,7 @@ def things_in(scenario: Scenario, state: State, world: int) -> Iterator[Thing]:
                 corners = tuple(zip(edges["x0"], edges["y0"], strict=True))
                 yield Thing(corners[0], 0.0, obstacle.apart, corners)
                 segment += len(edges)
-    rules = rules_of(scenario)
+    rules = make_world_params(scenario)
     for slot, kind in enumerate(rules.class_of):
         row = state.objects[world, slot]
         if row["present"]:
@@ -89,19 +96,24 @@ def things_in(scenario: Scenario, state: State, world: int) -> Iterator[Thing]:
 def gap(one: Thing, other: Thing) -> float:
     """The distance between the rims of two things; below 0 where they overlap."""
     if one.corners and other.corners:
-        edges, others = around(one.corners), around(other.corners)
-        if any(meet(a, b) for a in edges for b in others):
+        edges, others = list_edges(one.corners), list_edges(other.corners)
+        if any(have_common_point(a, b) for a in edges for b in others):
             return -1.0
-        if is_inside(one.place, other.corners) or is_inside(other.place, one.corners):
+        if is_point_in_polygon(one.place, other.corners) or is_point_in_polygon(other.place, one.corners):
             return -1.0
         return min(
-            from_segment(end, b) for a, b in [*zip_all(edges, others), *zip_all(others, edges)] for end in a
+            measure_point_to_segment(end, b)
+            for a, b in [*zip_all(edges, others), *zip_all(others, edges)]
+            for end in a
         )
     if one.corners or other.corners:
         polygon, disc = (one, other) if one.corners else (other, one)
-        if is_inside(disc.place, polygon.corners):
+        if is_point_in_polygon(disc.place, polygon.corners):
             return -1.0
-        return min(from_segment(disc.place, edge) for edge in around(polygon.corners)) - disc.radius
+        return (
+            min(measure_point_to_segment(disc.place, edge) for edge in list_edges(polygon.corners))
+            - disc.radius
+        )
     return dist(one.place, other.place) - one.radius - other.radius
 
 
@@ -109,10 +121,10 @@ def zip_all(ones: Any, others: Any) -> list[tuple[Any, Any]]:
     return [(one, other) for one in ones for other in others]
 
 
-def check_free(scenario: Scenario, state: State) -> None:
+def check_free(scenario: Scenario, state: WorldState) -> None:
     """Nothing overlaps, and each keeps the free space that it asks for, from bounds and walls as well."""
     width, height = scenario.size
-    walls = list(wall_segments(scenario))
+    walls = list(list_wall_segments(scenario))
     for world in range(len(state.seeds)):
         things = list(things_in(scenario, state, world))
         for one, other in combinations(things, 2):
@@ -124,7 +136,7 @@ def check_free(scenario: Scenario, state: State) -> None:
                 assert away <= y <= height - away
             for wall in walls:
                 ends = Thing(wall[0], 0.0, 0.0, wall) if thing.corners else None
-                assert (gap(thing, ends) if ends else from_segment(thing.place, wall)) >= away
+                assert (gap(thing, ends) if ends else measure_point_to_segment(thing.place, wall)) >= away
 
 
 @st.composite
@@ -142,7 +154,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         )
     )
     objects = [
-        Objects(
+        ObjectClass(
             name=f"thing {index}",
             radius=draw(size),
             count=draw(st.integers(1, 4)),
@@ -154,7 +166,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     walls = draw(st.sampled_from(((), (Wall(points=((3.0, 0.0), (3.0, 5.0), (5.0, 5.0))),))))
     groups = draw(
         st.lists(
-            st.builds(Robots, type=st.just("rover"), count=st.integers(1, 12), apart=apart),
+            st.builds(RobotGroup, type=st.just("rover"), count=st.integers(1, 12), apart=apart),
             min_size=1,
             max_size=2,
         )
@@ -168,7 +180,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
 @given(scenarios(), st.integers(0, 2**63 - 1))
 def test_nothing_overlaps(scenario: Scenario, seed: int) -> None:
     try:
-        check(scenario)
+        check_scenario(scenario)
         state = laid_out(scenario, seed, 7)
     except SettingError as error:
         assume("fit" not in str(error))
@@ -189,18 +201,18 @@ def test_built_in_worlds_are_free(name: str) -> None:
     check_free(scenario, laid_out(scenario, *range(30)))
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_every_seed_has_its_world(name: str) -> None:
     """No seed of a built-in scenario finds itself without a free place."""
     laid_out(load_scenario(name), *range(2000))
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_a_world_is_the_same_alone(name: str) -> None:
     scenario = load_scenario(name)
     seeds = (11, 3, 2**63 - 1, 0, 3)
     among = laid_out(scenario, *seeds)
-    robots = rules_of(scenario).robots
+    robots = make_world_params(scenario).robots
     for world, seed in enumerate(seeds):
         alone = laid_out(scenario, seed)
         assert alone.robots.tobytes() == among.robots[world * robots : (world + 1) * robots].tobytes()
@@ -212,13 +224,18 @@ def test_a_world_is_the_same_alone(name: str) -> None:
 def test_draws_are_those_of_the_key() -> None:
     for seed, item, tick, stream in ((0, 0, 0, 0), (5, 9, 77, 65_540), (2**63 - 1, 2**31, 1, 3)):
         column = np.array([seed], np.int64)
-        drawn = uniform(column, item=item, tick=tick, stream=stream)[0]
-        assert draws.uniform(seed, item, tick, stream) == drawn
-        assert space.draw_whole(2, 9, drawn) == whole(column, 2, 9, item=item, tick=tick, stream=stream)[0]
+        drawn = draw_uniform_column(column, item=item, tick=tick, stream=stream)[0]
+        assert draws.draw_uniform(seed, item, tick, stream) == drawn
+        assert (
+            space.scale_to_integer(2, 9, drawn)
+            == draw_integer_column(column, 2, 9, item=item, tick=tick, stream=stream)[0]
+        )
 
 
 def test_counts_and_amounts_are_drawn_from_all_there_are() -> None:
-    scenario = replace(EMPTY, objects=(Objects(name="food", count=(2, 4), amount=(4, 6)),), spare_objects=3)
+    scenario = replace(
+        EMPTY, objects=(ObjectClass(name="food", count=(2, 4), amount=(4, 6)),), spare_objects=3
+    )
     state = laid_out(scenario, *range(300))
     present = state.objects["present"][:, :7]
     counts = present.sum(axis=1)
@@ -246,8 +263,8 @@ def test_what_is_not_there_is_marked() -> None:
 def test_given_places_and_headings() -> None:
     scenario = replace(
         EMPTY,
-        robots=(Robots(type="rover", at=((1.0, 2.0, 90.0), (3.0, 4.0))), Robots(type="rover")),
-        objects=(Objects(name="home", home=True, at=((5.0, 5.0),)),),
+        robots=(RobotGroup(type="rover", at=((1.0, 2.0, 90.0), (3.0, 4.0))), RobotGroup(type="rover")),
+        objects=(ObjectClass(name="home", home=True, at=((5.0, 5.0),)),),
         obstacles=(Obstacle(points=TRIANGLE, at=((7.0, 4.0, 90.0),)), Obstacle(radius=0.5, at=((2.0, 6.0),))),
     )
     state = laid_out(scenario, 4)
@@ -256,26 +273,29 @@ def test_given_places_and_headings() -> None:
     assert 0 <= state.robots["heading"][1] < tau
     assert state.robots["id"].tolist() == [0, 1, 2]
     corners = zip(state.segments["x0"][0], state.segments["y0"][0], strict=True)
-    for corner, wanted in zip(corners, placed_at(TRIANGLE, (7.0, 4.0, 90.0)), strict=True):
+    for corner, wanted in zip(corners, place_polygon(TRIANGLE, (7.0, 4.0, 90.0)), strict=True):
         assert corner == pytest.approx(wanted)
     assert (state.discs["x"][0, 0], state.discs["y"][0, 0]) == (2.0, 6.0)
 
 
 def test_types_and_what_robots_carry() -> None:
     types = {"rover": RobotType(capacity=5), "giant": RobotType(radius=1.0)}
-    robots = (Robots(type="giant", count=2), Robots(type="rover", count=2, stored=3))
+    robots = (RobotGroup(type="giant", count=2), RobotGroup(type="rover", count=2, stored=3))
     state = laid_out(replace(EMPTY, types=types, robots=robots), 0)
     assert state.robots["type"].tolist() == [1, 1, 0, 0]
     assert state.robots["stored"].tolist() == [0, 0, 3, 3]
 
 
 def test_within_a_region() -> None:
-    regions = {"corner": Region(box=(0.0, 0.0, 3.0, 2.0)), "spot": Region(center=(7.0, 5.0), radius=1.5)}
+    regions = {
+        "corner": ArenaRegion(box=(0.0, 0.0, 3.0, 2.0)),
+        "spot": ArenaRegion(center=(7.0, 5.0), radius=1.5),
+    }
     scenario = replace(
         EMPTY,
         regions=regions,
-        objects=(Objects(name="food", count=3, within="corner"),),
-        robots=(Robots(type="rover", count=4, within="spot"),),
+        objects=(ObjectClass(name="food", count=3, within="corner"),),
+        robots=(RobotGroup(type="rover", count=4, within="spot"),),
     )
     state = laid_out(scenario, *range(50))
     food = state.objects[:, :3]
@@ -285,22 +305,22 @@ def test_within_a_region() -> None:
 
 
 def test_beside_an_object() -> None:
-    home = Objects(name="home", at=((1.0, 1.0),), home=True, apart=0.5)
-    scenario = replace(EMPTY, objects=(home,), robots=(Robots(type="rover", near="home", near_m=0.8),))
+    home = ObjectClass(name="home", at=((1.0, 1.0),), home=True, apart=0.5)
+    scenario = replace(EMPTY, objects=(home,), robots=(RobotGroup(type="rover", near="home", near_m=0.8),))
     state = laid_out(scenario, *range(50))
     x, y = state.robots["x"] - 1.0, state.robots["y"] - 1.0
     np.testing.assert_allclose(np.hypot(x, y), 0.8)
     toward_center = atan2(3.0, 4.0)
     assert np.abs(np.arctan2(y, x) - toward_center).max() <= pi / 8 + SLACK
-    right_there = replace(scenario, robots=(Robots(type="rover", near="home"),))
+    right_there = replace(scenario, robots=(RobotGroup(type="rover", near="home"),))
     state = laid_out(right_there, 1)
     assert (state.robots["x"][0], state.robots["y"][0]) == (1.0, 1.0)
 
 
 def test_several_beside_an_object_go_around_it() -> None:
-    home = Objects(name="home", home=True, apart=2.0)
+    home = ObjectClass(name="home", home=True, apart=2.0)
     scenario = replace(
-        EMPTY, objects=(home,), robots=(Robots(type="rover", near="home", near_m=1.0, count=8),)
+        EMPTY, objects=(home,), robots=(RobotGroup(type="rover", near="home", near_m=1.0, count=8),)
     )
     state = laid_out(scenario, *range(20))
     robots = state.robots.reshape(20, 8)
@@ -311,15 +331,17 @@ def test_several_beside_an_object_go_around_it() -> None:
 
 def test_what_is_near_waits_for_what_it_is_near() -> None:
     """Also where that is declared later."""
-    objects = (Objects(name="food", near="home", near_m=0.6), Objects(name="home", home=True))
+    objects = (ObjectClass(name="food", near="home", near_m=0.6), ObjectClass(name="home", home=True))
     state = laid_out(replace(EMPTY, objects=objects, spare_objects=0), *range(20))
     food, home = state.objects[:, 0], state.objects[:, 1]
     np.testing.assert_allclose(np.hypot(food["x"] - home["x"], food["y"] - home["y"]), 0.6)
 
 
 def test_what_comes_and_goes_begins_absent() -> None:
-    intruder = Objects(name="intruder", presence=Presence(away_s=(10.0, 30.0), first_s=(2.0, 4.0)))
-    boss = Objects(name="boss", presence=Presence(away_s=(10.0, 30.0)))
+    intruder = ObjectClass(
+        name="intruder", presence=AppearanceSchedule(away_s=(10.0, 30.0), first_s=(2.0, 4.0))
+    )
+    boss = ObjectClass(name="boss", presence=AppearanceSchedule(away_s=(10.0, 30.0)))
     state = laid_out(replace(EMPTY, objects=(intruder, boss), spare_objects=0), *range(200))
     assert (state.objects["present"] == 0).all()
     due = state.objects["due"]
@@ -332,7 +354,7 @@ def test_ghosts_may_stand_in_each_other() -> None:
         EMPTY,
         size=(1.0, 1.0),
         types={"rover": RobotType(collides=False)},
-        robots=(Robots(type="rover", count=100),),
+        robots=(RobotGroup(type="rover", count=100),),
     )
     state = laid_out(ghosts, 0)
     assert ((state.robots["x"] >= 0.2) & (state.robots["x"] <= 0.8)).all()
@@ -343,20 +365,23 @@ def test_a_new_free_place_in_a_running_world() -> None:
         EMPTY,
         walls=(Wall(points=((3.0, 0.0), (3.0, 5.0))),),
         obstacles=(Obstacle(radius=0.5, count=2), Obstacle(points=TRIANGLE, count=2)),
-        objects=(Objects(name="boss", radius=0.3, apart=0.2), Objects(name="box", solid=True, count=3)),
+        objects=(
+            ObjectClass(name="boss", radius=0.3, apart=0.2),
+            ObjectClass(name="box", solid=True, count=3),
+        ),
         spare_objects=0,
     )
-    rules = rules_of(scenario)
-    state = lay_out(scenario, rules, np.arange(40))
+    rules = make_world_params(scenario)
+    state = lay_out_worlds(scenario, rules, np.arange(40))
     robots = state.robots.reshape(40, -1)
     for world in range(40):
         rows = robots[world], state.objects[world], state.discs[world], state.segments[world]
         kind = rules.classes[0]
         args = kind, rules.types, rules.classes, rules.class_of, rules.width, rules.height, *rows
-        found, x, y = space.free_place(world, 0, 1, *args)
+        found, x, y = space.find_free_place(world, 0, 1, *args)
         assert found
-        assert (found, x, y) == space.free_place(world, 0, 1, *args)
-        assert (x, y) != space.free_place(world, 0, 2, *args)[1:]
+        assert (found, x, y) == space.find_free_place(world, 0, 1, *args)
+        assert (x, y) != space.find_free_place(world, 0, 2, *args)[1:]
         state.objects[world, 0]["x"], state.objects[world, 0]["y"] = x, y
     counted = replace(
         scenario, objects=(replace(scenario.objects[0], count=1), replace(scenario.objects[1], count=3))
@@ -365,7 +390,7 @@ def test_a_new_free_place_in_a_running_world() -> None:
 
 
 def test_no_free_place_names_the_key() -> None:
-    crowded = replace(EMPTY, size=(3.0, 3.0), robots=(Robots(type="rover", count=55),))
+    crowded = replace(EMPTY, size=(3.0, 3.0), robots=(RobotGroup(type="rover", count=55),))
     with pytest.raises(SettingError, match=r"robots\[0\]\.count .*no free place") as caught:
         laid_out(crowded, 5)
     assert caught.value.setting == "robots[0].count"
@@ -374,24 +399,28 @@ def test_no_free_place_names_the_key() -> None:
 def test_nan_segments_are_no_obstacles() -> None:
     state = laid_out(replace(EMPTY, obstacles=(Obstacle(points=TRIANGLE, count=(0, 1)),)), *range(20))
     absent = next(row for row in state.segments if isnan(row["x0"][0]))
-    assert space.clear_of_segments(1.0, 1.0, 5.0, absent, 0, len(absent))
-    assert isnan(space.to_segment(0.0, 0.0, nan, nan, nan, nan))
+    assert space.is_clear_of_segments(1.0, 1.0, 5.0, absent, 0, len(absent))
+    assert isnan(space.measure_to_segment(0.0, 0.0, nan, nan, nan, nan))
 
 
 @given(st.tuples(st.floats(-1, 1), st.floats(-1, 1)))
-def test_kernels_agree_with_plain_geometry(point: Point) -> None:
-    edges = around(placed_at(TRIANGLE, (0.0, 0.0)))
+def test_kernels_agree_with_plain_geometry(point: ArenaPoint) -> None:
+    edges = list_edges(place_polygon(TRIANGLE, (0.0, 0.0)))
     rows = laid_out(replace(EMPTY, obstacles=(Obstacle(points=TRIANGLE, at=((5.0, 4.0),)),)), 0).segments[0]
     x, y = point[0] + 5.0, point[1] + 4.0
-    distance = min(from_segment(point, edge) for edge in edges)
+    distance = min(measure_point_to_segment(point, edge) for edge in edges)
     assume(distance > 1e-6)
-    assert space.is_inside(x, y, rows, 0, len(rows)) == is_inside(point, [edge[0] for edge in edges])
-    assert min(space.to_segment(x, y, *tuple(row)[:4]) for row in rows) == pytest.approx(distance, abs=1e-9)
+    assert space.is_inside_polygons(x, y, rows, 0, len(rows)) == is_point_in_polygon(
+        point, [edge[0] for edge in edges]
+    )
+    assert min(space.measure_to_segment(x, y, *tuple(row)[:4]) for row in rows) == pytest.approx(
+        distance, abs=1e-9
+    )
 
 
 @pytest.mark.soak
 def test_a_million_robots_in_one_world() -> None:
-    many = replace(EMPTY, size=(2000.0, 2000.0), robots=(Robots(type="rover", count=1_000_000),))
+    many = replace(EMPTY, size=(2000.0, 2000.0), robots=(RobotGroup(type="rover", count=1_000_000),))
     laid_out(EMPTY, 0)
     began = time.perf_counter()
     state = laid_out(many, 0)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from understudy.model.library import Kit, Library
-from understudy.sim.kit import kit_of
+from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.assignment import deal
-from understudy.sim.team.libraries import libraries_of
+from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import collect_libraries
 
 REGIONS, PATROL = load_scenario("regions"), load_scenario("patrol")
 REGION_NAMES = ("north", "east", "south", "west")
 
 
 def test_four_patrols_of_four_under_one_garrison() -> None:
-    (patrol, patrols), (garrison, garrisons) = deal(REGIONS).squads
+    (patrol, patrols), (garrison, garrisons) = assign_team_members(REGIONS).squads
     assert [[member.row for member in one] for one in patrols] == [
         [0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11], [12, 13, 14, 15],
     ]  # fmt: skip
@@ -22,11 +22,11 @@ def test_four_patrols_of_four_under_one_garrison() -> None:
         [(0, 0), (1, 1), (2, 2), (3, 3)]
     ]
     assert tuple(role.name for role in garrison.roles) == REGION_NAMES
-    assert patrol == deal(PATROL).squads[0][0]
+    assert patrol == assign_team_members(PATROL).squads[0][0]
 
 
 def test_each_patrol_gathers_at_its_own_home() -> None:
-    garrison, _ = deal(REGIONS).squads[1]
+    garrison, _ = assign_team_members(REGIONS).squads[1]
     duties = garrison.orders["gather_all"].duties
     assert [(each.role, each.behavior, dict(each.binding)) for each in duties] == [
         (name, "gather", {"A": f"home_{name}"}) for name in REGION_NAMES
@@ -41,8 +41,8 @@ def test_what_was_taught_in_one_world_can_be_used_in_the_other() -> None:
     """All is the same, but that there are more targets in the one."""
 
     def kits(scenario: Scenario) -> tuple[Kit, Kit]:
-        robots = kit_of(scenario)
-        return robots, libraries_of(scenario, Library(robots))["patrol"].kit
+        robots = make_scenario_kit(scenario)
+        return robots, collect_libraries(scenario, Library(robots))["patrol"].kit
 
     for ours, theirs in zip(kits(REGIONS), kits(PATROL), strict=True):
         assert ours.features == theirs.features

@@ -20,39 +20,39 @@ from understudy.errors import FileError, SettingError
 from understudy.sim.scenario import files
 from understudy.sim.scenario.files import (
     HEAD,
-    builtin_scenarios,
-    dump_scenario,
+    format_scenario,
+    list_builtin_scenarios,
     load_scenario,
     parse_scenario,
 )
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.scenario.toml_writer import toml_text
-from understudy.sim.scenario.validation import check
+from understudy.sim.scenario.toml_writer import format_toml
+from understudy.sim.scenario.validation import check_scenario
 
 BUILT_IN = {
     name: resources.files("understudy.sim").joinpath("scenarios", f"{name}.toml").read_bytes()
-    for name in builtin_scenarios()
+    for name in list_builtin_scenarios()
 }
 SMALL = HEAD + 'size = [5, 5]\n[types.a]\n[[robots]]\ntype = "a"\n'
 
 
 def test_what_ships() -> None:
-    assert builtin_scenarios() == (
+    assert list_builtin_scenarios() == (
         "arena", "boxes", "forage", "forage-team", "patrol", "regions", "rooms", "salvage", "soccer", "swarm",
     )  # fmt: skip
-    for name in builtin_scenarios():
+    for name in list_builtin_scenarios():
         scenario = load_scenario(name)
         assert scenario.name == name
         assert scenario.about
         assert all(target.doc for target in scenario.targets.values())
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_written_and_read_again_it_is_the_same(name: str) -> None:
     scenario = load_scenario(name)
-    text = dump_scenario(scenario)
+    text = format_scenario(scenario)
     assert parse_scenario(text) == scenario
-    assert dump_scenario(parse_scenario(text)) == text
+    assert format_scenario(parse_scenario(text)) == text
     assert text.startswith('understudy = "scenario"\nversion = 1\n')
 
 
@@ -61,10 +61,10 @@ def test_written_and_read_again_it_is_the_same(name: str) -> None:
 def test_any_scenario_is_the_same_again(scenario: Scenario, about: str) -> None:
     scenario = replace(scenario, about=about)
     try:
-        check(scenario)
+        check_scenario(scenario)
     except SettingError:
         return
-    assert parse_scenario(dump_scenario(scenario)) == scenario
+    assert parse_scenario(format_scenario(scenario)) == scenario
 
 
 TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=6)
@@ -89,7 +89,7 @@ OPENED = {
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.fixed_dictionaries({}, optional={**OPENED, "size": PLAIN, "a b": PLAIN}))
 def test_any_plain_values_are_the_same_again(document: dict[str, Any]) -> None:
-    assert tomllib.loads(toml_text(document)) == document
+    assert tomllib.loads(format_toml(document)) == document
 
 
 def test_the_name_is_that_of_the_file_unless_it_says_another() -> None:
@@ -169,7 +169,7 @@ def read(content: str | bytes) -> None:
         assert scenario.remedy
         assert "\n" not in str(scenario)
     else:
-        assert parse_scenario(dump_scenario(scenario)) == scenario
+        assert parse_scenario(format_scenario(scenario)) == scenario
 
 
 PIECES = st.one_of(
@@ -258,7 +258,7 @@ def broken_values(draw: st.DrawFn) -> str:
             )
             steps = (*steps[:-1], draw(keys))
         document = with_change(document, steps, draw(ODD))
-    return toml_text(document)
+    return format_toml(document)
 
 
 @settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.too_slow])

@@ -14,41 +14,41 @@ from tests.sim.random_scenarios import made, random_commands, random_world
 from tests.sim.test_motion import drive
 
 from understudy.model.features import ReadingKey
-from understudy.runtime.body import every_key
-from understudy.sim.kernel_context import Context
+from understudy.runtime.body import list_reading_keys
+from understudy.sim.kernel_context import KernelContext
 from understudy.sim.scenario.schema import (
     Bumper,
     Camera,
-    Cargo,
-    Chance,
-    Locator,
-    Objects,
+    CargoSensor,
+    ElapsedSensor,
+    ObjectClass,
     Obstacle,
-    Pose,
-    Robots,
+    PoseSensor,
+    RandomSensor,
+    RobotGroup,
     RobotType,
     Scenario,
     Sensor,
-    Since,
     Sonar,
-    Stuck,
-    TargetOf,
+    StallSensor,
+    TargetLocator,
+    TargetSpec,
     Wall,
 )
-from understudy.sim.step import sense
+from understudy.sim.step import sense_worlds
 from understudy.sim.world import World
 
 Floats = NDArray[np.float64]
 
-FLAGS = Objects(name="flag", color="red", radius=0.1, at=((6.0, 4.0), (2.0, 7.0)))
+FLAGS = ObjectClass(name="flag", color="red", radius=0.1, at=((6.0, 4.0), (2.0, 7.0)))
 TARGETS = {
-    "flag": TargetOf(nearest="flag"),
-    "second flag": TargetOf(object="flag", index=1),
-    "anyone": TargetOf(robot="any"),
-    "mate": TargetOf(robot="teammate"),
-    "opponent": TargetOf(robot="opponent"),
-    "blues": TargetOf(team="blue"),
-    "pointer": TargetOf(object="mouse"),
+    "flag": TargetSpec(nearest="flag"),
+    "second flag": TargetSpec(object="flag", index=1),
+    "anyone": TargetSpec(robot="any"),
+    "mate": TargetSpec(robot="teammate"),
+    "opponent": TargetSpec(robot="opponent"),
+    "blues": TargetSpec(team="blue"),
+    "pointer": TargetSpec(object="mouse"),
 }
 
 
@@ -64,7 +64,10 @@ def world_of(
             ),
             "blind": RobotType(radius=0.3, team="blue", color="blue"),
         },
-        robots=(Robots(type="scout", at=at), Robots(type="blind", at=((1.0, 1.0, 0.0), (9.0, 1.0, 0.0)))),
+        robots=(
+            RobotGroup(type="scout", at=at),
+            RobotGroup(type="blind", at=((1.0, 1.0, 0.0), (9.0, 1.0, 0.0))),
+        ),
         targets=more.pop("targets", TARGETS),
         objects=more.pop("objects", (FLAGS,)),
         **more,
@@ -104,7 +107,7 @@ def noiseless(number: int) -> World:
     return world
 
 
-def candidates(world: World, agent: int, target: TargetOf) -> list[tuple[float, float]]:
+def candidates(world: World, agent: int, target: TargetSpec) -> list[tuple[float, float]]:
     """Where all is that a target may be, in order of slots and ids."""
     names, rules, objects = world.names, world.rules, world.state.objects[0]
     if target.nearest is not None or target.object is not None:
@@ -137,10 +140,10 @@ def candidates(world: World, agent: int, target: TargetOf) -> list[tuple[float, 
 @pytest.mark.parametrize("number", range(60))
 def test_locators(number: int) -> None:
     world = noiseless(number)
-    percept = world.sense(every_key(world))
+    percept = world.sense(list_reading_keys(world))
     for agent, row in enumerate(world.state.robots):
         kind = world.scenario.types[world.names.types[row["type"]]]
-        locators = [sensor for sensor in kind.sensors if isinstance(sensor, Locator)]
+        locators = [sensor for sensor in kind.sensors if isinstance(sensor, TargetLocator)]
         named = {target for sensor in locators for target in sensor.targets or ()}
         for sensor in locators:
             for name in sensor.targets or [name for name in world.targets if name not in named]:
@@ -207,7 +210,7 @@ def rays(world: World, agent: int, sensor: Sonar, angles: Floats) -> Floats:
 @pytest.mark.parametrize("number", range(60, 110))
 def test_sonars_and_bumpers(number: int) -> None:
     world = noiseless(number)
-    percept = world.sense(every_key(world))
+    percept = world.sense(list_reading_keys(world))
     for agent in range(min(6, world.agents)):
         index = world.state.robots["type"][agent]
         kind = world.scenario.types[world.names.types[index]]
@@ -241,8 +244,8 @@ def _nearest(world: World, agent: int, sensor: Sonar) -> float:
 
 
 def test_ranges_and_bearings() -> None:
-    world = world_of(Locator(), at=((3.0, 4.0, 90.0), (3.0, 3.0, 0.0)))
-    percept = world.sense(every_key(world))
+    world = world_of(TargetLocator(), at=((3.0, 4.0, 90.0), (3.0, 3.0, 0.0)))
+    percept = world.sense(list_reading_keys(world))
     assert percept["range", "flag"][:2] == pytest.approx([3.0, 10**0.5])
     assert percept["bearing", "flag"][0] == pytest.approx(3 * pi / 2)  # to the right
     assert percept["range", "second flag"][0] == pytest.approx(10**0.5)
@@ -259,7 +262,7 @@ def test_ranges_and_bearings() -> None:
 
 def test_as_far_as_the_range_and_no_farther() -> None:
     for limit, there in ((1.0, True), (0.999, False)):
-        world = world_of(Locator(range=limit))
+        world = world_of(TargetLocator(range=limit))
         assert isnan(read(world, "range", "flag")) is not there
         assert isnan(read(world, "bearing", "flag")) is not there
 
@@ -267,14 +270,14 @@ def test_as_far_as_the_range_and_no_farther() -> None:
 def test_of_robots_equally_near_the_one_with_the_lowest_id() -> None:
     """Ahead is robot 1; behind, as near, is robot 2."""
     for places in (((5.0, 4.0, 0.0), (6.0, 4.0), (4.0, 4.0)), ((5.0, 4.0, 180.0), (4.0, 4.0), (6.0, 4.0))):
-        world = world_of(Locator(), at=places)
+        world = world_of(TargetLocator(), at=places)
         assert read(world, "range", "anyone") == 1.0
         assert (read(world, "bearing", "anyone") + 1e-9) % tau == pytest.approx(0.0, abs=1e-6)
 
 
 def test_food_that_is_gone_is_not_nearest() -> None:
-    food = Objects(name="flag", amount=3, at=((6.0, 4.0), (8.0, 4.0)))
-    world = world_of(Locator(), objects=(food,))
+    food = ObjectClass(name="flag", amount=3, at=((6.0, 4.0), (8.0, 4.0)))
+    world = world_of(TargetLocator(), objects=(food,))
     assert read(world, "range", "flag") == 1.0
     world.state.objects["amount"][0, 0] = 0
     assert read(world, "range", "flag") == 3.0
@@ -283,20 +286,24 @@ def test_food_that_is_gone_is_not_nearest() -> None:
 
 
 def test_several_locators_share_the_targets() -> None:
-    world = world_of(Locator(targets=("flag",), range=0.5), Locator())
+    world = world_of(TargetLocator(targets=("flag",), range=0.5), TargetLocator())
     assert isnan(read(world, "range", "flag"))
     assert read(world, "range", "second flag") == pytest.approx(18**0.5)
 
 
 def test_one_reading_behind_two_keys_of_a_plan() -> None:
     """Two features may be of one reading: both columns hold it, with the same noise."""
-    sensors = (Locator(noise_range=0.1), Sonar(sectors={"ahead": (-10, 10)}, noise=0.1), Camera(noise_x=1.0))
-    world = world_of(*sensors, Chance(), Since(name="unseen", of="blob_x"))
+    sensors = (
+        TargetLocator(noise_range=0.1),
+        Sonar(sectors={"ahead": (-10, 10)}, noise=0.1),
+        Camera(noise_x=1.0),
+    )
+    world = world_of(*sensors, RandomSensor(), ElapsedSensor(name="unseen", of="blob_x"))
     keys: list[ReadingKey] = [("range", "flag"), ("bearing", "flag"), ("ahead", None), ("blob_x", "flag"),
                               ("random", None), ("unseen", "flag")]  # fmt: skip
     plan = world._planner.plan((*keys, *keys[::-1]))
     out = np.zeros((world.agents, 2 * len(keys)))
-    sense(Context(world._stage, plan, world._room), 1, out)
+    sense_worlds(KernelContext(world._stage, plan, world._room), 1, out)
     assert np.array_equal(out[:, : len(keys)], out[:, : len(keys) - 1 : -1], equal_nan=True)
     assert np.array_equal(out[0, : len(keys)], [world.sense(keys)[key][0] for key in keys])
     assert world.sense(keys * 2).keys() == world.sense(keys).keys()
@@ -310,7 +317,7 @@ CAMERAS = [  # where, of which color and how wide a flag is; x and size in a fra
 
 @pytest.mark.parametrize(("place", "radius", "x", "size"), CAMERAS)
 def test_a_camera(place: tuple[float, float], radius: float, x: float, size: float) -> None:
-    flag = Objects(name="flag", color="red", radius=radius, at=(place,))
+    flag = ObjectClass(name="flag", color="red", radius=radius, at=(place,))
     world = world_of(Camera(view_deg=90.0, width_px=100, height_px=100, least_px=0.0), objects=(flag,))
     assert read(world, "blob_x", "flag") == pytest.approx(x, nan_ok=True)
     assert read(world, "blob_size", "flag") == pytest.approx(size, rel=1e-6, nan_ok=True)
@@ -318,7 +325,7 @@ def test_a_camera(place: tuple[float, float], radius: float, x: float, size: flo
 
 def test_a_camera_sees_colors_and_their_range() -> None:
     camera = Camera(view_deg=90.0, width_px=100, height_px=100, range=3.0, least_px=0.0)
-    targets = {**TARGETS, "blue": TargetOf(color="blue"), "red": TargetOf(color="red")}
+    targets = {**TARGETS, "blue": TargetSpec(color="blue"), "red": TargetSpec(color="red")}
     world = world_of(camera, at=((6.04, 1.0, 0.0),), targets=targets, objects=(FLAGS,))
     assert read(world, "blob_x", "blue") == 50.0
     assert read(world, "blob_x", "blues") == 50.0
@@ -331,7 +338,7 @@ def test_a_camera_sees_colors_and_their_range() -> None:
 def test_half_hidden_behind_a_pillar() -> None:
     """The right half of the blob is behind a wall that ends on the line of sight."""
     camera = Camera(view_deg=90.0, width_px=100, height_px=100, least_px=0.0)
-    flag = Objects(name="flag", color="red", radius=0.6, height=1.0, at=((7.0, 4.0),))
+    flag = ObjectClass(name="flag", color="red", radius=0.6, height=1.0, at=((7.0, 4.0),))
     free = world_of(camera, objects=(flag,))
     half = world_of(camera, objects=(flag,), walls=(Wall(points=((6.0, 4.0), (6.0, 1.0))),))
     assert read(half, "blob_size", "flag") == pytest.approx(read(free, "blob_size", "flag") / 2)
@@ -349,7 +356,7 @@ def test_a_beam_against_a_circle() -> None:
 
 
 def test_pose() -> None:
-    world = world_of(Pose())
+    world = world_of(PoseSensor())
     drive(world, 1, drive=0.5, turn=1.0)
     names = ("x", "y", "heading", "speed", "turning")
     row = world.state.robots[0]
@@ -362,7 +369,7 @@ def test_pose() -> None:
 
 def test_bumpers_and_stuck() -> None:
     sectors = {"front": (-90.0, 90.0), "rear": (90.0, 270.0)}
-    world = world_of(Bumper(sectors=sectors), Stuck(after_s=0.5), at=((9.5, 4.0, 0.0),))
+    world = world_of(Bumper(sectors=sectors), StallSensor(after_s=0.5), at=((9.5, 4.0, 0.0),))
     assert (read(world, "front"), read(world, "rear"), read(world, "stuck")) == (0.0, 0.0, 0.0)
     drive(world, 6)
     assert (read(world, "front"), read(world, "rear"), read(world, "stuck")) == (1.0, 0.0, 0.0)
@@ -378,7 +385,7 @@ def test_a_bumper_feels_all_that_is_near(gap: float) -> None:
     scenario = Scenario(
         size=(3.0, 3.0),
         types={"snail": RobotType(radius=0.05, speed=0.001, sensors=(Bumper(),))},
-        robots=(Robots(type="snail"),),
+        robots=(RobotGroup(type="snail"),),
         obstacles=(Obstacle(radius=0.1, count=20, apart=0.1),),
     )
     world = made(scenario, (0,))
@@ -393,11 +400,11 @@ def test_a_bumper_feels_all_that_is_near(gap: float) -> None:
 def carrying(**more: Any) -> World:
     scenario = Scenario(
         size=(10.0, 8.0),
-        types={"ant": RobotType(capacity=2, reach=0.5, load_s=0.3, unload_s=0.2, sensors=(Cargo(),))},
-        robots=(Robots(type="ant", at=((5.0, 4.0), (5.4, 4.6))),),
+        types={"ant": RobotType(capacity=2, reach=0.5, load_s=0.3, unload_s=0.2, sensors=(CargoSensor(),))},
+        robots=(RobotGroup(type="ant", at=((5.0, 4.0), (5.4, 4.6))),),
         objects=(
-            Objects(name="food", amount=3, at=((5.0, 4.4),)),
-            Objects(name="home", home=True, at=((5.0, 3.6),)),
+            ObjectClass(name="food", amount=3, at=((5.0, 4.4),)),
+            ObjectClass(name="home", home=True, at=((5.0, 3.6),)),
         ),
         **more,
     )
@@ -431,10 +438,10 @@ def test_cargo() -> None:
 
 def test_since() -> None:
     sensors = (
-        Locator(targets=("pointer",), range=2.0),
+        TargetLocator(targets=("pointer",), range=2.0),
         Bumper(),
-        Since(name="lost", of="range"),
-        Since(name="free", of="bumper"),
+        ElapsedSensor(name="lost", of="range"),
+        ElapsedSensor(name="free", of="bumper"),
     )
     world = world_of(*sensors, at=((9.0, 4.0, 0.0),), targets={"pointer": TARGETS["pointer"]})
     assert isnan(read(world, "lost", "pointer"))
@@ -458,9 +465,9 @@ def test_since() -> None:
 
 def test_since_has_a_rate_and_drops_out_like_any_sensor() -> None:
     sensors = (
-        Locator(),
-        Since(name="lost", of="range", rate_hz=2.5, dropout=0.0),
-        Since(name="fresh", of="range", dropout=0.3),
+        TargetLocator(),
+        ElapsedSensor(name="lost", of="range", rate_hz=2.5, dropout=0.0),
+        ElapsedSensor(name="fresh", of="range", dropout=0.3),
     )
     world = world_of(*sensors, targets={"pointer": TARGETS["pointer"]})
     world.point(9.0, 5.0)
@@ -476,7 +483,7 @@ def test_since_has_a_rate_and_drops_out_like_any_sensor() -> None:
 
 def test_a_rate_holds_the_last_answer() -> None:
     """At 2.5 Hz and 0.1 s a tick every fourth tick measures, whether anyone asks or not."""
-    world = world_of(Pose(rate_hz=2.5), Locator(rate_hz=5.0, noise_range=0.1))
+    world = world_of(PoseSensor(rate_hz=2.5), TargetLocator(rate_hz=5.0, noise_range=0.1))
     x, ranges = [], []
     for tick in range(13):
         if tick % 3 != 1:  # asked now and then only
@@ -499,7 +506,7 @@ def repeated(world: World, name: str, ticks: int, target: str | None = None) -> 
 
 
 def test_dropout() -> None:
-    world = world_of(Pose(dropout=0.3), Locator(dropout=1.0))
+    world = world_of(PoseSensor(dropout=0.3), TargetLocator(dropout=1.0))
     absent = np.isnan(repeated(world, "x", 3000))
     assert absent.mean() == pytest.approx(0.3, abs=0.03)
     assert (absent[1:] & absent[:-1]).mean() == pytest.approx(0.09, abs=0.02)  # each time anew
@@ -507,10 +514,10 @@ def test_dropout() -> None:
 
 
 NOISES: list[tuple[Sensor, str, str | None, float, float]] = [
-    (Pose(noise=0.2), "x", None, 5.0, 0.2),
-    (Pose(noise_deg=3.0), "turning", None, 0.0, 3.0 * pi / 180),
-    (Locator(noise_range=0.1), "range", "flag", 1.0, 0.1),
-    (Locator(noise_deg=4.0), "bearing", "second flag", 3 * pi / 4, 4 * pi / 180),
+    (PoseSensor(noise=0.2), "x", None, 5.0, 0.2),
+    (PoseSensor(noise_deg=3.0), "turning", None, 0.0, 3.0 * pi / 180),
+    (TargetLocator(noise_range=0.1), "range", "flag", 1.0, 0.1),
+    (TargetLocator(noise_deg=4.0), "bearing", "second flag", 3 * pi / 4, 4 * pi / 180),
     (Sonar(sectors={"ahead": (0, 0)}, range=8.0, noise=0.05), "ahead", None, 4.8, 0.05),
     (Camera(noise_x=2.0, noise_size=0.1), "blob_x", "flag", 80.0, 2.0),
 ]
@@ -526,7 +533,8 @@ def test_noise(sensor: Sensor, name: str, target: str | None, mean: float, sprea
 
 def test_what_is_absent_stays_absent_in_noise() -> None:
     world = world_of(
-        Locator(range=0.1, noise_range=1.0, noise_deg=10.0), Camera(noise_x=3.0, noise_size=1.0, range=0.2)
+        TargetLocator(range=0.1, noise_range=1.0, noise_deg=10.0),
+        Camera(noise_x=3.0, noise_size=1.0, range=0.2),
     )
     for name in ("range", "bearing", "blob_x", "blob_size"):
         assert np.isnan(repeated(world, name, 20, "flag")).all()
@@ -538,7 +546,7 @@ def test_misses_and_ghosts() -> None:
     haunted = world_of(Camera(ghosts=0.2))
     ghosts = repeated(haunted, "blob_x", 2000, "pointer")
     assert np.isnan(ghosts).mean() == pytest.approx(1.0)  # of no color: nothing to take for it
-    nowhere = world_of(Camera(ghosts=0.2), objects=(Objects(name="flag", color="red", at=((1.0, 7.0),)),))
+    nowhere = world_of(Camera(ghosts=0.2), objects=(ObjectClass(name="flag", color="red", at=((1.0, 7.0),)),))
     ghosts = repeated(nowhere, "blob_x", 2000, "flag")
     assert (~np.isnan(ghosts)).mean() == pytest.approx(0.2, abs=0.04)
     there = ghosts[~np.isnan(ghosts)]
@@ -546,25 +554,25 @@ def test_misses_and_ghosts() -> None:
 
 
 def test_chance() -> None:
-    values = repeated(world_of(Chance(every_s=0.5)), "random", 2000)
+    values = repeated(world_of(RandomSensor(every_s=0.5)), "random", 2000)
     assert (values.reshape(-1, 5) == values[::5, None]).all()
     fresh = values[::5]
     assert len(set(fresh)) == len(fresh)
     assert ((fresh >= 0) & (fresh < 1)).all()
     assert fresh.mean() == pytest.approx(0.5, abs=0.06)
     assert (
-        repeated(world_of(Chance(), seed=1), "random", 5).tolist()
-        != repeated(world_of(Chance()), "random", 5).tolist()
+        repeated(world_of(RandomSensor(), seed=1), "random", 5).tolist()
+        != repeated(world_of(RandomSensor()), "random", 5).tolist()
     )
 
 
 def test_sensors_of_a_sort_draw_on_their_own() -> None:
     """Two robots, two sectors, two targets: no two draw the same, nor as places were drawn."""
     sonar = Sonar(sectors={"one": (0, 0), "two": (0, 0)}, noise=0.1, range=9.0)
-    world = world_of(sonar, Locator(noise_range=0.1), at=((5.0, 4.0, 0.0), (5.0, 5.0, 0.0)))
+    world = world_of(sonar, TargetLocator(noise_range=0.1), at=((5.0, 4.0, 0.0), (5.0, 5.0, 0.0)))
     percepts = []
     for _ in range(500):
-        percept = world.sense(every_key(world))
+        percept = world.sense(list_reading_keys(world))
         percepts.append([
             *percept["one", None][:2], *percept["two", None][:2],
             *percept["range", "flag"][:2], *percept["range", "second flag"][:2],
@@ -575,14 +583,16 @@ def test_sensors_of_a_sort_draw_on_their_own() -> None:
 
 
 def test_a_frozen_robot_reads_nothing_and_stays() -> None:
-    world = world_of(Pose(rate_hz=2.0), Locator(), Bumper(), at=((5.0, 4.0, 0.0), (5.0, 5.0, 0.0)))
+    world = world_of(
+        PoseSensor(rate_hz=2.0), TargetLocator(), Bumper(), at=((5.0, 4.0, 0.0), (5.0, 5.0, 0.0))
+    )
     drive(world, 3)
     world.freeze(0)
     before = world.state.robots[0].copy()
     drive(world, 10, turn=1.0)
     after = world.state.robots[0]
     assert (after["x"], after["y"], after["heading"]) == (before["x"], before["y"], before["heading"])
-    percept = world.sense(every_key(world))
+    percept = world.sense(list_reading_keys(world))
     assert all(np.isnan(column[0]) for column in percept.values())
     assert not np.isnan(percept["x", None][1])
     assert percept["range", "anyone"][1] < 2.0  # it is still there
@@ -593,13 +603,13 @@ def test_nearest_of_many_robots(collides: bool) -> None:
     """In a grid as in a list of all: also where robots let others pass and two are in the same place."""
     random = np.random.default_rng(3)
     places = [(*place, 0.0) for place in random.uniform(1.0, 7.0, (80, 2)).tolist()]
-    kind = RobotType(radius=0.001, collides=collides, sensors=(Locator(range=2.0),))
+    kind = RobotType(radius=0.001, collides=collides, sensors=(TargetLocator(range=2.0),))
     extra = [] if collides else [places[0], places[0], places[7]]
     scenario = Scenario(
         size=(8.0, 8.0),
         types={"rover": kind},
-        robots=(Robots(type="rover", at=tuple(places + extra)),),
-        targets={"anyone": TargetOf(robot="any")},
+        robots=(RobotGroup(type="rover", at=tuple(places + extra)),),
+        targets={"anyone": TargetSpec(robot="any")},
     )
     world = made(scenario, (0,))
     x, y = world.state.robots["x"], world.state.robots["y"]

@@ -9,22 +9,30 @@ import pytest
 from tests.sim.random_scenarios import made
 
 from understudy.sim.layout import neighbor_grid
-from understudy.sim.scenario.schema import Claimed, Locator, Objects, Robots, RobotType, Scenario, TargetOf
-from understudy.sim.target_lookup import place_of
+from understudy.sim.scenario.schema import (
+    ClaimSensor,
+    ObjectClass,
+    RobotGroup,
+    RobotType,
+    Scenario,
+    TargetLocator,
+    TargetSpec,
+)
+from understudy.sim.target_lookup import find_target_place
 from understudy.sim.world import World
 
 TARGETS = {
-    "caller": TargetOf(signal="help"),
-    "claimer": TargetOf(signal="claim"),
-    "red caller": TargetOf(signal="help", team="red"),
-    "calling mate": TargetOf(signal="help", robot="teammate"),
-    "calling opponent": TargetOf(signal="help", robot="opponent"),
-    "box": TargetOf(nearest="box"),
-    "second box": TargetOf(object="box", index=1),
-    "free box": TargetOf(nearest="box", unclaimed="claim", within=1.0),
-    "free box far": TargetOf(nearest="box", unclaimed="claim", within=100.0),
+    "caller": TargetSpec(signal="help"),
+    "claimer": TargetSpec(signal="claim"),
+    "red caller": TargetSpec(signal="help", team="red"),
+    "calling mate": TargetSpec(signal="help", robot="teammate"),
+    "calling opponent": TargetSpec(signal="help", robot="opponent"),
+    "box": TargetSpec(nearest="box"),
+    "second box": TargetSpec(object="box", index=1),
+    "free box": TargetSpec(nearest="box", unclaimed="claim", within=1.0),
+    "free box far": TargetSpec(nearest="box", unclaimed="claim", within=100.0),
 }
-SENSORS = (Locator(), Claimed(signal="claim", range=1.0))
+SENSORS = (TargetLocator(), ClaimSensor(signal="claim", range=1.0))
 BEHAVIORS: dict[str, dict[str, float | str]] = {
     "call": {"signal": "help"},
     "claim": {"drive": 1.0, "signal": "claim"},
@@ -33,13 +41,13 @@ HELP, CLAIM = 1.0, 2.0
 """Numbered as behaviors name them first."""
 RED = RobotType(team="red", sensors=SENSORS, behaviors=BEHAVIORS)
 BLUE = RobotType(team="blue", sensors=SENSORS)
-BOXES = Objects(name="box", at=((2.0, 5.0), (8.0, 5.0)))
+BOXES = ObjectClass(name="box", at=((2.0, 5.0), (8.0, 5.0)))
 
 
 def line(types: str = "rrb") -> World:
     """Robots in a line, 1 m apart from x = 1 on; red ones (r) and blue ones (b)."""
     kinds = {"r": "red", "b": "blue"}
-    robots = tuple(Robots(type=kinds[each], at=((1.0 + x, 2.0),)) for x, each in enumerate(types))
+    robots = tuple(RobotGroup(type=kinds[each], at=((1.0 + x, 2.0),)) for x, each in enumerate(types))
     types_ = {"red": RED, "blue": BLUE}
     scenario = Scenario(size=(10.0, 8.0), types=types_, robots=robots, targets=TARGETS, objects=(BOXES,))
     return made(scenario, (0,))
@@ -103,7 +111,7 @@ def test_the_nearest_other_that_calls(
     signal(world, *raised)
     assert read(world, "range", target) == far
     for agent, meters in enumerate(far):
-        place = place_of(world, target, agent)
+        place = find_target_place(world, target, agent)
         assert (place is None) == (meters is None)
         assert meters is None or abs(place[0] - 1.0 - agent) == pytest.approx(meters)  # type: ignore[index]
 
@@ -154,8 +162,8 @@ def test_claimed_things_are_passed_over() -> None:
     assert read(world, "range", "box") == [3.0, 0.5]
     assert read(world, "range", "free box") == [np.hypot(6.0, 3.0), 0.5]
     assert read(world, "range", "free box far") == [None, 0.5]
-    assert [place_of(world, "free box", agent) for agent in (0, 1)] == [(8.0, 5.0), (2.0, 5.0)]
-    assert place_of(world, "free box far") is None
+    assert [find_target_place(world, "free box", agent) for agent in (0, 1)] == [(8.0, 5.0), (2.0, 5.0)]
+    assert find_target_place(world, "free box far") is None
     signal(world, 0, 0)
     assert read(world, "range", "free box") == [3.0, 0.5]
 
@@ -165,11 +173,11 @@ def test_of_things_equally_near_the_first_counts(spare: int) -> None:
     """Four boxes around a robot, in any order of their places: few are compared, and many are sorted."""
     around = ((6.0, 4.0), (5.0, 5.0), (5.0, 3.0), (4.0, 4.0))
     for first in range(4):
-        boxes = Objects(name="box", at=(*around[first:], *around[:first]))
-        robots = (Robots(type="red", at=((5.0, 4.0, 0.0),)),)
+        boxes = ObjectClass(name="box", at=(*around[first:], *around[:first]))
+        robots = (RobotGroup(type="red", at=((5.0, 4.0, 0.0),)),)
         scenario = Scenario(
             size=(10.0, 8.0), types={"red": RED}, robots=robots, objects=(boxes,), spare_objects=spare,
-            targets={"box": TargetOf(nearest="box"), "free": TARGETS["free box"]},
+            targets={"box": TargetSpec(nearest="box"), "free": TARGETS["free box"]},
         )  # fmt: skip
         world = made(scenario, (0,))
         ahead = np.arctan2(around[first][1] - 4.0, around[first][0] - 5.0) % (2 * np.pi)
@@ -183,8 +191,8 @@ def test_many_robots_find_what_comparing_all_finds(
 ) -> None:
     """Few callers are listed and many looked for in the grid, many boxes are sorted: all as plain NumPy has it."""
     monkeypatch.setattr(neighbor_grid, "FEW", few)
-    robots = (Robots(type="red", count=100), Robots(type="blue", count=100))
-    objects = (Objects(name="box", count=boxes),)
+    robots = (RobotGroup(type="red", count=100), RobotGroup(type="blue", count=100))
+    objects = (ObjectClass(name="box", count=boxes),)
     world = made(
         Scenario(
             size=(30.0, 20.0),

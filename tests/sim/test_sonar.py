@@ -9,8 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from understudy.sim.kernels.sonar import sector_to_bounds, sector_to_disc, sector_to_segment
-from understudy.sim.sensing.sectors import BEAM, FULL, NARROW, WIDE, sector
+from understudy.sim.kernels.sonar import (
+    measure_sector_to_bounds,
+    measure_sector_to_disc,
+    measure_sector_to_segment,
+)
+from understudy.sim.sensing.sectors import BEAM, FULL, NARROW, WIDE, make_sector
 
 Floats: TypeAlias = NDArray[np.float64]
 Disc: TypeAlias = tuple[float, float, float]
@@ -22,23 +26,23 @@ FAR = 9.0
 
 
 def prepared(degrees: Degrees) -> Fields:
-    row = sector(radians(degrees[0]), radians(degrees[1]))
+    row = make_sector(radians(degrees[0]), radians(degrees[1]))
     return row["from_x"], row["from_y"], row["to_x"], row["to_y"], int(row["span"])
 
 
 def to_disc(disc: Disc, degrees: Degrees, best: float = FAR) -> float:
-    return float(sector_to_disc(*(*disc, *prepared(degrees), best)))
+    return float(measure_sector_to_disc(*(*disc, *prepared(degrees), best)))
 
 
 def to_segment(segment: Segment, degrees: Degrees, best: float = FAR) -> float:
-    return float(sector_to_segment(*(*segment, *prepared(degrees), best)))
+    return float(measure_sector_to_segment(*(*segment, *prepared(degrees), best)))
 
 
 def to_bounds(pose: Disc, degrees: Degrees, best: float = FAR) -> float:
     """In an arena of 10 x 6; a pose is x, y and heading in degrees."""
     x, y, heading = pose[0], pose[1], radians(pose[2])
     placed = x, y, cos(heading), sin(heading), 10.0, 6.0
-    return float(sector_to_bounds(*(*placed, *prepared(degrees), best)))
+    return float(measure_sector_to_bounds(*(*placed, *prepared(degrees), best)))
 
 
 SPANS = [
@@ -56,7 +60,7 @@ SPANS = [
 
 @pytest.mark.parametrize(("degrees", "span"), SPANS)
 def test_sector(degrees: Degrees, span: int) -> None:
-    row = sector(radians(degrees[0]), radians(degrees[1]))
+    row = make_sector(radians(degrees[0]), radians(degrees[1]))
     assert row["span"] == span
     edges = [row["from_x"], row["from_y"], row["to_x"], row["to_y"]]
     assert edges == pytest.approx([turn(radians(angle)) for angle in degrees for turn in (cos, sin)])

@@ -10,7 +10,7 @@ from tests.sim.test_validation import Steps, with_change
 
 from understudy.errors import FileError
 from understudy.sim.scenario.files import parse_scenario
-from understudy.sim.scenario.toml_writer import toml_text
+from understudy.sim.scenario.toml_writer import format_toml
 
 GOOD = """
 size = [10, 8]
@@ -104,7 +104,7 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
 def test_broken_boxes_say_what_and_where(steps: Steps, value: Any, key: str, words: str) -> None:
     document = with_change(tomllib.loads(GOOD), steps, value)
     with pytest.raises(FileError) as caught:
-        parse_scenario(toml_text({"understudy": "scenario", "version": 1, **document}), "broken.toml")
+        parse_scenario(format_toml({"understudy": "scenario", "version": 1, **document}), "broken.toml")
     assert (caught.value.place, words in str(caught.value)) == (key, True), str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -112,11 +112,12 @@ def test_broken_boxes_say_what_and_where(steps: Steps, value: Any, key: str, wor
 def test_the_good_one_is_good() -> None:
     scenario = parse_scenario('understudy = "scenario"\nversion = 1\n' + GOOD)
     assert (
-        parse_scenario(toml_text({"understudy": "scenario", "version": 1, **tomllib.loads(GOOD)})) == scenario
+        parse_scenario(format_toml({"understudy": "scenario", "version": 1, **tomllib.loads(GOOD)}))
+        == scenario
     )
 
 
 def test_more_than_there_are_can_be_gathered_where_boxes_respawn() -> None:
     document = with_change(tomllib.loads(GOOD), ("goal", "gathered"), 400)
     document = with_change(document, ("objects", 1, "pull", "respawn"), True)
-    parse_scenario(toml_text({"understudy": "scenario", "version": 1, **document}))
+    parse_scenario(format_toml({"understudy": "scenario", "version": 1, **document}))

@@ -10,7 +10,7 @@ from tests.sim.test_validation import Steps, with_change
 
 from understudy.errors import FileError
 from understudy.sim.scenario.files import parse_scenario
-from understudy.sim.scenario.toml_writer import toml_text
+from understudy.sim.scenario.toml_writer import format_toml
 
 GOOD = """
 size = [10, 8]
@@ -245,7 +245,7 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
 @pytest.mark.parametrize(("steps", "value", "key", "words"), BROKEN, ids=lambda each: str(each)[:60])
 def test_broken_squads_say_what_and_where(steps: Steps, value: Any, key: str, words: str) -> None:
     document = with_change(tomllib.loads(GOOD), steps, value)
-    text = toml_text({"understudy": "scenario", "version": 1, **document})
+    text = format_toml({"understudy": "scenario", "version": 1, **document})
     with pytest.raises(FileError) as caught:
         parse_scenario(text, "broken.toml")
     assert caught.value.place == key

@@ -11,23 +11,23 @@ import pytest
 from msgspec.structs import replace
 
 from understudy.errors import FileError, SettingError
-from understudy.sim.scenario.files import builtin_scenarios, load_scenario, parse_scenario
+from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario, parse_scenario
 from understudy.sim.scenario.schema import (
+    AppearanceSchedule,
+    ArenaRegion,
     Goal,
-    Locator,
-    Objects,
+    ObjectClass,
     Obstacle,
-    Presence,
-    Region,
-    Robots,
+    RobotGroup,
     RobotType,
     Scenario,
     Sonar,
-    TargetOf,
+    TargetLocator,
+    TargetSpec,
     Wall,
 )
-from understudy.sim.scenario.toml_writer import toml_text
-from understudy.sim.scenario.validation import check
+from understudy.sim.scenario.toml_writer import format_toml
+from understudy.sim.scenario.validation import check_scenario
 
 GOOD = """
 size = [10, 8]
@@ -255,7 +255,7 @@ def with_change(document: Any, steps: Steps, value: Any) -> Any:
 @pytest.mark.parametrize(("steps", "value", "key", "words"), BROKEN, ids=lambda each: str(each)[:60])
 def test_broken_scenarios_say_what_and_where(steps: Steps, value: Any, key: str, words: str) -> None:
     document = with_change(tomllib.loads(GOOD), steps, value)
-    text = toml_text({"understudy": "scenario", "version": 1, **document})
+    text = format_toml({"understudy": "scenario", "version": 1, **document})
     with pytest.raises(FileError) as caught:
         parse_scenario(text, "broken.toml")
     assert caught.value.place == key
@@ -268,13 +268,13 @@ def test_the_good_one_is_good() -> None:
     parse_scenario('understudy = "scenario"\nversion = 1\n' + GOOD)
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_built_in_scenarios_are_good(name: str) -> None:
-    check(load_scenario(name))
+    check_scenario(load_scenario(name))
 
 
-PLAIN = Scenario(size=(10.0, 8.0), types={"rover": RobotType()}, robots=(Robots(type="rover"),))
-HOME = Objects(name="home", home=True)
+PLAIN = Scenario(size=(10.0, 8.0), types={"rover": RobotType()}, robots=(RobotGroup(type="rover"),))
+HOME = ObjectClass(name="home", home=True)
 
 MADE: list[tuple[Mapping[str, Any], str, str]] = [  # changes of a plain scenario -> key, words
     ({"size": "large"}, "size", "give a list"),
@@ -318,23 +318,26 @@ MADE: list[tuple[Mapping[str, Any], str, str]] = [  # changes of a plain scenari
         "another sort",
     ),
     (
-        {"objects": (replace(HOME, count=(0, 1)), Objects(name="food", near="home"))},
+        {"objects": (replace(HOME, count=(0, 1)), ObjectClass(name="food", near="home"))},
         "objects[1].near",
         "always",
     ),
     (
-        {"objects": (Objects(name="a", near="b"), Objects(name="b", near="a"))},
+        {"objects": (ObjectClass(name="a", near="b"), ObjectClass(name="b", near="a"))},
         "objects[0].near",
         "leads back to 'a'",
     ),
     (
-        {"objects": (replace(HOME, solid=True),), "robots": (Robots(type="rover", near="home", near_m=0.2),)},
+        {
+            "objects": (replace(HOME, solid=True),),
+            "robots": (RobotGroup(type="rover", near="home", near_m=0.2),),
+        },
         "robots[0].near_m",
         "solid",
     ),
     ({"objects": (replace(HOME, solid=True, aloft=True),)}, "objects[0].aloft", "leave out `solid`"),
     (
-        {"objects": (replace(HOME, presence=Presence(away_s=(2.0, 1.0))),)},
+        {"objects": (replace(HOME, presence=AppearanceSchedule(away_s=(2.0, 1.0))),)},
         "objects[0].presence.away_s",
         "least first",
     ),
@@ -345,13 +348,13 @@ MADE: list[tuple[Mapping[str, Any], str, str]] = [  # changes of a plain scenari
     ),
     (
         {
-            "regions": {"corner": Region(box=(0.0, 0.0, 0.1, 0.1))},
-            "robots": (Robots(type="rover", within="corner"),),
+            "regions": {"corner": ArenaRegion(box=(0.0, 0.0, 0.1, 0.1))},
+            "robots": (RobotGroup(type="rover", within="corner"),),
         },
         "robots[0]",
         "no room in the region 'corner'",
     ),
-    ({"targets": {"enemy": TargetOf(color="green")}}, "targets.enemy.color", "a color nobody has"),
+    ({"targets": {"enemy": TargetSpec(color="green")}}, "targets.enemy.color", "a color nobody has"),
     ({"name": ""}, "name", "no name"),
 ]
 
@@ -361,7 +364,7 @@ MADE: list[tuple[Mapping[str, Any], str, str]] = [  # changes of a plain scenari
 )
 def test_scenarios_made_in_python_are_checked_alike(changes: Mapping[str, Any], key: str, words: str) -> None:
     with pytest.raises(SettingError) as caught:
-        check(replace(PLAIN, **changes))
+        check_scenario(replace(PLAIN, **changes))
     assert caught.value.setting == key
     assert words in str(caught.value)
 
@@ -378,14 +381,14 @@ def test_what_may_be() -> None:
             ),  # corners in the arena's frame
         ),
         types={"rover": RobotType(speed=0.0), "never": RobotType()},
-        objects=(Objects(name="nothing", count=0, radius=0.0),),
+        objects=(ObjectClass(name="nothing", count=0, radius=0.0),),
     )
-    check(odd)
-    near = Locator(range=4.0, targets=("mate",))
-    two_locators = {"rover": RobotType(sensors=(Locator(), near))}
-    check(replace(PLAIN, types=two_locators, targets={"mate": TargetOf(robot="any")}))
+    check_scenario(odd)
+    near = TargetLocator(range=4.0, targets=("mate",))
+    two_locators = {"rover": RobotType(sensors=(TargetLocator(), near))}
+    check_scenario(replace(PLAIN, types=two_locators, targets={"mate": TargetSpec(robot="any")}))
 
 
 def test_many_given_places_are_checked_quickly() -> None:
     places = tuple((1.0 + 0.5 * (n % 200), 1.0 + 0.5 * (n // 200)) for n in range(40_000))
-    check(replace(PLAIN, size=(110.0, 110.0), robots=(Robots(type="rover", at=places),)))
+    check_scenario(replace(PLAIN, size=(110.0, 110.0), robots=(RobotGroup(type="rover", at=places),)))

@@ -7,14 +7,14 @@ from time import process_time
 import numpy as np
 from tests.sim.made import SQUARE, crossing, scenario, state_of
 
-from understudy.sim.params import names_of, rules_of
-from understudy.sim.view import view
+from understudy.sim.params import collect_names, make_world_params
+from understudy.sim.view import make_world_view
 
 
 def test_a_world_of_two() -> None:
     made = scenario(3)
-    rules, names, state = rules_of(made), names_of(made), state_of(made)
-    empty, full = (view(state, rules, names, world) for world in (0, 1))
+    rules, names, state = make_world_params(made), collect_names(made), state_of(made)
+    empty, full = (make_world_view(state, rules, names, world) for world in (0, 1))
     assert (full.width, full.height, full.time_s) == (12.0, 8.0, 0.0)
     assert np.array_equal(full.robots.x, state.robots["x"][3:])
     assert full.robots.radius.tolist() == [0.2, 0.2, 0.3]
@@ -37,7 +37,10 @@ def test_two_polygons_are_told_apart() -> None:
     state.segments[1, 1] = (1.0, 1.0, 2.0, 1.0, 0)
     state.segments[1, 2] = (2.0, 1.0, 1.0, 2.0, 0)
     state.segments[1, 3] = (1.0, 2.0, 1.0, 1.0, 0)
-    triangle, open_line = view(state, rules_of(made), names_of(made), 1), state.segments[1, 4]
+    triangle, open_line = (
+        make_world_view(state, make_world_params(made), collect_names(made), 1),
+        state.segments[1, 4],
+    )
     assert [len(polygon) for polygon in triangle.polygons] == [3]
     assert triangle.edges[3].tolist() == list(open_line)[:4], "what does not close is an edge all the same"
 
@@ -45,7 +48,7 @@ def test_two_polygons_are_told_apart() -> None:
 def test_a_view_stays_as_it_was() -> None:
     first = crossing(5)[0].view
     made = scenario(3)
-    again = view(state_of(made), rules_of(made), names_of(made), 1)
+    again = make_world_view(state_of(made), make_world_params(made), collect_names(made), 1)
     for part in ("robots", "objects", "discs"):
         for name in getattr(first, part).__slots__:
             assert np.array_equal(getattr(getattr(first, part), name), getattr(getattr(again, part), name))
@@ -53,8 +56,8 @@ def test_a_view_stays_as_it_was() -> None:
 
 def test_ten_thousand_robots_cost_no_more_than_their_columns() -> None:
     made = scenario(10_000)
-    rules, names, state = rules_of(made), names_of(made), state_of(made)
+    rules, names, state = make_world_params(made), collect_names(made), state_of(made)
     began = process_time()
     for _ in range(20):
-        view(state, rules, names, 1)
+        make_world_view(state, rules, names, 1)
     assert (process_time() - began) / 20 < 0.02

@@ -6,26 +6,36 @@ from math import atan2, hypot, pi, tau
 
 import pytest
 
-from understudy.sim.catalog import find_world
-from understudy.sim.scenario.schema import Locator, Objects, Robots, RobotType, Scenario, TargetOf
-from understudy.sim.target_lookup import place_of
+from understudy.sim.catalog import find_scenario
+from understudy.sim.scenario.schema import (
+    ObjectClass,
+    RobotGroup,
+    RobotType,
+    Scenario,
+    TargetLocator,
+    TargetSpec,
+)
+from understudy.sim.target_lookup import find_target_place
 from understudy.sim.world import World
 
-RANGED = RobotType(sensors=(Locator(),), capacity=3)
+RANGED = RobotType(sensors=(TargetLocator(),), capacity=3)
 SCENARIO = Scenario(
     size=(10.0, 8.0),
     types={"scout": RANGED, "guard": RANGED},
-    robots=(Robots(type="scout", count=3), Robots(type="guard", count=2)),
-    objects=(Objects(name="food", count=4, amount=(0, 3)), Objects(name="post", count=3, color="red")),
+    robots=(RobotGroup(type="scout", count=3), RobotGroup(type="guard", count=2)),
+    objects=(
+        ObjectClass(name="food", count=4, amount=(0, 3)),
+        ObjectClass(name="post", count=3, color="red"),
+    ),
     targets={
-        "food": TargetOf(nearest="food"),
-        "post": TargetOf(nearest="post"),
-        "second": TargetOf(object="post", index=1),
-        "friend": TargetOf(robot="teammate"),
-        "foe": TargetOf(robot="opponent"),
-        "anyone": TargetOf(robot="any"),
-        "guard": TargetOf(team="guard"),
-        "red": TargetOf(color="red"),
+        "food": TargetSpec(nearest="food"),
+        "post": TargetSpec(nearest="post"),
+        "second": TargetSpec(object="post", index=1),
+        "friend": TargetSpec(robot="teammate"),
+        "foe": TargetSpec(robot="opponent"),
+        "anyone": TargetSpec(robot="any"),
+        "guard": TargetSpec(team="guard"),
+        "red": TargetSpec(color="red"),
     },
 )
 
@@ -35,7 +45,7 @@ def test_places_are_where_locators_say(target: str) -> None:
     world = World(SCENARIO, range(5))
     percept = world.sense([("range", target), ("bearing", target)])
     for agent in range(world.agents):
-        robot, place = world.state.robots[agent], place_of(world, target, agent)
+        robot, place = world.state.robots[agent], find_target_place(world, target, agent)
         if place is None:
             assert percept["range", target][agent] != percept["range", target][agent]
             continue
@@ -47,16 +57,16 @@ def test_places_are_where_locators_say(target: str) -> None:
 
 def test_what_is_not_there_is_nowhere() -> None:
     world = World(SCENARIO, [1])
-    assert place_of(world, "red") is None
+    assert find_target_place(world, "red") is None
     world.state.objects["amount"] = 0
-    assert place_of(world, "food") is None
+    assert find_target_place(world, "food") is None
     world.remove_object(int(world.view().objects.slot[world.view().objects.kind == 1][1]))
-    assert place_of(world, "second") is None
-    assert place_of(world, "post") is not None
+    assert find_target_place(world, "second") is None
+    assert find_target_place(world, "post") is not None
 
 
 def test_food_is_counted_in_each_world() -> None:
-    world = World(find_world("forage-team"), range(4))
+    world = World(find_scenario("forage-team"), range(4))
     before = world.total
     assert before.tolist() == [int(world.view(row).objects.amount.sum()) for row in range(4)]
     world.state.robots["stored"][:4] = 2

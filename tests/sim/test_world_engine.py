@@ -26,7 +26,15 @@ from understudy.runtime.program import Program, link
 from understudy.runtime.run_loop import Run
 from understudy.sim import step as advancing
 from understudy.sim.layout import neighbor_grid
-from understudy.sim.scenario.schema import Camera, Locator, Objects, Robots, RobotType, Scenario, TargetOf
+from understudy.sim.scenario.schema import (
+    Camera,
+    ObjectClass,
+    RobotGroup,
+    RobotType,
+    Scenario,
+    TargetLocator,
+    TargetSpec,
+)
 from understudy.sim.world import World
 from understudy_lab.bench.standard_task import BASE, FULL, make_base_library, make_full_library
 from understudy_lab.bench.standard_task import make_full_scenario as full_task
@@ -176,7 +184,7 @@ def test_threads_at_work_in_one_world(number: int, small: None) -> None:
     scenario = replace(
         world.scenario,
         size=(60.0, 60.0),
-        robots=(Robots(type=next(iter(world.scenario.types)), count=200),),
+        robots=(RobotGroup(type=next(iter(world.scenario.types)), count=200),),
     )
     program = link(random_library(Random(number), made(scenario, (0,)).kit), "a1")
     expected = None
@@ -257,13 +265,13 @@ def lattice(side: int, step: float = 1.0) -> Scenario:
         size=(step * (side + 1), step * (side + 1)),
         types={
             "rover": RobotType(
-                color="red", team="red", sensors=(Locator(), Camera(view_deg=100.0)),
+                color="red", team="red", sensors=(TargetLocator(), Camera(view_deg=100.0)),
                 behaviors={"ahead": {"drive": 1.0}, "left": {"turn": 1.0}},
             )
         },
-        robots=(Robots(type="rover", at=places),),
-        objects=(Objects(name="flag", color="red", at=((0.5, 0.5),)),),
-        targets={"anyone": TargetOf(robot="any"), "red": TargetOf(color="red")},
+        robots=(RobotGroup(type="rover", at=places),),
+        objects=(ObjectClass(name="flag", color="red", at=((0.5, 0.5),)),),
+        targets={"anyone": TargetSpec(robot="any"), "red": TargetSpec(color="red")},
     )  # fmt: skip
 
 
@@ -321,9 +329,9 @@ def test_an_interrupted_run_leaves_whole_ticks(small: None, monkeypatch: pytest.
         run(*args, **more)
         raise KeyboardInterrupt
 
-    run = advancing.run
+    run = advancing.run_worlds
     with monkeypatch.context() as patch:
-        patch.setattr(advancing, "run", interrupted)
+        patch.setattr(advancing, "run_worlds", interrupted)
         with pytest.raises(KeyboardInterrupt):
             engine.run(TICKS, threads=1)
     other.run(int(engine.body.state.tick[0]))  # type: ignore[attr-defined]
@@ -332,12 +340,12 @@ def test_an_interrupted_run_leaves_whole_ticks(small: None, monkeypatch: pytest.
 
 def test_who_is_just_alone_goes_as_far_as_by_ticks() -> None:
     """Robots that head for each other from as far as both can go in a tick, to the last bit of the distance."""
-    kind = RobotType(radius=0.03, speed=13.7, sensors=(Locator(),), behaviors={"ahead": {"drive": 1.0}})
+    kind = RobotType(radius=0.03, speed=13.7, sensors=(TargetLocator(),), behaviors={"ahead": {"drive": 1.0}})
     scenario = Scenario(
         size=(9.0, 9.0),
         types={"rover": kind},
-        robots=(Robots(type="rover", at=((1.0, 1.0), (3.0, 3.0))),),
-        targets={"anyone": TargetOf(robot="any")},
+        robots=(RobotGroup(type="rover", at=((1.0, 1.0), (3.0, 3.0))),),
+        targets={"anyone": TargetSpec(robot="any")},
     )
     kit = made(scenario, (0,)).kit
     distance = BoundFeature(kit.features["distance_to"], Binding(A="anyone"))

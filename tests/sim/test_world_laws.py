@@ -10,8 +10,16 @@ from msgspec.structs import replace
 from tests.sim.laws import Kept, check_percept, check_state, check_tick, kept
 from tests.sim.random_scenarios import made, random_commands, random_pulling_world, random_world
 
-from understudy.runtime.body import Commands, every_key
-from understudy.sim.scenario.schema import Objects, Obstacle, Pull, Robots, RobotType, Scenario, Wall
+from understudy.runtime.body import Commands, list_reading_keys
+from understudy.sim.scenario.schema import (
+    ObjectClass,
+    Obstacle,
+    PullRule,
+    RobotGroup,
+    RobotType,
+    Scenario,
+    Wall,
+)
 from understudy.sim.world import World
 
 TICKS = 40
@@ -36,7 +44,7 @@ def check_scene(number: int, *, ticks: int = TICKS) -> None:
 
 def check_world(world: World, number: int, *, ticks: int = TICKS) -> None:
     """Every law in a world."""
-    draw, keys = np.random.default_rng(number), every_key(world)
+    draw, keys = np.random.default_rng(number), list_reading_keys(world)
     check_state(world)
     commands = random_commands(draw, world)
     for tick in range(ticks):
@@ -98,7 +106,7 @@ def any_world(number: int, *, worlds: int) -> World:
 @pytest.mark.parametrize("number", range(1000, 1050))
 def test_a_snapshot_goes_on_bit_for_bit(number: int) -> None:
     world = any_world(number, worlds=2)
-    keys, draw = every_key(world), np.random.default_rng(number)
+    keys, draw = list_reading_keys(world), np.random.default_rng(number)
     drawn = [random_commands(draw, world) for _ in range(4)]
     commands = [each for each in drawn for _ in range(5)]
     for each in commands:
@@ -123,7 +131,7 @@ def test_a_world_runs_alone_as_among_others_and_again_by_its_seed(number: int) -
     among = any_world(number, worlds=3)
     again = made(among.scenario, among.seeds)
     alone = made(among.scenario, among.seeds[1:2])
-    draw, keys = np.random.default_rng(number), every_key(among)
+    draw, keys = np.random.default_rng(number), list_reading_keys(among)
     own = slice(among.robots, 2 * among.robots)
     for _ in range(25):
         commands = random_commands(draw, among)
@@ -157,7 +165,7 @@ def test_a_world_runs_alone_as_among_others_and_again_by_its_seed(number: int) -
 def test_some_readings_are_as_among_all(number: int) -> None:
     """Draws are keyed by what they are for, so that it does not matter what else is sensed."""
     world = any_world(number, worlds=1)
-    keys, draw = every_key(world), np.random.default_rng(number)
+    keys, draw = list_reading_keys(world), np.random.default_rng(number)
     for _ in range(12):
         whole = world.sense(keys)
         for some in ([keys[draw.integers(len(keys))]], draw.permutation(len(keys))[: len(keys) // 2 + 1]):
@@ -217,13 +225,13 @@ def test_the_laws_catch_what_breaks_them(what: str) -> None:
     scenario = Scenario(
         size=(10.0, 8.0),
         types={"rover": RobotType(radius=0.2, capacity=2)},
-        robots=(Robots(type="rover", at=((1.0, 1.0, 0.0), (5.0, 4.0, 0.0))),),
+        robots=(RobotGroup(type="rover", at=((1.0, 1.0, 0.0), (5.0, 4.0, 0.0))),),
         walls=(Wall(points=((2.0, 0.0), (2.0, 4.0))),),
         obstacles=(Obstacle(radius=0.5, at=((5.0, 5.0),)),),
         objects=(
-            Objects(name="food", amount=3, at=((7.0, 1.0),)),
-            Objects(name="box", pushable=True, radius=0.3, at=((6.0, 4.0),)),
-            Objects(name="crate", pull=Pull(robots=2), at=((1.0, 7.0),)),
+            ObjectClass(name="food", amount=3, at=((7.0, 1.0),)),
+            ObjectClass(name="box", pushable=True, radius=0.3, at=((6.0, 4.0),)),
+            ObjectClass(name="crate", pull=PullRule(robots=2), at=((1.0, 7.0),)),
         ),
         spare_objects=0,
     )

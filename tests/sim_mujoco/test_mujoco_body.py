@@ -11,7 +11,7 @@ from tests.sim_mujoco.drawing import draws
 
 from understudy.errors import SettingError
 from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import Capture, Presence, Scenario
+from understudy.sim.scenario.schema import AppearanceSchedule, CaptureRule, Scenario
 from understudy.sim_mujoco.body import Physics
 from understudy.testing import check_body, check_world
 
@@ -110,7 +110,9 @@ def test_what_comes_and_goes_is_seen_and_captured() -> None:
     scenario = load_scenario("patrol")
     thing = next(each for each in scenario.objects if each.name == "intruder")
     comes = replace(
-        thing, presence=Presence(away_s=(60, 60), first_s=(0.2, 0.2)), capture=Capture(range=0.8, after_s=0.5)
+        thing,
+        presence=AppearanceSchedule(away_s=(60, 60), first_s=(0.2, 0.2)),
+        capture=CaptureRule(range=0.8, after_s=0.5),
     )
     targets = {"intruder": scenario.targets["intruder"]}
     body = Physics(replace(scenario, objects=(comes,), obstacles=(), squads={}, targets=targets), [1])

@@ -18,7 +18,7 @@ from tests.sim_mujoco.drawing import draws
 from understudy.robots.ros.messages import encode, make, twist
 from understudy.robots.ros.transport import Publish
 from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import Presence, Scenario
+from understudy.sim.scenario.schema import AppearanceSchedule, Scenario
 from understudy.sim_mujoco.body import Physics
 from understudy.sim_mujoco.processes import OBJECTS, Alone, Referee
 from understudy.sim_mujoco.robot_files import ODOMETRY, TWIST
@@ -40,7 +40,7 @@ class Hub(Wire):
 def crew() -> Scenario:
     """The patrol, whose intruder comes after 0.2 s, for a second, and cannot be captured."""
     scenario = served(replace(load_scenario("patrol"), tick_s=0.05))
-    comes = Presence(away_s=(60, 60), first_s=(0.2, 0.2), stays_s=(1, 1))
+    comes = AppearanceSchedule(away_s=(60, 60), first_s=(0.2, 0.2), stays_s=(1, 1))
     objects = (
         replace(each, presence=comes, capture=None) if each.name == "intruder" else each
         for each in scenario.objects

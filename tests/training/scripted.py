@@ -17,12 +17,12 @@ from tests.training.steps import do, drawn
 from understudy.learning.fit import learn
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library
-from understudy.sim.forage import Forage, kit
+from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 
-LIBRARY = Library(kit)
+LIBRARY = Library(FORAGE_KIT)
 STATES = ("forward", "rotate_left", "rotate_right", "load_food", "done", "start")
 FEATURES = (
     "distance_to(nearest_food)",
@@ -70,7 +70,7 @@ def killed(folder: Path, seed: int) -> None:
 def main() -> None:
     with_everything_warm = Path(sys.argv[1])
     play(with_everything_warm, 0, lambda *_: None)
-    open_library(with_everything_warm / "library", kit, learn)
+    open_library(with_everything_warm / "library", FORAGE_KIT, learn)
     os.write(1, b"ready\n")
     while line := sys.stdin.readline():
         folder, seed = line.rsplit(maxsplit=1)

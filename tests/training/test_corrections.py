@@ -9,7 +9,7 @@ import pytest
 from tests.bodies import Scripted, kit
 from tests.training.lessons import play, session
 
-from understudy.learning.correction_diagnosis import Verdict
+from understudy.learning.correction_diagnosis import MistakeCause
 from understudy.model.binding import Binding
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions
 from understudy.model.library import Library
@@ -100,7 +100,7 @@ def test_sent_back_soon_after_it_switched_the_switch_is_judged() -> None:
     correction = taught.examples[-2]
     assert (correction.state, correction.next, correction.correction) == ("left", "forward", True)
     assert taught.judgement is not None
-    assert taught.judgement.verdict is Verdict.BAD
+    assert taught.judgement.verdict is MistakeCause.BAD
 
 
 def test_sent_back_a_second_later_the_switch_is_judged_all_the_same() -> None:
@@ -123,7 +123,7 @@ def test_of_too_few_examples_it_is_the_correction_that_is_judged() -> None:
     play(taught, "forward", 16, "left", 1)
     play(turned(taught), "forward", 1)
     assert taught.judgement is not None
-    assert (taught.judgement.verdict, taught.judgement.suspects) == (Verdict.UNSURE, ())
+    assert (taught.judgement.verdict, taught.judgement.suspects) == (MistakeCause.UNSURE, ())
     assert taught.judgement.correction.state == "left"
 
 
@@ -157,7 +157,7 @@ def test_without_the_option_nothing_happens_but_there_is_advice() -> None:
     assert not any(each.quarantined for each in taught.examples)
     assert taught.screen().undoable == "forward → forward"
     assert taught.judgement is not None
-    assert taught.judgement.verdict is Verdict.BAD
+    assert taught.judgement.verdict is MistakeCause.BAD
     taught.quarantine(taught.judgement.reasons)
     assert taught.examples == corrected(misled()).examples
 

@@ -14,7 +14,7 @@ from understudy.errors import FileError
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, LearnerOptions
 from understudy.model.library import Kit, Library
-from understudy.runtime.body import Reading, every_key
+from understudy.runtime.body import Reading, list_reading_keys
 from understudy.storage.append_log import AppendLog
 from understudy.training.journal import MAGIC, TicksLogged, read_journal, unpack_rows
 from understudy.training.journal_replay import ReplayedSession
@@ -262,7 +262,7 @@ def test_body_and_automaton_go_back_to_the_last_snapshot(tmp_path: Path) -> None
 def test_about_is_kept(tmp_path: Path) -> None:
     body, first = Scripted(), session()
     Session(body, first.library, first.lesson, journal=tmp_path / "j", about={"world": "forage", "seed": 7})
-    assert ReplayedSession.replayed(tmp_path / "j", first.library, every_key(body)).about == {
+    assert ReplayedSession.replayed(tmp_path / "j", first.library, list_reading_keys(body)).about == {
         "world": "forage",
         "seed": 7,
     }

@@ -17,7 +17,7 @@ from tests.training.steps import told
 
 from understudy.learning.fit import learn
 from understudy.model.library import TrainedAutomaton
-from understudy.sim.forage import Forage, kit
+from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.journal import AnyEntry, Journal
 from understudy.training.session import Session
@@ -132,7 +132,7 @@ def kill_and_check(times: int, folder: Path, monkeypatch: pytest.MonkeyPatch) ->
             again.tick()
             again.close()
             if (here / "library").exists():
-                opened = open_library(here / "library", kit, learn)
+                opened = open_library(here / "library", FORAGE_KIT, learn)
                 assert {shown(taught) for taught in opened.library.taught.values()} <= reference.saved
             checked += 1
     finally:

@@ -10,17 +10,17 @@ from tests.sim.patrollers import ROBOTS, SCENARIO
 
 from understudy.model.lesson import ExampleKind
 from understudy.model.library import Library
-from understudy.runtime.team.coordinator_body import Troop
-from understudy.runtime.team.squad_body import readings_of
-from understudy.runtime.team.squad_kit import squad_kit
-from understudy.sim.scenario.squad_schema import Radio
-from understudy.sim.team.assignment import deal
-from understudy.sim.team.libraries import libraries_of, troop_of
+from understudy.runtime.team.coordinator_body import CoordinatorBody
+from understudy.runtime.team.squad_body import list_squad_readings
+from understudy.runtime.team.squad_kit import make_squad_kit
+from understudy.sim.scenario.squad_schema import CommsSpec
+from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 
-LIBRARIES = libraries_of(SCENARIO, ROBOTS)
+LIBRARIES = collect_libraries(SCENARIO, ROBOTS)
 SQUAD = LIBRARIES["patrol"]
 LESSON = new_lesson(
     SQUAD,
@@ -30,12 +30,12 @@ LESSON = new_lesson(
 )
 
 
-def troop(seed: int = 5) -> Troop:
+def troop(seed: int = 5) -> CoordinatorBody:
     """The four robots of the patrol, and nobody above their coordinator."""
-    return troop_of(SCENARIO, "patrol", LIBRARIES, seed=seed)
+    return make_coordinator_body(SCENARIO, "patrol", LIBRARIES, seed=seed)
 
 
-def doing(body: Troop) -> list[tuple[str, ...]]:
+def doing(body: CoordinatorBody) -> list[tuple[str, ...]]:
     return body.team.paths
 
 
@@ -57,7 +57,7 @@ def taught(session: Session, seconds: float) -> None:
 
 def test_directing_the_coordinator_moves_the_whole_squad() -> None:
     session = Session(troop(), SQUAD, LESSON)
-    assert isinstance(session.body, Troop)
+    assert isinstance(session.body, CoordinatorBody)
     session.direct("out")
     session.tick()
     assert [path[0] for path in doing(session.body)] == ["wander"] * 4
@@ -95,7 +95,7 @@ def test_what_was_learned_leads() -> None:
 def test_a_troop_is_rewound() -> None:
     """World, orders, what everybody does and what is remembered; and it goes on as it did."""
     session = Session(troop(), SQUAD, LESSON)
-    assert isinstance(session.body, Troop)
+    assert isinstance(session.body, CoordinatorBody)
     taught(session, 40.0)
     instant, before = session.instant(), doing(session.body)
     taught(session, 60.0)
@@ -114,8 +114,8 @@ def test_a_troop_is_rewound() -> None:
 
 def test_going_back_restarts_nobody_whose_messages_are_delayed() -> None:
     """What was in the air is lost, but who has an order goes on with it."""
-    slow = msgspec.structs.replace(SCENARIO, radio=Radio(delay_s=0.3))
-    body = troop_of(slow, "patrol", LIBRARIES, seed=5)
+    slow = msgspec.structs.replace(SCENARIO, radio=CommsSpec(delay_s=0.3))
+    body = make_coordinator_body(slow, "patrol", LIBRARIES, seed=5)
     session = Session(body, SQUAD, LESSON)
     taught(session, 3.0)
     assert session.screen().state == "out"
@@ -133,7 +133,7 @@ def test_going_back_restarts_nobody_whose_messages_are_delayed() -> None:
 def test_a_killed_session_of_a_squad_goes_on(tmp_path: Path) -> None:
     journal = tmp_path / "lead.journal"
     session = Session(troop(), SQUAD, LESSON, journal=journal)
-    assert isinstance(session.body, Troop)
+    assert isinstance(session.body, CoordinatorBody)
     taught(session, 60.0)
     examples, path, robots = session.examples, session.screen().path, doing(session.body)
     session.close()
@@ -147,10 +147,15 @@ def test_a_killed_session_of_a_squad_goes_on(tmp_path: Path) -> None:
 
 def test_what_members_do_not_know_cannot_be_chosen() -> None:
     """What a lesson names, members must know before anything runs."""
-    kit = squad_kit(
-        deal(SCENARIO).squads[0][0], World(SCENARIO, [0]).readings, {"pioneer": Library(ROBOTS.kit)}
+    kit = make_squad_kit(
+        assign_team_members(SCENARIO).squads[0][0],
+        World(SCENARIO, [0]).readings,
+        {"pioneer": Library(ROBOTS.kit)},
     )
     assert "servo" not in kit.behaviors
     assert {
-        reading.name for reading in readings_of(deal(SCENARIO).squads[0][0], World(SCENARIO, [0]).readings)
+        reading.name
+        for reading in list_squad_readings(
+            assign_team_members(SCENARIO).squads[0][0], World(SCENARIO, [0]).readings
+        )
     }

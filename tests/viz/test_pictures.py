@@ -18,7 +18,7 @@ from understudy.errors import SettingError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.sim.forage import Forage, ForageSettings
-from understudy.sim.view import Frame
+from understudy.sim.view import RunFrame
 from understudy.viz import automaton_svg, path_png, run_gif
 from understudy.viz.appearance import gone, things, total
 from understudy.viz.graph_layout import BADGE, place_arrows, place_boxes
@@ -37,12 +37,12 @@ STATES = (
 )
 
 
-def frames(seconds: float) -> Iterator[Frame]:
+def frames(seconds: float) -> Iterator[RunFrame]:
     world = Forage([3])
     forager = HandForager(1, ForageSettings())
     while world.time_s < seconds:
         commands = forager.decide(world.sense(forager.keys))
-        yield Frame(world.view(), ("turning" if commands["turn"][0] else "other",))
+        yield RunFrame(world.view(), ("turning" if commands["turn"][0] else "other",))
         world.act(commands)
 
 

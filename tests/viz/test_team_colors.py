@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from understudy.sim.scenario.schema import Robots, RobotType, Scenario
-from understudy.sim.view import Frame, WorldView
+from understudy.sim.scenario.schema import RobotGroup, RobotType, Scenario
+from understudy.sim.view import RunFrame, WorldView
 from understudy.sim.world import World
 from understudy.viz import path_png, run_gif
 from understudy.viz.palette import COLORS, PAINTS
@@ -21,7 +21,7 @@ Kind = tuple[str, str | None, str | None]
 def world(*kinds: Kind, each: int = 2) -> World:
     """A world with so many robots each of types that have a name, a team and a color."""
     types = {name: RobotType(team=team, color=color) for name, team, color in kinds}
-    robots = tuple(Robots(type=name, count=each) for name in types)
+    robots = tuple(RobotGroup(type=name, count=each) for name in types)
     return World(Scenario(name="sides", size=(20.0, 12.0), types=types, robots=robots))
 
 
@@ -91,7 +91,7 @@ def test_both_sides_are_seen_at_a_glance(each: int, tmp_path: Path) -> None:
     body = world(RED, BLUE, each=each)
     seen = []
     for _ in range(5):
-        seen.append(Frame(body.view(), ["one"] * body.agents))
+        seen.append(RunFrame(body.view(), ["one"] * body.agents))
         body.act({"drive": np.ones(body.agents)})
     run_gif(seen, tmp_path / "run.gif")
     path_png(seen, tmp_path / "path.png")

@@ -23,7 +23,7 @@ from understudy.model.library import Library
 from understudy.runtime.body import Commands
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program, link
-from understudy.sim.catalog import find_world
+from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
@@ -222,7 +222,7 @@ def evaluate(
     progress: Progress | None = None,
 ) -> Evaluation:
     """Judge a behavior of a library on one world per seed; all robots run it. A world may be given by name or path."""
-    scenario = world if isinstance(world, Scenario) else find_world(world)
+    scenario = world if isinstance(world, Scenario) else find_scenario(world)
     try:
         seeds = list(seeds)
     except TypeError:  # one number, say

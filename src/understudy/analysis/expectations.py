@@ -10,14 +10,14 @@ from understudy.errors import SessionError, UnderstudyError
 from understudy.model.binding import Binding
 from understudy.model.expectation import Expectation
 from understudy.model.library import Library
-from understudy.runtime.body import rewinds
+from understudy.runtime.body import is_rewindable
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
-from understudy.runtime.team.coordinator_body import Troop
-from understudy.sim.scenario.files import dump_scenario, parse_scenario
+from understudy.runtime.team.coordinator_body import CoordinatorBody
+from understudy.sim.scenario.files import format_scenario, parse_scenario
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.libraries import Libraries, troop_of
+from understudy.sim.team.libraries import Libraries, make_coordinator_body
 from understudy.sim.world import World
 from understudy.training.session import Session
 
@@ -49,18 +49,18 @@ def here(session: Session, *, flag: str, within_s: float) -> Expectation:
         raise SessionError(
             f"{automaton.name!r} never raises {flag!r}; its flags are {', '.join(flags) or 'none'}"
         )
-    ground = body.ground if isinstance(body, Troop) else body
-    if not isinstance(ground, World) or not rewinds(body) or ground.worlds != 1:
+    ground = body.ground if isinstance(body, CoordinatorBody) else body
+    if not isinstance(ground, World) or not is_rewindable(body) or ground.worlds != 1:
         raise SessionError("an outcome is of one simulated world, so that it can be put back to this moment")
     scenario = ground.scenario
     return Expectation(
         flag,
         within_s,
         scenario.name,
-        dump_scenario(scenario),
+        format_scenario(scenario),
         body.snapshot(),
         session.agent,
-        body.squads.squad.name if isinstance(body, Troop) else "",
+        body.squads.squad.name if isinstance(body, CoordinatorBody) else "",
         Binding(dict(session.screen().targets)),
     )
 
@@ -104,9 +104,9 @@ def _let_go(outcome: Expectation, name: str, library: Library, libraries: Librar
     return round(body.time_s - began, 6) if doer.root.flag == outcome.flag else None
 
 
-def _body(outcome: Expectation, libraries: Libraries) -> World | Troop:
+def _body(outcome: Expectation, libraries: Libraries) -> World | CoordinatorBody:
     scenario = _scenario(outcome.scenario)
-    return troop_of(scenario, outcome.sort, libraries) if outcome.sort else World(scenario)
+    return make_coordinator_body(scenario, outcome.sort, libraries) if outcome.sort else World(scenario)
 
 
 @cache

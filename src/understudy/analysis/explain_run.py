@@ -19,7 +19,7 @@ from understudy.model.lesson import Example, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.assignment import deal
+from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
 
@@ -104,7 +104,7 @@ def why(run: Recorded, scenario: Scenario, libraries: Libraries) -> Why:
     ran, world = run.ran, World(scenario, [run.header.seed])
     team = Team(
         world,
-        deal(scenario),
+        assign_team_members(scenario),
         libraries,
         dict.fromkeys(ran.sorts, (run.behavior, ran.binding)),
         makes=followed,

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import UnderstudyError
-from understudy.learning.training_set import heeded, vectors
+from understudy.learning.training_set import group_by_feature_vector, select_teaching_examples
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature, FlagFeature, TimeInState, TimerFeature
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
-from understudy.runtime.feature_columns import feature_column
+from understudy.runtime.feature_columns import read_feature_column
 from understudy.training.feature_values import find_own_value
 
 Vector: TypeAlias = tuple[float, ...]
@@ -96,9 +96,14 @@ def _tested(lesson: Lesson) -> Iterator[Example]:
     """The examples that say what is right: made by presses, and no automatic default where something was said with
     the very same vector.
     """
-    said = {(example.state, key) for example in heeded(lesson) if example.shown for key in vectors([example])}
-    for example in heeded(lesson):
-        (key,) = vectors([example])
+    said = {
+        (example.state, key)
+        for example in select_teaching_examples(lesson)
+        if example.shown
+        for key in group_by_feature_vector([example])
+    }
+    for example in select_teaching_examples(lesson):
+        (key,) = group_by_feature_vector([example])
         default = example.kind is ExampleKind.DEFAULT
         if example.pressed and not (default and (lesson.automaton.stateless or (example.state, key) in said)):
             yield example
@@ -195,7 +200,7 @@ def _vectors(
             continue
         ground = replace(bound, binding=bound.binding.within(example.binding))
         try:
-            columns.append(feature_column(ground, percept, agents=len(rows)))
+            columns.append(read_feature_column(ground, percept, agents=len(rows)))
         except (UnderstudyError, KeyError):
             return None
     return list(zip(*(column.tolist() for column in columns), strict=True)) or [()] * len(rows)

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from understudy.analysis.expectations import Tried, tried
 from understudy.analysis.lesson_replay import Replayed, replayed
 from understudy.errors import join_names
-from understudy.learning.training_set import heeded
+from understudy.learning.training_set import select_teaching_examples
 from understudy.model.expectation import Expectation
 from understudy.model.lesson import Lesson, ReadingLog, SklearnOptions
 from understudy.model.library import Library, TrainedAutomaton
@@ -89,7 +89,9 @@ def differs(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
 
 def _bare(taught: TrainedAutomaton, lesson: Lesson) -> TrainedAutomaton:
     """An automaton with nothing but what its classifier is fitted to."""
-    examples = tuple(replace(each, moment=None, window=0, quarantined="") for each in heeded(lesson))
+    examples = tuple(
+        replace(each, moment=None, window=0, quarantined="") for each in select_teaching_examples(lesson)
+    )
     return TrainedAutomaton(
         taught.automaton, replace(lesson, examples=examples, record=ReadingLog(), outcomes=())
     )

@@ -10,10 +10,10 @@ from understudy.robots.recording.reader import RESTART, Recording
 from understudy.robots.recording.replay import Replay
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
-from understudy.runtime.team.members import Layer
+from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.assignment import deal
+from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
 
 
@@ -38,14 +38,14 @@ class Rerun:
         self._body = Replay(recording)
         self._team: Team | None = None
         root = behavior, Binding(binding)
-        if scenario is not None and len(deal(scenario).type_of) == self._body.agents:
+        if scenario is not None and len(assign_team_members(scenario).type_of) == self._body.agents:
             self._team = _team(self._body, scenario, libraries, dict.fromkeys(sorts, root))
             self.chains = [command(self._team, agent) for agent in range(self._body.agents)]
         else:
             program = link(libraries[sorts[0]], *root)
             now, agents = self._body.time_s, range(self._body.agents)
             self._alone = Followed(self._body, [Interpreter(program, now=now) for _ in agents])
-            layer = Layer(self._body, self._alone)
+            layer = AgentLayer(self._body, self._alone)
             self.chains = [(Post(sorts[0], agent, layer, None),) for agent in agents]
         for post in (post for chain in self.chains for post in chain):
             runner(post).follow(post.agent)
@@ -105,7 +105,7 @@ def _team(
     radio = scenario.radio
     return Team(
         body,
-        deal(scenario),
+        assign_team_members(scenario),
         libraries,
         roots,
         makes=followed,

@@ -15,7 +15,7 @@ from understudy.errors import FileError, SettingError
 from understudy.robots.recording.header import Ran
 from understudy.runtime.program import Child, Instance
 from understudy.runtime.team.team import Team
-from understudy.sim.scenario.files import dump_scenario
+from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
 from understudy.storage.atomic import convert_os_errors
@@ -56,7 +56,7 @@ def trace_entry(ran: Ran, scenario: Scenario) -> dict[str, Any]:
 
 def world_mark(scenario: Scenario) -> str:
     """A fingerprint of a scenario."""
-    return hash_content(dump_scenario(scenario).encode())
+    return hash_content(format_scenario(scenario).encode())
 
 
 def marks(team: Team, libraries: Libraries) -> dict[str, dict[str, str]]:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from understudy.analysis.lesson_replay import Decided, Replayed, replayed
 from understudy.errors import SettingError
-from understudy.learning.fit import learned
-from understudy.learning.pruning_suggestions import Suggestion, suggestion, with_pruning
+from understudy.learning.fit import learn_automaton
+from understudy.learning.pruning_suggestions import PruningSuggestion, replace_pruning, suggest_pruning
 from understudy.model.automaton import Automaton
 from understudy.model.describe import describe_transitions
 from understudy.model.lesson import Lesson, TreeOptions
@@ -25,7 +25,7 @@ class Simpler:
     """
 
     pruning: float
-    suggested: Suggestion | None
+    suggested: PruningSuggestion | None
     before: TrainedAutomaton
     after: TrainedAutomaton
     replayed: Replayed
@@ -54,10 +54,10 @@ def simpler(taught: TrainedAutomaton, pruning: float | None = None) -> Simpler:
     SettingError where it was not taught with trees.
     """
     lesson = simplifiable(taught)
-    found = suggestion(lesson)
+    found = suggest_pruning(lesson)
     asked = pruning if pruning is not None else UNTOLD if found is None else found.pruning
-    pruned = with_pruning(lesson, asked)
-    after = TrainedAutomaton(learned(pruned), pruned)
+    pruned = replace_pruning(lesson, asked)
+    after = TrainedAutomaton(learn_automaton(pruned), pruned)
     return Simpler(asked, found, taught, after, replayed(after, taught))
 
 

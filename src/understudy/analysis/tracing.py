@@ -9,11 +9,11 @@ from understudy.model.features import Percept
 from understudy.model.kinds import Column
 from understudy.model.tree import STAY
 from understudy.runtime.body import Body
-from understudy.runtime.interpreter import Interpreter, Machine
+from understudy.runtime.interpreter import Interpreter, RunningAutomaton
 from understudy.runtime.program import Program
 from understudy.runtime.run_loop import Run
-from understudy.runtime.team.members import Layer, Runner
-from understudy.runtime.team.squad_body import Squads
+from understudy.runtime.team.members import AgentLayer, Runner
+from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team
 
 
@@ -38,7 +38,7 @@ class Stood:
     state has no transition function), and the query that had entered its state (None: it was started there).
     """
 
-    machine: Machine
+    machine: RunningAutomaton
     entered_s: float
     asked: Query | None
     entry: Query | None
@@ -52,11 +52,11 @@ class Followed(Run):
     ) -> None:
         super().__init__(body, interpreters, others)
         self._seen: dict[int, Interpreter] = {}
-        self._asked: dict[Machine, Query] = {}
-        self._entries: dict[Machine, Query] = {}
+        self._asked: dict[RunningAutomaton, Query] = {}
+        self._entries: dict[RunningAutomaton, Query] = {}
         self._agents: set[int] = set()
         self._body = body
-        self.last: tuple[Machine, Query] | None = None
+        self.last: tuple[RunningAutomaton, Query] | None = None
         """The last switch before this tick of those that are followed; of several in a tick that of the highest level,
         which the others follow from."""
 
@@ -76,7 +76,7 @@ class Followed(Run):
                 interpreter.witness(self._witness)
         return super().decide(percept)
 
-    def _witness(self, machine: Machine, state: int, answer: int, values: Sequence[float]) -> None:
+    def _witness(self, machine: RunningAutomaton, state: int, answer: int, values: Sequence[float]) -> None:
         query = Query(self._body.time_s, state, state if answer == STAY else answer, tuple(values))
         self._asked[machine] = query
         if query.switched:
@@ -86,7 +86,7 @@ class Followed(Run):
         """The running automata of an agent that is followed, from the root down."""
         return tuple(self._stood(machine) for machine in self.interpreters[agent].active)
 
-    def _stood(self, machine: Machine) -> Stood:
+    def _stood(self, machine: RunningAutomaton) -> Stood:
         entry = self._entries.get(machine)
         if entry is not None and (entry.time_s != machine.entered or entry.after != machine.state):
             entry = None  # it was started again since
@@ -106,8 +106,8 @@ class Post:
 
     sort: str
     agent: int
-    layer: Layer
-    squad: tuple[Squads, int] | None
+    layer: AgentLayer
+    squad: tuple[SquadBody, int] | None
 
     @property
     def ordered(self) -> str | None:
@@ -133,10 +133,10 @@ def command(team: Team, robot: int) -> tuple[Post, ...]:
         sort, row = squads.squad.name, int(squads.roster.squad[member])
 
 
-def _above(team: Team, layer: Layer, row: int) -> tuple[Squads, Layer, int] | None:
+def _above(team: Team, layer: AgentLayer, row: int) -> tuple[SquadBody, AgentLayer, int] | None:
     """The squads that an agent is a member of, their layer, and which member it is."""
     for upper in team.layers:
-        if isinstance(upper.body, Squads):
+        if isinstance(upper.body, SquadBody):
             roster = upper.body.roster
             for member, (band, place) in enumerate(
                 zip(roster.band.tolist(), roster.row.tolist(), strict=True)

@@ -11,9 +11,9 @@ import numpy as np
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.lesson_analysis import LessonAnalysis
 from understudy.errors import UnderstudyError, join_names
-from understudy.learning.mislabels import same_press, slips
-from understudy.learning.report import contradictions
-from understudy.learning.training_set import vectors
+from understudy.learning.mislabels import find_mislabels, list_press_examples
+from understudy.learning.report import find_contradictions
+from understudy.learning.training_set import group_by_feature_vector
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Categorical
@@ -26,7 +26,7 @@ from understudy.training.feature_values import compute_example_values
 def advise_on_contradictions(survey: LessonAnalysis, kit: Kit | None) -> Iterator[Advice]:
     """Directives and confirmations of one situation that want different things, and what would part them."""
     for state in survey.learners:
-        for group in contradictions(survey.lesson, state):
+        for group in find_contradictions(survey.lesson, state):
             place = survey.place(state)
             box, when = survey.where(state, group[0])
             numbers = tuple(example.number for example in group)
@@ -55,7 +55,7 @@ def advise_on_contradictions(survey: LessonAnalysis, kit: Kit | None) -> Iterato
 def advise_on_overruled_defaults(survey: LessonAnalysis) -> Iterator[Advice]:
     """A directive in the very situation in which a default was recorded: what was said decides, at once."""
     for state, learner in survey.learners.items():
-        for group in vectors(learner.examples).values():
+        for group in group_by_feature_vector(learner.examples).values():
             defaults = [example for example in group if example.kind is ExampleKind.DEFAULT]
             leaving = [
                 example
@@ -164,7 +164,7 @@ def advise_on_mislabels(survey: LessonAnalysis, meant: Mapping[int, float]) -> I
     """
     if survey.scant:
         return
-    for suspect in slips(survey.lesson, meant=meant, most=MOST):
+    for suspect in find_mislabels(survey.lesson, meant=meant, most=MOST):
         example = suspect.example
         taught = example.state if example.state in survey.learners else next(iter(survey.learners))
         if _foretold(survey, taught, example):
@@ -177,7 +177,7 @@ def advise_on_mislabels(survey: LessonAnalysis, meant: Mapping[int, float]) -> I
             place,
             0.15 + 0.6 * min(1.0, suspect.doubt),
             box,
-            same_press(survey.lesson, example.number),
+            list_press_examples(survey.lesson, example.number),
             example.values,
             suspect.doubt,
         )

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
-from understudy.learning.fit import fitting
-from understudy.learning.sklearn_adapter import ScikitTransition
-from understudy.learning.training_set import Shown, arrays, teaching
+from understudy.learning.fit import make_fitter
+from understudy.learning.sklearn_adapter import ClassifierTransition
+from understudy.learning.training_set import TrainingSet, group_examples_by_state, make_training_set
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Example, Lesson, SklearnOptions
 from understudy.model.tree import STAY, Tree, make_leaf
@@ -34,8 +34,8 @@ class StateFit:
     """
 
     state: str
-    shown: Shown
-    fit: Callable[[Shown], Transition]
+    shown: TrainingSet
+    fit: Callable[[TrainingSet], Transition]
 
     @property
     def examples(self) -> tuple[Example, ...]:
@@ -57,7 +57,7 @@ class StateFit:
         values, outcomes, groups = shown.values[kept], shown.outcomes[kept], shown.groups[kept]
         try:
             return self.fit(
-                Shown((), values, outcomes, groups, shown.current)
+                TrainingSet((), values, outcomes, groups, shown.current)
             )  # arrays are all that is fitted to
         except DefinitionError:
             return Tree((make_leaf(STAY),))
@@ -70,7 +70,7 @@ class StateFit:
 
     def decided(self, transition: Transition, vectors: Sequence[Sequence[float]]) -> NDArray[np.int64]:
         """The next state's index for each vector; where it stays, that of the state itself (STAY: stateless)."""
-        if isinstance(transition, ScikitTransition):
+        if isinstance(transition, ClassifierTransition):
             found = transition.decide_at_once(np.array(vectors, np.float64).reshape(len(vectors), -1))
         else:
             found = np.array([transition.decide(vector) for vector in vectors], np.int64)
@@ -79,10 +79,10 @@ class StateFit:
 
 def make_state_fits(lesson: Lesson) -> Mapping[str, StateFit]:
     """What teaches each state that was shown anything; a stateless lesson has one for all, under its first state."""
-    fit = fitting(lesson)
-    taught = teaching(lesson)
+    fit = make_fitter(lesson)
+    taught = group_examples_by_state(lesson)
     names = list(taught)[:1] if lesson.automaton.stateless else list(taught)
-    return {name: StateFit(name, arrays(lesson, taught[name], name), fit) for name in names}
+    return {name: StateFit(name, make_training_set(lesson, taught[name], name), fit) for name in names}
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from understudy.errors import SettingError
 from understudy.model.features import BoundFeature
 from understudy.runtime.body import Body
-from understudy.runtime.feature_columns import Sensing
+from understudy.runtime.feature_columns import FeatureColumns
 from understudy.sim.view import WorldView
 
 
@@ -57,7 +57,7 @@ class PoseSampler:
             BoundFeature(self._features[column].feature, self._features[column].binding.within(targets))
             for column in self._columns
         ]
-        self._sensing = Sensing(ground, body)
+        self._sensing = FeatureColumns(ground, body)
         self._world = agent // len(body.view(0).robots)
 
     def anywhere(self, draws: np.random.Generator, *, near: bool) -> RobotPose:

@@ -15,7 +15,7 @@ from enum import StrEnum
 
 from understudy.coaching.uncertainty import Uncertainty, UncertaintyModel
 from understudy.learning.fit import learn
-from understudy.runtime.body import rewinds
+from understudy.runtime.body import is_rewindable
 from understudy.training.other_agents import SessionSnapshot
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -107,7 +107,7 @@ class UncertaintyQueries:
 
     def _mark(self, question: Question) -> None:
         session = self.session
-        instant = session.instant() if rewinds(session.body) else None
+        instant = session.instant() if is_rewindable(session.body) else None
         self.marked.append(
             Question(question.time_s, question.state, question.values, question.next, question.doubt, instant)
         )

@@ -15,7 +15,7 @@ from understudy.errors import SessionError, join_names
 from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, TimeInState, TimerFeature
 from understudy.model.kinds import NO, Categorical, Toroidal
 from understudy.model.tree_regions import Box, ValueSet
-from understudy.runtime.interpreter import Level
+from understudy.runtime.interpreter import StackFrame
 from understudy.training.other_agents import SessionSnapshot, require_rewindable
 from understudy.training.session import Session
 
@@ -165,12 +165,12 @@ def measure_miss(bound: BoundFeature, region: ValueSet, value: float) -> float:
     return min(1.0, 0.01 + 0.5 * max(off, 0.0) / scale)
 
 
-def _levels(session: Session, state: str, region: Box) -> tuple[tuple[Level, ...], tuple[str, ...]]:
+def _levels(session: Session, state: str, region: Box) -> tuple[tuple[StackFrame, ...], tuple[str, ...]]:
     """The run state in which the automaton's own features lie in a region; and which of them cannot be made to."""
     automaton = session.automaton
     name = state or automaton.states[0].name
     seconds, counters, timers = 0.0, {}, {}
-    below: list[Level] = []
+    below: list[StackFrame] = []
     missed = []
     for bound, part in zip(automaton.features, region, strict=False):
         feature = bound.feature
@@ -184,17 +184,17 @@ def _levels(session: Session, state: str, region: Box) -> tuple[tuple[Level, ...
             raised = _raised(session, name, feature.name)
             below += raised
             missed += [] if raised else [str(bound)]
-    return (Level(automaton.name, name, seconds, counters, timers), *below), tuple(missed)
+    return (StackFrame(automaton.name, name, seconds, counters, timers), *below), tuple(missed)
 
 
-def _raised(session: Session, state: str, flag: str) -> list[Level]:
+def _raised(session: Session, state: str, flag: str) -> list[StackFrame]:
     """The run state of what a state runs, its flag raised; none where it has no such flag."""
     behavior = session.automaton.state(state).behavior
     taught = session.library.taught.get(behavior or "")
     if taught is None:
         return []
     flags = [each.name for each in taught.automaton.states if each.flag == flag]
-    return [Level(taught.automaton.name, flags[0], 0.0, {}, {})] if flags else []
+    return [StackFrame(taught.automaton.name, flags[0], 0.0, {}, {})] if flags else []
 
 
 def _within(region: ValueSet) -> float:

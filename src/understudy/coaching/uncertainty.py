@@ -24,7 +24,7 @@ from understudy.coaching.situation_text import (
     find_cells,
     make_feature_phrases,
 )
-from understudy.learning.training_set import teaching, vectors
+from understudy.learning.training_set import group_by_feature_vector, group_examples_by_state
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY, Tree
@@ -75,7 +75,9 @@ class UncertaintyModel:
             for name, learner in found.items()
         }
         shared = next(iter(made.values()), None)
-        self._states = dict.fromkeys(teaching(lesson), shared) if lesson.automaton.stateless else made
+        self._states = (
+            dict.fromkeys(group_examples_by_state(lesson), shared) if lesson.automaton.stateless else made
+        )
         self._flags = {state.name for state in lesson.automaton.states if state.flag is not None}
 
     def doubt(self, state: str, values: Sequence[float]) -> Uncertainty:
@@ -93,7 +95,7 @@ def estimate_uncertainty(
 ) -> Uncertainty:
     """`UncertaintyModel.doubt` for one decision alone; whoever asks often keeps `UncertaintyModel`."""
     return UncertaintyModel(
-        lesson, {} if transition is None else dict.fromkeys(teaching(lesson), transition)
+        lesson, {} if transition is None else dict.fromkeys(group_examples_by_state(lesson), transition)
     ).doubt(state, values)
 
 
@@ -203,7 +205,7 @@ def _split(learner: StateFit, tree: Tree) -> dict[int, tuple[float, tuple[int, .
     """
     heard = [
         example
-        for group in vectors([each for each in learner.examples if each.pressed]).values()
+        for group in group_by_feature_vector([each for each in learner.examples if each.pressed]).values()
         for example in ([each for each in group if each.shown] or group)
     ]
     leaves: dict[int, list[tuple[int, str]]] = {}

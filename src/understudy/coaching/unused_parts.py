@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.lesson_analysis import LessonAnalysis
 from understudy.errors import join_names
-from understudy.learning.training_set import heeded
+from understudy.learning.training_set import select_teaching_examples
 from understudy.model.tree import TestKind, Tree
 
 
 def advise_on_states_never_left(survey: LessonAnalysis) -> Iterator[Advice]:
     """States, other than flag states, that no example leaves; where it begins is the most urgent."""
-    automaton, examples = survey.lesson.automaton, heeded(survey.lesson)
+    automaton, examples = survey.lesson.automaton, select_teaching_examples(survey.lesson)
     if automaton.stateless:
         return
     left = {example.state for example in examples if example.next != example.state}
@@ -31,7 +31,7 @@ def advise_on_states_never_left(survey: LessonAnalysis) -> Iterator[Advice]:
 def advise_on_states_never_entered(survey: LessonAnalysis) -> Iterator[Advice]:
     """States that no example leads to."""
     automaton = survey.lesson.automaton
-    entered = {example.next for example in heeded(survey.lesson)}
+    entered = {example.next for example in select_teaching_examples(survey.lesson)}
     for state in automaton.states[1:]:
         if state.name not in entered:
             what = f"say {state.flag}" if state.flag is not None else f"go to {state.name}"

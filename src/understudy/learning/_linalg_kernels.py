@@ -9,7 +9,7 @@ Floats = NDArray[np.float64]
 
 
 @njit(cache=True)
-def inverse(matrix: Floats) -> Floats:
+def invert_matrix(matrix: Floats) -> Floats:
     """The inverse of a symmetric positive definite matrix [n, n]: Gauss and Jordan's elimination, no pivoting.
 
     Each row and column in turn is swept; every number is worked out in the same order on every machine.

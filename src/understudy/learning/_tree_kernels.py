@@ -36,7 +36,7 @@ Search = tuple[Ints, Ints, Ints, Ints, Ints, Ints, bool, bool, Ints]
 
 
 @njit(cache=True)
-def consider(
+def keep_if_better(
     best: Ints, gain: int, split: int, total: int, gap: int, feature: int, test: int, first: int, second: int,
     side: int, heavy: int,
 ) -> None:  # fmt: skip
@@ -56,7 +56,7 @@ def consider(
 
 
 @njit(cache=True)
-def tells_apart(gain: int, here: int, there: int, need_gain: bool) -> bool:
+def splits_presses(gain: int, here: int, there: int, need_gain: bool) -> bool:
     """Whether a split tells press-made examples apart: with gain on them, or at least some on either side."""
     if here == 0 or there == 0:
         return False
@@ -64,7 +64,7 @@ def tells_apart(gain: int, here: int, there: int, need_gain: bool) -> bool:
 
 
 @njit(cache=True)
-def added(counts: Ints) -> int:
+def sum_counts(counts: Ints) -> int:
     """The sum of counts."""
     total = 0
     for count in counts:
@@ -73,7 +73,7 @@ def added(counts: Ints) -> int:
 
 
 @njit(cache=True)
-def tally(segment: Ints, y: Ints, weight: Ints, group: Ints, weights: Ints, presses: Ints) -> None:
+def count_outcomes(segment: Ints, y: Ints, weight: Ints, group: Ints, weights: Ints, presses: Ints) -> None:
     """Add a segment's examples to counts by outcome."""
     for example in segment:
         weights[y[example]] += weight[example]
@@ -82,7 +82,7 @@ def tally(segment: Ints, y: Ints, weight: Ints, group: Ints, weights: Ints, pres
 
 
 @njit(cache=True)
-def twice(table: Ints, all_: Ints, part: Ints) -> int:
+def compute_split_gain(table: Ints, all_: Ints, part: Ints) -> int:
     """The sum of c log2 c over outcomes, for a part of the examples and for the rest, less that for all."""
     total = 0
     for k in range(len(all_)):
@@ -91,17 +91,17 @@ def twice(table: Ints, all_: Ints, part: Ints) -> int:
 
 
 @njit(cache=True)
-def consider_branches(weights: Ints, shown: Ints, feature: int, test: int, side: int, about: Search) -> None:
+def score_branches(weights: Ints, shown: Ints, feature: int, test: int, side: int, about: Search) -> None:
     """Consider a split into several branches, given weights and numbers of press-made examples by outcome."""
     _, _, _, total, pressed, table, watched, need_gain, best = about
-    presses, branches = added(pressed), 0
-    gain = split = table[added(total)]
+    presses, branches = sum_counts(pressed), 0
+    gain = split = table[sum_counts(total)]
     press_gain = table[presses]
     for k in range(len(total)):
         gain -= table[total[k]]
         press_gain -= table[pressed[k]]
     for branch in range(len(weights)):
-        here, some = table[added(weights[branch])], added(shown[branch])
+        here, some = table[sum_counts(weights[branch])], sum_counts(shown[branch])
         split -= here
         gain -= here
         press_gain -= table[some]
@@ -109,23 +109,23 @@ def consider_branches(weights: Ints, shown: Ints, feature: int, test: int, side:
         for k in range(len(total)):
             gain += table[weights[branch, k]]
             press_gain += table[shown[branch, k]]
-    if not watched or tells_apart(press_gain, presses, branches - 1, need_gain):
-        heavy = added(weights[side])
-        consider(best, gain, split, added(total), int(STEPS), feature, test, 0, 0, side, heavy)
+    if not watched or splits_presses(press_gain, presses, branches - 1, need_gain):
+        heavy = sum_counts(weights[side])
+        keep_if_better(best, gain, split, sum_counts(total), int(STEPS), feature, test, 0, 0, side, heavy)
 
 
 @njit(cache=True)
-def search_absence(segment: Ints, present: int, feature: int, about: Search) -> None:
+def try_absence_split(segment: Ints, present: int, feature: int, about: Search) -> None:
     """Try "is it absent?": the examples from `present` on are."""
     y, weight, group, total, _, _, _, _, _ = about
     weights, shown = np.zeros((2, len(total)), np.int64), np.zeros((2, len(total)), np.int64)
-    tally(segment[present:], y, weight, group, weights[0], shown[0])
-    tally(segment[:present], y, weight, group, weights[1], shown[1])
-    consider_branches(weights, shown, feature, ABSENT, 0, about)
+    count_outcomes(segment[present:], y, weight, group, weights[0], shown[0])
+    count_outcomes(segment[:present], y, weight, group, weights[1], shown[1])
+    score_branches(weights, shown, feature, ABSENT, 0, about)
 
 
 @njit(cache=True)
-def search_labels(
+def try_label_split(
     column: Floats, segment: Ints, present: int, labels: int, feature: int, about: Search
 ) -> None:
     """Try a branch for each label, absent values joining each of those shown here in turn."""
@@ -134,16 +134,16 @@ def search_labels(
         weights, shown = np.zeros((labels, len(total)), np.int64), np.zeros((labels, len(total)), np.int64)
         for position in range(present):
             label = int(column[segment[position]])
-            tally(segment[position : position + 1], y, weight, group, weights[label], shown[label])
-        if present == len(segment) or added(weights[joined]) > 0:
-            tally(segment[present:], y, weight, group, weights[joined], shown[joined])
-            consider_branches(weights, shown, feature, LABEL, joined, about)
+            count_outcomes(segment[position : position + 1], y, weight, group, weights[label], shown[label])
+        if present == len(segment) or sum_counts(weights[joined]) > 0:
+            count_outcomes(segment[present:], y, weight, group, weights[joined], shown[joined])
+            score_branches(weights, shown, feature, LABEL, joined, about)
         if present == len(segment):
             break
 
 
 @njit(cache=True)
-def gaps_of(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints:
+def find_cut_gaps(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints:
     """The last position before each gap worth cutting between values; the gap across the seam comes last.
 
     Where all is press-made, a cut between two values that lead to one and the same outcome is always beaten
@@ -175,7 +175,7 @@ def gaps_of(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints:
 
 
 @njit(cache=True)
-def gap_width(column: Floats, segment: Ints, position: int, period: float) -> float:
+def measure_gap_width(column: Floats, segment: Ints, position: int, period: float) -> float:
     """How far it is from the value at a position to the next one round the circle."""
     value = float(column[segment[position]])
     if position + 1 < len(segment):
@@ -184,15 +184,15 @@ def gap_width(column: Floats, segment: Ints, position: int, period: float) -> fl
 
 
 @njit(cache=True)
-def is_inner(column: Floats, segment: Ints, first: int, second: int, period: float) -> bool:
+def is_inner_arc(column: Floats, segment: Ints, first: int, second: int, period: float) -> bool:
     """Whether the arc from the gap after `first` to the gap after `second`, middle to middle, is narrower."""
-    start = float(column[segment[first]]) + gap_width(column, segment, first, period) * 0.5
-    stop = float(column[segment[second]]) + gap_width(column, segment, second, period) * 0.5
+    start = float(column[segment[first]]) + measure_gap_width(column, segment, first, period) * 0.5
+    stop = float(column[segment[second]]) + measure_gap_width(column, segment, second, period) * 0.5
     return floor((stop - start) / period * STEPS + 0.5) <= floor(STEPS * 0.5)
 
 
 @njit(cache=True)
-def search_cuts(
+def try_cuts(
     column: Floats, segment: Ints, present: int, arcs: bool, extent: float, feature: int, about: Search
 ) -> None:
     """Try every threshold, or every arc between two gaps; absent values on either side of it.
@@ -201,16 +201,16 @@ def search_cuts(
     """
     y, weight, group, total, pressed, table, watched, need_gain, best = about
     values, away = segment[:present], segment[present:]
-    gaps = gaps_of(column, values, y, watched)
+    gaps = find_cut_gaps(column, values, y, watched)
     width = np.empty(len(gaps), np.int64)
     for g in range(len(gaps)):
         if arcs:
-            wide = gap_width(column, values, gaps[g], extent)
+            wide = measure_gap_width(column, values, gaps[g], extent)
         else:
             wide = column[values[(gaps[g] + 1) % present]] * 0.5 - column[values[gaps[g]]] * 0.5
         width[g] = int(floor(wide / extent * STEPS + 0.5))  # noqa: RUF046
     within, shown = np.zeros_like(total), np.zeros_like(total)
-    n, presses, apart = added(total), added(pressed), 0
+    n, presses, apart = sum_counts(total), sum_counts(pressed), 0
     for example in away:
         apart += weight[example]
     for side in range(2 if apart > 0 else 1):
@@ -218,9 +218,12 @@ def search_cuts(
             within[:] = 0
             shown[:] = 0
             if side == 0:
-                tally(away, y, weight, group, within, shown)
-            inside, inside_pressed = added(within), added(shown)
-            gained, press_gained = twice(table, total, within), twice(table, pressed, shown)
+                count_outcomes(away, y, weight, group, within, shown)
+            inside, inside_pressed = sum_counts(within), sum_counts(shown)
+            gained, press_gained = (
+                compute_split_gain(table, total, within),
+                compute_split_gain(table, pressed, shown),
+            )
             position = gaps[first] + 1 if arcs else 0
             for second in range(first + 1 if arcs else 0, len(gaps)):
                 while position <= gaps[second]:
@@ -245,20 +248,20 @@ def search_cuts(
                 if watched:
                     others = presses - inside_pressed
                     press_gain = press_gained + table[presses] - table[inside_pressed] - table[others]
-                    if not tells_apart(press_gain, inside_pressed, others, need_gain):
+                    if not splits_presses(press_gain, inside_pressed, others, need_gain):
                         continue
                 start, heavy = gaps[first] if arcs else -1, 0
                 if apart > 0:  # the weight of the side that absent values join; a tie: the lower or the inner
-                    inner = not arcs or is_inner(column, values, start, gaps[second], extent)
+                    inner = not arcs or is_inner_arc(column, values, start, gaps[second], extent)
                     joined = inside - apart if side == 0 else n - inside - apart
                     heavy = 2 * joined + (inner == (side == 0))
                 gap = min(width[first], width[second]) if arcs else width[second]
                 test = ARC if arcs else BELOW
-                consider(best, gain, split, n, gap, feature, test, start, gaps[second], side, heavy)
+                keep_if_better(best, gain, split, n, gap, feature, test, start, gaps[second], side, heavy)
 
 
 @njit(cache=True)
-def is_default(column: Floats, segment: Ints, value: float, group: Ints) -> bool:
+def is_default_value(column: Floats, segment: Ints, value: float, group: Ints) -> bool:
     """Whether all examples in the node that have this value are defaults."""
     shown = 0
     for example in segment:
@@ -267,7 +270,7 @@ def is_default(column: Floats, segment: Ints, value: float, group: Ints) -> bool
 
 
 @njit(cache=True)
-def how_many_present(column: Floats, segment: Ints) -> int:
+def count_present(column: Floats, segment: Ints) -> int:
     """How many of a segment's examples have the reading; those without come last."""
     present = len(segment)
     while present > 0 and isnan(column[segment[present - 1]]):
@@ -276,23 +279,23 @@ def how_many_present(column: Floats, segment: Ints) -> int:
 
 
 @njit(cache=True)
-def search(columns: Floats, order: Ints, form: Ints, extent: Floats, about: Search) -> None:
+def find_best_split(columns: Floats, order: Ints, form: Ints, extent: Floats, about: Search) -> None:
     """Put the best split of a node into the last of `about`; its RATIO stays negative where there is none."""
     for feature in range(len(columns)):
         column, segment, wide = columns[feature], order[feature], extent[feature]
-        present = how_many_present(column, segment)
+        present = count_present(column, segment)
         if 0 < present < len(segment):
-            search_absence(segment, present, feature, about)
+            try_absence_split(segment, present, feature, about)
         if present == 0 or column[segment[0]] == column[segment[present - 1]]:
             continue
         if form[feature] == LABELS:
-            search_labels(column, segment, present, int(wide), feature, about)
+            try_label_split(column, segment, present, int(wide), feature, about)
         else:
-            search_cuts(column, segment, present, form[feature] == CIRCLE, wide, feature, about)
+            try_cuts(column, segment, present, form[feature] == CIRCLE, wide, feature, about)
 
 
 @njit(cache=True)
-def part(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
+def partition_rows(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
     """Reorder every row so that the children follow one another, each still sorted."""
     offsets = np.empty(len(sizes), np.int64)
     for row in order:
@@ -309,11 +312,11 @@ def part(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
 
 
 @njit(cache=True)
-def send(
+def assign_to_children(
     column: Floats, segment: Ints, test: int, first: int, second: int, absent: int, flip: bool, side: Ints
 ) -> int:
     """Say of each example of a node which child it goes to; answers which one absent values go to."""
-    present = how_many_present(column, segment)
+    present = count_present(column, segment)
     absent = 1 - absent if flip else absent
     for position in range(len(segment)):
         if position >= present:
@@ -329,7 +332,7 @@ def send(
 
 
 @njit(cache=True)
-def grow(
+def grow_nodes(
     columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int,
     watched: bool, table: Ints,
 ) -> tuple[Ints, Floats]:  # fmt: skip
@@ -356,8 +359,8 @@ def grow(
         nodes[node, START], nodes[node, STOP] = start, stop
         total[:] = 0
         pressed[:] = 0
-        tally(here[0], y, weight, group, total, pressed)
-        presses = added(pressed)
+        count_outcomes(here[0], y, weight, group, total, pressed)
+        presses = sum_counts(pressed)
         for k in range(outcomes):
             if pressed[k] == presses:
                 nodes[node, OUTCOME] = k
@@ -365,30 +368,30 @@ def grow(
         for attempt in range(2 if watched else 1):
             if nodes[node, OUTCOME] == NOTHING and best[RATIO] < 0:
                 about = (y, weight, group, total, pressed, table, watched, attempt == 0, best)
-                search(columns, here, form, extent, about)
+                find_best_split(columns, here, form, extent, about)
         if best[RATIO] < 0:
             nodes[node, KIND] = LEAF
             continue
         feature, test, first, second = -best[FEATURE], best[TEST], -best[FIRST], -best[SECOND]
         column, segment, children = columns[feature], here[feature], 2
-        values = segment[: how_many_present(column, segment)]
-        flip = test == ARC and not is_inner(column, values, first, second, extent[feature])
+        values = segment[: count_present(column, segment)]
+        flip = test == ARC and not is_inner_arc(column, values, first, second, extent[feature])
         if test in (BELOW, ARC):
             for end in range(2):
                 position = second if (end == 1) != (flip or test == BELOW) else first
                 lower, upper = column[values[position]], column[values[(position + 1) % len(values)]]
                 cuts[node, 2 * end], cuts[node, 2 * end + 1] = lower, upper
-                nodes[node, SORT + end] = is_default(column, segment, upper, group)
-                nodes[node, SORT + end] -= is_default(column, segment, lower, group)
+                nodes[node, SORT + end] = is_default_value(column, segment, upper, group)
+                nodes[node, SORT + end] -= is_default_value(column, segment, lower, group)
         elif test == LABEL:
             children = int(extent[feature])
         nodes[node, KIND], nodes[node, OF] = test, feature
-        nodes[node, AWAY] = send(column, segment, test, first, second, best[SIDE], flip, side)
+        nodes[node, AWAY] = assign_to_children(column, segment, test, first, second, best[SIDE], flip, side)
         sizes, presses_of = np.zeros(children, np.int64), np.zeros(children, np.int64)
         for example in here[0]:
             sizes[side[example]] += 1
             presses_of[side[example]] += group[example] != WATCHED
-        part(here, side, sizes, kept)
+        partition_rows(here, side, sizes, kept)
         at = stop
         for child in range(children - 1, -1, -1):
             if presses_of[child] > 0:

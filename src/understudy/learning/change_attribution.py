@@ -16,9 +16,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from understudy.errors import join_names
-from understudy.learning.explain import reaching
+from understudy.learning.explain import find_rows_by_node
 from understudy.learning.fit import learn_state
-from understudy.learning.training_set import teaching
+from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Transition
 from understudy.model.describe import list_shown_vectors
 from understudy.model.kinds import Toroidal
@@ -39,7 +39,7 @@ SIGNIFICANT = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Responsible:
+class ExampleAttribution:
     """An example behind a change: what `happened` to it ("new", "gone", "edited", "in quarantine", "let out", or "read
     anew" where the lesson's features or reaction time changed), and `how` it is behind it.
     """
@@ -53,7 +53,7 @@ HowMoved: TypeAlias = Literal["moved", "appeared", "vanished"]
 
 
 @dataclass(frozen=True, slots=True)
-class Moved:
+class ConditionChange:
     """When a state is left for another: the conditions that are gone and those that are new, and who is behind it."""
 
     state: str
@@ -61,7 +61,7 @@ class Moved:
     gone: tuple[str, ...]
     new: tuple[str, ...]
     what: HowMoved
-    examples: tuple[Responsible, ...]
+    examples: tuple[ExampleAttribution, ...]
 
     def __str__(self) -> str:
         """A sentence: "goto → done moved: examples 3 (gone, showed it) and 7 (new, shows it)"."""
@@ -71,18 +71,20 @@ class Moved:
         return f"{self.state} → {self.next} {self.what}: {which if named else 'it is learned otherwise'}"
 
 
-def moved(before: TrainedAutomaton, after: TrainedAutomaton) -> tuple[Moved, ...]:
+def attribute_condition_changes(
+    before: TrainedAutomaton, after: TrainedAutomaton
+) -> tuple[ConditionChange, ...]:
     """Every change of when states are left, of trees learned from lessons, with the examples responsible."""
     if before.lesson is None or after.lesson is None:
         return ()
     found = []
     for state in dict.fromkeys([*before.automaton.transitions, *after.automaton.transitions]):
-        pair = _State(state, before, after, before.lesson, after.lesson)
+        pair = _StateDiff(state, before, after, before.lesson, after.lesson)
         found += list(pair.moved())
     return tuple(found)
 
 
-class _State:
+class _StateDiff:
     """The two versions of one state: what taught it, and what it learned."""
 
     def __init__(
@@ -95,8 +97,8 @@ class _State:
     ) -> None:
         self.state, self.before, self.after = state, before, after
         self.old_lesson, self.new_lesson = old_lesson, new_lesson
-        self.old = {each.number: each for each in teaching(old_lesson).get(state, ())}
-        self.new = {each.number: each for each in teaching(new_lesson).get(state, ())}
+        self.old = {each.number: each for each in group_examples_by_state(old_lesson).get(state, ())}
+        self.new = {each.number: each for each in group_examples_by_state(new_lesson).get(state, ())}
         self.happened = dict(self._happened())
         self.alike = before.automaton.features == after.automaton.features
 
@@ -115,7 +117,7 @@ class _State:
             elif not _same(old.values, new.values):
                 yield number, "edited" if new.edited else "read anew"
 
-    def moved(self) -> Iterator[Moved]:
+    def moved(self) -> Iterator[ConditionChange]:
         """Next state by next state."""
         old, new = self._lines(self.before, self.old_lesson), self._lines(self.after, self.new_lesson)
         for following in dict.fromkeys([*old, *new]):
@@ -125,7 +127,7 @@ class _State:
             if gone or come:
                 what: HowMoved = "moved" if was and now else "appeared" if now else "vanished"
                 examples = self._responsible(following, gone, come)
-                yield Moved(self.state, following, tuple(gone), tuple(come), what, examples)
+                yield ConditionChange(self.state, following, tuple(gone), tuple(come), what, examples)
 
     def _lines(self, taught: TrainedAutomaton, lesson: Lesson) -> Lines:
         automaton = taught.automaton
@@ -143,7 +145,7 @@ class _State:
 
     def _responsible(
         self, following: str, gone: Mapping[str, Box], come: Mapping[str, Box]
-    ) -> tuple[Responsible, ...]:
+    ) -> tuple[ExampleAttribution, ...]:
         found: dict[int, str] = {}
         for boxes, lost in ((come, False), (gone, True)):
             for box in boxes.values():
@@ -158,7 +160,9 @@ class _State:
             found = dict.fromkeys(needed, "elsewhere, without it this would not be")
         if not found:
             found = dict.fromkeys(self.happened, "elsewhere, with the others")
-        return tuple(Responsible(number, self.happened[number], found[number]) for number in sorted(found))
+        return tuple(
+            ExampleAttribution(number, self.happened[number], found[number]) for number in sorted(found)
+        )
 
     def _reaching(self, following: str, box: Box, *, lost: bool) -> Iterator[tuple[int, str]]:
         """Examples whose vectors fulfill a condition that is new, or was `lost`."""
@@ -187,7 +191,7 @@ class _State:
         cuts = self._cuts(self.before if taught is self.after else self.after)
         examples = list(mine.values())
         vectors = np.array([each.values for each in examples]).reshape(len(examples), len(features))
-        reach = reaching(tree, vectors)
+        reach = find_rows_by_node(tree, vectors)
         for node, rows in zip(tree.nodes, reach, strict=True):
             for cut in _ends(node):
                 ends = {end for box in boxes.values() for part in box[node.feature].parts for end in part}

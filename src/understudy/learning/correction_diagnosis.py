@@ -15,9 +15,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
-from understudy.learning.leave_one_out import Hindsight, Square, hindsight, unlikeness
-from understudy.learning.mislabels import Suspect, evidence, named, noise
-from understudy.learning.training_set import arrays, heeded, vectors
+from understudy.learning.leave_one_out import (
+    LeaveOneOut,
+    Square,
+    compute_pairwise_distances,
+    fit_leave_one_out,
+)
+from understudy.learning.mislabels import (
+    SuspectExample,
+    describe_counterevidence,
+    estimate_noise_variance,
+    format_example_numbers,
+)
+from understudy.learning.training_set import (
+    group_by_feature_vector,
+    make_training_set,
+    select_teaching_examples,
+)
 from understudy.model.lesson import Example, Lesson
 
 ENOUGH = 6
@@ -28,7 +42,7 @@ NEAR = 0.1
 """How like the correction an example must be, of 1, to have had a part in the mistake."""
 
 
-class Verdict(StrEnum):
+class MistakeCause(StrEnum):
     """Where a mistake came from."""
 
     BAD = "bad examples"
@@ -38,13 +52,13 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class CorrectionDiagnosis:
     """What a correction came to: the verdict, why, and whom to suspect, the most doubtful first."""
 
     correction: Example
-    verdict: Verdict
+    verdict: MistakeCause
     reason: str
-    suspects: tuple[Suspect, ...] = ()
+    suspects: tuple[SuspectExample, ...] = ()
 
     @property
     def reasons(self) -> dict[int, str]:
@@ -55,7 +69,7 @@ class Judgement:
         return " ".join([self.reason, *(suspect.reason for suspect in self.suspects)])
 
 
-def judge(lesson: Lesson, correction: Example) -> Judgement:
+def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagnosis:
     """Why the robot was wrong where this correction, one of the lesson's examples, was made.
 
     Suspected are press-made examples of the same state (of all states in stateless lessons) that are like the
@@ -65,16 +79,20 @@ def judge(lesson: Lesson, correction: Example) -> Judgement:
     pool = _pool(lesson, correction)
     rivals = _rivals(pool, correction)
     if rivals:
-        reason = f"Correction {correction.number} contradicts {named(rivals)}: both are kept."
-        return Judgement(correction, Verdict.CONTRADICTION, reason)
+        reason = (
+            f"Correction {correction.number} contradicts {format_example_numbers(rivals)}: both are kept."
+        )
+        return CorrectionDiagnosis(correction, MistakeCause.CONTRADICTION, reason)
     if len(pool) - 1 < ENOUGH:
         count = f"{len(pool) - 1} other example{'s' * (len(pool) != 2)}"
         reason = f"With {count} beside correction {correction.number} it is too early to doubt any."
-        return Judgement(correction, Verdict.UNSURE, reason)
-    shown = arrays(lesson, pool, correction.state)
+        return CorrectionDiagnosis(correction, MistakeCause.UNSURE, reason)
+    shown = make_training_set(lesson, pool, correction.state)
     _, outcomes = np.unique(shown.outcomes, return_inverse=True)
-    unlike = unlikeness(shown.values, [bound.kind for bound in lesson.automaton.features])
-    seen = hindsight(unlike, outcomes, np.array([noise(example) for example in pool]))
+    unlike = compute_pairwise_distances(shown.values, [bound.kind for bound in lesson.automaton.features])
+    seen = fit_leave_one_out(
+        unlike, outcomes, np.array([estimate_noise_variance(example) for example in pool])
+    )
     return _judged(pool, pool.index(correction), unlike, seen)
 
 
@@ -83,7 +101,7 @@ def _pool(lesson: Lesson, correction: Example) -> tuple[Example, ...]:
     stateless = lesson.automaton.stateless
     found = [
         example
-        for example in heeded(lesson)
+        for example in select_teaching_examples(lesson)
         if (example.shown if stateless else example.pressed and example.state == correction.state)
     ]
     if correction not in found:
@@ -97,7 +115,7 @@ def _pool(lesson: Lesson, correction: Example) -> tuple[Example, ...]:
 
 def _rivals(pool: Sequence[Example], correction: Example) -> list[Example]:
     """Other corrections with the very same feature vector that say otherwise; defaults beside them said nothing."""
-    alike = next(group for group in vectors(pool).values() if correction in group)
+    alike = next(group for group in group_by_feature_vector(pool).values() if correction in group)
     return [
         example
         for example in alike
@@ -105,7 +123,7 @@ def _rivals(pool: Sequence[Example], correction: Example) -> list[Example]:
     ]
 
 
-def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: Hindsight) -> Judgement:
+def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: LeaveOneOut) -> CorrectionDiagnosis:
     correction, outcomes = pool[place], seen.outcomes
     reach = seen.like[place] > NEAR
     against = (outcomes != outcomes[place]) & reach
@@ -113,24 +131,24 @@ def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: Hindsight
     suspects = _suspects(pool, against, unlike, seen)
     said = f"correction {correction.number}"
     if suspects:
-        bad = named([suspect.example for suspect in suspects])
+        bad = format_example_numbers([suspect.example for suspect in suspects])
         reason = f"What {said} shows was decided wrongly because of {bad}."
-        return Judgement(correction, Verdict.BAD, reason, suspects)
+        return CorrectionDiagnosis(correction, MistakeCause.BAD, reason, suspects)
     if itself >= DOUBTED:
         reason = f"What is like {said} agrees on something else, so either it is wrong or a boundary runs close by."
-        return Judgement(correction, Verdict.UNSURE, reason)
+        return CorrectionDiagnosis(correction, MistakeCause.UNSURE, reason)
     if against.any():
         reason = f"Too little had been shown around {said}, and no example there is clearly bad."
     elif reach.sum() > 1:  # itself
         reason = f"What is like {said} agrees with it: it shows where the boundary is not."
     else:
         reason = f"Nothing like {said} had been shown: it adds what was missing."
-    return Judgement(correction, Verdict.FEW, reason)
+    return CorrectionDiagnosis(correction, MistakeCause.FEW, reason)
 
 
 def _suspects(
-    pool: Sequence[Example], against: NDArray[np.bool_], unlike: Square, seen: Hindsight
-) -> tuple[Suspect, ...]:
+    pool: Sequence[Example], against: NDArray[np.bool_], unlike: Square, seen: LeaveOneOut
+) -> tuple[SuspectExample, ...]:
     """The most doubtful first; each is left out before the next is looked at, so that bad ones hide no other."""
     found: list[tuple[int, float]] = []
     candidates = against & [not example.correction for example in pool]
@@ -146,15 +164,16 @@ def _suspects(
         found.append((place, float(doubt[place])))
         seen = seen.without(place)
     return tuple(
-        Suspect(pool[place], evidence(pool, place, seen), round(min(doubt, 1.0), 3)) for place, doubt in found
+        SuspectExample(pool[place], describe_counterevidence(pool, place, seen), round(min(doubt, 1.0), 3))
+        for place, doubt in found
     )
 
 
-def _alone(place: int, seen: Hindsight) -> bool:
+def _alone(place: int, seen: LeaveOneOut) -> bool:
     return int((seen.outcomes[seen.here] == seen.outcomes[place]).sum()) == 1
 
 
-def _surrounded(place: int, unlike: Square, seen: Hindsight) -> bool:
+def _surrounded(place: int, unlike: Square, seen: LeaveOneOut) -> bool:
     """Whether others lie on either side of an example: two of them see it at more than a right angle.
 
     The only example of an outcome is not suspected at an edge, where it may well begin a region of its own.

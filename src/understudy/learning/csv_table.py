@@ -25,14 +25,14 @@ KINDS = tuple(kind.value for kind in ExampleKind)
 NAMED = ("state", "next", "kind")
 
 
-class Row(NamedTuple):
+class QueryRow(NamedTuple):
     """One row to predict: a state and a feature vector."""
 
     state: str
     values: tuple[float, ...]
 
 
-class _Table:
+class _CsvTable:
     """A table's header and rows, every error naming file, line and column."""
 
     def __init__(self, path: Path) -> None:
@@ -146,7 +146,7 @@ def _text(path: Path) -> str:
 
 def read_lesson_table(path: Path | str, *, name: str | None = None) -> Lesson:
     """The lesson in a CSV file; the automaton is called as the file unless it is given a name."""
-    table = _Table(Path(path))
+    table = _CsvTable(Path(path))
     for title in NAMED:
         table.column(title)
     features = table.features()
@@ -165,7 +165,7 @@ def read_lesson_table(path: Path | str, *, name: str | None = None) -> Lesson:
     return Lesson(automaton, examples)
 
 
-def _examples(table: _Table, columns: Sequence[tuple[int, Kind]]) -> Iterator[Example]:
+def _examples(table: _CsvTable, columns: Sequence[tuple[int, Kind]]) -> Iterator[Example]:
     for number, (line, row) in enumerate(table.rows):
         spelled = row[table.column("kind")]
         if spelled not in KINDS:
@@ -183,13 +183,13 @@ def _examples(table: _Table, columns: Sequence[tuple[int, Kind]]) -> Iterator[Ex
         )
 
 
-def read_rows(path: Path | str, lesson: Lesson) -> tuple[Row, ...]:
+def read_query_rows(path: Path | str, lesson: Lesson) -> tuple[QueryRow, ...]:
     """The rows to predict in a CSV file: a column `state` and one for each feature of the lesson, in any
     order.
 
     Columns `next` and `kind` may be there and are not read; other columns are refused.
     """
-    table = _Table(Path(path))
+    table = _CsvTable(Path(path))
     table.column("state")
     there = {name: (column, kind) for column, name, kind in table.features()}
     wanted = {str(bound): bound.kind for bound in lesson.automaton.features}
@@ -223,5 +223,5 @@ def read_rows(path: Path | str, lesson: Lesson) -> tuple[Row, ...]:
                 f"the lesson has no state {state!r}",
                 f"write one of {join_names(error.known)}",
             ) from None
-        rows.append(Row(state, table.values(line, row, columns)))
+        rows.append(QueryRow(state, table.values(line, row, columns)))
     return tuple(rows)

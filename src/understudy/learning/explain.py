@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.learning.training_set import teaching
+from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Transition
 from understudy.model.describe import list_shown_vectors as vectors_shown
 from understudy.model.kinds import Column
@@ -55,21 +55,21 @@ def explain(
     steps, leaf = transition.path(values)
     alike = tuple(
         example
-        for example in teaching(lesson).get(state, ())
+        for example in group_examples_by_state(lesson).get(state, ())
         if leaf != STAY and transition.path(example.values)[1] == leaf
     )
     held = describe_path(transition, steps, automaton.features, vectors_shown(lesson, state))
     return Explanation(state, following, held, alike, shown=leaf != STAY)
 
 
-Rows = NDArray[np.intp]
+RowNumbers = NDArray[np.intp]
 
 
-def reaching(tree: Tree, values: NDArray[np.float64]) -> list[Rows]:
+def find_rows_by_node(tree: Tree, values: NDArray[np.float64]) -> list[RowNumbers]:
     """By node, the rows of feature vectors [n, F] that come by it, in order."""
     passing = [np.zeros(len(values), np.bool_) for _ in tree.nodes]
     passing[0][:] = True
-    found: list[Rows] = []
+    found: list[RowNumbers] = []
     for node, here in zip(tree.nodes, passing, strict=True):  # children come after their parents
         found.append(np.flatnonzero(here))
         if node.test != TestKind.LEAF:

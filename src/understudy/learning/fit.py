@@ -6,11 +6,16 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-from understudy.learning.csv_table import Row
-from understudy.learning.pruning import pruned
-from understudy.learning.sklearn_adapter import fit
-from understudy.learning.training_set import Shown, arrays, heeded, teaching
-from understudy.learning.tree_growth import grow
+from understudy.learning.csv_table import QueryRow
+from understudy.learning.pruning import prune_tree
+from understudy.learning.sklearn_adapter import fit_classifier
+from understudy.learning.training_set import (
+    TrainingSet,
+    group_examples_by_state,
+    make_training_set,
+    select_teaching_examples,
+)
+from understudy.learning.tree_growth import grow_tree
 from understudy.model.automaton import Automaton, Transition
 from understudy.model.lesson import Example, Lesson, SklearnOptions
 from understudy.model.tree import STAY
@@ -21,33 +26,33 @@ def learn(lesson: Lesson) -> Mapping[str, Transition]:
 
     In stateless mode one function, the very same object, for every state that raises no flag.
     """
-    taught = teaching(lesson)
+    taught = group_examples_by_state(lesson)
     if lesson.automaton.stateless:
         shared = {name: learn_state(lesson, name, examples) for name, examples in list(taught.items())[:1]}
         return MappingProxyType({name: function for function in shared.values() for name in taught})
     return MappingProxyType({name: learn_state(lesson, name, examples) for name, examples in taught.items()})
 
 
-def learned(lesson: Lesson) -> Automaton:
+def learn_automaton(lesson: Lesson) -> Automaton:
     """The lesson's automaton with the transition functions learned from it."""
     return replace(lesson.automaton, transitions=learn(lesson))
 
 
 def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Transition:
     """The transition function of one state from the examples that teach it."""
-    return fitting(lesson)(arrays(lesson, examples, state))
+    return make_fitter(lesson)(make_training_set(lesson, examples, state))
 
 
-def fitting(lesson: Lesson) -> Callable[[Shown], Transition]:
+def make_fitter(lesson: Lesson) -> Callable[[TrainingSet], Transition]:
     """What makes a transition function of arrays of a lesson's examples, in the way that the lesson chose."""
     automaton, learner = lesson.automaton, lesson.options.learner
     kinds = [bound.kind for bound in automaton.features]
     if isinstance(learner, SklearnOptions):
-        return lambda shown: fit(learner, shown, kinds)
+        return lambda shown: fit_classifier(learner, shown, kinds)
     midpoints = automaton.stateless or learner.boundary == "midpoint" or _watches(lesson)
 
-    def grown(shown: Shown) -> Transition:
-        tree = grow(
+    def grown(shown: TrainingSet) -> Transition:
+        tree = grow_tree(
             shown.values,
             shown.outcomes,
             shown.groups,
@@ -56,17 +61,17 @@ def fitting(lesson: Lesson) -> Callable[[Shown], Transition]:
             current=shown.current,
             midpoints=midpoints,
         )
-        return pruned(tree, shown, learner.pruning) if learner.pruning else tree
+        return prune_tree(tree, shown, learner.pruning) if learner.pruning else tree
 
     return grown
 
 
 def _watches(lesson: Lesson) -> bool:
-    return lesson.options.watched or any(not example.pressed for example in heeded(lesson))
+    return lesson.options.watched or any(not example.pressed for example in select_teaching_examples(lesson))
 
 
-def predict(
-    transitions: Mapping[str, Transition], state_names: Sequence[str], rows: Iterable[Row]
+def predict_next_states(
+    transitions: Mapping[str, Transition], state_names: Sequence[str], rows: Iterable[QueryRow]
 ) -> list[str]:
     """The next state of each row; a state without a transition function keeps itself."""
     found = []

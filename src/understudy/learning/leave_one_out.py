@@ -24,7 +24,7 @@ AWAY = sqrt(0.75)
 """How far absence lies beside the middle of all values, so that it is 1 away from the farthest."""
 
 
-def unlikeness(values: NDArray[np.float64], kinds: Sequence[Kind]) -> Square:
+def compute_pairwise_distances(values: NDArray[np.float64], kinds: Sequence[Kind]) -> Square:
     """The mean over features of the squared distance of each two of n feature vectors [n, F], each from 0 to 1.
 
     A continuous feature counts as a share of its range over the vectors, a toroidal one as a share of the circle's
@@ -68,7 +68,7 @@ SCALES = (0.2, 0.35, 0.6, 1.0)
 
 
 @dataclass(frozen=True)
-class Hindsight:
+class LeaveOneOut:
     """Examples seen from the others: how `like` each two are [n, n], 0 to 1, and which `outcome` each has [n].
 
     `inverse` [n, n] is that of the likeness with the doubt about each example added. Leaving an example out of it is
@@ -92,16 +92,16 @@ class Hindsight:
         found[self.here] = against - predicted[own > 0]
         return found
 
-    def without(self, example: int) -> Hindsight:
+    def without(self, example: int) -> LeaveOneOut:
         """The same without one more example, by its place."""
         at = int(np.flatnonzero(self.here == example)[0])
         rest = np.delete(np.arange(len(self.here)), at)
         column = self.inverse[rest, at]
         smaller = self.inverse[np.ix_(rest, rest)] - np.outer(column, column) / self.inverse[at, at]
-        return Hindsight(self.like, self.outcomes, smaller, self.here[rest])
+        return LeaveOneOut(self.like, self.outcomes, smaller, self.here[rest])
 
 
-def hindsight(unlike: Square, outcomes: NDArray[np.int64], noise: Column) -> Hindsight:
+def fit_leave_one_out(unlike: Square, outcomes: NDArray[np.int64], noise: Column) -> LeaveOneOut:
     """Examples by how unlike each two are [n, n] and by their outcomes [n], each with its variance of `noise` [n].
 
     The reach of likeness is the one under which the examples predict each other best (the highest leave-one-out
@@ -114,7 +114,7 @@ def hindsight(unlike: Square, outcomes: NDArray[np.int64], noise: Column) -> Hin
     best: tuple[float, Square, Square] | None = None
     for scale in SCALES:
         like = np.exp(-unlike / (2 * middle * scale * scale))
-        inverse = _linalg_kernels.inverse(like + np.diag(noise))
+        inverse = _linalg_kernels.invert_matrix(like + np.diag(noise))
         variance = 1 / np.diag(inverse)
         off = own - _predicted(inverse, own)
         size = float((off * off / variance[:, None]).mean())
@@ -122,7 +122,7 @@ def hindsight(unlike: Square, outcomes: NDArray[np.int64], noise: Column) -> Hin
         if best is None or likelihood > best[0]:
             best = likelihood, like, inverse
     _, like, inverse = best or (0.0, unlike, unlike)
-    return Hindsight(like, outcomes, inverse, np.arange(len(outcomes)))
+    return LeaveOneOut(like, outcomes, inverse, np.arange(len(outcomes)))
 
 
 def _predicted(inverse: Square, own: NDArray[np.float64]) -> NDArray[np.float64]:

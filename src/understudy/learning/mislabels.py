@@ -1,7 +1,7 @@
 """Presses that look like slips: those that all others speak against, without any correction.
 
 A press is looked at twice: among what was shown in its own state, and among all that was ever said, in whatever state,
-since a wrong button is mostly wrong there, too. Both predict it from the other examples, see `hindsight`.
+since a wrong button is mostly wrong there, too. Both predict it from the other examples, see `fit_leave_one_out`.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from understudy.learning.leave_one_out import Hindsight, hindsight, unlikeness
-from understudy.learning.training_set import arrays, heeded
+from understudy.learning.leave_one_out import LeaveOneOut, compute_pairwise_distances, fit_leave_one_out
+from understudy.learning.training_set import make_training_set, select_teaching_examples
 from understudy.model.lesson import Example, ExampleKind, Lesson
 
 TRUST_CORRECTION, TRUST_SAID, TRUST_DEFAULT = 0.02, 0.1, 0.2
@@ -23,7 +23,7 @@ WITNESSES = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Suspect:
+class SuspectExample:
     """An example that may be bad: why, and how much the others speak against it (0 to 1)."""
 
     example: Example
@@ -31,14 +31,14 @@ class Suspect:
     doubt: float
 
 
-def noise(example: Example) -> float:
+def estimate_noise_variance(example: Example) -> float:
     """The variance of noise that is expected of an example."""
     if example.correction and example.shown:
         return TRUST_CORRECTION
     return TRUST_DEFAULT if example.kind is ExampleKind.DEFAULT else TRUST_SAID
 
 
-def evidence(pool: Sequence[Example], place: int, seen: Hindsight) -> str:
+def describe_counterevidence(pool: Sequence[Example], place: int, seen: LeaveOneOut) -> str:
     """Who speaks against an example: the most like it of those that say otherwise, none of them suspected."""
     others = seen.here[seen.outcomes[seen.here] != seen.outcomes[place]]
     most = others[np.argsort(-seen.like[place, others], kind="stable")]
@@ -47,12 +47,12 @@ def evidence(pool: Sequence[Example], place: int, seen: Hindsight) -> str:
     ones = "is" if len(witnesses) == 1 else "are"
     example = pool[place]
     return (
-        f"Example {example.number} says {example.next}, but {named(witnesses)}, which {ones} most like it, "
-        f"{'says' if len(witnesses) == 1 else 'say'} {outcome}."
+        f"Example {example.number} says {example.next}, but {format_example_numbers(witnesses)}, "
+        f"which {ones} most like it, {'says' if len(witnesses) == 1 else 'say'} {outcome}."
     )
 
 
-def named(examples: Sequence[Example]) -> str:
+def format_example_numbers(examples: Sequence[Example]) -> str:
     """Examples by number: "example 3", "examples 3, 5 and 9"."""
     *most, last = [str(number) for number in sorted(example.number for example in examples)]
     return f"examples {', '.join(most)} and {last}" if most else f"example {last}"
@@ -64,22 +64,22 @@ ENOUGH = 6
 """So many others it takes to doubt a press."""
 
 
-def slips(
+def find_mislabels(
     lesson: Lesson,
     *,
     least: float = ODD,
     meant: Mapping[int, float] = MappingProxyType({}),
     most: int | None = None,
-) -> tuple[Suspect, ...]:
+) -> tuple[SuspectExample, ...]:
     """Directives and confirmations that look like slips, the most doubtful first, corrections too.
 
     Doubted from `least` on is the mean of both looks, about -1 to 1. Each suspect is left out before the others are
     looked at again, so that slips hide no other. `meant` are those that the demonstrator stands by, each with the
     doubt at that time: they are suspected again once it has grown by `least`. So `most` are looked for (None: all).
     """
-    looks = [_Look(lesson, pool) for pool in _pools(lesson) if len(pool) > ENOUGH]
-    doubted = {each.number: each for each in heeded(lesson) if each.shown}
-    found: list[Suspect] = []
+    looks = [_LeaveOneOutView(lesson, pool) for pool in _pools(lesson) if len(pool) > ENOUGH]
+    doubted = {each.number: each for each in select_teaching_examples(lesson) if each.shown}
+    found: list[SuspectExample] = []
     while most is None or len(found) < most:
         seen = [look.doubts() for look in looks]
         doubts = {number: sum(each.get(number, 0.0) for each in seen) / 2 for number in doubted}
@@ -88,13 +88,13 @@ def slips(
             break
         number = max(odd, key=lambda each: (doubts[each], -each))
         reason = next(said for look in looks if (said := look.against(number)))
-        found.append(Suspect(doubted.pop(number), reason, round(doubts[number], 3)))
+        found.append(SuspectExample(doubted.pop(number), reason, round(doubts[number], 3)))
         for look in looks:
             look.leave_out(number)
     return tuple(found)
 
 
-def same_press(lesson: Lesson, number: int) -> tuple[int, ...]:
+def list_press_examples(lesson: Lesson, number: int) -> tuple[int, ...]:
     """The numbers of an example and of the default that the same press recorded, if it is still there."""
     example = next(each for each in lesson.examples if each.number == number)
     if example.moment is None:  # no press made it
@@ -110,7 +110,7 @@ def same_press(lesson: Lesson, number: int) -> tuple[int, ...]:
 
 def _pools(lesson: Lesson) -> Iterator[Sequence[Example]]:
     """What was said in all states; and each state's own, with its defaults, in lessons that tell states apart."""
-    taught = heeded(lesson)
+    taught = select_teaching_examples(lesson)
     yield [example for example in taught if example.shown]
     for state in lesson.automaton.state_names:
         if lesson.automaton.stateless:
@@ -119,17 +119,19 @@ def _pools(lesson: Lesson) -> Iterator[Sequence[Example]]:
         yield [example for example in taught if example.pressed and example.state == state]
 
 
-class _Look:
+class _LeaveOneOutView:
     """Examples as each is seen from the others."""
 
     def __init__(self, lesson: Lesson, pool: Sequence[Example]) -> None:
         self._pool = sorted(pool, key=lambda example: example.number)
         self._places = {example.number: place for place, example in enumerate(self._pool)}
-        shown = arrays(lesson, tuple(self._pool), self._pool[0].state)
+        shown = make_training_set(lesson, tuple(self._pool), self._pool[0].state)
         names, outcomes = np.unique(shown.outcomes, return_inverse=True)
         self._choices = len(names)
-        unlike = unlikeness(shown.values, [bound.kind for bound in lesson.automaton.features])
-        self._seen = hindsight(unlike, outcomes, np.array([noise(each) for each in self._pool]))
+        unlike = compute_pairwise_distances(shown.values, [bound.kind for bound in lesson.automaton.features])
+        self._seen = fit_leave_one_out(
+            unlike, outcomes, np.array([estimate_noise_variance(each) for each in self._pool])
+        )
 
     def doubts(self) -> Mapping[int, float]:
         """By how much the others speak against each example, by number; of none where all say one thing."""
@@ -143,7 +145,7 @@ class _Look:
         place = self._places.get(number)
         if place is None or self._seen.doubt(self._choices)[place] <= 0:
             return ""
-        return evidence(self._pool, place, self._seen)
+        return describe_counterevidence(self._pool, place, self._seen)
 
     def leave_out(self, number: int) -> None:
         """Look on without an example."""

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.learning._tree_kernels import WATCHED
-from understudy.learning.explain import Rows, reaching
-from understudy.learning.training_set import Shown
+from understudy.learning.explain import RowNumbers, find_rows_by_node
+from understudy.learning.training_set import TrainingSet
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 
 PRESSED, SEEN = 10, 1
@@ -23,16 +23,16 @@ PRESSED, SEEN = 10, 1
 SAME = 1e-9
 
 
-def pruned(tree: Tree, shown: Shown, pruning: float) -> Tree:
+def prune_tree(tree: Tree, shown: TrainingSet, pruning: float) -> Tree:
     """The tree without the questions whose leaves do not each set more than `pruning` examples right."""
-    for worth, simpler in links(tree, shown):
+    for worth, simpler in list_pruning_steps(tree, shown):
         if worth > pruning + SAME:
             break
         tree = simpler
     return tree
 
 
-def links(tree: Tree, shown: Shown) -> Iterator[tuple[float, Tree]]:
+def list_pruning_steps(tree: Tree, shown: TrainingSet) -> Iterator[tuple[float, Tree]]:
     """The tree pruned step by step, the weakest question first: what it was worth, in examples, and what is left.
 
     No step is worth less than the one before it; of several equally weak questions the topmost goes first.
@@ -48,14 +48,14 @@ def links(tree: Tree, shown: Shown) -> Iterator[tuple[float, Tree]]:
         yield worth, tree
 
 
-class _Answer(NamedTuple):
+class _LeafCost(NamedTuple):
     """What a node answers as a leaf, and the weight of the examples that show something else."""
 
     outcome: int
     wrong: int
 
 
-class _Question(NamedTuple):
+class _SplitCost(NamedTuple):
     """A node that could become a leaf: with which outcome, and what it and those below it are worth."""
 
     node: int
@@ -63,19 +63,19 @@ class _Question(NamedTuple):
     worth: float
 
 
-def _answers(tree: Tree, shown: Shown) -> list[_Answer | None]:
+def _answers(tree: Tree, shown: TrainingSet) -> list[_LeafCost | None]:
     """By node; None for a question at which nothing was pressed."""
     weights = np.where(shown.groups == WATCHED, SEEN, PRESSED)
     found = []
-    for node, here in zip(tree.nodes, reaching(tree, shown.values), strict=True):
+    for node, here in zip(tree.nodes, find_rows_by_node(tree, shown.values), strict=True):
         outcome = node.yes if node.test == TestKind.LEAF else _outcome(here, shown)
         found.append(
-            None if outcome is None else _Answer(outcome, _weigh_wrong(outcome, here, shown, weights))
+            None if outcome is None else _LeafCost(outcome, _weigh_wrong(outcome, here, shown, weights))
         )
     return found
 
 
-def _questions(tree: Tree, answers: Sequence[_Answer | None]) -> Iterator[_Question]:
+def _questions(tree: Tree, answers: Sequence[_LeafCost | None]) -> Iterator[_SplitCost]:
     """All questions at which something was pressed."""
     leaves, wrong = [1] * len(tree.nodes), [0] * len(tree.nodes)
     for index in reversed(range(len(tree.nodes))):  # children come after their parents
@@ -88,10 +88,10 @@ def _questions(tree: Tree, answers: Sequence[_Answer | None]) -> Iterator[_Quest
         wrong[index] = sum(wrong[following] for following in below)
         if answer is not None:
             lost = answer.wrong - wrong[index]
-            yield _Question(index, answer.outcome, lost / PRESSED / max(1, leaves[index] - 1))
+            yield _SplitCost(index, answer.outcome, lost / PRESSED / max(1, leaves[index] - 1))
 
 
-def _outcome(rows: Rows, shown: Shown) -> int | None:
+def _outcome(rows: RowNumbers, shown: TrainingSet) -> int | None:
     """What most press-made examples show; a tie stays, or is what is declared first. None where nothing was pressed."""
     pressed = shown.outcomes[rows[shown.groups[rows] != WATCHED]]
     if not len(pressed):
@@ -101,7 +101,7 @@ def _outcome(rows: Rows, shown: Shown) -> int | None:
     return shown.current if shown.current in tied else int(tied[0])
 
 
-def _weigh_wrong(outcome: int, rows: Rows, shown: Shown, weights: NDArray[np.int64]) -> int:
+def _weigh_wrong(outcome: int, rows: RowNumbers, shown: TrainingSet, weights: NDArray[np.int64]) -> int:
     """The weight of the examples that show something else."""
     decided = shown.current if outcome == STAY else outcome
     return int(weights[rows[shown.outcomes[rows] != decided]].sum())
@@ -111,7 +111,7 @@ def _children(node: Node) -> Sequence[int]:
     return (*node.branches, node.absent) if node.test == TestKind.LABEL else (node.yes, node.no, node.absent)
 
 
-def _without(tree: Tree, question: _Question) -> tuple[Tree, list[int]]:
+def _without(tree: Tree, question: _SplitCost) -> tuple[Tree, list[int]]:
     """The tree with a question made a leaf, and which of its nodes are left: those that something leads to."""
     nodes = list(tree.nodes)
     nodes[question.node] = make_leaf(question.outcome)

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.learning._tree_kernels import WATCHED
-from understudy.learning.explain import Rows
-from understudy.learning.fit import fitting
-from understudy.learning.pruning import SAME, links
-from understudy.learning.training_set import Shown, arrays, teaching
+from understudy.learning.explain import RowNumbers
+from understudy.learning.fit import make_fitter
+from understudy.learning.pruning import SAME, list_pruning_steps
+from understudy.learning.training_set import TrainingSet, group_examples_by_state, make_training_set
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson, TreeOptions
 from understudy.model.tree import STAY, Tree, make_leaf
@@ -26,11 +26,11 @@ ENOUGH = 30
 MOST_TRIALS = 48
 """So many times at most something is left out: of a larger lesson, several examples at once."""
 
-Fit: TypeAlias = Callable[[Shown], Transition]
+Fit: TypeAlias = Callable[[TrainingSet], Transition]
 
 
 @dataclass(frozen=True, slots=True)
-class Suggestion:
+class PruningSuggestion:
     """The pruning that decides fewest examples wrong, and of several the one that decides most simply: of `examples`,
     each left out in turn, so many were decided otherwise than shown without pruning, and with it.
     """
@@ -41,7 +41,7 @@ class Suggestion:
     wrong_pruned: int
 
 
-def with_pruning(lesson: Lesson, pruning: float) -> Lesson:
+def replace_pruning(lesson: Lesson, pruning: float) -> Lesson:
     """The lesson, learned with a pruning; 0 prunes nothing."""
     learner = lesson.options.learner
     if not isinstance(learner, TreeOptions):
@@ -49,20 +49,22 @@ def with_pruning(lesson: Lesson, pruning: float) -> Lesson:
     return replace(lesson, options=replace(lesson.options, learner=replace(learner, pruning=pruning)))
 
 
-def suggestion(lesson: Lesson) -> Suggestion | None:
+def suggest_pruning(lesson: Lesson) -> PruningSuggestion | None:
     """The pruning to try; None where a classifier learns, or where there are too few examples to tell.
 
     Of no pruning and those at which something changes, the one with the fewest wrong decisions; of several, the most.
     """
     if not isinstance(lesson.options.learner, TreeOptions):
         return None
-    bare = with_pruning(lesson, 0.0)
-    fit, states = fitting(bare), _states(bare)
+    bare = replace_pruning(lesson, 0.0)
+    fit, states = make_fitter(bare), _states(bare)
     pressed = [np.flatnonzero(shown.groups != WATCHED) for shown in states]
     count = sum(map(len, pressed))
     if count < ENOUGH:
         return None
-    steps = sorted({0.0, *(worth for shown in states for worth, _ in links(_tree(fit, shown), shown))})
+    steps = sorted(
+        {0.0, *(worth for shown in states for worth, _ in list_pruning_steps(_tree(fit, shown), shown))}
+    )
     wrong = np.zeros(len(steps), np.int64)
     together = -(-count // MOST_TRIALS)
     for shown, rows in zip(states, pressed, strict=True):
@@ -70,30 +72,32 @@ def suggestion(lesson: Lesson) -> Suggestion | None:
         for first in range(trials):
             wrong += _count_wrong_by_pruning(fit, shown, rows[first::trials], steps)
     best = int(np.flatnonzero(wrong == wrong.min())[-1])
-    return Suggestion(steps[best], count, int(wrong[0]), int(wrong[best]))
+    return PruningSuggestion(steps[best], count, int(wrong[0]), int(wrong[best]))
 
 
-def _states(lesson: Lesson) -> list[Shown]:
+def _states(lesson: Lesson) -> list[TrainingSet]:
     """What teaches each transition function: one for all states in a stateless lesson."""
-    found = [(state, examples) for state, examples in teaching(lesson).items()]
+    found = [(state, examples) for state, examples in group_examples_by_state(lesson).items()]
     return [
-        arrays(lesson, examples, state)
+        make_training_set(lesson, examples, state)
         for state, examples in found[: 1 if lesson.automaton.stateless else None]
     ]
 
 
-def _tree(fit: Fit, shown: Shown) -> Tree:
+def _tree(fit: Fit, shown: TrainingSet) -> Tree:
     """The tree that is learned; it stays where nothing was pressed."""
     tree = fit(shown) if (shown.groups != WATCHED).any() else None
     return tree if isinstance(tree, Tree) else Tree((make_leaf(STAY),))
 
 
-def _count_wrong_by_pruning(fit: Fit, shown: Shown, out: Rows, steps: Sequence[float]) -> NDArray[np.int64]:
+def _count_wrong_by_pruning(
+    fit: Fit, shown: TrainingSet, out: RowNumbers, steps: Sequence[float]
+) -> NDArray[np.int64]:
     """By pruning, how many of the examples that were left out are decided otherwise than shown."""
     kept = np.delete(np.arange(len(shown.outcomes)), out)
-    rest = Shown((), shown.values[kept], shown.outcomes[kept], shown.groups[kept], shown.current)
+    rest = TrainingSet((), shown.values[kept], shown.outcomes[kept], shown.groups[kept], shown.current)
     tree = _tree(fit, rest)
-    pruning, found = links(tree, rest), np.zeros(len(steps), np.int64)
+    pruning, found = list_pruning_steps(tree, rest), np.zeros(len(steps), np.int64)
     waiting = next(pruning, None)
     examples = [(shown.examples[row], int(shown.outcomes[row])) for row in out.tolist()]
     for place, step in enumerate(steps):

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError, UnderstudyError, join_names
 from understudy.learning._tree_kernels import WATCHED
 from understudy.learning.splits import vote
-from understudy.learning.training_set import Shown
+from understudy.learning.training_set import TrainingSet
 from understudy.model.automaton import Transition
 from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.lesson import SklearnOptions
 from understudy.model.tree import STAY, PathStep, Tree, make_leaf
 
 
-class Allowed(NamedTuple):
+class AllowedClassifier(NamedTuple):
     """Where a classifier lives, which of its parameters a lesson may set, and what is always set."""
 
     module: str
@@ -33,9 +33,9 @@ class Allowed(NamedTuple):
 
 SEEDED = MappingProxyType({"random_state": 0})
 
-ALLOWED: Mapping[str, Allowed] = MappingProxyType(
+ALLOWED: Mapping[str, AllowedClassifier] = MappingProxyType(
     {
-        "DecisionTreeClassifier": Allowed(
+        "DecisionTreeClassifier": AllowedClassifier(
             "sklearn.tree",
             (
                 "criterion",
@@ -47,20 +47,20 @@ ALLOWED: Mapping[str, Allowed] = MappingProxyType(
             ),
             SEEDED,
         ),
-        "GaussianNB": Allowed("sklearn.naive_bayes", ("var_smoothing",)),
-        "KNeighborsClassifier": Allowed("sklearn.neighbors", ("n_neighbors", "weights", "p")),
-        "LogisticRegression": Allowed("sklearn.linear_model", ("C", "max_iter", "tol"), SEEDED),
-        "MLPClassifier": Allowed(
+        "GaussianNB": AllowedClassifier("sklearn.naive_bayes", ("var_smoothing",)),
+        "KNeighborsClassifier": AllowedClassifier("sklearn.neighbors", ("n_neighbors", "weights", "p")),
+        "LogisticRegression": AllowedClassifier("sklearn.linear_model", ("C", "max_iter", "tol"), SEEDED),
+        "MLPClassifier": AllowedClassifier(
             "sklearn.neural_network",
             ("hidden_layer_sizes", "activation", "alpha", "learning_rate_init", "max_iter", "tol"),
             MappingProxyType({**SEEDED, "solver": "lbfgs"}),
         ),
-        "RandomForestClassifier": Allowed(
+        "RandomForestClassifier": AllowedClassifier(
             "sklearn.ensemble",
             ("n_estimators", "criterion", "max_depth", "min_samples_split", "min_samples_leaf"),
             MappingProxyType({**SEEDED, "n_jobs": 1}),
         ),
-        "SVC": Allowed("sklearn.svm", ("C", "kernel", "degree", "gamma", "coef0", "tol"), SEEDED),
+        "SVC": AllowedClassifier("sklearn.svm", ("C", "kernel", "degree", "gamma", "coef0", "tol"), SEEDED),
     }
 )
 
@@ -68,7 +68,7 @@ ROWS_APART = ("DecisionTreeClassifier", "RandomForestClassifier")
 """Those that answer a row bit for bit as they would alone; matrix products of the others round by their size."""
 
 
-class ScikitMissing(UnderstudyError, json_type="ScikitMissing"):
+class SklearnMissing(UnderstudyError, json_type="ScikitMissing"):
     """A lesson needs scikit-learn, which is not installed."""
 
     def __init__(self, *, classifier: str) -> None:
@@ -80,7 +80,7 @@ class ScikitMissing(UnderstudyError, json_type="ScikitMissing"):
 
 
 @dataclass(frozen=True, slots=True)
-class ScikitTransition:
+class ClassifierTransition:
     """A transition function that asks a fitted classifier; it cannot say why."""
 
     classifier: Any
@@ -88,11 +88,11 @@ class ScikitTransition:
 
     def decide(self, values: Sequence[float]) -> int:
         """The next state's index for a feature vector."""
-        return int(self.classifier.predict([encoded(values, self.kinds)])[0])
+        return int(self.classifier.predict([encode_features(values, self.kinds)])[0])
 
     def decide_all(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
         """The next state's index for each of n feature vectors [n, F], as `decide` answers it."""
-        rows = [encoded(row, self.kinds) for row in values.tolist()]
+        rows = [encode_features(row, self.kinds) for row in values.tolist()]
         if type(self.classifier).__name__ in ROWS_APART:
             return np.asarray(self.classifier.predict(rows), np.int64)
         return np.array([self.classifier.predict([row])[0] for row in rows], np.int64)
@@ -101,7 +101,7 @@ class ScikitTransition:
         """As `decide_all`, in one go whatever the classifier, and many times as fast; a decision that hangs on the last
         bit may be another one than `decide` makes.
         """
-        rows = [encoded(row, self.kinds) for row in values.tolist()]
+        rows = [encode_features(row, self.kinds) for row in values.tolist()]
         return np.asarray(self.classifier.predict(rows), np.int64) if rows else np.zeros(0, np.int64)
 
     def path(self, values: Sequence[float]) -> tuple[tuple[PathStep, ...], int]:
@@ -109,7 +109,7 @@ class ScikitTransition:
         return (), STAY
 
 
-def encoded(values: Sequence[float], kinds: Sequence[Kind]) -> list[float]:
+def encode_features(values: Sequence[float], kinds: Sequence[Kind]) -> list[float]:
     """A feature vector as classifiers want it: a column that says "absent" for each feature, and its value.
 
     A label is one-hot, a value on a circle is its sine and cosine; what is absent is 0 throughout.
@@ -128,7 +128,7 @@ def encoded(values: Sequence[float], kinds: Sequence[Kind]) -> list[float]:
     return row
 
 
-def fit(learner: SklearnOptions, shown: Shown, kinds: Sequence[Kind]) -> Transition:
+def fit_classifier(learner: SklearnOptions, shown: TrainingSet, kinds: Sequence[Kind]) -> Transition:
     """A classifier fitted to the press-made examples, or a leaf where all of them agree.
 
     They are put in one order first, so that the order they were shown in makes no difference.
@@ -137,7 +137,11 @@ def fit(learner: SklearnOptions, shown: Shown, kinds: Sequence[Kind]) -> Transit
     pressed = shown.groups != WATCHED
     outcomes: NDArray[np.int64] = shown.outcomes[pressed]
     rows = sorted(
-        zip((encoded(row, kinds) for row in shown.values[pressed].tolist()), outcomes.tolist(), strict=True)
+        zip(
+            (encode_features(row, kinds) for row in shown.values[pressed].tolist()),
+            outcomes.tolist(),
+            strict=True,
+        )
     )
     if len(set(outcomes.tolist())) == 1:
         return Tree((make_leaf(int(outcomes[0])),))
@@ -148,7 +152,7 @@ def fit(learner: SklearnOptions, shown: Shown, kinds: Sequence[Kind]) -> Transit
         with catch_warnings():
             simplefilter("ignore")  # a lesson too small to converge on is fitted all the same
             classifier.fit([row for row, _ in rows], [outcome for _, outcome in rows])
-        fitted = ScikitTransition(classifier, tuple(kinds))
+        fitted = ClassifierTransition(classifier, tuple(kinds))
         fitted.decide(shown.values[0].tolist())  # some parameters are only found wanting when asked
     except (ValueError, TypeError) as error:
         raise DefinitionError(
@@ -177,5 +181,5 @@ def _build(learner: SklearnOptions) -> Any:
     try:
         module = import_module(allowed.module)
     except ImportError:
-        raise ScikitMissing(classifier=learner.classifier) from None
+        raise SklearnMissing(classifier=learner.classifier) from None
     return getattr(module, learner.classifier)(**learner.parameters, **allowed.always)

@@ -17,7 +17,7 @@ class Gap(NamedTuple):
     default: int
 
 
-def threshold(gap: Gap, *, midpoints: bool) -> float:
+def compute_threshold(gap: Gap, *, midpoints: bool) -> float:
     """The t of `x < t` for a cut in a gap: the default keeps the gap, otherwise the middle."""
     lower, upper, default = gap
     if default and not midpoints:
@@ -26,12 +26,12 @@ def threshold(gap: Gap, *, midpoints: bool) -> float:
     return middle if lower < middle <= upper else upper
 
 
-def width(gap: Gap, period: float) -> float:
+def measure_gap_span(gap: Gap, period: float) -> float:
     """How far it is from one value to the other round the circle."""
     return gap.upper - gap.lower if gap.lower < gap.upper else period - gap.lower + gap.upper
 
 
-def arc(first: Gap, second: Gap, period: float, *, midpoints: bool) -> tuple[float, float]:
+def compute_arc(first: Gap, second: Gap, period: float, *, midpoints: bool) -> tuple[float, float]:
     """The ends of an arc that starts in one gap and stops in another.
 
     Of the ends between a directive and a default the narrower is cut beside the directive (a tie: the first),
@@ -40,7 +40,7 @@ def arc(first: Gap, second: Gap, period: float, *, midpoints: bool) -> tuple[flo
     follows = None
     if not midpoints:
         sided = [gap for gap in (first, second) if gap.default]
-        follows = min(sided, key=lambda gap: round(width(gap, period) / period, 9), default=None)
+        follows = min(sided, key=lambda gap: round(measure_gap_span(gap, period) / period, 9), default=None)
     return _arc_end(first, period, follows is first), _arc_end(second, period, follows is second)
 
 
@@ -49,7 +49,7 @@ def _arc_end(gap: Gap, period: float, follows: bool) -> float:
     if follows:
         cut = upper if default < 0 else nextafter(lower, inf)
         return cut if cut < period else 0.0
-    cut = lower + width(gap, period) / 2
+    cut = lower + measure_gap_span(gap, period) / 2
     if lower < upper:
         return cut if lower < cut <= upper else upper
     if cut >= period:

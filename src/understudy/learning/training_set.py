@@ -23,7 +23,7 @@ GROUPS = {
 
 
 @dataclass(frozen=True)
-class Shown:
+class TrainingSet:
     """What teaches one transition function: feature vectors [n, F], next states' indices [n] and groups [n].
 
     `current` is the index of the state it belongs to; STAY where it belongs to all of them (stateless mode).
@@ -36,7 +36,7 @@ class Shown:
     current: int
 
 
-def heeded(lesson: Lesson) -> tuple[Example, ...]:
+def select_teaching_examples(lesson: Lesson) -> tuple[Example, ...]:
     """The examples that teach: all but those in quarantine, and automatic defaults where the lesson leaves them out."""
     learner = lesson.options.learner
     defaults = isinstance(learner, SklearnOptions) or learner.defaults
@@ -47,7 +47,7 @@ def heeded(lesson: Lesson) -> tuple[Example, ...]:
     )
 
 
-def teaching(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
+def group_examples_by_state(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
     """The examples behind each state's transition function; only states that have one, in declared order.
 
     A state that was never pressed in has none, nor has a flag state. In stateless mode all share one:
@@ -55,10 +55,14 @@ def teaching(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
     """
     lasting = [state.name for state in lesson.automaton.states if state.flag is None]
     if lesson.automaton.stateless:
-        pool = tuple(example for example in heeded(lesson) if example.shown and example.state in lasting)
+        pool = tuple(
+            example
+            for example in select_teaching_examples(lesson)
+            if example.shown and example.state in lasting
+        )
         return dict.fromkeys(lasting, pool) if pool else {}
     by_state: dict[str, list[Example]] = {name: [] for name in lesson.automaton.state_names}
-    for example in heeded(lesson):
+    for example in select_teaching_examples(lesson):
         if example.state not in by_state:
             lesson.automaton.index(example.state)  # raises UnknownName
         by_state[example.state].append(example)
@@ -67,7 +71,7 @@ def teaching(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
     }
 
 
-def arrays(lesson: Lesson, examples: tuple[Example, ...], state: str) -> Shown:
+def make_training_set(lesson: Lesson, examples: tuple[Example, ...], state: str) -> TrainingSet:
     """These examples as arrays; an error names the first outside its feature's kind or of no known state."""
     automaton = lesson.automaton
     indices = {name: index for index, name in enumerate(automaton.state_names)}
@@ -91,7 +95,7 @@ def arrays(lesson: Lesson, examples: tuple[Example, ...], state: str) -> Shown:
                 problem=f"{bound} is {example.values[column]}, which is not {bound.kind}",
                 remedy=_remedy(bound.kind),
             )
-    return Shown(
+    return TrainingSet(
         examples,
         values,
         np.array([indices[example.next] for example in examples], np.int64),
@@ -121,7 +125,7 @@ def _remedy(kind: Kind) -> str:
     return "give a finite number, or leave it absent"
 
 
-def vectors(examples: Sequence[Example]) -> dict[tuple[float | None, ...], list[Example]]:
+def group_by_feature_vector(examples: Sequence[Example]) -> dict[tuple[float | None, ...], list[Example]]:
     """Examples by feature vector; absent readings are alike."""
     found: dict[tuple[float | None, ...], list[Example]] = {}
     for example in examples:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
 from understudy.learning import _tree_kernels
-from understudy.learning.splits import Gap, arc, threshold, vote
+from understudy.learning.splits import Gap, compute_arc, compute_threshold, vote
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 
@@ -22,7 +22,7 @@ where there are watched ones."""
 FORMS = {Categorical: _tree_kernels.LABELS, Toroidal: _tree_kernels.CIRCLE}
 
 
-def grow(
+def grow_tree(
     values: NDArray[np.float64],
     outcomes: NDArray[np.int64],
     groups: NDArray[np.int64],
@@ -54,17 +54,17 @@ def grow(
         form[index] = FORMS.get(type(kind), _tree_kernels.LINE)
         extent[index] = _extent(kind, columns[index])
     order = np.argsort(columns, axis=1)
-    nodes, cuts = _tree_kernels.grow(
+    nodes, cuts = _tree_kernels.grow_nodes(
         columns, order, form, extent, outcomes, groups, states, watched, _table(weight)
     )
     ballots = outcomes, groups, order[0]
     return Tree(_nodes(nodes, cuts, ballots, kinds, current, midpoints=midpoints or watched))
 
 
-def prepare() -> None:
+def compile_tree_kernels() -> None:
     """Have the kernel compiled or loaded, so that no later call waits (seconds, once per installation)."""
     two = np.arange(2)
-    grow(two.reshape(2, 1).astype(np.float64), two, two, [Continuous()], states=2)
+    grow_tree(two.reshape(2, 1).astype(np.float64), two, two, [Continuous()], states=2)
 
 
 SAME = 1e-9
@@ -130,9 +130,9 @@ def _nodes(
         low = high = nan
         first = Gap(gaps[0], gaps[1], sort)
         if test == TestKind.BELOW:
-            high = threshold(first, midpoints=midpoints)
+            high = compute_threshold(first, midpoints=midpoints)
         elif isinstance(kind, Toroidal) and test == TestKind.ARC:
-            low, high = arc(first, Gap(gaps[2], gaps[3], sort2), kind.period, midpoints=midpoints)
+            low, high = compute_arc(first, Gap(gaps[2], gaps[3], sort2), kind.period, midpoints=midpoints)
         else:
             absent = STAY  # "is it absent?" sends them to yes
         yes, no = children.get((index, 0), STAY), children.get((index, 1), STAY)

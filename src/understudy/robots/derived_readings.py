@@ -12,7 +12,7 @@ from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Continuous
 from understudy.runtime.body import Reading
 from understudy.sim.kit import STUCK
-from understudy.sim.scenario.schema import Chance, RobotType, Since, Stuck
+from understudy.sim.scenario.schema import ElapsedSensor, RandomSensor, RobotType, StallSensor
 
 NOWHERE = 0.1
 """Stuck is who gets no further than this share of the way that was asked for, as in simulated worlds."""
@@ -29,8 +29,8 @@ class Derived:
     ) -> None:
         told = {each.name for each in offered}
         sensors = () if kind is None else kind.sensors
-        self._chances = [each for each in sensors if isinstance(each, Chance) and each.name not in told]
-        stuck = (each for each in sensors if isinstance(each, Stuck) and STUCK[0].name not in told)
+        self._chances = [each for each in sensors if isinstance(each, RandomSensor) and each.name not in told]
+        stuck = (each for each in sensors if isinstance(each, StallSensor) and STUCK[0].name not in told)
         self._stuck = next(stuck, None)
         own = (
             *(Reading(each.name, Continuous()) for each in self._chances),
@@ -40,7 +40,7 @@ class Derived:
         self._since = [
             each
             for each in sensors
-            if isinstance(each, Since) and each.of in of_targets and each.name not in told
+            if isinstance(each, ElapsedSensor) and each.of in of_targets and each.name not in told
         ]
         self._yes = {each.name for each in (*offered, *own) if each.kind == BOOLEAN}
         self._targets, self._of_targets = targets, of_targets
@@ -68,7 +68,7 @@ class Derived:
                 found[since.name, target] = now - self._last.get((since.name, target), nan)
         return found
 
-    def _draw(self, chance: Chance, now: float) -> float:
+    def _draw(self, chance: RandomSensor, now: float) -> float:
         period = floor(now / chance.every_s) if chance.every_s else -1
         before = self._drawn.get(chance.name)
         if before is None or period < 0 or before[0] != period:

@@ -11,7 +11,7 @@ from understudy.model.features import ReadingKey
 from understudy.robots.inputs import Latest, Source
 from understudy.robots.robot import Robot
 from understudy.robots.ros.transport import Peer
-from understudy.sim.kit import readings_of_type
+from understudy.sim.kit import list_type_readings
 
 SLOW = 0.8
 """A rate below this share of the one that a file promises is reported."""
@@ -84,7 +84,7 @@ def _lacks(robot: Robot) -> Sequence[str]:
     if robot.kind is None:
         return ()
     here = {reading.name for reading in robot.readings}
-    return tuple(reading.name for _, reading in readings_of_type(robot.kind) if reading.name not in here)
+    return tuple(reading.name for _, reading in list_type_readings(robot.kind) if reading.name not in here)
 
 
 def _problem(name: str, topic: str, of: Source, latest: Latest, age_s: float, peers: Sequence[Peer]) -> str:

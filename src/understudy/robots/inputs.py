@@ -19,7 +19,7 @@ from understudy.robots.ros.transport import ExtraMissing, Transport
 from understudy.runtime.body import Reading
 from understudy.sim.kit import CAMERA as BLOBS
 from understudy.sim.kit import LOCATOR
-from understudy.sim.scenario.toml_decode import Mismatch
+from understudy.sim.scenario.toml_decode import DecodeProblem
 
 Values: TypeAlias = Callable[[Any], Mapping[ReadingKey, float]]
 PLACE = ("x", "y")
@@ -42,11 +42,11 @@ class Source:
     extract: Values
 
 
-def sources(file: RobotFile, eye: Eye | None, targets: Sequence[str]) -> Sequence[Source] | Mismatch:
+def sources(file: RobotFile, eye: Eye | None, targets: Sequence[str]) -> Sequence[Source] | DecodeProblem:
     """All of a file, in its order, with what its eye sees of these targets; or what in it cannot be."""
     found: list[Source] = []
     for made in (*_numbers(file), *_places(file)):
-        if isinstance(made, Mismatch):
+        if isinstance(made, DecodeProblem):
             return made
         found.append(made)
     if eye is not None and file.camera is not None:
@@ -54,7 +54,7 @@ def sources(file: RobotFile, eye: Eye | None, targets: Sequence[str]) -> Sequenc
     return tuple(found)
 
 
-def eye_of(file: RobotFile) -> Eye | Mismatch | None:
+def eye_of(file: RobotFile) -> Eye | DecodeProblem | None:
     """What looks at the images of a file's camera, if there is one; or what of it cannot be."""
     if file.camera is None:
         return None
@@ -63,14 +63,14 @@ def eye_of(file: RobotFile) -> Eye | Mismatch | None:
     except ExtraMissing:  # it is not the file that is wrong
         raise
     except UnderstudyError as error:
-        return Mismatch(CAMERA, f"cannot be: {error}", "correct it there")
+        return DecodeProblem(CAMERA, f"cannot be: {error}", "correct it there")
 
 
-def _numbers(file: RobotFile) -> Iterator[Source | Mismatch]:
+def _numbers(file: RobotFile) -> Iterator[Source | DecodeProblem]:
     for name, reading in file.readings.items():
         taken = extraction(reading)
-        if isinstance(taken, Mismatch):
-            yield Mismatch(f"readings.{name}.{taken.key}", taken.problem, taken.remedy)
+        if isinstance(taken, DecodeProblem):
+            yield DecodeProblem(f"readings.{name}.{taken.key}", taken.problem, taken.remedy)
             return
         kind, unit, extract = taken
         yield Source(
@@ -91,14 +91,14 @@ def _images(of: CameraOf, eye: Eye, targets: Sequence[str]) -> Source:
     )  # fmt: skip
 
 
-def _places(file: RobotFile) -> Iterator[Source | Mismatch]:
+def _places(file: RobotFile) -> Iterator[Source | DecodeProblem]:
     """Targets that a topic tells of."""
     for name, target in file.targets.items():
         if target.topic is None:
             continue
         taken = place(target)
-        if isinstance(taken, Mismatch):
-            yield Mismatch(f"targets.{name}.{taken.key}", taken.problem, taken.remedy)
+        if isinstance(taken, DecodeProblem):
+            yield DecodeProblem(f"targets.{name}.{taken.key}", taken.problem, taken.remedy)
             return
         keys: Sequence[ReadingKey] = tuple((axis, name) for axis in PLACE)
         yield Source(
@@ -257,8 +257,8 @@ class Senses:
         return received
 
 
-def _right(found: Right | Mismatch, path: Path | str) -> Right:
+def _right(found: Right | DecodeProblem, path: Path | str) -> Right:
     """What a file asks for, where it can be."""
-    if isinstance(found, Mismatch):
+    if isinstance(found, DecodeProblem):
         raise FileError(path=path, place=found.key, problem=found.problem, remedy=found.remedy)
     return found

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from understudy.robots.twin import Twin
 from understudy.runtime.team.team import Team
-from understudy.sim.team.assignment import deal
+from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
 
 Clock: TypeAlias = Callable[[], float]
@@ -32,7 +32,13 @@ class Live:
         self.twin = twin
         radio = twin.scenario.radio
         self.team = Team(
-            twin, deal(twin.scenario), libraries, roots, delay_s=radio.delay_s, loss=radio.loss, seeds=(0,)
+            twin,
+            assign_team_members(twin.scenario),
+            libraries,
+            roots,
+            delay_s=radio.delay_s,
+            loss=radio.loss,
+            seeds=(0,),
         )
         self._clock, self._sleep = clock, sleep
         self._due = clock()

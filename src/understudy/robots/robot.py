@@ -27,9 +27,9 @@ from understudy.robots.safety.speed_limits import Speeds
 from understudy.robots.safety.stop_log import Stop, StopLog, log_path
 from understudy.robots.safety.watchdog_client import Leash
 from understudy.runtime.body import Channel, Commands, Reading
-from understudy.sim.catalog import find_world
-from understudy.sim.command_table import table_of
-from understudy.sim.kit import COLUMNS, MOVING, readings_of_type
+from understudy.sim.catalog import find_scenario
+from understudy.sim.command_table import make_command_table
+from understudy.sim.kit import COLUMNS, MOVING, list_type_readings
 from understudy.sim.scenario.schema import RobotType, Scenario
 
 
@@ -132,7 +132,7 @@ class Robot:
         """
         try:
             known = [channel.name for channel in self.channels]
-            table = table_of(commands, agents=1, channels=known, where=self._where)
+            table = make_command_table(commands, agents=1, channels=known, where=self._where)
         except UnderstudyError:
             self.guard.refuse("a command that makes no sense")
             raise
@@ -236,7 +236,7 @@ def connect(file: RobotFile, *, path: Path | str = "robot.toml", recorder: Recor
 
 def _see_fit(file: RobotFile, offered: Sequence[Reading], kind: RobotType | None, path: Path | str) -> None:
     """FileError where a reading is of another sort than the one of its name in the world: lessons are about that."""
-    there = {} if kind is None else {each.name: each for _, each in readings_of_type(kind)}
+    there = {} if kind is None else {each.name: each for _, each in list_type_readings(kind)}
     for each in offered:
         of = there.get(each.name)
         if of is None or each.of_targets != of.of_targets:
@@ -256,7 +256,7 @@ def _world_of(file: RobotFile, path: Path | str) -> tuple[Scenario | None, Robot
     if file.world is None:
         return None, None
     beside = Path(path).parent / file.world
-    scenario = find_world(beside if beside.is_file() else file.world)
+    scenario = find_scenario(beside if beside.is_file() else file.world)
     kind = file.kind or next(iter(scenario.types))
     if kind not in scenario.types or (file.kind is None and len(scenario.types) > 1):
         problem = "is missing" if file.kind is None else f"is {kind!r:.60}, which {file.world} has not"

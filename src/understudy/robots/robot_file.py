@@ -17,8 +17,8 @@ from msgspec import field
 from understudy.errors import FileError
 from understudy.robots.camera.config import CameraOf
 from understudy.sim.kit import CAMERA, LOCATOR
-from understudy.sim.scenario.squad_schema import Part
-from understudy.sim.scenario.toml_decode import Described, Mismatch, convert
+from understudy.sim.scenario.squad_schema import StrictStruct
+from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values
 
 FORMAT = "understudy-robot/1"
 TEAM = "understudy-robots/1"
@@ -41,7 +41,7 @@ FASTEST_M_S, FASTEST_RAD_S = 5.0, 10.0
 """Limits above these are taken for a mistake of units."""
 
 
-class Limits(Part, frozen=True, kw_only=True):
+class Limits(StrictStruct, frozen=True, kw_only=True):
     """What holds after every behavior. `geofence` (x0, y0, x1, y1) is where the readings `x` and `y` must stay."""
 
     speed_m_s: float
@@ -51,7 +51,7 @@ class Limits(Part, frozen=True, kw_only=True):
     geofence: tuple[float, float, float, float] | None = None
 
 
-class ReadingOf(Part, frozen=True, kw_only=True):
+class ReadingOf(StrictStruct, frozen=True, kw_only=True):
     """Where a reading comes from: a `field` of a message, dots between; that of an orientation is its heading.
 
     Of a Range, the field may be left out; of a LaserScan, `sector_deg` is (from, to), counter-clockwise from ahead,
@@ -71,7 +71,7 @@ class ReadingOf(Part, frozen=True, kw_only=True):
     doc: str = ""
 
 
-class CommandsOf(Part, frozen=True, kw_only=True):
+class CommandsOf(StrictStruct, frozen=True, kw_only=True):
     """Where commands go, and the speeds that `drive = 1` (m/s) and `turn = 1` (rad/s) ask for."""
 
     topic: str = "cmd_vel"
@@ -81,7 +81,7 @@ class CommandsOf(Part, frozen=True, kw_only=True):
     frame: str = "base_link"
 
 
-class PlaceOf(Part, frozen=True, kw_only=True):
+class PlaceOf(StrictStruct, frozen=True, kw_only=True):
     """Where a target is, for the readings `range` and `bearing`: a fixed place `at` (x, y), or what a topic says.
 
     Both in the frame of the readings `x`, `y` and `heading`; where `relative`, a topic says how far it is ahead of the
@@ -98,7 +98,7 @@ class PlaceOf(Part, frozen=True, kw_only=True):
     required: bool = False
 
 
-class Safety(Part, frozen=True, kw_only=True):
+class Safety(StrictStruct, frozen=True, kw_only=True):
     """When it stops by itself. A tick that is later than `deadline_s`, or a program that gives no sign for so long,
     stops it. Where `hold_to_run`, it moves only while a person holds a key. Stops are written to `log`, a path beside
     the file; left out, its name with .stops.jsonl.
@@ -109,7 +109,7 @@ class Safety(Part, frozen=True, kw_only=True):
     log: str | None = None
 
 
-class RobotFile(Part, frozen=True, kw_only=True):
+class RobotFile(StrictStruct, frozen=True, kw_only=True):
     """Everything there is to know of a robot before connecting to it.
 
     `world` is the scenario, by name or path, whose lessons it runs, and `kind` which type of robots it is there, where
@@ -142,7 +142,7 @@ class RobotFile(Part, frozen=True, kw_only=True):
         return f"/{namespace}/{name}" if namespace else f"/{name}"
 
 
-class TeamFile(Part, frozen=True, kw_only=True):
+class TeamFile(StrictStruct, frozen=True, kw_only=True):
     """Several robots, each by the path of its file beside this one."""
 
     format: Literal["understudy-robots/1"]
@@ -210,26 +210,26 @@ def _described(content: str, path: Path | str, format: str, whole: type[Describe
             "is missing" if given is None else f"is {given!r:.60}, which is no format of {what} known here"
         )
         raise FileError(path=path, place="format", problem=problem, remedy=f'write format = "{format}"')
-    found = convert(document, whole)
-    if isinstance(found, Mismatch):
+    found = decode_toml_values(document, whole)
+    if isinstance(found, DecodeProblem):
         raise FileError(path=path, place=found.key, problem=found.problem, remedy=found.remedy)
     return found
 
 
-def _wrong(robot: RobotFile) -> Iterator[Mismatch]:
+def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
     """What fits the description and still cannot be."""
     limits, commands = robot.limits, robot.commands
     if robot.domain not in DOMAINS:
-        yield Mismatch("domain", f"is {robot.domain}", f"give one from 0 to {DOMAINS[-1]}")
+        yield DecodeProblem("domain", f"is {robot.domain}", f"give one from 0 to {DOMAINS[-1]}")
     if robot.namespace and not TOPIC.fullmatch(robot.namespace):
-        yield Mismatch("namespace", f"is {robot.namespace!r:.60}", "give letters, digits, _ and /")
+        yield DecodeProblem("namespace", f"is {robot.namespace!r:.60}", "give letters, digits, _ and /")
     yield from _range("tick_s", robot.tick_s, FASTEST_TICK_S, SLOWEST_TICK_S)
     yield from _range("limits.speed_m_s", limits.speed_m_s, 0.0, FASTEST_M_S)
     yield from _range("limits.turn_rad_s", limits.turn_rad_s, 0.0, FASTEST_RAD_S)
     for key in ("acceleration_m_s2", "turn_acceleration_rad_s2"):
         value = getattr(limits, key)
         if value is not None and not (isfinite(value) and value > 0):
-            yield Mismatch(f"limits.{key}", f"is {value:g}", "give a positive number, or leave it out")
+            yield DecodeProblem(f"limits.{key}", f"is {value:g}", "give a positive number, or leave it out")
     yield from _range("commands.drive_m_s", commands.drive_m_s, 0.0, limits.speed_m_s)
     yield from _range("commands.turn_rad_s", commands.turn_rad_s, 0.0, limits.turn_rad_s)
     yield from _wrong_topic("commands.topic", commands.topic)
@@ -239,9 +239,9 @@ def _wrong(robot: RobotFile) -> Iterator[Mismatch]:
     yield from _wrong_names(robot)
     yield from _range("safety.deadline_s", robot.safety.deadline_s, SHORTEST_DEADLINE_S, 1.0)
     if robot.router is not None and robot.transport != "zenoh":
-        yield Mismatch("router", "means nothing to DDS", 'leave it out, or give transport = "zenoh"')
+        yield DecodeProblem("router", "means nothing to DDS", 'leave it out, or give transport = "zenoh"')
     if robot.router is not None and not ROUTER.fullmatch(robot.router):
-        yield Mismatch("router", f"is {robot.router!r:.60}", "give one as tcp/192.168.0.5:7447")
+        yield DecodeProblem("router", f"is {robot.router!r:.60}", "give one as tcp/192.168.0.5:7447")
     for name, target in robot.targets.items():
         yield from _wrong_target(f"targets.{name}", name, target)
     if robot.camera is not None:
@@ -249,21 +249,21 @@ def _wrong(robot: RobotFile) -> Iterator[Mismatch]:
         yield from _wrong_times("camera", stale_s=robot.camera.stale_s, rate_hz=robot.camera.rate_hz)
 
 
-def _wrong_reading(key: str, name: str, reading: ReadingOf) -> Iterator[Mismatch]:
+def _wrong_reading(key: str, name: str, reading: ReadingOf) -> Iterator[DecodeProblem]:
     if not READING.fullmatch(name):
-        yield Mismatch(key, "is no name for a reading", "give letters, digits and _")
+        yield DecodeProblem(key, "is no name for a reading", "give letters, digits and _")
     yield from _wrong_topic(f"{key}.topic", reading.topic)
     if not TYPE.fullmatch(reading.type):
         problem = f"is {reading.type!r:.60}, which is no type of messages"
-        yield Mismatch(f"{key}.type", problem, "give one as sensor_msgs/msg/Range")
+        yield DecodeProblem(f"{key}.type", problem, "give one as sensor_msgs/msg/Range")
     yield from _wrong_times(key, stale_s=reading.stale_s, rate_hz=reading.rate_hz)
     if not isfinite(reading.offset_m):
-        yield Mismatch(f"{key}.offset_m", f"is {reading.offset_m:g}", "give a length in m")
+        yield DecodeProblem(f"{key}.offset_m", f"is {reading.offset_m:g}", "give a length in m")
     if reading.sector_deg is not None and not all(map(isfinite, reading.sector_deg)):
-        yield Mismatch(f"{key}.sector_deg", "is not finite", "give two angles in degrees")
+        yield DecodeProblem(f"{key}.sector_deg", "is not finite", "give two angles in degrees")
 
 
-def _wrong_names(robot: RobotFile) -> Iterator[Mismatch]:
+def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:
     """Readings by the names of those of targets, and of cameras."""
     taken = {
         "targets": [each.name for each in LOCATOR] if robot.targets else [],
@@ -272,55 +272,59 @@ def _wrong_names(robot: RobotFile) -> Iterator[Mismatch]:
     for of, names in taken.items():
         for name in names:
             if name in robot.readings:
-                yield Mismatch(f"readings.{name}", f"is what {of} give, too", "give it another name")
+                yield DecodeProblem(f"readings.{name}", f"is what {of} give, too", "give it another name")
 
 
-def _wrong_target(key: str, name: str, target: PlaceOf) -> Iterator[Mismatch]:
+def _wrong_target(key: str, name: str, target: PlaceOf) -> Iterator[DecodeProblem]:
     if not READING.fullmatch(name):
-        yield Mismatch(key, "is no name for a target", "give letters, digits and _")
+        yield DecodeProblem(key, "is no name for a target", "give letters, digits and _")
     if (target.at is None) == (target.topic is None):
-        yield Mismatch(key, "has to have either `at` or `topic`", "give one of the two")
+        yield DecodeProblem(key, "has to have either `at` or `topic`", "give one of the two")
     if target.at is not None and not all(map(isfinite, target.at)):
-        yield Mismatch(f"{key}.at", f"is {list(target.at)}", "give x and y in m")
+        yield DecodeProblem(f"{key}.at", f"is {list(target.at)}", "give x and y in m")
     if target.topic is not None:
         yield from _wrong_topic(f"{key}.topic", target.topic)
     if not TYPE.fullmatch(target.type):
         problem = f"is {target.type!r:.60}, which is no type of messages"
-        yield Mismatch(f"{key}.type", problem, "give one as geometry_msgs/msg/PoseStamped")
+        yield DecodeProblem(f"{key}.type", problem, "give one as geometry_msgs/msg/PoseStamped")
     if target.at is not None and target.relative:
-        yield Mismatch(f"{key}.relative", "means nothing of a fixed place", "leave it out")
+        yield DecodeProblem(f"{key}.relative", "means nothing of a fixed place", "leave it out")
     yield from _wrong_times(key, stale_s=target.stale_s, rate_hz=target.rate_hz)
 
 
-def _wrong_times(key: str, *, stale_s: float, rate_hz: float | None) -> Iterator[Mismatch]:
+def _wrong_times(key: str, *, stale_s: float, rate_hz: float | None) -> Iterator[DecodeProblem]:
     yield from _range(f"{key}.stale_s", stale_s, 0.0, 60.0)
     if rate_hz is not None:
         yield from _range(f"{key}.rate_hz", rate_hz, 0.0, 10_000.0)
         if rate_hz * stale_s < 1:
             problem = f"is {stale_s:g}, shorter than the time from one message to the next"
-            yield Mismatch(f"{key}.stale_s", problem, f"give more than {1 / rate_hz:g}")
+            yield DecodeProblem(f"{key}.stale_s", problem, f"give more than {1 / rate_hz:g}")
 
 
-def _wrong_fence(robot: RobotFile) -> Iterator[Mismatch]:
+def _wrong_fence(robot: RobotFile) -> Iterator[DecodeProblem]:
     fence = robot.limits.geofence
     if fence is None:
         return
     x0, y0, x1, y1 = fence
     if not (x0 < x1 and y0 < y1 and all(map(isfinite, fence))):
-        yield Mismatch("limits.geofence", f"is {list(fence)}", "give x0, y0, x1, y1 with x0 < x1 and y0 < y1")
+        yield DecodeProblem(
+            "limits.geofence", f"is {list(fence)}", "give x0, y0, x1, y1 with x0 < x1 and y0 < y1"
+        )
     for name in ("x", "y"):
         if name not in robot.readings:
-            yield Mismatch(
+            yield DecodeProblem(
                 f"readings.{name}", "is missing, and the geofence needs it", f"give the reading {name!r}"
             )
 
 
-def _wrong_topic(key: str, topic: str) -> Iterator[Mismatch]:
+def _wrong_topic(key: str, topic: str) -> Iterator[DecodeProblem]:
     if not TOPIC.fullmatch(topic):
-        yield Mismatch(key, f"is {topic!r:.60}, which is no name of a topic", "give letters, digits, _ and /")
+        yield DecodeProblem(
+            key, f"is {topic!r:.60}, which is no name of a topic", "give letters, digits, _ and /"
+        )
 
 
-def _range(key: str, value: float, low: float, high: float) -> Iterator[Mismatch]:
+def _range(key: str, value: float, low: float, high: float) -> Iterator[DecodeProblem]:
     """Above `low` and up to `high`; NaN never is."""
     if not low < value <= high:
-        yield Mismatch(key, f"is {value:g}", f"give a number above {low:g}, up to {high:g}")
+        yield DecodeProblem(key, f"is {value:g}", f"give a number above {low:g}, up to {high:g}")

@@ -19,11 +19,11 @@ from understudy.robots.recording.header import SCENARIO, Ran
 from understudy.robots.recording.recorder import Recorder
 from understudy.robots.robot_file import PlaceOf
 from understudy.robots.ros.state_topic import Transitions
-from understudy.runtime.body import Channel, Commands, Reading, every_key
-from understudy.sim.params import Names
-from understudy.sim.scenario.files import dump_scenario
-from understudy.sim.scenario.schema import Robots, Scenario
-from understudy.sim.state import Rules, State
+from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys
+from understudy.sim.params import ScenarioNames
+from understudy.sim.scenario.files import format_scenario
+from understudy.sim.scenario.schema import RobotGroup, Scenario
+from understudy.sim.state import WorldParams, WorldState
 from understudy.sim.view import WorldView
 from understudy.sim.world import World
 
@@ -61,7 +61,7 @@ class Twin:
         self.agents = self.robots = fleet.agents
         self._can = {(each.name, each.of_targets) for each in fleet.readings}
         self._acted_s = -inf
-        self._keys = every_key(self)
+        self._keys = list_reading_keys(self)
         self._paths: Paths | None = None
         self._recorder, self._recording = recorder, False
         self._sensed: Percept = {}
@@ -79,17 +79,17 @@ class Twin:
         return self._drawn.kit
 
     @property
-    def names(self) -> Names:
+    def names(self) -> ScenarioNames:
         """What the types and classes are called."""
         return self._drawn.names
 
     @property
-    def rules(self) -> Rules:
+    def rules(self) -> WorldParams:
         """The scenario as numbers."""
         return self._drawn.rules
 
     @property
-    def state(self) -> State:
+    def state(self) -> WorldState:
         """Where everything is drawn."""
         return self._drawn.state
 
@@ -157,7 +157,7 @@ class Twin:
         """
         if self._recorder is None:
             return
-        files = {SCENARIO: dump_scenario(self.scenario)}
+        files = {SCENARIO: format_scenario(self.scenario)}
         for path in (robot.path for robot in self.fleet if robot.path.is_file()):
             files[str(path) if path.name in files else path.name] = path.read_text("utf-8-sig")
         self._recorder.begin(
@@ -289,7 +289,7 @@ def _cast(fleet: Fleet, scenario: Scenario) -> Scenario:
         scenario,
         size=(max(width, fence[2] - fence[0]), max(height, fence[3] - fence[1])),
         tick_s=fleet.tick_s,
-        robots=tuple(Robots(type=kind) for kind in kinds),
+        robots=tuple(RobotGroup(type=kind) for kind in kinds),
         walls=(),
         obstacles=(),
     )

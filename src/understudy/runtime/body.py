@@ -102,7 +102,7 @@ class Rewindable(Protocol):
         ...
 
 
-def rewinds(body: Body) -> TypeGuard[Rewindable]:
+def is_rewindable(body: Body) -> TypeGuard[Rewindable]:
     """Whether the state of a body can be kept and brought back; of one that stands on another, that of both."""
     return isinstance(body, Rewindable) and isinstance(getattr(body, "ground", body), Rewindable)
 
@@ -117,7 +117,7 @@ class Resettable(Protocol):
 
 
 @runtime_checkable
-class Commanding(Protocol):
+class OrderReceiver(Protocol):
     """A body that passes orders on: a squad. Its channels are ORDER and ISSUED."""
 
     def numbered(self, order: Order) -> int:
@@ -158,7 +158,7 @@ class Fused(Protocol):
         ...
 
 
-def every_key(body: Body) -> tuple[ReadingKey, ...]:
+def list_reading_keys(body: Body) -> tuple[ReadingKey, ...]:
     """Keys of all readings of a body, of itself and of each target, in declared order."""
     return tuple(
         (reading.name, target)

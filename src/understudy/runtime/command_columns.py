@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.features import Percept, ReadingKey, ReadingsView, call_user_function
 from understudy.model.kinds import Column
-from understudy.runtime.body import ISSUED, ORDER, Body, Commanding, every_key
-from understudy.runtime.feature_columns import check_targets, floats
+from understudy.runtime.body import ISSUED, ORDER, Body, OrderReceiver, list_reading_keys
+from understudy.runtime.feature_columns import check_float_column, check_targets
 from understudy.runtime.program import GroundBehavior
 
 
-class Acting:
+class CommandColumns:
     """The commands of ground basic behaviors for one body.
 
     `table` [B, C] has what each of them commands by channel; `computed` are those that are functions, for which the
@@ -28,7 +28,7 @@ class Acting:
         self.basics = tuple(basics)
         self.table = np.tile(self.rest, (len(basics), 1))
         self.computed = [index for index, ground in enumerate(basics) if ground.behavior.function]
-        self.keys: tuple[ReadingKey, ...] = every_key(body) if self.computed else ()
+        self.keys: tuple[ReadingKey, ...] = list_reading_keys(body) if self.computed else ()
         for index, ground in enumerate(basics):
             check_targets(body, ground.binding)
             for channel, value in ground.behavior.command.items():
@@ -72,7 +72,7 @@ class Acting:
             if channel not in self.channels:
                 raise self._unknown(channel, ground)
             what = f"behavior {ground}, channel {channel!r}"
-            column = floats(values, what=what, remedy=remedy)
+            column = check_float_column(values, what=what, remedy=remedy)
             if column.shape not in ((), chosen.shape):
                 problem = f"it returned shape {column.shape} for {len(chosen)} agents"
                 raise DefinitionError(what=what, problem=problem, remedy=remedy)
@@ -96,7 +96,7 @@ class Acting:
     @staticmethod
     def _numbered(body: Body, ground: GroundBehavior) -> int:
         order = ground.behavior.order
-        return body.numbered(order.within(ground.binding)) if isinstance(body, Commanding) and order else 0
+        return body.numbered(order.within(ground.binding)) if isinstance(body, OrderReceiver) and order else 0
 
     def _unknown(self, channel: str, ground: GroundBehavior) -> UnknownName:
         where = f"the body, for behavior {ground},"

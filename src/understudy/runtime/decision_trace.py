@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from understudy.model.tree import STAY, PathStep
-from understudy.runtime.interpreter import Interpreter, Machine
+from understudy.runtime.interpreter import Interpreter, RunningAutomaton
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Decision:
     steps: tuple[PathStep, ...]
 
 
-class Trace:
+class DecisionTrace:
     """Records the decisions of an interpreter's automata while attached.
 
     `switches` are those that left a state; `unshown` those that kept one only because nothing was ever shown
@@ -35,7 +35,7 @@ class Trace:
         self.switches: list[Decision] = []
         self.unshown: list[Decision] = []
         self.interpreter = interpreter
-        self._noted: set[tuple[Machine, tuple[PathStep, ...]]] = set()
+        self._noted: set[tuple[RunningAutomaton, tuple[PathStep, ...]]] = set()
         interpreter.watch(self._decided)
 
     def close(self) -> None:
@@ -43,7 +43,7 @@ class Trace:
         self.interpreter.watch(None)
 
     def _decided(
-        self, machine: Machine, before: int, after: int, values: Sequence[float], now: float
+        self, machine: RunningAutomaton, before: int, after: int, values: Sequence[float], now: float
     ) -> None:
         automaton = machine.automaton
         state = automaton.states[before].name

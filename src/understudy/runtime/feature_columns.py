@@ -17,10 +17,10 @@ from understudy.model.features import (
     call_user_function,
 )
 from understudy.model.kinds import Categorical, Column, Toroidal
-from understudy.runtime.body import Body, every_key
+from understudy.runtime.body import Body, list_reading_keys
 
 
-class Sensing:
+class FeatureColumns:
     """The columns of `features` (ground, of the body) for one body; `keys` is what the body must sense for
     them.
     """
@@ -31,11 +31,13 @@ class Sensing:
         readings = {reading.name: reading for reading in body.readings}
         keys: dict[ReadingKey, None] = {}
         for bound in self.features:
-            feature = body_feature(bound)
+            feature = get_body_feature(bound)
             check_targets(body, bound.binding)
             if feature.reading is None:  # which readings a function looks at, only running it can tell
                 keys.update(
-                    (key, None) for key in every_key(body) if key[1] in (None, *bound.binding.values())
+                    (key, None)
+                    for key in list_reading_keys(body)
+                    if key[1] in (None, *bound.binding.values())
                 )
                 continue
             if feature.reading not in readings:
@@ -49,7 +51,7 @@ class Sensing:
                     f"{readings[feature.reading].kind}",
                     remedy="give the feature the reading's kind",
                 )
-            keys[feature_key(bound)] = None
+            keys[get_feature_key(bound)] = None
         self.keys: tuple[ReadingKey, ...] = tuple(keys)
         kinds = list(enumerate(bound.kind for bound in self.features))
         self._labels = {index: len(kind.labels) for index, kind in kinds if isinstance(kind, Categorical)}
@@ -58,13 +60,13 @@ class Sensing:
         """Values [F, N] of the features in one snapshot; KindError where one is outside its kind."""
         values = np.empty((len(self.features), self.agents))
         for index, bound in enumerate(self.features):
-            values[index] = feature_column(bound, percept, agents=self.agents)
+            values[index] = read_feature_column(bound, percept, agents=self.agents)
         outside = np.isinf(values)
         for index, labels in self._labels.items():
             outside[index] = _no_label(values[index], labels)
         if outside.any():
             index, agent = (int(places[0]) for places in np.nonzero(outside))
-            _refuse(body_feature(self.features[index]), values[index], agent)
+            _refuse(get_body_feature(self.features[index]), values[index], agent)
         return values
 
 
@@ -75,7 +77,7 @@ def check_targets(body: Body, binding: Mapping[str, str]) -> None:
             raise UnknownName(what="target", name=target, where="the body", known=list(body.targets))
 
 
-def body_feature(bound: BoundFeature) -> Feature:
+def get_body_feature(bound: BoundFeature) -> Feature:
     """The feature of the body behind a bound feature; DefinitionError for one of the automaton itself."""
     if not isinstance(bound.feature, Feature):
         raise DefinitionError(
@@ -84,25 +86,25 @@ def body_feature(bound: BoundFeature) -> Feature:
     return bound.feature
 
 
-def feature_key(bound: BoundFeature) -> ReadingKey:
+def get_feature_key(bound: BoundFeature) -> ReadingKey:
     """The reading, and its target, behind a data feature whose binding is ground."""
-    feature = body_feature(bound)
+    feature = get_body_feature(bound)
     return feature.reading or "", bound.binding[feature.of] if feature.of else None
 
 
-def feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Column:
+def read_feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Column:
     """The values [N] of one ground feature in one snapshot; what a function returned is checked."""
-    feature = body_feature(bound)
+    feature = get_body_feature(bound)
     what = f"feature {feature.name!r}"
     if feature.function is None:
-        found, gave = percept[feature_key(bound)], f"the body's reading {feature.reading!r} has"
+        found, gave = percept[get_feature_key(bound)], f"the body's reading {feature.reading!r} has"
     else:
         targets = [ReadingsView(percept, bound.binding[parameter]) for parameter in feature.parameters]
         found, gave = (
             call_user_function(what, feature.function, [ReadingsView(percept), *targets]),
             "it returned",
         )
-    column = floats(found, what=what, remedy="return one number per agent")
+    column = check_float_column(found, what=what, remedy="return one number per agent")
     if column.shape != (agents,):
         raise DefinitionError(
             what=what,
@@ -129,7 +131,7 @@ def _refuse(feature: Feature, column: Column, agent: int) -> None:
     feature.kind.check(float(column[agent]), where=f"feature {feature.name!r} of agent {agent}")
 
 
-def floats(values: object, *, what: str, remedy: str) -> Column:
+def check_float_column(values: object, *, what: str, remedy: str) -> Column:
     """What a function returned as a column of floats; DefinitionError where it is none."""
     try:
         return np.asarray(values, dtype=np.float64)

@@ -16,20 +16,20 @@ from understudy.model.automaton import Automaton
 from understudy.model.features import CounterFeature, FlagFeature, OwnFeature, TimerFeature
 from understudy.model.kinds import NO, YES
 from understudy.model.tree import STAY
-from understudy.runtime.program import Child, Freshened, Instance, Program, Source
+from understudy.runtime.program import Child, Instance, Program, ResetFeature, ValueSource
 
 Row: TypeAlias = Sequence[float]
 """One agent's values of `Program.features`, in one snapshot."""
 
-Watcher: TypeAlias = "Callable[[Machine, int, int, Sequence[float], float], None]"
+Watcher: TypeAlias = "Callable[[RunningAutomaton, int, int, Sequence[float], float], None]"
 """Called when a transition function answers another state or STAY: machine, state, answer, values, time."""
 
-Decide: TypeAlias = Callable[[Sequence[float]], int]
-Witness: TypeAlias = "Callable[[Machine, int, int, Sequence[float]], None]"
+DecideState: TypeAlias = Callable[[Sequence[float]], int]
+Witness: TypeAlias = "Callable[[RunningAutomaton, int, int, Sequence[float]], None]"
 """Called at every query: machine, state, answer, values."""
 
 
-def elapsed(now: float, since: float) -> float:
+def measure_elapsed(now: float, since: float) -> float:
     """Seconds from one time to another, rounded: equally many ticks read the same, whenever they began.
 
     Rounded by plain arithmetic, which every engine and export can repeat bit for bit.
@@ -37,7 +37,7 @@ def elapsed(now: float, since: float) -> float:
     return floor((now - since) * 1e9 + 0.5) / 1e9
 
 
-class Basic:
+class RunningBehavior:
     """One running basic behavior: it raises no flags, and a pulse of it issues its command."""
 
     __slots__ = ("index",)
@@ -57,7 +57,7 @@ class Basic:
         return self.index
 
 
-class Machine:
+class RunningAutomaton:
     """One running automaton: a ground instance with the state it is in, its flag, counters and timers."""
 
     __slots__ = (
@@ -77,7 +77,7 @@ class Machine:
 
     def __init__(self, instance: Instance, machines: dict[Child, Running]) -> None:
         self.instance = instance
-        self._children = [running(child, machines) for child in instance.children]
+        self._children = [get_running(child, machines) for child in instance.children]
         transitions = instance.automaton.transitions
         self._decides = [
             transitions[state.name].decide if state.name in transitions else None
@@ -150,19 +150,19 @@ class Machine:
                 values[index] = YES if self.active.flag == flag else NO
         return values
 
-    def own(self, feature: Freshened | OwnFeature, row: Row, now: float) -> float:
+    def own(self, feature: ResetFeature | OwnFeature, row: Row, now: float) -> float:
         """A feature of this automaton itself: a flag of what it runs, a counter, a timer, time in state; or one that a
         switch in this tick has changed.
         """
-        if isinstance(feature, Freshened):
+        if isinstance(feature, ResetFeature):
             return feature.fresh if self.entered == now else row[feature.position]
         if isinstance(feature, FlagFeature):
             return YES if self.active.flag == feature.name else NO
         if isinstance(feature, CounterFeature):
             return self.counters.get(feature.name, 0.0)
         if isinstance(feature, TimerFeature):
-            return elapsed(now, self.timers[feature.name]) if feature.name in self.timers else nan
-        return elapsed(now, self.entered)
+            return measure_elapsed(now, self.timers[feature.name]) if feature.name in self.timers else nan
+        return measure_elapsed(now, self.entered)
 
     def witness(self, seen: Witness) -> None:
         """Call `seen` at every query from now on; a machine without a witness is no slower for it."""
@@ -171,7 +171,7 @@ class Machine:
             for state, decide in enumerate(self._decides)
         ]
 
-    def _witnessed(self, state: int, decide: Decide, seen: Witness) -> Decide:
+    def _witnessed(self, state: int, decide: DecideState, seen: Witness) -> DecideState:
         def decided(values: Sequence[float]) -> int:
             following = decide(values)
             seen(self, state, following, values)
@@ -190,17 +190,19 @@ class Machine:
         return self.automaton.states[self.state].name
 
 
-Running: TypeAlias = Machine | Basic
+Running: TypeAlias = RunningAutomaton | RunningBehavior
 
 
-def running(child: Child, machines: dict[Child, Running]) -> Running:
+def get_running(child: Child, machines: dict[Child, Running]) -> Running:
     """What runs an instance or basic behavior: one each, since at most one activation can be running."""
     if child not in machines:
-        machines[child] = Basic(child) if isinstance(child, int) else Machine(child, machines)
+        machines[child] = (
+            RunningBehavior(child) if isinstance(child, int) else RunningAutomaton(child, machines)
+        )
     return machines[child]
 
 
-def _picker(sources: Sequence[Source]) -> Callable[[Row], Sequence[float]]:
+def _picker(sources: Sequence[ValueSource]) -> Callable[[Row], Sequence[float]]:
     """Fetches the values of the sources that are body readings from a row, in C; others get any value."""
     if not any(isinstance(source, int) for source in sources):
         blank = [nan] * len(sources)
@@ -210,7 +212,7 @@ def _picker(sources: Sequence[Source]) -> Callable[[Row], Sequence[float]]:
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class StackFrame:
     """One automaton of a run state: where it is and what it remembers.
 
     Times are seconds ago, so that a run state can be gone back to when the body's clock reads otherwise.
@@ -229,7 +231,7 @@ class Interpreter:
     def __init__(self, program: Program, *, now: float = 0.0) -> None:
         self.program = program
         self._machines: dict[Child, Running] = {}
-        self.root = running(program.root, self._machines)
+        self.root = get_running(program.root, self._machines)
         self.start(now)
 
     def start(self, now: float) -> None:
@@ -245,21 +247,21 @@ class Interpreter:
     def watch(self, watcher: Watcher | None) -> None:
         """Call `watcher` before every switch of any level; None to switch it off."""
         for machine in self._machines.values():
-            if isinstance(machine, Machine):
+            if isinstance(machine, RunningAutomaton):
                 machine.watcher = watcher
 
     def witness(self, seen: Witness) -> None:
         """Call `seen` at every query of any level from now on."""
         for machine in self._machines.values():
-            if isinstance(machine, Machine):
+            if isinstance(machine, RunningAutomaton):
                 machine.witness(seen)
 
     @property
-    def active(self) -> tuple[Machine, ...]:
+    def active(self) -> tuple[RunningAutomaton, ...]:
         """The machines that are running, from the root down."""
         machines = []
         machine = self.root
-        while isinstance(machine, Machine):
+        while isinstance(machine, RunningAutomaton):
             machines.append(machine)
             machine = machine.active
         return tuple(machines)
@@ -275,20 +277,20 @@ class Interpreter:
         """The current state of every level, from the root down."""
         return tuple(machine.state_name for machine in self.active)
 
-    def snapshot(self, now: float) -> tuple[Level, ...]:
+    def snapshot(self, now: float) -> tuple[StackFrame, ...]:
         """The run state of every active level, as plain values."""
         return tuple(
-            Level(
+            StackFrame(
                 machine.automaton.name,
                 machine.state_name,
-                elapsed(now, machine.entered),
+                measure_elapsed(now, machine.entered),
                 dict(machine.counters),
-                {timer: elapsed(now, since) for timer, since in machine.timers.items()},
+                {timer: measure_elapsed(now, since) for timer, since in machine.timers.items()},
             )
             for machine in self.active
         )
 
-    def restore(self, levels: Sequence[Level], *, now: float, entered: float | None = None) -> None:
+    def restore(self, levels: Sequence[StackFrame], *, now: float, entered: float | None = None) -> None:
         """Go back to a run state, as far down as its states still exist; start what does not.
 
         `entered` is when a basic behavior that is all there is was started.
@@ -297,7 +299,7 @@ class Interpreter:
         self._started = now if entered is None else entered
         machine = self.root
         for level in levels:
-            if not isinstance(machine, Machine) or machine.automaton.name != level.automaton:
+            if not isinstance(machine, RunningAutomaton) or machine.automaton.name != level.automaton:
                 return
             if level.state not in machine.automaton.state_names:
                 return

@@ -34,14 +34,14 @@ class GroundBehavior:
 
 
 @dataclass(frozen=True, slots=True)
-class Freshened:
+class ResetFeature:
     """A position in `Program.features` that reads `fresh` in the tick in which the automaton's state was entered."""
 
     position: int
     fresh: float
 
 
-Source: TypeAlias = int | Freshened | OwnFeature
+ValueSource: TypeAlias = int | ResetFeature | OwnFeature
 """Where the value of an automaton's feature comes from."""
 
 
@@ -57,7 +57,7 @@ class Instance:
 
     automaton: Automaton
     binding: Binding
-    sources: tuple[Source, ...]
+    sources: tuple[ValueSource, ...]
     children: tuple[Child, ...]
     changes: tuple[tuple[StateEffect, ...], ...]
 
@@ -128,14 +128,14 @@ class _Linker:
         behavior = self.library.kit.behaviors.get(state.behavior or "")
         return behavior.changes if behavior else ()
 
-    def source(self, bound: BoundFeature, binding: Binding, automaton: Automaton) -> Source:
+    def source(self, bound: BoundFeature, binding: Binding, automaton: Automaton) -> ValueSource:
         if not isinstance(bound.feature, Feature):
             return bound.feature
         ground = BoundFeature(bound.feature, bound.binding.within(binding))
         self.check_targets(automaton.name, ground.binding)
         position = self.features.setdefault(ground, len(self.features))
         fresh = bound.feature.fresh
-        return position if fresh is None else Freshened(position, fresh)
+        return position if fresh is None else ResetFeature(position, fresh)
 
     def check_ground(self, name: str, parameters: tuple[str, ...], binding: Binding) -> None:
         targets = self.library.kit.targets

@@ -12,8 +12,8 @@ from understudy.errors import SettingError
 from understudy.model.features import Percept
 from understudy.model.kinds import Column
 from understudy.runtime.body import Body
-from understudy.runtime.command_columns import Acting
-from understudy.runtime.feature_columns import Sensing
+from understudy.runtime.command_columns import CommandColumns
+from understudy.runtime.feature_columns import FeatureColumns
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import Program
 
@@ -33,7 +33,7 @@ class Run:
             )
         self.body = body
         self.interpreters = list(interpreters)
-        self._known: dict[int, _Group] = {}
+        self._known: dict[int, _ProgramGroup] = {}
         for program in others:
             self._group(program, [])
         self._regroup()
@@ -46,9 +46,9 @@ class Run:
         self._groups = [self._group(each[agents[0]], agents) for agents in groups.values()]
         self.keys = tuple(dict.fromkeys(key for group in self._known.values() for key in group.keys))
 
-    def _group(self, program: Program, agents: list[int]) -> _Group:
+    def _group(self, program: Program, agents: list[int]) -> _ProgramGroup:
         if id(program) not in self._known:
-            self._known[id(program)] = _Group(self.body, program)
+            self._known[id(program)] = _ProgramGroup(self.body, program)
         group = self._known[id(program)]
         group.agents = agents
         return group
@@ -101,11 +101,11 @@ class Run:
         return np.array([interpreter.root.flag == flag for interpreter in self.interpreters])
 
 
-class _Group:
+class _ProgramGroup:
     """The agents that run one program."""
 
     def __init__(self, body: Body, program: Program) -> None:
         self.program, self.agents = program, list[int]()
-        self.sensing = Sensing(program.features, body)
-        self.acting = Acting(program.basics, body)
+        self.sensing = FeatureColumns(program.features, body)
+        self.acting = CommandColumns(program.basics, body)
         self.keys = (*self.sensing.keys, *self.acting.keys)

@@ -12,7 +12,7 @@ from understudy.model.kinds import Column
 from understudy.sim.kit import COLUMNS
 
 
-def table_of(
+def make_command_table(
     commands: Mapping[str, Column], *, agents: int, channels: Sequence[str], where: str
 ) -> NDArray[np.float64]:
     """Commands as a table [N, 5], whose columns are COLUMNS and none left out; an unusable one raises."""

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
-from understudy.sim.kit import kit_of
-from understudy.sim.scenario.files import load_scenario, without_markers
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.files import load_scenario, remove_markers
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
@@ -28,7 +28,7 @@ BESIDE = 1.2
 """How far food beside the station is from it, in reaches: one place serves both."""
 
 
-def wrong(setting: str, problem: str, remedy: str) -> SettingError:
+def make_setting_error(setting: str, problem: str, remedy: str) -> SettingError:
     """The error for a setting of the foraging world."""
     return SettingError(where=WHERE, setting=setting, problem=problem, remedy=remedy)
 
@@ -68,25 +68,31 @@ class ForageSettings:
         for name in ("load_s", "unload_s"):
             ticks = getattr(self, name) / self.tick_s
             if round(ticks) < 1 or abs(ticks - round(ticks)) > 1e-9:
-                raise wrong(
+                raise make_setting_error(
                     name, f"is {getattr(self, name)} s", f"give a multiple of tick_s, {self.tick_s} s"
                 )
         if self.forward_speed * self.tick_s > self.reach:
             problem = f"drives {self.forward_speed * self.tick_s} m in a tick"
-            raise wrong(
+            raise make_setting_error(
                 "forward_speed", problem, f"give less, so that it is at most the reach, {self.reach} m"
             )
         if self.turning_speed * self.tick_s > pi / 2:
             problem = f"turns {self.turning_speed * self.tick_s} rad in a tick"
-            raise wrong("turning_speed", problem, "give less, so that it is at most a quarter of a circle")
+            raise make_setting_error(
+                "turning_speed", problem, "give less, so that it is at most a quarter of a circle"
+            )
         if self.radius > self.reach:
-            raise wrong("radius", f"is {self.radius} m", f"give at most the reach, {self.reach} m")
+            raise make_setting_error(
+                "radius", f"is {self.radius} m", f"give at most the reach, {self.reach} m"
+            )
         if self.food_beside_station and self.sources[0] == 0:
-            raise wrong("food_beside_station", "is asked for without food", "let sources begin at 1")
+            raise make_setting_error(
+                "food_beside_station", "is asked for without food", "let sources begin at 1"
+            )
         for name in ("width", "height"):
             if getattr(self, name) <= 2 * self.margin:
                 problem, remedy = f"is {getattr(self, name)} m", f"give more than {2 * self.margin} m"
-                raise wrong(name, f"leaves no room between the walls: it {problem}", remedy)
+                raise make_setting_error(name, f"leaves no room between the walls: it {problem}", remedy)
 
     @property
     def apart(self) -> float:
@@ -135,9 +141,9 @@ class ForageSettings:
         )
 
 
-def settings_of(scenario: Scenario) -> ForageSettings | None:
+def recover_forage_settings(scenario: Scenario) -> ForageSettings | None:
     """The settings that make a scenario, but for words, colors, markers and its limit; None where there are none."""
-    scenario = without_markers(scenario)
+    scenario = remove_markers(scenario)
     try:
         (forager,), (robots,), (_, food) = scenario.types.values(), scenario.robots, scenario.objects
         found = ForageSettings(
@@ -208,22 +214,22 @@ _SIZES = (
 
 def _check_size(name: str, value: object) -> None:
     if isinstance(value, bool) or not isinstance(value, int | float) or not (isfinite(value) and value > 0):
-        raise wrong(name, f"is {value!r}", "give a finite number above 0")
+        raise make_setting_error(name, f"is {value!r}", "give a finite number above 0")
 
 
 def _check_count(name: str, value: object, *, least: int, most: int | None) -> None:
     if type(value) is not int or value < least or (most is not None and value > most):
         upto = "up" if most is None else f"to {most}"
-        raise wrong(name, f"is {value!r}", f"give a whole number from {least} {upto}")
+        raise make_setting_error(name, f"is {value!r}", f"give a whole number from {least} {upto}")
 
 
 def _check_pair(name: str, pair: object, *, least: int) -> None:
     low, high = pair if isinstance(pair, tuple) and len(pair) == 2 else (None, None)
     if type(low) is not int or type(high) is not int or not least <= low <= high:
-        raise wrong(name, f"is {pair!r}", f"give (least, most), whole numbers from {least} up")
+        raise make_setting_error(name, f"is {pair!r}", f"give (least, most), whole numbers from {least} up")
 
 
-def corner_cases(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:
+def make_corner_cases(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:
     """The paper's corner cases by name, otherwise as usual."""
     usual = ForageSettings() if usual is None else usual
     return MappingProxyType(
@@ -240,7 +246,7 @@ def corner_cases(usual: ForageSettings | None = None) -> Mapping[str, ForageSett
     )
 
 
-def practices(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:
+def make_practice_worlds(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:
     """Smaller worlds by name, to teach one thing at a time in, otherwise as usual."""
     usual = ForageSettings() if usual is None else usual
     small = replace(usual, width=8.0, height=8.0)
@@ -258,9 +264,9 @@ def practices(usual: ForageSettings | None = None) -> Mapping[str, ForageSetting
     )
 
 
-__all__ = ["Forage", "ForageSettings", "corner_cases", "kit"]
+__all__ = ["FORAGE_KIT", "Forage", "ForageSettings", "make_corner_cases"]
 
-kit = kit_of(load_scenario(NAME))
+FORAGE_KIT = make_scenario_kit(load_scenario(NAME))
 
 
 class Forage(World):

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from understudy._jit_kernels import for_kernels
 from understudy.sim.kernels.dtypes import FACTS, MOVE, OFFSET, PULL, PUSH, SEGMENT, SPOT, THING, VIEW, WORK
-from understudy.sim.layout.neighbor_grid import Grid, Near
+from understudy.sim.layout.neighbor_grid import RobotGrid, StaticNeighbors
 from understudy.sim.scenario.schema import Bumper, Camera, Scenario, Sonar
-from understudy.sim.sensing.sense_plan import CAMERA, TO_CLASS, TO_UNCLAIMED, Plan
-from understudy.sim.state import Records, Rules, State
+from understudy.sim.sensing.sense_plan import CAMERA, TO_CLASS, TO_UNCLAIMED, SensePlan
+from understudy.sim.state import Records, WorldParams, WorldState
 
 BLOCK = 32
 """Robots that sense, decide and mean to move together; `_barrier_kernels` has the same."""
@@ -22,20 +22,20 @@ MOST_THREADS = 64
 """On one world."""
 
 
-class Stage(NamedTuple):
+class KernelWorlds(NamedTuple):
     """Worlds as kernels see them: what changes, what stays, and what stays near each place."""
 
-    state: State
-    rules: Rules
-    near: Near
+    state: WorldState
+    rules: WorldParams
+    near: StaticNeighbors
     has: tuple[bool | None, ...]
-    """What kernels are compiled for; see `has`."""
+    """What kernels are compiled for; see `find_world_contents`."""
 
 
-class Shared(NamedTuple):
+class ThreadScratch(NamedTuple):
     """What threads at work on the same world have in common: its grid, scratch records, and their barrier."""
 
-    grid: Grid
+    grid: RobotGrid
     moves: Records
     """MOVE [N]."""
     works: Records
@@ -47,13 +47,13 @@ class Shared(NamedTuple):
     barrier: NDArray[np.int64]
 
 
-def shared(stage: Stage, grid: Grid) -> Shared:
+def make_thread_scratch(stage: KernelWorlds, grid: RobotGrid) -> ThreadScratch:
     """Room for the threads that work on one world at a time."""
     objects = stage.state.objects.shape[1]
     robots = stage.rules.robots
     moves, works = np.zeros(robots, MOVE), np.zeros(robots, WORK)
     pushes, pulls = np.zeros(objects, PUSH), np.zeros(objects, PULL)
-    return Shared(grid, moves, works, pushes, pulls, np.zeros(8 * (2 + MOST_THREADS), np.int64))
+    return ThreadScratch(grid, moves, works, pushes, pulls, np.zeros(8 * (2 + MOST_THREADS), np.int64))
 
 
 class Arrays(NamedTuple):
@@ -101,13 +101,13 @@ class Arrays(NamedTuple):
     pieces: Records
 
 
-class Context:
+class KernelContext:
     """What kernels are given to look at and to work with, as `arrays`.
 
     `rows` [BLOCK, F] is where the readings of the robots at work go.
     """
 
-    def __init__(self, stage: Stage, plan: Plan, room: Shared) -> None:
+    def __init__(self, stage: KernelWorlds, plan: SensePlan, room: ThreadScratch) -> None:
         state, rules = stage.state, stage.rules
         objects, segments = stage.state.objects.shape[1], stage.state.segments.shape[1]
         seen = state.discs.shape[1] + objects + rules.robots if CAMERA in plan.steps["what"] else 0
@@ -144,7 +144,7 @@ class Context:
         )
 
 
-def _facts(stage: Stage, plan: Plan, room: Shared, *, width_of_row: int) -> Any:
+def _facts(stage: KernelWorlds, plan: SensePlan, room: ThreadScratch, *, width_of_row: int) -> Any:
     """What is known of some worlds: a record FACTS."""
     state, rules, grid, near = stage.state, stage.rules, room.grid, stage.near
     record = np.zeros(1, FACTS).view(np.recarray)[0]
@@ -168,7 +168,7 @@ def _facts(stage: Stage, plan: Plan, room: Shared, *, width_of_row: int) -> Any:
     return record
 
 
-def has(scenario: Scenario, rules: Rules) -> tuple[bool | None, ...]:
+def find_world_contents(scenario: Scenario, rules: WorldParams) -> tuple[bool | None, ...]:
     """What there is - cameras, what ranges, boxes to push, cargo, objects that come, go or walk, boxes to pull,
     signals: True, or None.
     """

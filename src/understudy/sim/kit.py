@@ -13,22 +13,22 @@ from understudy.model.features import AnyFeature, Feature, FlagFeature, TimeInSt
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.library import Kit
 from understudy.runtime.body import Channel, Reading
-from understudy.sim.params import SIGNAL, signals_of
+from understudy.sim.params import SIGNAL, list_signals
 from understudy.sim.scenario.schema import (
     Bumper,
     Camera,
-    Cargo,
-    Chance,
-    Claimed,
-    Holding,
-    Locator,
-    Pose,
+    CargoSensor,
+    ClaimSensor,
+    ElapsedSensor,
+    GripSensor,
+    PoseSensor,
+    RandomSensor,
     RobotType,
     Scenario,
     Sensor,
-    Since,
     Sonar,
-    TargetOf,
+    TargetLocator,
+    TargetSpec,
 )
 
 FEATURES: Mapping[str, str] = {"range": "distance_to", "bearing": "angle_to"}
@@ -56,17 +56,17 @@ COLUMNS = tuple(channel.name for channel in (*MOVING, *CARRYING, *SIGNALING))
 """The columns of a table of commands, whichever of these channels there are."""
 
 
-def kit_of(scenario: Scenario) -> Kit:
+def make_scenario_kit(scenario: Scenario) -> Kit:
     """The kit that goes with a scenario: features of its readings, its types' basic behaviors, its targets."""
     return Kit.of(
-        *features_of(scenario), *OWN_FEATURES, *behaviors_of(scenario).values(), *targets_of(scenario)
+        *make_features(scenario), *OWN_FEATURES, *make_behaviors(scenario).values(), *make_targets(scenario)
     )
 
 
-def features_of(scenario: Scenario) -> tuple[Feature, ...]:
+def make_features(scenario: Scenario) -> tuple[Feature, ...]:
     """A feature for each reading, under the names that the scenario gives it, or the usual one."""
     named: dict[str, list[Feature]] = {}
-    readings = {reading.name: reading for reading in readings_of(scenario)}
+    readings = {reading.name: reading for reading in list_readings(scenario)}
     for name, feature in scenario.features.items():
         if feature.reading not in readings:
             raise _wrong(
@@ -80,10 +80,10 @@ def features_of(scenario: Scenario) -> tuple[Feature, ...]:
     return tuple(feature for each in (usual | named).values() for feature in each)
 
 
-def behaviors_of(scenario: Scenario) -> Mapping[str, Behavior]:
+def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
     """The basic behaviors of all types; SettingError where two types mean different commands by one name."""
     found: dict[str, Behavior] = {}
-    signals, pulls = signals_of(scenario), _pulls(scenario)
+    signals, pulls = list_signals(scenario), _pulls(scenario)
     for kind, robot in scenario.types.items():
         for name, channels in robot.behaviors.items():
             command = {
@@ -101,11 +101,11 @@ def behaviors_of(scenario: Scenario) -> Mapping[str, Behavior]:
     return found
 
 
-def readings_of(scenario: Scenario) -> tuple[Reading, ...]:
+def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
     """What the types' sensors read, each name once; SettingError where one name stands for two sorts of readings."""
     found: dict[str, Reading] = {}
     for kind, robot in scenario.types.items():
-        for index, reading in readings_of_type(robot):
+        for index, reading in list_type_readings(robot):
             before = found.setdefault(reading.name, reading)
             if replace(before, doc="") != replace(reading, doc=""):
                 raise _wrong(
@@ -117,11 +117,11 @@ def readings_of(scenario: Scenario) -> tuple[Reading, ...]:
     return tuple(found.values())
 
 
-def channels_of(scenario: Scenario) -> tuple[Channel, ...]:
+def make_channels(scenario: Scenario) -> tuple[Channel, ...]:
     """What its robots obey: food is loaded where some type has a capacity, and boxes where some can be pulled."""
     carries = any(robot.capacity > 0 for robot in scenario.types.values())
     hands = PULLING if _pulls(scenario) else CARRYING if carries else ()
-    return (*MOVING, *hands, *(SIGNALING if signals_of(scenario) else ()))
+    return (*MOVING, *hands, *(SIGNALING if list_signals(scenario) else ()))
 
 
 def _pulls(scenario: Scenario) -> bool:
@@ -129,20 +129,20 @@ def _pulls(scenario: Scenario) -> bool:
     return any(thing.pull is not None for thing in scenario.objects)
 
 
-def targets_of(scenario: Scenario) -> tuple[Target, ...]:
+def make_targets(scenario: Scenario) -> tuple[Target, ...]:
     """What readings can be of."""
     return tuple(Target(name, target.doc or _meaning(target)) for name, target in scenario.targets.items())
 
 
-def readings_of_type(robot: RobotType) -> Iterator[tuple[int, Reading]]:
+def list_type_readings(robot: RobotType) -> Iterator[tuple[int, Reading]]:
     """What the sensors of a type read, each with the index of its sensor."""
     found: dict[str, Reading] = {}
-    later: list[tuple[int, Since]] = []
+    later: list[tuple[int, ElapsedSensor]] = []
     for index, sensor in enumerate(robot.sensors):
-        if isinstance(sensor, Since):
+        if isinstance(sensor, ElapsedSensor):
             later.append((index, sensor))
             continue
-        for reading in readings_of_sensor(sensor):
+        for reading in list_sensor_readings(sensor):
             found.setdefault(reading.name, reading)
             yield index, reading
     for index, sensor in later:
@@ -154,7 +154,7 @@ def readings_of_type(robot: RobotType) -> Iterator[tuple[int, Reading]]:
         )
 
 
-def readings_of_sensor(sensor: Sensor) -> tuple[Reading, ...]:
+def list_sensor_readings(sensor: Sensor) -> tuple[Reading, ...]:
     """What a sensor reads, other than one of the time since another reading."""
     match sensor:
         case Sonar(sectors=sectors):
@@ -166,20 +166,20 @@ def readings_of_sensor(sensor: Sensor) -> tuple[Reading, ...]:
             )
         case Camera():
             return CAMERA
-        case Locator():
+        case TargetLocator():
             return LOCATOR
-        case Pose():
+        case PoseSensor():
             return POSE
-        case Cargo():
+        case CargoSensor():
             return CARGO
-        case Holding():
+        case GripSensor():
             return HOLDING
-        case Claimed(name=name, signal=signal):
+        case ClaimSensor(name=name, signal=signal):
             doc = f"Whether another robot near it raises {signal}."
             return (Reading(name, BOOLEAN, of_targets=True, doc=doc),)
-        case Chance(name=name):
+        case RandomSensor(name=name):
             return (Reading(name, Continuous(), doc="A random number from 0 to 1."),)
-        case Since():
+        case ElapsedSensor():
             return ()
         case _:
             return STUCK
@@ -245,7 +245,7 @@ _PULLING_WORDS = {
 }
 
 
-def _meaning(target: TargetOf) -> str:
+def _meaning(target: TargetSpec) -> str:
     if target.nearest is not None:
         return f"The nearest {target.nearest}{' that nobody else claims' if target.unclaimed else ''}."
     if target.object is not None:
@@ -262,12 +262,12 @@ def _wrong(scenario: Scenario, key: str, problem: str, remedy: str) -> SettingEr
     return SettingError(where=f"scenario {scenario.name!r}", setting=key, problem=problem, remedy=remedy)
 
 
-def kits_of(scenario: Scenario, kit: Kit) -> Mapping[str, Kit]:
+def make_type_kits(scenario: Scenario, kit: Kit) -> Mapping[str, Kit]:
     """The kit of each type: the scenario's without what only other types sense or do; `kit` itself if that is all."""
     return MappingProxyType({name: _of_type(scenario, name, kit) for name in scenario.types})
 
 
-def mixed(kits: Mapping[str, Kit]) -> bool:
+def have_different_kits(kits: Mapping[str, Kit]) -> bool:
     """Whether types can be taught different things, so that each has a library of its own."""
     parts = [(set(kit.features), set(kit.behaviors)) for kit in kits.values()]
     return any(each != parts[0] for each in parts)
@@ -275,9 +275,9 @@ def mixed(kits: Mapping[str, Kit]) -> bool:
 
 def _of_type(scenario: Scenario, name: str, kit: Kit) -> Kit:
     kind = scenario.types[name]
-    mine = {reading.name for _, reading in readings_of_type(kind)}
-    others = {reading.name for reading in readings_of(scenario)} - mine
-    foreign = set(behaviors_of(scenario)) - set(kind.behaviors)
+    mine = {reading.name for _, reading in list_type_readings(kind)}
+    others = {reading.name for reading in list_readings(scenario)} - mine
+    foreign = set(make_behaviors(scenario)) - set(kind.behaviors)
     parts = [part for part in kit.parts if not _is_of(part, others, foreign)]
     return kit if len(parts) == len(kit.parts) else Kit.of(*parts)
 

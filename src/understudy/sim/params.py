@@ -9,7 +9,7 @@ from math import inf, nan, radians
 import numpy as np
 
 from understudy.sim.kernels.dtypes import CLASS, TYPE
-from understudy.sim.scenario.schema import MOUSE, Goal, Objects, Placing, RobotType, Scenario
+from understudy.sim.scenario.schema import MOUSE, Goal, ObjectClass, Placement, RobotType, Scenario
 from understudy.sim.state import (
     GOAL_ALL_NEAR,
     GOAL_DELIVERED,
@@ -17,7 +17,7 @@ from understudy.sim.state import (
     GOAL_NEAR,
     GOAL_NONE,
     Records,
-    Rules,
+    WorldParams,
 )
 
 SIGNAL = "signal"
@@ -25,7 +25,7 @@ SIGNAL = "signal"
 
 
 @dataclass(frozen=True)
-class Names:
+class ScenarioNames:
     """What indices stand for: classes of objects in order of their slots, robot types, colors, teams, signals."""
 
     classes: tuple[str, ...]
@@ -39,7 +39,7 @@ class Names:
         return self.colors.index(name) if name in self.colors else -1
 
 
-def names_of(scenario: Scenario) -> Names:
+def collect_names(scenario: Scenario) -> ScenarioNames:
     """The names in a scenario, each at its index."""
     kinds = scenario.types.values()
     colored = [
@@ -47,34 +47,34 @@ def names_of(scenario: Scenario) -> Names:
         *(thing.color for thing in scenario.objects),
         *(kind.color for kind in kinds),
     ]
-    return Names(
+    return ScenarioNames(
         classes=(*(thing.name for thing in scenario.objects), MOUSE),
         types=tuple(scenario.types),
         colors=_distinct(color for color in colored if color is not None),
         teams=_distinct(kind.team or name for name, kind in scenario.types.items()),
-        signals=signals_of(scenario),
+        signals=list_signals(scenario),
     )
 
 
-def signals_of(scenario: Scenario) -> tuple[str, ...]:
+def list_signals(scenario: Scenario) -> tuple[str, ...]:
     """The signals that behaviors raise, in the order of the file: the first is number 1 in commands and states."""
     behaviors = (each for kind in scenario.types.values() for each in kind.behaviors.values())
     return _distinct(word for each in behaviors if isinstance(word := each.get(SIGNAL), str))
 
 
-def rules_of(scenario: Scenario) -> Rules:
+def make_world_params(scenario: Scenario) -> WorldParams:
     """The rules of a scenario."""
-    names = names_of(scenario)
+    names = collect_names(scenario)
     classes = _classes(scenario, names)
     goal = scenario.goal
-    return Rules(
+    return WorldParams(
         types=_types(scenario, names),
         classes=classes,
         class_of=np.repeat(np.arange(len(classes), dtype=np.int32), classes["end"] - classes["first"]),
         width=scenario.size[0],
         height=scenario.size[1],
         tick_s=scenario.tick_s,
-        robots=sum(robot_count(robots.count, robots.at) for robots in scenario.robots),
+        robots=sum(count_robots(robots.count, robots.at) for robots in scenario.robots),
         goal=_goal(goal),
         goal_target=names.classes.index(goal.target) if goal is not None and goal.target else -1,
         goal_within=goal.within if goal is not None else 0.0,
@@ -93,14 +93,14 @@ def _goal(goal: Goal | None) -> int:
     return GOAL_ALL_NEAR if goal.all else GOAL_NEAR
 
 
-def robot_count(count: object, at: object) -> int:
+def count_robots(count: object, at: object) -> int:
     """How many a group of robots is: as many as places are given, otherwise its count."""
     if isinstance(at, tuple):
         return len(at)
     return count if isinstance(count, int) else 1
 
 
-def most_of(thing: Placing) -> int:
+def get_most_count(thing: Placement) -> int:
     """The most things of a group that a world is laid out with."""
     if isinstance(thing.at, tuple):
         return len(thing.at)
@@ -109,7 +109,7 @@ def most_of(thing: Placing) -> int:
     return thing.count if isinstance(thing.count, int) else 1
 
 
-def least_and_most(count: int | tuple[int, int]) -> tuple[int, int]:
+def get_count_range(count: int | tuple[int, int]) -> tuple[int, int]:
     """A count as (least, most)."""
     return (count, count) if isinstance(count, int) else count
 
@@ -118,7 +118,7 @@ def _distinct(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _types(scenario: Scenario, names: Names) -> Records:
+def _types(scenario: Scenario, names: ScenarioNames) -> Records:
     rows = np.zeros(len(scenario.types), TYPE)
     for row, (name, kind) in zip(rows, scenario.types.items(), strict=True):
         row["radius"] = kind.radius
@@ -143,13 +143,13 @@ def _accelerations(kind: RobotType, tick_s: float) -> tuple[float, float]:
     return along, inf if turning is None else radians(turning) * tick_s**2
 
 
-def _classes(scenario: Scenario, names: Names) -> Records:
-    things: Sequence[Objects] = (*scenario.objects, Objects(name=MOUSE, radius=0.0, count=1))
+def _classes(scenario: Scenario, names: ScenarioNames) -> Records:
+    things: Sequence[ObjectClass] = (*scenario.objects, ObjectClass(name=MOUSE, radius=0.0, count=1))
     rows = np.zeros(len(things), CLASS)
     first = 0
     for row, thing in zip(rows, things, strict=True):
         spare = 0 if thing.name == MOUSE else scenario.spare_objects
-        row["first"], row["end"] = first, first + most_of(thing) + spare
+        row["first"], row["end"] = first, first + get_most_count(thing) + spare
         first = row["end"]
         row["radius"] = thing.radius
         row["height"] = 2.0 * thing.radius if thing.height is None else thing.height
@@ -162,7 +162,7 @@ def _classes(scenario: Scenario, names: Names) -> Records:
         stays = presence.stays_s if presence else None
         row["stays_least"], row["stays_most"] = stays or (nan, nan)
         row["apart"] = thing.apart
-        row["region"] = box_of(scenario, thing.within)
+        row["region"] = get_region_box(scenario, thing.within)
         row["color"] = names.color(thing.color)
         row["food"] = thing.amount != 0
         row["home"], row["solid"], row["pushable"] = thing.home, thing.solid or thing.pushable, thing.pushable
@@ -173,7 +173,7 @@ def _classes(scenario: Scenario, names: Names) -> Records:
     return rows
 
 
-def box_of(scenario: Scenario, region: str | None) -> tuple[float, float, float, float]:
+def get_region_box(scenario: Scenario, region: str | None) -> tuple[float, float, float, float]:
     """The box around a region; the whole arena where none is named."""
     if region is None:
         return 0.0, 0.0, *scenario.size

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from understudy.errors import FileError
 from understudy.sim.kernels.dtypes import CLASS, DISC, OBJECT, ROBOT, SEGMENT, TYPE
 
-__all__ = ["CLASS", "DISC", "OBJECT", "ROBOT", "SEGMENT", "TYPE", "Records", "Rules", "State"]
+__all__ = ["CLASS", "DISC", "OBJECT", "ROBOT", "SEGMENT", "TYPE", "Records", "WorldParams", "WorldState"]
 
 Records = NDArray[Any]
 
 GOAL_NONE, GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR, GOAL_GATHERED = range(5)
 
 
-class Rules(NamedTuple):
+class WorldParams(NamedTuple):
     """What stays the same in every world of a scenario."""
 
     types: Records
@@ -47,7 +47,7 @@ class Rules(NamedTuple):
     """How many signals there are."""
 
 
-class State(NamedTuple):
+class WorldState(NamedTuple):
     """Everything that changes, and everything that a seed lays out."""
 
     robots: Records
@@ -71,7 +71,7 @@ class State(NamedTuple):
 VERSION = 1
 
 
-def pack(world: str, settings: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
+def encode_snapshot(world: str, settings: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """The arrays of a world with these settings."""
     header = {
         "understudy": "snapshot",
@@ -84,7 +84,7 @@ def pack(world: str, settings: Mapping[str, Any], arrays: Mapping[str, NDArray[A
     return json.dumps(header).encode() + b"\n" + body
 
 
-def unpack(
+def decode_snapshot(
     snapshot: bytes,
     world: str,
     settings: Mapping[str, Any],
@@ -99,7 +99,7 @@ def unpack(
     if not isinstance(snapshot, bytes):
         raise _refused("", "is not a snapshot", "give the bytes that snapshot() gave")
     line, _, body = snapshot.partition(b"\n")
-    wanted = json.loads(pack(world, settings, like).partition(b"\n")[0])
+    wanted = json.loads(encode_snapshot(world, settings, like).partition(b"\n")[0])
     try:
         header = json.loads(line)
     except (ValueError, RecursionError):

@@ -20,12 +20,12 @@ from understudy.runtime.body import FusedPlan
 from understudy.runtime.engine.compiler import compile_programs
 from understudy.runtime.engine.tables import Stacks, Tables
 from understudy.runtime.program import IDLE_PROGRAM
-from understudy.sim.kernel_context import MOST_THREADS, Context, Stage, shared
+from understudy.sim.kernel_context import MOST_THREADS, KernelContext, KernelWorlds, make_thread_scratch
 from understudy.sim.kernels import tick
 from understudy.sim.kit import COLUMNS
-from understudy.sim.layout.neighbor_grid import Grid, Near, grid_for
-from understudy.sim.sensing.sense_plan import Plan
-from understudy.sim.state import Rules, State
+from understudy.sim.layout.neighbor_grid import RobotGrid, StaticNeighbors, make_robot_grid
+from understudy.sim.sensing.sense_plan import SensePlan
+from understudy.sim.state import WorldParams, WorldState
 
 ALONE = 2000
 """Robots up to which one thread is quicker than several."""
@@ -39,9 +39,9 @@ ROBOT_TICKS = 5_000_000
 MOST_TICKS = 100
 
 
-def advance(
-    stage: Stage,
-    sensing: Plan,
+def advance_worlds(
+    stage: KernelWorlds,
+    sensing: SensePlan,
     fused: FusedPlan,
     ticks: int,
     threads: int | None,
@@ -90,7 +90,13 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 
 def _side_by_side(
-    stage: Stage, sensing: Plan, fused: FusedPlan, ticks: int, threads: int, *, until_finished: bool
+    stage: KernelWorlds,
+    sensing: SensePlan,
+    fused: FusedPlan,
+    ticks: int,
+    threads: int,
+    *,
+    until_finished: bool,
 ) -> None:
     """Every thread has worlds of its own, and none waits for another."""
     state, rules = stage.state, stage.rules
@@ -98,13 +104,16 @@ def _side_by_side(
     if worlds == 1 and rules.robots >= SORTED and fused.lead is None:
         _together(stage, sensing, fused, ticks, 1, 0, until_finished=until_finished)
         return
-    contexts = [Context(stage, sensing, shared(stage, grid_for(rules))) for _ in range(threads)]
+    contexts = [
+        KernelContext(stage, sensing, make_thread_scratch(stage, make_robot_grid(rules)))
+        for _ in range(threads)
+    ]
     with _pool(threads) as pool:
         for chunk in _chunks(ticks, len(state.robots)):
 
             def work(part: int, chunk: int = chunk) -> None:
                 first, end = worlds * part // threads, worlds * (part + 1) // threads
-                run(
+                run_worlds(
                     contexts[part], fused.tables, fused.stacks, fused.commands, fused.running, first=first, end=end,
                     ticks=chunk, until_finished=until_finished, led=fused.lead,
                 )  # fmt: skip
@@ -113,8 +122,8 @@ def _side_by_side(
 
 
 def _together(
-    stage: Stage,
-    sensing: Plan,
+    stage: KernelWorlds,
+    sensing: SensePlan,
     fused: FusedPlan,
     ticks: int,
     threads: int,
@@ -131,20 +140,23 @@ def _together(
         _led_together(stage, sensing, fused, ticks, threads, world, until_finished=until_finished)
         return
     rules = stage.rules
-    grid = grid_for(rules)
+    grid = make_robot_grid(rules)
     with _pool(threads) as pool:
         for chunk in _chunks(ticks, rules.robots):
             order = np.arange(rules.robots)
             if rules.robots >= SORTED and chunk > 1:
-                order = order_of_places(stage.state, rules, grid, world)
-            there = _Sorted(stage, fused, order, world)
-            room = shared(there.stage, grid)
-            contexts = [Context(there.stage, sensing, room) for _ in range(threads)]
+                order = sort_by_cell(stage.state, rules, grid, world)
+            there = _SpatialOrder(stage, fused, order, world)
+            room = make_thread_scratch(there.stage, grid)
+            contexts = [KernelContext(there.stage, sensing, room) for _ in range(threads)]
 
             def work(
-                part: int, chunk: int = chunk, there: _Sorted = there, contexts: list[Context] = contexts
+                part: int,
+                chunk: int = chunk,
+                there: _SpatialOrder = there,
+                contexts: list[KernelContext] = contexts,
             ) -> None:
-                run(
+                run_worlds(
                     contexts[part], fused.tables, there.stacks, fused.commands, there.running, first=0, end=1,
                     part=part, parts=threads, ticks=chunk, until_finished=until_finished,
                 )  # fmt: skip
@@ -156,8 +168,8 @@ def _together(
 
 
 def _led_together(
-    stage: Stage,
-    sensing: Plan,
+    stage: KernelWorlds,
+    sensing: SensePlan,
     fused: FusedPlan,
     ticks: int,
     threads: int,
@@ -166,13 +178,13 @@ def _led_together(
     until_finished: bool,
 ) -> None:
     """The same where coordinators lead the robots."""
-    room = shared(stage, grid_for(stage.rules))
-    contexts = [Context(stage, sensing, room) for _ in range(threads)]
+    room = make_thread_scratch(stage, make_robot_grid(stage.rules))
+    contexts = [KernelContext(stage, sensing, room) for _ in range(threads)]
     with _pool(threads) as pool:
         for chunk in _chunks(ticks, stage.rules.robots):
 
             def work(part: int, chunk: int = chunk) -> None:
-                run(
+                run_worlds(
                     contexts[part], fused.tables, fused.stacks, fused.commands, fused.running, first=world,
                     end=world + 1, part=part, parts=threads, ticks=chunk, until_finished=until_finished,
                     led=fused.lead,
@@ -181,7 +193,7 @@ def _led_together(
             _run(pool, threads, work)
 
 
-def order_of_places(state: State, rules: Rules, grid: Grid, world: int) -> NDArray[np.intp]:
+def sort_by_cell(state: WorldState, rules: WorldParams, grid: RobotGrid, world: int) -> NDArray[np.intp]:
     """The robots of a world in the order of the grid's cells."""
     robots = state.robots[world * rules.robots : (world + 1) * rules.robots]
     column = np.clip(robots["x"] / grid.cell, 0, grid.columns - 1).astype(np.uint16)
@@ -191,17 +203,17 @@ def order_of_places(state: State, rules: Rules, grid: Grid, world: int) -> NDArr
     return order
 
 
-class _Sorted:
+class _SpatialOrder:
     """One world's arrays with its robots in another order, to be put back afterwards."""
 
-    def __init__(self, stage: Stage, fused: FusedPlan, order: NDArray[np.intp], world: int) -> None:
+    def __init__(self, stage: KernelWorlds, fused: FusedPlan, order: NDArray[np.intp], world: int) -> None:
         state, kept, robots = stage.state, fused.stacks, len(order)
         self._order = order
         one, own = slice(world, world + 1), slice(world * robots, (world + 1) * robots)
         self._from = [each[own] for each in (state.robots, state.memory, *kept, fused.running)]
         self._now = [_taken(each, order) for each in self._from]
         mine, memory, root, current, entered, kept_memory, self.running = self._now
-        self.state = State(
+        self.state = WorldState(
             robots=mine,
             objects=state.objects[one],
             discs=state.discs[one],
@@ -213,8 +225,10 @@ class _Sorted:
         )
         self.stacks = Stacks(root, current, entered, kept_memory)
         cells = stage.near.columns * stage.near.lines
-        near: Near = stage.near._replace(start=stage.near.start[world * cells : (world + 1) * cells + 1])
-        self.stage = Stage(self.state, stage.rules, near, stage.has)
+        near: StaticNeighbors = stage.near._replace(
+            start=stage.near.start[world * cells : (world + 1) * cells + 1]
+        )
+        self.stage = KernelWorlds(self.state, stage.rules, near, stage.has)
 
     def put_back(self) -> None:
         """The robots as they are now, in their own order."""
@@ -236,28 +250,29 @@ def _taken(rows: NDArray[Any], order: NDArray[np.intp]) -> NDArray[Any]:
 NOTHING = (np.zeros((0, len(COLUMNS))), np.zeros(0, np.int32), np.zeros((0, 0)))
 
 
-def run(
-    context: Context, tables: Tables, stacks: Stacks, commands: NDArray[np.float64], running: NDArray[np.int32], *,
+def run_worlds(
+    context: KernelContext, tables: Tables, stacks: Stacks, commands: NDArray[np.float64],
+    running: NDArray[np.int32], *,
     first: int, end: int, ticks: int, part: int = 0, parts: int = 1, until_finished: bool = False, led: Any = None,
 ) -> None:  # fmt: skip
     """Sense, decide and act in the worlds from `first` up to `end`."""
-    tick.advance(
+    tick.run_ticks(
         context.arrays, tick.RUN, first, end, part, parts, context.room.barrier, ticks, until_finished,
         context.rows, tuple(tables), tuple(stacks), commands, running, NOTHING[2], led, *context.has,
     )  # fmt: skip
 
 
-def sense(context: Context, worlds: int, out: NDArray[np.float64]) -> None:
+def sense_worlds(context: KernelContext, worlds: int, out: NDArray[np.float64]) -> None:
     """The readings [B*N, F] of all robots, to `out`."""
-    tick.advance(
+    tick.run_ticks(
         context.arrays, tick.SENSE, 0, worlds, 0, 1, context.room.barrier, 1, False,
         context.rows, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out, None, *context.has,
     )  # fmt: skip
 
 
-def obey(context: Context, worlds: int, commands: NDArray[np.float64]) -> None:
+def apply_commands(context: KernelContext, worlds: int, commands: NDArray[np.float64]) -> None:
     """One tick with commands [B*N, 5]."""
-    tick.advance(
+    tick.run_ticks(
         context.arrays, tick.OBEY, 0, worlds, 0, 1, context.room.barrier, 1, False,
         context.rows, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2], None, *context.has,
     )  # fmt: skip

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from understudy.sim.scenario.schema import TargetOf
+from understudy.sim.scenario.schema import TargetSpec
 from understudy.sim.world import World
 
 Place = tuple[float, float]
 
 
-def place_of(world: World, name: str, agent: int = 0) -> Place | None:
+def find_target_place(world: World, name: str, agent: int = 0) -> Place | None:
     """Where a target of a robot is now; None where there is none, or where it is a color alone."""
     target = world.scenario.targets[name]
     here = world.state.robots[agent]
@@ -26,7 +26,7 @@ def place_of(world: World, name: str, agent: int = 0) -> Place | None:
     return float(nearest["x"]), float(nearest["y"])
 
 
-def _list_target_objects(world: World, target: TargetOf, agent: int) -> Any:
+def _list_target_objects(world: World, target: TargetSpec, agent: int) -> Any:
     """The objects that a target may be."""
     of = agent // world.robots
     kind = world.rules.classes[world.names.classes.index(target.nearest or target.object)]
@@ -39,7 +39,7 @@ def _list_target_objects(world: World, target: TargetOf, agent: int) -> Any:
     return things if target.unclaimed is None else things[~_claimed(world, target, agent, things)]
 
 
-def _claimed(world: World, target: TargetOf, agent: int, things: Any) -> Any:
+def _claimed(world: World, target: TargetSpec, agent: int, things: Any) -> Any:
     """Which objects another robot of the world claims."""
     robots = _others(world, agent)
     robots = robots[robots["signal"] == 1 + world.names.signals.index(target.unclaimed or "")]
@@ -53,7 +53,7 @@ def _others(world: World, agent: int) -> Any:
     return np.delete(world.state.robots[first : first + world.robots], agent - first)
 
 
-def _list_target_robots(world: World, target: TargetOf, agent: int) -> Any:
+def _list_target_robots(world: World, target: TargetSpec, agent: int) -> Any:
     """The robots that a target may be: others of the same world."""
     robots, types = _others(world, agent), world.rules.types["team"]
     teams, own = types[robots["type"]], types[world.state.robots["type"][agent]]

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.sim.params import Names
-from understudy.sim.state import Records, Rules, State
+from understudy.sim.params import ScenarioNames
+from understudy.sim.state import Records, WorldParams, WorldState
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.integer[Any]]
@@ -102,7 +102,7 @@ class WorldView:
     """Pieces of inner walls [W, 4]: from x, y to x, y. The arena's own bounds are not among them."""
     edges: Floats
     """Edges of polygonal obstacles [E, 4], one polygon after the other."""
-    names: Names
+    names: ScenarioNames
     gathered: int = 0
     """Boxes that were brought home."""
 
@@ -121,14 +121,14 @@ class WorldView:
         return self.names.colors[index] if index >= 0 else None
 
 
-class Frame(NamedTuple):
+class RunFrame(NamedTuple):
     """A moment of a run: the world, and what each of its robots is doing (the name of a state or behavior)."""
 
     view: WorldView
     doing: Sequence[str]
 
 
-def view(state: State, rules: Rules, names: Names, world: int = 0) -> WorldView:
+def make_world_view(state: WorldState, rules: WorldParams, names: ScenarioNames, world: int = 0) -> WorldView:
     """One world of a state."""
     segments = state.segments[world]
     segments = segments[~np.isnan(segments["x0"])]
@@ -148,7 +148,7 @@ def view(state: State, rules: Rules, names: Names, world: int = 0) -> WorldView:
     )
 
 
-def _make_robots_view(rows: Records, rules: Rules) -> RobotsView:
+def _make_robots_view(rows: Records, rules: WorldParams) -> RobotsView:
     own = ("x", "y", "heading", "type", "stored", "delivered")
     typed = ("radius", "reach", "color", "team", "capacity")
     return RobotsView(
@@ -160,7 +160,7 @@ def _make_robots_view(rows: Records, rules: Rules) -> RobotsView:
     )
 
 
-def _make_objects_view(rows: Records, rules: Rules) -> ObjectsView:
+def _make_objects_view(rows: Records, rules: WorldParams) -> ObjectsView:
     slot = np.flatnonzero(rows["present"])
     kind = rules.class_of[slot]
     return ObjectsView(

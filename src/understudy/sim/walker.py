@@ -18,7 +18,7 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim import state
-from understudy.sim.layout.rng import uniform
+from understudy.sim.layout.rng import draw_uniform_column
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.view import WorldView
 from understudy.sim.world import World
@@ -154,7 +154,9 @@ class Walker:
     def _drawn(self, stream: int) -> Column:
         """A number in [0, 1) for the step of each robot [B*N]."""
         seeds, tick = self.world.state.seeds, int(self.world.state.tick[0])
-        drawn = [uniform(seeds, item=robot, tick=tick, stream=stream) for robot in range(self.robots)]
+        drawn = [
+            draw_uniform_column(seeds, item=robot, tick=tick, stream=stream) for robot in range(self.robots)
+        ]
         return np.stack(drawn, axis=1).ravel()
 
     @property
@@ -171,7 +173,7 @@ class Walker:
 
     def snapshot(self) -> bytes:
         """The whole state, for `restore`."""
-        own = state.pack("walker", asdict(self.gait), {"step": self._step})
+        own = state.encode_snapshot("walker", asdict(self.gait), {"step": self._step})
         return len(own).to_bytes(HEAD, "little") + own + self.world.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
@@ -181,6 +183,6 @@ class Walker:
                 path="snapshot", place="", problem="is not one of walkers", remedy="take it again"
             )
         end = HEAD + int.from_bytes(snapshot[:HEAD], "little")
-        own = state.unpack(snapshot[HEAD:end], "walker", asdict(self.gait), {"step": self._step})
+        own = state.decode_snapshot(snapshot[HEAD:end], "walker", asdict(self.gait), {"step": self._step})
         self.world.restore(snapshot[end:])
         self._step = own["step"]

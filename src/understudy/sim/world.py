@@ -22,45 +22,50 @@ from understudy.model.kinds import Column
 from understudy.model.library import Kit
 from understudy.runtime.body import Channel, Commands, FusedPlan, Reading
 from understudy.sim import state as snapshots
-from understudy.sim.command_table import table_of
-from understudy.sim.kernel_context import Context, Stage, has, shared
+from understudy.sim.command_table import make_command_table
+from understudy.sim.kernel_context import (
+    KernelContext,
+    KernelWorlds,
+    find_world_contents,
+    make_thread_scratch,
+)
 from understudy.sim.kernels.dtypes import DISC
-from understudy.sim.kit import COLUMNS, channels_of, kit_of, readings_of, targets_of
-from understudy.sim.layout.clearance import in_the_way
-from understudy.sim.layout.neighbor_grid import grid_for, near_for
-from understudy.sim.layout.placement import lay_out
-from understudy.sim.params import names_of, rules_of
+from understudy.sim.kit import COLUMNS, list_readings, make_channels, make_scenario_kit, make_targets
+from understudy.sim.layout.clearance import find_overlap
+from understudy.sim.layout.neighbor_grid import make_robot_grid, make_static_neighbors
+from understudy.sim.layout.placement import lay_out_worlds
+from understudy.sim.params import collect_names, make_world_params
 from understudy.sim.scenario.schema import MOUSE, Scenario
-from understudy.sim.scenario.validation import check
-from understudy.sim.sensing.sense_plan import Planner
-from understudy.sim.state import State
-from understudy.sim.step import advance, obey, sense
-from understudy.sim.view import WorldView, view
+from understudy.sim.scenario.validation import check_scenario
+from understudy.sim.sensing.sense_plan import SensePlanner
+from understudy.sim.state import WorldState
+from understudy.sim.step import advance_worlds, apply_commands, sense_worlds
+from understudy.sim.view import WorldView, make_world_view
 
 
 class World:
     """A body of the robots of B worlds of a scenario, one world per seed."""
 
     def __init__(self, scenario: Scenario, seeds: Sequence[int] = (0,)) -> None:
-        check(scenario)
+        check_scenario(scenario)
         self.scenario = scenario
         seeds = self._listed(seeds)
-        self.rules, self.names = rules_of(scenario), names_of(scenario)
-        self.readings: Sequence[Reading] = readings_of(scenario)
-        self.channels: Sequence[Channel] = channels_of(scenario)
-        self.targets: Sequence[str] = tuple(target.name for target in targets_of(scenario))
+        self.rules, self.names = make_world_params(scenario), collect_names(scenario)
+        self.readings: Sequence[Reading] = list_readings(scenario)
+        self.channels: Sequence[Channel] = make_channels(scenario)
+        self.targets: Sequence[str] = tuple(target.name for target in make_targets(scenario))
         self.columns = [COLUMNS.index(channel.name) for channel in self.channels]
         self.worlds, self.robots = len(seeds), self.rules.robots
         self.agents = self.worlds * self.robots
-        self._planner = Planner(scenario, self.rules, self.names)
-        self._has = has(scenario, self.rules)
+        self._planner = SensePlanner(scenario, self.rules, self.names)
+        self._has = find_world_contents(scenario, self.rules)
         self._plan = lru_cache(16)(self._planner.plan)
         self.reset(seeds)
 
     @property
     def kit(self) -> Kit:
         """The features, behaviors and targets that go with the scenario."""
-        return kit_of(self.scenario)
+        return make_scenario_kit(self.scenario)
 
     @property
     def tick_s(self) -> float:
@@ -123,17 +128,17 @@ class World:
         ):
             count = max(1, self.worlds)
             raise self._wrong("seeds", f"are {seeds}", f"give {count} from 0 to 2**63 - 1")
-        state = lay_out(self.scenario, self.rules, np.asarray(seeds, np.int64))
+        state = lay_out_worlds(self.scenario, self.rules, np.asarray(seeds, np.int64))
         state.robots["aim"] = np.nan
         memory = np.full((self.agents, self._planner.slots), np.nan)
         self._begin(state._replace(memory=memory))
 
-    def _begin(self, state: State) -> None:
+    def _begin(self, state: WorldState) -> None:
         self.state = state
-        near = near_for(state, self.rules, reach=max(self._planner.reach, self._touch()))
-        self._stage = Stage(state, self.rules, near, self._has)
-        self._room = shared(self._stage, grid_for(self.rules))
-        self._context = lru_cache(8)(lambda keys: Context(self._stage, self._plan(keys), self._room))
+        near = make_static_neighbors(state, self.rules, reach=max(self._planner.reach, self._touch()))
+        self._stage = KernelWorlds(state, self.rules, near, self._has)
+        self._room = make_thread_scratch(self._stage, make_robot_grid(self.rules))
+        self._context = lru_cache(8)(lambda keys: KernelContext(self._stage, self._plan(keys), self._room))
 
     def _touch(self) -> float:
         types = self.rules.types
@@ -146,18 +151,18 @@ class World:
         """The columns [B*N] of these keys, absent (NaN) for robots that have no such sensor."""
         keys = tuple(dict.fromkeys(keys))
         out = np.empty((self.agents, len(keys)))
-        sense(self._context(self.known(keys)), self.worlds, out)
+        sense_worlds(self._context(self.known(keys)), self.worlds, out)
         columns = np.ascontiguousarray(out.T)
         return dict(zip(keys, columns, strict=True))
 
     def act(self, commands: Commands) -> None:
         """Obey for one tick; a channel left out rests. An unusable command raises, and nothing moves."""
-        obey(self._context(()), self.worlds, self.commanded(commands))
+        apply_commands(self._context(()), self.worlds, self.commanded(commands))
 
     def commanded(self, commands: Commands) -> NDArray[np.float64]:
         """Commands as a table [B*N, 5], whose columns are COLUMNS and none left out; an unusable one raises."""
         names = [channel.name for channel in self.channels]
-        return table_of(commands, agents=self.agents, channels=names, where=self._where)
+        return make_command_table(commands, agents=self.agents, channels=names, where=self._where)
 
     def advance(
         self, plan: FusedPlan, ticks: int, threads: int | None = None, *, until_finished: bool = False
@@ -171,7 +176,7 @@ class World:
         commands = np.zeros((len(plan.commands), len(COLUMNS)))
         commands[:, self.columns] = plan.commands
         plan = replace(plan, commands=commands)
-        advance(self._stage, sensing, plan, ticks, threads, until_finished=until_finished)
+        advance_worlds(self._stage, sensing, plan, ticks, threads, until_finished=until_finished)
 
     def snapshot(self) -> bytes:
         """The whole state, for `restore`."""
@@ -182,13 +187,15 @@ class World:
             0.0,
         )  # at hand for speed, no part of the state
         state = self.state._replace(robots=robots)
-        return snapshots.pack(self.scenario.name, self._settings(), state._asdict())
+        return snapshots.encode_snapshot(self.scenario.name, self._settings(), state._asdict())
 
     def restore(self, snapshot: bytes) -> None:
         """Go back to a snapshot, bit for bit; FileError where it is not one of such worlds."""
         like = self.state._asdict()
-        arrays = snapshots.unpack(snapshot, self.scenario.name, self._settings(), like, growing=("discs",))
-        state = State(**arrays)
+        arrays = snapshots.decode_snapshot(
+            snapshot, self.scenario.name, self._settings(), like, growing=("discs",)
+        )
+        state = WorldState(**arrays)
         ids, types, holding = (state.robots[name] for name in ("id", "type", "holding"))
         if not (
             np.array_equal(ids, np.tile(np.arange(self.robots), self.worlds))
@@ -206,7 +213,7 @@ class World:
 
     def view(self, world: int = 0) -> WorldView:
         """One world as plain data, for drawing."""
-        return view(self.state, self.rules, self.names, world)
+        return make_world_view(self.state, self.rules, self.names, world)
 
     def place(self, agent: int, x: float, y: float, heading: float) -> None:
         """Put a robot somewhere free, as a demonstrator drives it into position; what it has at hand is left."""
@@ -224,7 +231,7 @@ class World:
             robot[name] = 0
 
     def move_object(self, slot: int, x: float, y: float, *, world: int = 0) -> None:
-        """Put an object that is there somewhere, out of the hands that hold it; slots are those of `view`."""
+        """Put an object that is there somewhere, out of the hands that hold it; `make_world_view` has the slots."""
         thing = self._object(slot, world)
         self._free_for(f"place of object {slot}", self.rules.class_of[slot], x, y, world=world, slot=slot)
         self._let_go(slot, world)
@@ -280,7 +287,9 @@ class World:
         self._begin(self.state._replace(discs=discs))
 
     def move_obstacle(self, index: int, x: float, y: float, *, world: int = 0) -> None:
-        """Put a round obstacle elsewhere, where it overlaps no robot and no solid object; numbers as in `view`."""
+        """Put a round obstacle elsewhere, where it overlaps no robot and no solid object; numbers as in
+        `make_world_view`.
+        """
         disc = self._obstacle(index, world)
         self._finite("place of an obstacle", x, y, 0.0)
         self._free("place of an obstacle", x, y, float(disc["radius"]), world=world, stays=True)
@@ -366,7 +375,7 @@ class World:
 
     def _free(self, what: str, x: float, y: float, radius: float, *, world: int, **but: Any) -> None:
         """Refuse a place for something solid where it overlaps something else."""
-        found = in_the_way(self.state, self.rules, self.names, world, x, y, radius, **but)
+        found = find_overlap(self.state, self.rules, self.names, world, x, y, radius, **but)
         if found is not None:
             raise self._wrong(what, f"is ({x}, {y}), which overlaps {found}", "give a free place")
 

@@ -219,7 +219,7 @@ class Physics:
 
     def snapshot(self) -> bytes:
         """The whole state, for `restore`."""
-        own = snapshots.pack(self._called, self._settings(), self._arrays())
+        own = snapshots.encode_snapshot(self._called, self._settings(), self._arrays())
         return len(own).to_bytes(HEAD, "little") + own + self.world.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
@@ -229,7 +229,7 @@ class Physics:
             raise FileError(
                 path="snapshot", place="", problem="is not one of physics", remedy="take it again"
             )
-        own = snapshots.unpack(snapshot[HEAD:end], self._called, self._settings(), self._arrays())
+        own = snapshots.decode_snapshot(snapshot[HEAD:end], self._called, self._settings(), self._arrays())
         seeds = self.seeds
         self.world.restore(snapshot[end:])
         if self.seeds != seeds:

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
-from understudy.sim.params import most_of
-from understudy.sim.scenario.schema import Objects, Scenario
+from understudy.sim.params import get_most_count
+from understudy.sim.scenario.schema import ObjectClass, Scenario
 from understudy.sim.view import Floats, WorldView
 from understudy.sim_mujoco.materials import FILM, film_of, paint
 from understudy.sim_mujoco.optional import mujoco
@@ -190,7 +190,7 @@ def _is_convex(corners: Floats) -> bool:
 def _objects(spec: Any, scenario: Scenario, *, sees: bool) -> Iterator[str | None]:
     """A body for each object that a world is laid out with; its name for each slot, None for spare slots."""
     for thing in scenario.objects:
-        for number in range(most_of(thing)):
+        for number in range(get_most_count(thing)):
             name = f"{thing.name}{number}"
             body = spec.worldbody.add_body(name=name, mocap=True, pos=[0.0, 0.0, AWAY_M])
             _object(body, thing, sees=sees)
@@ -198,7 +198,7 @@ def _objects(spec: Any, scenario: Scenario, *, sees: bool) -> Iterator[str | Non
         yield from [None] * scenario.spare_objects
 
 
-def _object(body: Any, thing: Objects, *, sees: bool) -> None:
+def _object(body: Any, thing: ObjectClass, *, sees: bool) -> None:
     shapes, radius, color = mujoco().mjtGeom, thing.radius, paint(thing.color)
     half = radius if thing.height is None else thing.height / 2
     if thing.solid:

@@ -12,11 +12,11 @@ from understudy.robots.camera.blobs import LEAST_PX
 from understudy.robots.camera.color import Color
 from understudy.robots.camera.config import HEADING, color_line
 from understudy.robots.robot_file import FORMAT, TEAM
-from understudy.sim.kit import readings_of_type
-from understudy.sim.params import names_of, robot_count, rules_of
+from understudy.sim.kit import list_type_readings
+from understudy.sim.params import collect_names, count_robots, make_world_params
 from understudy.sim.scenario.files import TARGET as MARKER
-from understudy.sim.scenario.schema import Bumper, Cargo, Locator, RobotType, Scenario, Sonar
-from understudy.sim.sensing.sense_plan import Planner
+from understudy.sim.scenario.schema import Bumper, CargoSensor, RobotType, Scenario, Sonar, TargetLocator
+from understudy.sim.sensing.sense_plan import SensePlanner
 from understudy.sim_mujoco.materials import seen_as
 from understudy.sim_mujoco.robot_model import camera_of
 
@@ -57,7 +57,7 @@ def check_ros(scenario: Scenario) -> None:
 
 def names_of_robots(scenario: Scenario) -> tuple[str, ...]:
     """What robots are called, in the order of their numbers: humanoid; or pioneer_1, pioneer_2 where there are more."""
-    types = [group.type for group in scenario.robots for _ in range(robot_count(group.count, group.at))]
+    types = [group.type for group in scenario.robots for _ in range(count_robots(group.count, group.at))]
     seen: dict[str, int] = {}
     names = []
     for each in types:
@@ -68,12 +68,12 @@ def names_of_robots(scenario: Scenario) -> tuple[str, ...]:
 
 def types_of_robots(scenario: Scenario) -> tuple[str, ...]:
     """The type of each robot, in the order of their numbers."""
-    return tuple(group.type for group in scenario.robots for _ in range(robot_count(group.count, group.at)))
+    return tuple(group.type for group in scenario.robots for _ in range(count_robots(group.count, group.at)))
 
 
 def colors_of(scenario: Scenario, type_name: str) -> Mapping[str, Color]:
     """The pixels that a type's camera takes for each target, calibrated to how it is painted in physics."""
-    planner = Planner(scenario, rules_of(scenario), names_of(scenario))
+    planner = SensePlanner(scenario, make_world_params(scenario), collect_names(scenario))
     films = {thing.color for thing in scenario.objects if thing.aloft and thing.color is not None}
     colors = {target: planner.color_of(of, type_name) for target, of in scenario.targets.items()}
     return {
@@ -141,8 +141,8 @@ def readings_of_robot(kind: RobotType) -> Mapping[str, tuple[str, str, str, str]
 
 def _of_cargo(kind: RobotType) -> Iterator[tuple[str, tuple[str, str, str, str]]]:
     """What a robot knows of food."""
-    cargo = next((index for index, each in enumerate(kind.sensors) if isinstance(each, Cargo)), None)
-    for index, reading in readings_of_type(kind):
+    cargo = next((index for index, each in enumerate(kind.sensors) if isinstance(each, CargoSensor)), None)
+    for index, reading in list_type_readings(kind):
         if index == cargo:
             type = FLOAT if reading.unit else BOOL
             yield reading.name, (f"readings/{reading.name}", type, "data", reading.unit)
@@ -150,7 +150,7 @@ def _of_cargo(kind: RobotType) -> Iterator[tuple[str, tuple[str, str, str, str]]
 
 def located_targets(scenario: Scenario, kind: RobotType) -> tuple[str, ...]:
     """The targets that a robot is told the place of."""
-    there = any(isinstance(each, Locator) for each in kind.sensors)
+    there = any(isinstance(each, TargetLocator) for each in kind.sensors)
     return tuple(target for target in scenario.targets if target != MARKER) if there else ()
 
 

@@ -15,7 +15,7 @@ from understudy.model.features import ReadingKey
 from understudy.robots.camera.blobs import Image
 from understudy.robots.ros.messages import MessageRefused, decode, encode, make
 from understudy.robots.ros.transport import Publish, Transport
-from understudy.sim.scenario.schema import RobotType, Scenario, Since, Sonar
+from understudy.sim.scenario.schema import ElapsedSensor, RobotType, Scenario, Sonar
 from understudy.sim_mujoco.body import Physics
 from understudy.sim_mujoco.robot_files import (
     BOOL,
@@ -166,7 +166,9 @@ def header_of(time_s: float, frame: str) -> Any:
 def served(scenario: Scenario) -> Scenario:
     """The scenario without readings that robots do not publish, since who decides works them out: it saves drawing."""
     types = {
-        name: replace(kind, sensors=tuple(each for each in kind.sensors if not isinstance(each, Since)))
+        name: replace(
+            kind, sensors=tuple(each for each in kind.sensors if not isinstance(each, ElapsedSensor))
+        )
         for name, kind in scenario.types.items()
     }
     return replace(scenario, types=types)

@@ -13,7 +13,7 @@ from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
 from understudy.robots.camera.blobs import LEAST_PX, Camera, Frame, Image
 from understudy.sim.kit import CAMERA
-from understudy.sim.scenario.schema import RobotType, Scenario, Since, Sonar
+from understudy.sim.scenario.schema import ElapsedSensor, RobotType, Scenario, Sonar
 from understudy.sim.world import World
 from understudy.sim_mujoco.optional import mujoco
 from understudy.sim_mujoco.robot_files import colors_of
@@ -96,7 +96,7 @@ class Senses:
             (kind, each)
             for kind in scenario.types.values()
             for each in kind.sensors
-            if isinstance(each, Since) and each.of in (BLOB_X, BLOB_SIZE)
+            if isinstance(each, ElapsedSensor) and each.of in (BLOB_X, BLOB_SIZE)
         ]
         self._noisy = max((len(each.names) for of in self._sonars.values() for _, each in of), default=0)
         self.keys = self._own_keys()

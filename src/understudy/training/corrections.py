@@ -8,9 +8,9 @@ from typing import Self
 
 import numpy as np
 
-from understudy.learning.correction_diagnosis import Judgement, judge
+from understudy.learning.correction_diagnosis import CorrectionDiagnosis, diagnose_correction
 from understudy.learning.fit import learn_state
-from understudy.learning.training_set import teaching
+from understudy.learning.training_set import group_examples_by_state
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
@@ -83,16 +83,18 @@ class CorrectionStep:
         return cls(before, replace(after, examples=bare), made[0], stay)
 
     @cached_property
-    def judgement(self) -> Judgement | None:
+    def judgement(self) -> CorrectionDiagnosis | None:
         """Where the mistake came from; None where what was learned before decides as the correction shows."""
         stay = self._stay
         if stay is not None and decide_for_example(self._before, stay) != stay.next:
-            judgement = judge(replace(self._after, examples=(*self._after.examples, stay)), stay)
+            judgement = diagnose_correction(
+                replace(self._after, examples=(*self._after.examples, stay)), stay
+            )
             if judgement.suspects:
                 return judgement
         if decide_for_example(self._before, self._correction) == self._correction.next:
             return None
-        return judge(self._after, self._correction)
+        return diagnose_correction(self._after, self._correction)
 
     def step(self, what: str) -> tuple[Lesson, str]:
         """The lesson after the correction, with suspects in quarantine where it wants that, and what undo calls it."""
@@ -108,7 +110,7 @@ class CorrectionStep:
 
 def decide_for_example(lesson: Lesson, example: Example) -> str:
     """The next state that what is learned from a lesson decides for an example's state and values."""
-    examples = teaching(lesson).get(example.state)
+    examples = group_examples_by_state(lesson).get(example.state)
     if not examples:
         return example.state
     outcome = learn_state(lesson, example.state, examples).decide(example.values)

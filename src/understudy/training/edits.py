@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TypedDict, Unpack
 
 from understudy.errors import SessionError, UnknownName
-from understudy.learning.mislabels import same_press
+from understudy.learning.mislabels import list_press_examples
 from understudy.model.automaton import State
 from understudy.model.binding import Binding
 from understudy.model.expectation import Expectation
@@ -96,7 +96,7 @@ def edit_example(lesson: Lesson, number: int, **change: Unpack[ExampleChange]) -
 
 def correct_press(lesson: Lesson, number: int, next: str) -> Lesson:
     """The lesson with a press as it was meant; the default that it recorded on its way there goes into quarantine."""
-    beside = same_press(lesson, number)[1:]
+    beside = list_press_examples(lesson, number)[1:]
     lesson = edit_example(lesson, number, next=next)
     return set_quarantine(lesson, dict.fromkeys(beside, f"Example {number} was a slip."))
 

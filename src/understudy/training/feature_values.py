@@ -24,8 +24,8 @@ from understudy.model.features import (
 from understudy.model.kinds import NO, Categorical
 from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.runtime.body import Body
-from understudy.runtime.feature_columns import feature_column
-from understudy.runtime.interpreter import Machine, elapsed
+from understudy.runtime.feature_columns import read_feature_column
+from understudy.runtime.interpreter import RunningAutomaton, measure_elapsed
 
 
 def list_steady_readings(body: Body) -> frozenset[str]:
@@ -33,11 +33,11 @@ def list_steady_readings(body: Body) -> frozenset[str]:
     return frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
 
 
-def collect_own_values(machine: Machine, now: float) -> dict[str, float]:
+def collect_own_values(machine: RunningAutomaton, now: float) -> dict[str, float]:
     """What own features could read now: flag of what the automaton runs, counters, timers, time in state."""
     own = {f"counter {name}": value for name, value in machine.counters.items()}
-    own |= {f"timer {name}": elapsed(now, since) for name, since in machine.timers.items()}
-    own["time_in_state"] = elapsed(now, machine.entered)
+    own |= {f"timer {name}": measure_elapsed(now, since) for name, since in machine.timers.items()}
+    own["time_in_state"] = measure_elapsed(now, machine.entered)
     if machine.active.flag is not None:
         own[f"flag {machine.active.flag}"] = 1.0
     return own
@@ -73,7 +73,7 @@ def compute_feature_values(
         value = find_own_value(bound.feature, own)
         if value is None:
             ground = BoundFeature(bound.feature, bound.binding.within(targets))
-            value = float(feature_column(ground, percept, agents=body.agents)[agent])
+            value = float(read_feature_column(ground, percept, agents=body.agents)[agent])
         found[str(bound)] = value
     return found
 
@@ -123,7 +123,7 @@ def _value(bound: BoundFeature, example: Example, percept: Percept) -> float:
     if own is not None:
         return own
     ground = BoundFeature(bound.feature, bound.binding.within(example.binding))
-    return float(feature_column(ground, percept, agents=1)[0])
+    return float(read_feature_column(ground, percept, agents=1)[0])
 
 
 def recompute_example_values(

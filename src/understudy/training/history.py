@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from understudy.errors import SessionError
 from understudy.model.lesson import Example, Lesson
-from understudy.runtime.interpreter import Level
+from understudy.runtime.interpreter import StackFrame
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,7 +14,7 @@ class HistoryStep:
     """What a step changes: the lesson, and the run state of its automaton."""
 
     lesson: Lesson
-    run: tuple[Level, ...] = ()
+    run: tuple[StackFrame, ...] = ()
 
 
 class History:
@@ -25,7 +25,9 @@ class History:
         self._done: list[tuple[str, HistoryStep, HistoryStep]] = []
         self._undone: list[tuple[str, HistoryStep, HistoryStep]] = []
 
-    def step(self, what: str, lesson: Lesson, *, before: tuple[Level, ...], after: tuple[Level, ...]) -> None:
+    def step(
+        self, what: str, lesson: Lesson, *, before: tuple[StackFrame, ...], after: tuple[StackFrame, ...]
+    ) -> None:
         """Take a step: `what` was done to the lesson, from run state `before` to `after`."""
         self._done.append((what, HistoryStep(self.lesson, before), HistoryStep(lesson, after)))
         self._undone.clear()
@@ -35,7 +37,7 @@ class History:
         """Add watched examples to the current lesson: no step of their own."""
         self.lesson = replace(self.lesson, examples=(*self.lesson.examples, *watched))
 
-    def undo(self) -> tuple[str, tuple[Level, ...]]:
+    def undo(self) -> tuple[str, tuple[StackFrame, ...]]:
         """Go back one step: what it was, and the run state before it."""
         if not self._done:
             raise SessionError("there is nothing to undo: no step has changed this lesson yet")
@@ -44,7 +46,7 @@ class History:
         self.lesson = step[1].lesson
         return step[0], step[1].run
 
-    def redo(self) -> tuple[str, tuple[Level, ...]]:
+    def redo(self) -> tuple[str, tuple[StackFrame, ...]]:
         """Do the last undone step again: what it was, and the run state after it."""
         if not self._undone:
             raise SessionError("there is nothing to redo: nothing was undone since the last step")

@@ -20,7 +20,7 @@ from understudy.errors import FileError
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, ReadingLog
-from understudy.runtime.interpreter import Level
+from understudy.runtime.interpreter import StackFrame
 from understudy.storage.append_log import AppendLog, read_log
 from understudy.training.sample_buffer import Sample
 from understudy.training.trainee import FlagEntry, Mode, Press
@@ -64,7 +64,7 @@ class SnapshotTaken(msgspec.Struct, frozen=True, tag="Snapshot"):
 
     tick: int
     body: bytes
-    run: list[Level]
+    run: list[StackFrame]
     mode: Mode
 
 
@@ -85,8 +85,8 @@ class LessonChanged(msgspec.Struct, frozen=True, tag="Stepped"):
     changed: list[Example]
     removed: list[int]
     rows: ReadingRows
-    before: list[Level]
-    after: list[Level]
+    before: list[StackFrame]
+    after: list[StackFrame]
     stay: Example | None = None
 
 
@@ -94,7 +94,7 @@ class PressApplied(msgspec.Struct, frozen=True, tag="Acted"):
     """A press that acted and showed nothing."""
 
     press: int
-    run: list[Level]
+    run: list[StackFrame]
 
 
 class WatchedAccepted(msgspec.Struct, frozen=True, tag="Accepted"):
@@ -121,7 +121,7 @@ class ModeChanged(msgspec.Struct, frozen=True, tag="Turned"):
     """A change of mode, a restart, or other targets: what is not a step of the lesson."""
 
     mode: Mode
-    run: list[Level]
+    run: list[StackFrame]
     targets: dict[str, str]
     waiting: Press | None
 
@@ -233,7 +233,7 @@ class Journal:
             return self._log is not None
         return (self.tick - self._snapshot_tick) * tick_s >= SNAPSHOT_S - 1e-9
 
-    def snapshot(self, body: bytes, run: Sequence[Level], mode: Mode) -> None:
+    def snapshot(self, body: bytes, run: Sequence[StackFrame], mode: Mode) -> None:
         """Keep body and automaton as they are before the next tick, once per tick."""
         if self._log is not None and self._snapshot_tick != self.tick:
             self._snapshot_tick = self.tick

@@ -14,7 +14,7 @@ from understudy.errors import FileError
 from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.runtime.interpreter import Level
+from understudy.runtime.interpreter import StackFrame
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.corrections import CorrectionStep
 from understudy.training.history import History
@@ -53,7 +53,7 @@ class ReplayedSession:
     presses: int = 0
     waiting: Press | None = None
     raised: FlagRaised | None = None
-    run: tuple[Level, ...] = ()
+    run: tuple[StackFrame, ...] = ()
     body: bytes | None = None
     ticks: int = 0
     body_tick: int | None = None

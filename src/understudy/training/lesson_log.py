@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
-from understudy.learning.correction_diagnosis import Judgement
+from understudy.learning.correction_diagnosis import CorrectionDiagnosis
 from understudy.model.binding import Binding
 from understudy.model.lesson import Example, ExampleKind, Lesson
-from understudy.runtime.interpreter import Level
+from understudy.runtime.interpreter import StackFrame
 from understudy.training.corrections import CorrectionStep, LastSwitch
 from understudy.training.feature_values import compute_example_values, recompute_example_values
 from understudy.training.journal import (
@@ -30,7 +30,7 @@ from understudy.training.sample_buffer import Sample, compact_reading_log
 from understudy.training.trainee import FlagEntry, Mode, Press, TickResult
 from understudy.training.watched_examples import WatchedBatch, WatchedBuffer, WatchedTick, make_example_key
 
-RunState: TypeAlias = tuple[Level, ...]
+RunState: TypeAlias = tuple[StackFrame, ...]
 
 
 class LessonLog:
@@ -89,7 +89,7 @@ class LessonLog:
         )
 
     @property
-    def judgement(self) -> Judgement | None:
+    def judgement(self) -> CorrectionDiagnosis | None:
         """What the last correction came to; None where there is none, or where the robot had been right."""
         last = self._unlearning
         return last.judgement if last is not None and last.stands(self.lesson) else None

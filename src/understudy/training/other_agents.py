@@ -8,14 +8,14 @@ from typing import NamedTuple, TypeAlias
 
 from understudy.errors import SessionError, UnderstudyError
 from understudy.model.library import Library
-from understudy.runtime.body import Body, Rewindable, rewinds
-from understudy.runtime.interpreter import Interpreter, Level
+from understudy.runtime.body import Body, Rewindable, is_rewindable
+from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
 from understudy.training.journal import OthersChanged
 from understudy.training.trainee import Mode
 
-RunStates: TypeAlias = tuple[tuple[Level, ...], ...]
+RunStates: TypeAlias = tuple[tuple[StackFrame, ...], ...]
 
 
 NO_SIMULATION = "it is no simulation; drive the robot into position instead"
@@ -23,7 +23,7 @@ NO_SIMULATION = "it is no simulation; drive the robot into position instead"
 
 def require_rewindable(body: Body) -> Rewindable:
     """The body as one that can go back; SessionError where it cannot."""
-    if not rewinds(body):
+    if not is_rewindable(body):
         raise SessionError(f"this body cannot be rewound: {NO_SIMULATION}")
     return body
 
@@ -32,7 +32,7 @@ class SessionSnapshot(NamedTuple):
     """A moment of a session's run: the body, the run states of what is taught and of the others, and the mode."""
 
     body: bytes
-    run: tuple[Level, ...]
+    run: tuple[StackFrame, ...]
     mode: Mode
     others: RunStates
 
@@ -75,7 +75,7 @@ class OtherAgents:
         """Their run states, for `restore`."""
         return tuple(member.snapshot(self._body.time_s) for member in self._members)
 
-    def restore(self, snapshot: Sequence[Sequence[Level]]) -> None:
+    def restore(self, snapshot: Sequence[Sequence[StackFrame]]) -> None:
         """Go back to run states, as far as they still do the same."""
         for member, levels in zip(self._members, snapshot, strict=True):
             member.restore(levels, now=self._body.time_s)

@@ -17,7 +17,7 @@ from understudy.errors import UnderstudyError
 from understudy.model.features import BoundFeature, Percept
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, Lesson, ReadingLog
-from understudy.runtime.feature_columns import feature_column
+from understudy.runtime.feature_columns import read_feature_column
 from understudy.training.feature_values import find_shifted_row
 
 STEP_S = 0.05
@@ -144,7 +144,7 @@ def _shifted(bound: BoundFeature, percept: Percept, group: Sequence[Example]) ->
     for binding in dict.fromkeys(bindings):
         ground = BoundFeature(bound.feature, bound.binding.within(binding))
         try:
-            values = feature_column(ground, percept, agents=found.size).reshape(found.shape)
+            values = read_feature_column(ground, percept, agents=found.size).reshape(found.shape)
         except (UnderstudyError, KeyError):
             return None
         mine = [each == binding for each in bindings]

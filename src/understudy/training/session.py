@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import Self, Unpack
 
 from understudy.errors import DefinitionError, SessionError, SettingError, UnderstudyError, UnknownName
-from understudy.learning.correction_diagnosis import Judgement
-from understudy.learning.fit import learned
+from understudy.learning.correction_diagnosis import CorrectionDiagnosis
+from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import Percept
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.runtime.body import Body, Resettable, every_key, rewinds
-from understudy.runtime.interpreter import Interpreter, Level
+from understudy.runtime.body import Body, Resettable, is_rewindable, list_reading_keys
+from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.training.edits import (
@@ -71,7 +71,7 @@ class Session:
         if not 0 <= agent < body.agents:
             problem, remedy = f"is {agent} of {body.agents} agents", "count from 0"
             raise SettingError(where="session", setting="agent", problem=problem, remedy=remedy)
-        keys = every_key(body)
+        keys = list_reading_keys(body)
         check_parameter_targets(lesson.automaton, targets or {}, body.targets)
         self._begin(body, library, ReplayedSession.none(lesson, keys, targets or {}, agent), clock)
         began = SessionStarted(
@@ -87,9 +87,9 @@ class Session:
 
         The lesson is as it was; body and automaton are as at the last snapshot, if the body can be rewound.
         """
-        past = ReplayedSession.replayed(journal, library, every_key(body))
+        past = ReplayedSession.replayed(journal, library, list_reading_keys(body))
         goes_on = False
-        if past.body is not None and rewinds(body):
+        if past.body is not None and is_rewindable(body):
             body.restore(past.body)
             goes_on = past.body_tick == past.ticks
         session = cls.__new__(cls)
@@ -105,7 +105,7 @@ class Session:
         self.body, self.library, self.agent = body, library, past.agent
         self.paused, self._targets = False, past.targets
         self._clock = clock or (lambda: body.time_s)
-        self._keys = every_key(body)
+        self._keys = list_reading_keys(body)
         self._notebook = LessonLog(past, Journal(), steady=list_steady_readings(body))
         self.company = OtherAgents(body, library, past.others)
         self._driving: Interpreter | None = None
@@ -139,7 +139,7 @@ class Session:
         return self.trainee.mode
 
     @property
-    def run_state(self) -> tuple[Level, ...]:
+    def run_state(self) -> tuple[StackFrame, ...]:
         """The run state of the automaton under training and of those below."""
         return self.trainee.snapshot(self.body.time_s)
 
@@ -151,7 +151,7 @@ class Session:
         return self._percept
 
     @property
-    def judgement(self) -> Judgement | None:
+    def judgement(self) -> CorrectionDiagnosis | None:
         """What the last correction of a wrong decision came to: who is to blame for it; None if there is none."""
         return self._notebook.judgement
 
@@ -222,7 +222,7 @@ class Session:
         self.body.act(commands)
         self._percept = None
 
-    def _write_down(self, outcome: TickResult, moment: Sample, before: tuple[Level, ...]) -> None:
+    def _write_down(self, outcome: TickResult, moment: Sample, before: tuple[StackFrame, ...]) -> None:
         binding = Binding(self._targets)
         if outcome.press is not None:
             self._notebook.record(outcome, outcome.press, binding, before=before, after=self.run_state)
@@ -333,7 +333,7 @@ class Session:
         """Do the last undone step again. What it was."""
         return self._went(*self._notebook.redo())
 
-    def _went(self, what: str, run: tuple[Level, ...]) -> str:
+    def _went(self, what: str, run: tuple[StackFrame, ...]) -> str:
         self.trainee.press = None
         try:
             trainee = self._new_trainee(self._notebook.lesson, self.mode)
@@ -387,7 +387,7 @@ class Session:
     def taught(self) -> TrainedAutomaton:
         """The automaton as learned from the lesson now, with the lesson: what a library keeps."""
         lesson = self._notebook.complete
-        return TrainedAutomaton(learned(lesson), lesson)
+        return TrainedAutomaton(learn_automaton(lesson), lesson)
 
     def close(self) -> None:
         """Put everything on disk."""
@@ -397,7 +397,7 @@ class Session:
         self._notebook.turned(self.mode, self.run_state, self._targets, self.trainee.press)
 
     def _keep_snapshot(self) -> None:
-        if self._notebook.journal.path is not None and rewinds(self.body):
+        if self._notebook.journal.path is not None and is_rewindable(self.body):
             self._notebook.journal.snapshot(self.body.snapshot(), self.run_state, self.mode)
 
     def _relink(self, trainee: Trainee) -> None:
@@ -410,7 +410,7 @@ class Session:
             self._turned()  # its state is gone
 
     def _new_trainee(self, lesson: Lesson, mode: Mode) -> Trainee:
-        automaton = learned(lesson) if mode is Mode.TESTING else lesson.automaton
+        automaton = learn_automaton(lesson) if mode is Mode.TESTING else lesson.automaton
         library = self.library.with_taught(TrainedAutomaton(automaton))
         bound = {name: target for name, target in self._targets.items() if name in automaton.parameters}
         return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)

@@ -14,8 +14,8 @@ from understudy.errors import SessionError
 from understudy.model.features import Percept
 from understudy.model.lesson import ExampleKind
 from understudy.runtime.body import Body
-from understudy.runtime.feature_columns import Sensing
-from understudy.runtime.interpreter import Interpreter, Machine, Row
+from understudy.runtime.feature_columns import FeatureColumns
+from understudy.runtime.interpreter import Interpreter, Row, RunningAutomaton
 from understudy.runtime.program import Program
 from understudy.training.feature_values import collect_own_values
 
@@ -74,9 +74,9 @@ class Trainee(Interpreter):
 
     def __init__(self, program: Program, mode: Mode, *, now: float) -> None:
         super().__init__(program, now=now)
-        if not isinstance(self.root, Machine):
+        if not isinstance(self.root, RunningAutomaton):
             raise SessionError("only an automaton can be taught, not a basic behavior")
-        self.taught: Machine = self.root
+        self.taught: RunningAutomaton = self.root
         self.mode = mode
         self.press: Press | None = None
         self.entry: FlagEntry | None = None
@@ -114,11 +114,11 @@ class Trainee(Interpreter):
         self.outcome = outcome
         return basic
 
-    def queries(self, percept: Percept, body: Body, agent: int) -> tuple[tuple[Machine, Row], ...]:
+    def queries(self, percept: Percept, body: Body, agent: int) -> tuple[tuple[RunningAutomaton, Row], ...]:
         """The running automata, from the one under training down, each with the feature vector that its state would be
         asked with now.
         """
-        row = Sensing(self.program.features, body).columns(percept)[:, agent].tolist()
+        row = FeatureColumns(self.program.features, body).columns(percept)[:, agent].tolist()
         return tuple((machine, machine.values(row, body.time_s)) for machine in self.active)
 
     def _obey(self, press: Press, outcome: TickResult, now: float) -> None:

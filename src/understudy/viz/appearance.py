@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.sim.scenario.schema import MOUSE
-from understudy.sim.view import Frame, WorldView
+from understudy.sim.view import RunFrame, WorldView
 from understudy.viz.palette import FOOD, HOME, INK, SOLID, THING, paint
 
 Points: TypeAlias = NDArray[np.float64]
@@ -149,14 +149,14 @@ def brought(view: WorldView) -> list[str]:
     return words
 
 
-def places(frames: Sequence[Frame]) -> tuple[Points, Points]:
+def places(frames: Sequence[RunFrame]) -> tuple[Points, Points]:
     """Where the robots were [F, N, 2], and which way they faced [F, N]."""
     robots = [frame.view.robots for frame in frames]
     at = np.stack([np.stack([each.x, each.y], axis=1) for each in robots])
     return at, np.stack([each.heading for each in robots])
 
 
-def doings(frames: Sequence[Frame], names: Iterable[str]) -> Grid:
+def doings(frames: Sequence[RunFrame], names: Iterable[str]) -> Grid:
     """What each robot was doing [F, N], as the index among these names."""
     index = {name: at for at, name in enumerate(names)}
     return np.array([[index[name] for name in frame.doing] for frame in frames])

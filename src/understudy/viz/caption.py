@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from understudy.sim.view import Frame, WorldView
+from understudy.sim.view import RunFrame, WorldView
 from understudy.viz.appearance import brought, grouped, total
 from understudy.viz.canvas import FINE
 from understudy.viz.palette import FAINT, INK
@@ -25,7 +25,7 @@ class Caption:
     def __init__(
         self,
         colors: Mapping[str, str],
-        frames: Sequence[Frame],
+        frames: Sequence[RunFrame],
         *,
         left: int,
         right: int,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.sim.view import Frame, WorldView
+from understudy.sim.view import RunFrame, WorldView
 from understudy.storage.atomic import write_atomically
 from understudy.viz.appearance import (
     FEW,
@@ -51,7 +51,7 @@ RIM_PT = 1.2
 POINTS_PER_IN = 72.0
 
 
-def draw(axes: Axes, frames: Sequence[Frame], colors: Mapping[str, str], *, inch: float) -> Points:
+def draw(axes: Axes, frames: Sequence[RunFrame], colors: Mapping[str, str], *, inch: float) -> Points:
     """Draw where the robots went, `inch` m on an inch of paper; the points [P, 2] that this covers.
 
     Of a few robots each has a color of its own; where there are sides, a shade of its side's.
@@ -110,7 +110,7 @@ def _robot(axes: Axes, at: Points, heading: float, radius: float, colors: tuple[
 
 
 def _crowd(
-    axes: Axes, frames: Sequence[Frame], colors: Mapping[str, str], *, one: float, inch: float
+    axes: Axes, frames: Sequence[RunFrame], colors: Mapping[str, str], *, one: float, inch: float
 ) -> Points:  # fmt: skip
     """Trails by what was done, the fainter the more there are; robots where they are at the end."""
     from matplotlib.collections import EllipseCollection, LineCollection
@@ -146,7 +146,7 @@ MOST_DOINGS = 8
 REACH_STYLE = (0, (3, 3))
 
 
-def path_png(frames: Sequence[Frame], path: Path | str, *, title: str = "A run") -> None:
+def path_png(frames: Sequence[RunFrame], path: Path | str, *, title: str = "A run") -> None:
     """Draw the run: one robot's way by what it did, a color each for a few robots, faint trails for a crowd."""
     if not frames:
         raise SettingError(where="path picture", setting="frames", problem="are none", remedy="record a run")

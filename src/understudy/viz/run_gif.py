@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
-from understudy.sim.view import Frame
+from understudy.sim.view import RunFrame
 from understudy.storage.atomic import write_atomically
 from understudy.viz.appearance import FEW, Points, doings, own_colors, places, unit
 from understudy.viz.canvas import FINE, Pen
@@ -42,7 +42,7 @@ COLORS, SAMPLES, SAME = 128, 8, 10
 """Colors of the palette, pictures that it is made of, and how close colors (of 255) are taken for one."""
 
 
-def run_gif(frames: Sequence[Frame], path: Path | str, *, speed: float = 8.0, per_s: float = 16.0) -> None:
+def run_gif(frames: Sequence[RunFrame], path: Path | str, *, speed: float = 8.0, per_s: float = 16.0) -> None:
     """Write the run, `speed` times as fast as it was, `per_s` pictures a second; long runs go faster."""
     for setting, value in (("speed", speed), ("per_s", per_s)):
         if not 0 < value < 1000:
@@ -60,7 +60,7 @@ def run_gif(frames: Sequence[Frame], path: Path | str, *, speed: float = 8.0, pe
     write_atomically(Path(path), drawn.getvalue())
 
 
-def _chosen(frames: Sequence[Frame], every_s: float) -> list[Frame]:
+def _chosen(frames: Sequence[RunFrame], every_s: float) -> list[RunFrame]:
     """Frames about `every_s` of simulated time apart, first and last among them, MOST_FRAMES at most."""
     length = frames[-1].view.time_s - frames[0].view.time_s
     every_s = max(every_s, length / (MOST_DRAWN_FRAMES - 2))
@@ -75,7 +75,7 @@ def _chosen(frames: Sequence[Frame], every_s: float) -> list[Frame]:
 class _Film:
     """The pictures of a run; what stays is drawn once."""
 
-    def __init__(self, frames: Sequence[Frame]) -> None:
+    def __init__(self, frames: Sequence[RunFrame]) -> None:
         from PIL import Image
 
         view = frames[-1].view
@@ -218,10 +218,10 @@ class Recording:
 
     def __init__(self, most: int | None = None) -> None:
         """`most` frames are kept; if left out, as many as are good for so many robots."""
-        self._most, self._frames, self._every, self._seen = most, list[Frame](), 1, 0
-        self._last: Frame | None = None
+        self._most, self._frames, self._every, self._seen = most, list[RunFrame](), 1, 0
+        self._last: RunFrame | None = None
 
-    def see(self, frame: Frame) -> None:
+    def see(self, frame: RunFrame) -> None:
         """The next moment of the run."""
         most = self._most or min(
             MOST_BUFFERED_FRAMES, max(LEAST_FRAMES, MOST_ROWS // max(1, len(frame.doing)))
@@ -235,7 +235,7 @@ class Recording:
         self._last = frame
 
     @property
-    def frames(self) -> list[Frame]:
+    def frames(self) -> list[RunFrame]:
         """What was kept; the first moment and the last are always among it."""
         late = self._last is not None and self._frames[-1] is not self._last
         return [*self._frames, self._last] if late and self._last is not None else list(self._frames)

@@ -17,7 +17,7 @@ from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import NO, YES, Column, Continuous
 from understudy.model.lesson import Lesson
 from understudy.model.library import Kit, Library
-from understudy.sim.forage import kit as usual_kit
+from understudy.sim.forage import FORAGE_KIT as usual_kit
 from understudy.training.lesson_design import parse_feature
 from understudy.training.session_view import SessionView
 from understudy_lab.tasks.forage_teacher import CAPACITY, TOPICS

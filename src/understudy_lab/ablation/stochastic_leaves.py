@@ -12,14 +12,14 @@ from types import MappingProxyType
 
 import msgspec
 
-from understudy.learning.training_set import teaching
+from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY, PathStep, Tree
-from understudy.sim.scenario.schema import Chance, Scenario
+from understudy.sim.scenario.schema import RandomSensor, Scenario
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def drawing(taught: TrainedAutomaton, *, corrected: bool) -> Automaton:
     automaton, lesson = taught.automaton, taught.lesson or Lesson(taught.automaton)
     name = chance_of(automaton.name)
     feature = BoundFeature(Feature(name, Continuous(), reading=name))
-    shown = teaching(lesson)
+    shown = group_examples_by_state(lesson)
     transitions = {
         state: Drawing(tree, _shares(tree, shown[state], automaton.state_names, corrected=corrected))
         for state, tree in automaton.transitions.items()
@@ -97,7 +97,7 @@ def chance_of(automaton: str) -> str:
 
 def with_chances(scenario: Scenario, automata: Sequence[str]) -> Scenario:
     """The scenario, with a random number for each of these automata at every tick."""
-    chances = tuple(Chance(name=chance_of(name)) for name in automata)
+    chances = tuple(RandomSensor(name=chance_of(name)) for name in automata)
     types = {
         name: msgspec.structs.replace(robot, sensors=(*robot.sensors, *chances))
         for name, robot in scenario.types.items()

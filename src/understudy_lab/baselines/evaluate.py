@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from understudy.model.features import Percept
-from understudy.runtime.body import Commands, every_key
+from understudy.runtime.body import Commands, list_reading_keys
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy_lab.baselines.demonstrations import Taught
@@ -19,7 +19,7 @@ from understudy_lab.baselines.tasks import Exercise
 def success_of_policies(exercise: Exercise, policies: Sequence[Policy], seeds: Sequence[int]) -> list[float]:
     """The share of the worlds in which each policy succeeds."""
     world = exercise.world([seed for _ in policies for seed in seeds])
-    keys, each = every_key(world), len(seeds)
+    keys, each = list_reading_keys(world), len(seeds)
     channels = [channel.name for channel in world.channels]
     table = np.zeros((len(exercise.basics) + 1, len(channels)))  # the last one rests
     for row, commands in zip(table, exercise.commands, strict=False):

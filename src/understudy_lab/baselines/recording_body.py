@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.runtime.body import Channel, Commands, Reading, every_key
+from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys
 from understudy.sim.walker import Walker
 from understudy.sim.world import World
 
@@ -89,7 +89,7 @@ class Recording:
         self._world = make(seeds)
         self._basics = {_spelled(commands): index for index, commands in enumerate(basics)}
         self._commands = [dict(commands) for commands in basics]
-        self._keys = every_key(self._world)
+        self._keys = list_reading_keys(self._world)
         self._rows: list[tuple[list[float], int, int, int, int, float]] = []
         self._episode = 0
         self.aboard: Aboard | None = None

@@ -15,10 +15,10 @@ from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column, Kind
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Kit, Library, TrainedAutomaton
-from understudy.runtime.body import Body, every_key
-from understudy.runtime.feature_columns import feature_key
+from understudy.runtime.body import Body, list_reading_keys
+from understudy.runtime.feature_columns import get_feature_key
 from understudy.runtime.program import link
-from understudy.sim.forage import Forage, ForageSettings, kit, practices
+from understudy.sim.forage import FORAGE_KIT, Forage, ForageSettings, make_practice_worlds
 from understudy.sim.world import World
 from understudy_lab.baselines.flat_teachers import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING
 from understudy_lab.baselines.recording_body import Robots
@@ -96,15 +96,15 @@ class Exercise:
         for topic in self.topics:
             library = library.with_taught(TrainedAutomaton(topic.choose(library).automaton))
         features = link(library, self.topics[-1].name, self.targets).features
-        keys = every_key(self.world([0]))
-        return sorted(keys.index(feature_key(feature)) for feature in features)
+        keys = list_reading_keys(self.world([0]))
+        return sorted(keys.index(get_feature_key(feature)) for feature in features)
 
     def library(self) -> Library:
         """What there is before anything is taught."""
         return Library(self.kit)
 
 
-ARENA = practices()["an arena"]
+ARENA = make_practice_worlds()["an arena"]
 GOTO_S = 60.0
 LOST_S = 90.0
 SERVOING = 1.5
@@ -192,7 +192,7 @@ EXERCISES: Mapping[str, Exercise] = {
     for exercise in (
         Exercise(
             "goto",
-            kit,
+            FORAGE_KIT,
             lambda seeds: Forage(seeds, ARENA),
             near_the_station,
             ("forward", "rotate_left", "rotate_right"),
@@ -205,7 +205,7 @@ EXERCISES: Mapping[str, Exercise] = {
         ),
         Exercise(
             "forage",
-            kit,
+            FORAGE_KIT,
             Forage,
             brings_all_home,
             ("forward", "rotate_left", "rotate_right", "load_food", "unload_food"),

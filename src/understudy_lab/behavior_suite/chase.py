@@ -11,8 +11,15 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
-from understudy.sim.kit import kit_of
-from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario, TargetOf, Walk
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.schema import (
+    ArenaRegion,
+    ObjectClass,
+    RandomWalk,
+    RobotGroup,
+    Scenario,
+    TargetSpec,
+)
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
@@ -30,11 +37,11 @@ SCENARIO = Scenario(
     about="A rover, and a hare at half its speed.",
     size=(10.0, 10.0),
     limit_s=LIMIT_S,
-    objects=(Objects(name="hare", walk=Walk(speed=HARE_SPEED, turn_s=4.0), within="field"),),
-    regions={"field": Region(box=(1.0, 1.0, 9.0, 9.0))},
+    objects=(ObjectClass(name="hare", walk=RandomWalk(speed=HARE_SPEED, turn_s=4.0), within="field"),),
+    regions={"field": ArenaRegion(box=(1.0, 1.0, 9.0, 9.0))},
     types={"rover": rover("forward", "rotate_left", "rotate_right", "wait")},
-    robots=(Robots(type="rover", apart=1.5),),
-    targets={"hare": TargetOf(object="hare", doc="What walks.")},
+    robots=(RobotGroup(type="rover", apart=1.5),),
+    targets={"hare": TargetSpec(object="hare", doc="What walks.")},
 )
 
 NEAR_M, FAR_M = 0.5, 0.75
@@ -142,7 +149,7 @@ FEAT = Feat(
     does="tracks and acquires a target that walks at half its speed",
     measured="within 0.6 m of it in 60 s, then within 1.5 m for 95 % of 30 s",
     bounded="one that knew where it will go",
-    kit=kit_of(SCENARIO),
+    kit=make_scenario_kit(SCENARIO),
     topics=(TOPIC,),
     options={"chase": LearnerOptions(watched=True, reaction_s=0.2)},
     practice=lambda practice, seed: World(SCENARIO, [seed]),

@@ -10,8 +10,8 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
-from understudy.sim.kit import kit_of
-from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario, TargetOf
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.schema import ArenaRegion, ObjectClass, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
@@ -30,15 +30,15 @@ SCENARIO = Scenario(
     size=(12.0, 12.0),
     limit_s=LIMIT_S,
     objects=(
-        Objects(name="red_pole", color="red", within="middle", apart=1.8),
-        Objects(name="blue_pole", color="blue", within="middle", apart=1.8),
+        ObjectClass(name="red_pole", color="red", within="middle", apart=1.8),
+        ObjectClass(name="blue_pole", color="blue", within="middle", apart=1.8),
     ),
-    regions={"middle": Region(box=(3.0, 3.0, 9.0, 9.0))},
+    regions={"middle": ArenaRegion(box=(3.0, 3.0, 9.0, 9.0))},
     types={"rover": rover("forward", "veer_left", "veer_right")},
-    robots=(Robots(type="rover", apart=0.5),),
+    robots=(RobotGroup(type="rover", apart=0.5),),
     targets={
-        "red_pole": TargetOf(object="red_pole", doc="One pole."),
-        "blue_pole": TargetOf(object="blue_pole", doc="The other."),
+        "red_pole": TargetSpec(object="red_pole", doc="One pole."),
+        "blue_pole": TargetSpec(object="blue_pole", doc="The other."),
     },
 )
 
@@ -235,7 +235,7 @@ FEAT = Feat(
     does="traces a figure eight around two targets",
     measured="two whole eights in 150 s",
     bounded="straight lines from target to target",
-    kit=kit_of(SCENARIO),
+    kit=make_scenario_kit(SCENARIO),
     topics=(circle(LEFT), circle(RIGHT), lap(LEFT), lap(RIGHT), EIGHT),
     options={
         **{f"circle_{side}": LearnerOptions(watched=True, reaction_s=0.2) for side in SIDES.values()},

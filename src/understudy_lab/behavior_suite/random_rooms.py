@@ -11,7 +11,7 @@ from math import ceil, degrees, pi, sqrt, tau
 import numpy as np
 
 from understudy.model.kinds import Column
-from understudy.sim.scenario.schema import Obstacle, Robots, Scenario, Wall
+from understudy.sim.scenario.schema import Obstacle, RobotGroup, Scenario, Wall
 from understudy.sim.world import World
 from understudy_lab.behavior_suite.task import SONAR, rover
 from understudy_lab.behavior_suite.tracks import Table, distance_to_line, length_of
@@ -133,7 +133,7 @@ def laid_out(plots: Sequence[Plot], *, solid: bool) -> Scenario:
         walls=tuple(walls),
         obstacles=tuple(obstacles),
         types={"rover": ROVER},
-        robots=(Robots(type="rover", at=tuple(starts)),),
+        robots=(RobotGroup(type="rover", at=tuple(starts)),),
     )
 
 

@@ -12,8 +12,8 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
-from understudy.sim.kit import kit_of
-from understudy.sim.scenario.schema import Capture, Objects, Robots, Scenario, TargetOf
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.schema import CaptureRule, ObjectClass, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
@@ -33,10 +33,12 @@ SCENARIO = Scenario(
     about="A rover with a camera, and cans to pick up by touching.",
     size=(9.0, 9.0),
     limit_s=LIMIT_S,
-    objects=(Objects(name="can", count=CANS, color="red", apart=0.4, capture=Capture(range=TOUCH_M)),),
+    objects=(
+        ObjectClass(name="can", count=CANS, color="red", apart=0.4, capture=CaptureRule(range=TOUCH_M)),
+    ),
     types={"rover": rover("forward", "rotate_left", "rotate_right", sensor=CAMERA)},
-    robots=(Robots(type="rover", apart=0.4),),
-    targets={"can": TargetOf(nearest="can", doc="Things to pick up.")},
+    robots=(RobotGroup(type="rover", apart=0.4),),
+    targets={"can": TargetSpec(nearest="can", doc="Things to pick up.")},
 )
 
 
@@ -139,7 +141,7 @@ def practice(name: str, seed: int) -> World:
     """Many cans, or few that have to be looked for."""
     if name == "cans":
         return World(SCENARIO, [seed])
-    few = Objects(name="can", count=3, color="red", apart=0.4, capture=Capture(range=TOUCH_M))
+    few = ObjectClass(name="can", count=3, color="red", apart=0.4, capture=CaptureRule(range=TOUCH_M))
     return World(replace(SCENARIO, objects=(few,)), [seed])
 
 
@@ -208,7 +210,7 @@ FEAT = Feat(
     does="looks for things with a camera and picks them up",
     measured="nine of ten cans picked up in 300 s",
     bounded="the shortest lines that join nine cans",
-    kit=kit_of(SCENARIO),
+    kit=make_scenario_kit(SCENARIO),
     topics=(APPROACH, SCAVENGE),
     options={
         "approach": LearnerOptions(watched=True, reaction_s=0.2),

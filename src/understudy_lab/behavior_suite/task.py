@@ -15,7 +15,7 @@ from understudy.model.kinds import YES, Column
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Kit
 from understudy.runtime.body import Commands
-from understudy.sim.scenario.schema import Camera, Locator, RobotType, Sonar
+from understudy.sim.scenario.schema import Camera, RobotType, Sonar, TargetLocator
 from understudy.sim.world import World
 from understudy.training.session_view import SessionView
 from understudy_lab.behavior_suite.tracks import Tracks, Yes
@@ -98,11 +98,13 @@ SONAR = Sonar(
     range=2.0,
     noise=0.01,
 )
-LOCATOR = Locator()
+LOCATOR = TargetLocator()
 CAMERA = Camera(range=3.0, noise_x=1.0)
 
 
-def rover(*moves: str, sensor: Sonar | Locator | Camera = LOCATOR, team: str | None = None) -> RobotType:
+def rover(
+    *moves: str, sensor: Sonar | TargetLocator | Camera = LOCATOR, team: str | None = None
+) -> RobotType:
     """A rover with one sensor, and some of the moves."""
     return RobotType(
         radius=RADIUS,

@@ -12,8 +12,8 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import YES, Column
 from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
-from understudy.sim.kit import kit_of
-from understudy.sim.scenario.schema import Region, Robots, Scenario, TargetOf
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.schema import ArenaRegion, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
@@ -33,13 +33,13 @@ SCENARIO = Scenario(
     about="Three rovers that know where the others are.",
     size=(14.0, 14.0),
     limit_s=LIMIT_S,
-    regions={"middle": Region(box=(4.0, 4.0, 10.0, 10.0))},
+    regions={"middle": ArenaRegion(box=(4.0, 4.0, 10.0, 10.0))},
     types={
         name: rover("forward", "backward", "rotate_left", "rotate_right", "wait", team=name)
         for name in ROBOTS
     },
-    robots=tuple(Robots(type=name, within="middle", apart=0.6) for name in ROBOTS),
-    targets={name: TargetOf(team=name, doc="A robot.") for name in ROBOTS},
+    robots=tuple(RobotGroup(type=name, within="middle", apart=0.6) for name in ROBOTS),
+    targets={name: TargetSpec(team=name, doc="A robot.") for name in ROBOTS},
 )
 
 GOES_M, THERE_M = 0.15, 0.12
@@ -153,7 +153,7 @@ LINE_UP = Topic(
 
 def practice(name: str, seed: int) -> World:
     """Two robots wait two meters apart; the third is anywhere."""
-    waiting = (Robots(type="bee", at=((6.0, 7.0, 0.0),)), Robots(type="cat", at=((8.0, 7.0, 0.0),)))
+    waiting = (RobotGroup(type="bee", at=((6.0, 7.0, 0.0),)), RobotGroup(type="cat", at=((8.0, 7.0, 0.0),)))
     return World(replace(SCENARIO, robots=(SCENARIO.robots[0], *waiting)), [seed])
 
 
@@ -219,7 +219,7 @@ FEAT = Feat(
     does="three robots line up in an equilateral triangle",
     measured="sides within 0.4 m of 2 m and angles within 12 degrees of 60, for 5 s, in 90 s",
     bounded="the side farthest off, its ends going straight, and 5 s",
-    kit=kit_of(SCENARIO),
+    kit=make_scenario_kit(SCENARIO),
     topics=(FACE, SETTLE, LINE_UP),
     options={
         "face": LearnerOptions(watched=True, reaction_s=0.2),

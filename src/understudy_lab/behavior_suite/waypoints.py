@@ -11,8 +11,8 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import YES, Column
 from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
-from understudy.sim.kit import kit_of
-from understudy.sim.scenario.schema import Objects, Robots, Scenario, TargetOf
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.schema import ObjectClass, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
@@ -31,10 +31,10 @@ SCENARIO = Scenario(
     about="A rover, and four posts to patrol in turn.",
     size=(10.0, 10.0),
     limit_s=LIMIT_S,
-    objects=(Objects(name="post", count=POSTS, apart=1.0),),
+    objects=(ObjectClass(name="post", count=POSTS, apart=1.0),),
     types={"rover": rover("forward", "rotate_left", "rotate_right")},
-    robots=(Robots(type="rover", apart=1.0),),
-    targets={name: TargetOf(object="post", index=k, doc="A post.") for k, name in enumerate(NAMES)},
+    robots=(RobotGroup(type="rover", apart=1.0),),
+    targets={name: TargetSpec(object="post", index=k, doc="A post.") for k, name in enumerate(NAMES)},
 )
 
 
@@ -150,7 +150,7 @@ FEAT = Feat(
     does="patrols four waypoints in turn",
     measured="two laps in 180 s, every post passed within 0.5 m",
     bounded="straight lines from post to post",
-    kit=kit_of(SCENARIO),
+    kit=make_scenario_kit(SCENARIO),
     topics=(GOTO, PATROL),
     options={"goto": LearnerOptions(watched=True, reaction_s=0.2), "patrol": LearnerOptions(watched=True)},
     practice=lambda practice, seed: World(SCENARIO, [seed]),

@@ -17,13 +17,13 @@ from understudy.analysis.lesson_replay import replayed
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.uncertainty import UncertaintyModel
 from understudy.errors import UnderstudyError
-from understudy.learning.change_attribution import moved
-from understudy.learning.correction_diagnosis import judge
+from understudy.learning.change_attribution import attribute_condition_changes
+from understudy.learning.correction_diagnosis import diagnose_correction
 from understudy.learning.explain import explain
-from understudy.learning.fit import learn, learned
-from understudy.learning.mislabels import slips
-from understudy.learning.pruning_suggestions import suggestion
-from understudy.learning.tree_growth import grow, prepare
+from understudy.learning.fit import learn, learn_automaton
+from understudy.learning.mislabels import find_mislabels
+from understudy.learning.pruning_suggestions import suggest_pruning
+from understudy.learning.tree_growth import compile_tree_kernels, grow_tree
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.diff import diff_automata
 from understudy.model.features import BoundFeature, Feature
@@ -57,7 +57,7 @@ def run() -> dict[str, Any]:
             "install it with: pip install 'understudy[bench]'"
         ) from None
     began = perf_counter()
-    prepare()
+    compile_tree_kernels()
     first_call_ms = (perf_counter() - began) * 1e3
     sizes = []
     for count, repeats in SIZES.items():
@@ -143,7 +143,7 @@ def lesson_of(data: Data, kind: Kind = NUMBER) -> Lesson:
 
 def _ours(data: Data, kinds: Sequence[Kind]) -> Any:
     values, outcomes = data
-    return grow(values, outcomes, np.ones(len(outcomes), np.int64), kinds, states=STATES, current=0)
+    return grow_tree(values, outcomes, np.ones(len(outcomes), np.int64), kinds, states=STATES, current=0)
 
 
 def _theirs(peer: Any, criterion: str, data: Data) -> Any:
@@ -205,17 +205,17 @@ def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
     correction = replace(lesson.examples[-1], correction=True)
     corrected = replace(lesson, examples=(*lesson.examples[:-1], correction))
     doubts = UncertaintyModel(lesson, transitions)
-    now, former = TrainedAutomaton(learned(lesson), lesson), _former(lesson)
+    now, former = TrainedAutomaton(learn_automaton(lesson), lesson), _former(lesson)
     return {
-        "who is to blame": lambda: judge(corrected, correction),
-        "slips": lambda: slips(lesson),
+        "who is to blame": lambda: diagnose_correction(corrected, correction),
+        "slips": lambda: find_mislabels(lesson),
         "how late presses come": lambda: estimate_reaction_time(lesson),
         "advice": lambda: give_advice(lesson, transitions),
         "doubts": lambda: UncertaintyModel(lesson, transitions),
         "one doubt": lambda: doubts.doubt(first.state, first.values),
         "why": lambda: explain(lesson, first.state, first.values, transitions[first.state]),
-        "what changed": lambda: (diff_automata(former, now), moved(former, now)),
-        "fewer questions": lambda: suggestion(lesson),
+        "what changed": lambda: (diff_automata(former, now), attribute_condition_changes(former, now)),
+        "fewer questions": lambda: suggest_pruning(lesson),
         "moments replayed": lambda: replayed(now, former),
     }
 
@@ -225,7 +225,7 @@ def _former(lesson: Lesson) -> TrainedAutomaton:
     shown = lesson.examples[:-10]
     before = tuple(replace(each, next=each.state) if each.number % 20 == 0 else each for each in shown)
     former = replace(lesson, examples=before)
-    return TrainedAutomaton(learned(former), former)
+    return TrainedAutomaton(learn_automaton(former), former)
 
 
 def run_looks(*, rounds: int = ROUNDS) -> dict[str, Any]:

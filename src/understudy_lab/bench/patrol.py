@@ -21,10 +21,10 @@ from understudy.model.tree_builder import (
     split_on_flag,
     split_on_presence,
 )
-from understudy.sim.kit import kit_of
+from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.libraries import Libraries, libraries_of, team_of
+from understudy.sim.team.libraries import Libraries, collect_libraries, make_team
 from understudy_lab.bench.harness import Case, Goal, Row, measure, result, speed
 from understudy_lab.bench.understudy_case import Ours
 
@@ -41,7 +41,7 @@ def scenario() -> Scenario:
 
 def library() -> Library:
     """`patrol`, and what it runs: `wander` by sonar, `servo` toward a color by camera."""
-    kit = kit_of(scenario())
+    kit = make_scenario_kit(scenario())
     blob_x, blob_size = kit.features["blob_x"], kit.features["blob_size"]
     sonars = {name: BoundFeature(kit.features[f"sonar_{name}"]) for name in SECTORS}
     readings = {
@@ -95,7 +95,7 @@ def _patrol(readings: Mapping[str, BoundFeature]) -> Automaton:
 
 def lead() -> Automaton:
     """Out; where somebody sees an intruder, all at it; where somebody is there, all home; where all are, out again."""
-    features = libraries_of(scenario(), library())["patrol"].kit.features
+    features = collect_libraries(scenario(), library())["patrol"].kit.features
     readings = {
         "sees": BoundFeature(features["someone_sees"], Binding(A="intruder")),
         "someone_there": BoundFeature(features["someone_done"]),
@@ -117,7 +117,7 @@ def lead() -> Automaton:
 
 def known() -> Libraries:
     """What robots and coordinator know."""
-    return libraries_of(scenario(), library(), lambda name, kit: Library.of(kit, lead()))
+    return collect_libraries(scenario(), library(), lambda name, kit: Library.of(kit, lead()))
 
 
 class Led:
@@ -130,7 +130,7 @@ class Led:
 
     def reset(self) -> None:
         """Back to the start."""
-        self.team = team_of(scenario(), [0], known(), {"patrol": ("lead", {})})
+        self.team = make_team(scenario(), [0], known(), {"patrol": ("lead", {})})
 
     def run(self, ticks: int) -> None:
         """Run for so many ticks."""

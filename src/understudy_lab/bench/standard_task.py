@@ -31,15 +31,15 @@ from understudy.model.tree_builder import (
     split_within,
 )
 from understudy.sim.scenario.schema import (
-    Locator,
-    Objects,
+    ObjectClass,
     Obstacle,
-    Robots,
+    RobotGroup,
     RobotType,
     Scenario,
     Sensor,
     Sonar,
-    TargetOf,
+    TargetLocator,
+    TargetSpec,
 )
 
 Column = NDArray[np.float64]
@@ -81,14 +81,17 @@ def make_full_scenario(robots: int) -> Scenario:
 def crowding(robots: int) -> Scenario:
     """The full task's world with all its beacons in one place, the middle."""
     middle = (side(robots) / 2, side(robots) / 2)
-    beacons = Objects(name="beacon", at=(middle,) * BEACONS)
+    beacons = ObjectClass(name="beacon", at=(middle,) * BEACONS)
     return _scenario("crowding", robots, sensors=(*_LOCATORS, _SONAR), obstacles=_OBSTACLES, beacons=beacons)
 
 
-_LOCATORS: tuple[Sensor, ...] = (Locator(targets=("beacon",)), Locator(targets=("robot",), range=SIGHT))
+_LOCATORS: tuple[Sensor, ...] = (
+    TargetLocator(targets=("beacon",)),
+    TargetLocator(targets=("robot",), range=SIGHT),
+)
 _SONAR = Sonar(sectors=SECTORS, range=SONAR_RANGE, sees=("walls", "obstacles"))
 _OBSTACLES = (Obstacle(count=OBSTACLES, radius=OBSTACLE_RADIUS),)
-_BEACONS = Objects(name="beacon", count=BEACONS)
+_BEACONS = ObjectClass(name="beacon", count=BEACONS)
 
 
 def _scenario(
@@ -97,7 +100,7 @@ def _scenario(
     *,
     sensors: tuple[Sensor, ...],
     obstacles: tuple[Obstacle, ...] = (),
-    beacons: Objects = _BEACONS,
+    beacons: ObjectClass = _BEACONS,
 ) -> Scenario:
     robot = RobotType(
         radius=RADIUS,
@@ -114,8 +117,8 @@ def _scenario(
         obstacles=obstacles,
         objects=(beacons,),
         types={"robot": robot},
-        robots=(Robots(type="robot", count=robots),),
-        targets={"beacon": TargetOf(nearest="beacon"), "robot": TargetOf(robot="any")},
+        robots=(RobotGroup(type="robot", count=robots),),
+        targets={"beacon": TargetSpec(nearest="beacon"), "robot": TargetSpec(robot="any")},
         spare_objects=0,
     )
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from understudy.sim.team.libraries import team_of
+from understudy.sim.team.libraries import make_team
 from understudy_lab.bench import standard_task
 from understudy_lab.bench.handwritten_baseline import Prototype
 from understudy_lab.bench.harness import Case, Goal, Row, measure, result, seconds, speed
@@ -273,7 +273,7 @@ class Swarm:
 
     def reset(self) -> None:
         """Back to where all are at work, past the ten seconds in which they spread out."""
-        self.team = team_of(self._world, [0], hand_coded(), {SWARM: ("swarm_work", {})})
+        self.team = make_team(self._world, [0], hand_coded(), {SWARM: ("swarm_work", {})})
         self.team.run(AT_WORK)
 
     def run(self, ticks: int) -> None:

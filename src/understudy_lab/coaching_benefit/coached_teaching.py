@@ -19,7 +19,7 @@ from understudy.coaching.pose_sampling import sample_posed_situations
 from understudy.coaching.queries import QueryPolicy, UncertaintyQueries
 from understudy.coaching.situation_setup import set_up_situation
 from understudy.learning.fit import learn
-from understudy.learning.mislabels import slips
+from understudy.learning.mislabels import find_mislabels
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import Exercise, drawn
@@ -147,7 +147,9 @@ def _situations(exercise: Exercise, session: Session) -> NDArray[np.float64]:
 def _mend(novice: Novice, course: Course) -> None:
     """Say of presses that look like slips whether they were meant, or what was, the oddest first."""
     session = course.session
-    while novice.seconds < novice.habits.given_s and (odd := slips(session.lesson, meant=course.meant)):
+    while novice.seconds < novice.habits.given_s and (
+        odd := find_mislabels(session.lesson, meant=course.meant)
+    ):
         example = odd[0].example
         wished = novice.wish(seen_at(example, session.automaton)) or example.state
         course.meant[example.number] = odd[0].doubt

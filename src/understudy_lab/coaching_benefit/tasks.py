@@ -14,9 +14,9 @@ from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
-from understudy.sim.forage import Forage, practices
-from understudy.sim.forage import kit as forage_kit
-from understudy.sim.target_lookup import place_of
+from understudy.sim.forage import FORAGE_KIT as forage_kit
+from understudy.sim.forage import Forage, make_practice_worlds
+from understudy.sim.target_lookup import find_target_place
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy_lab.coaching_benefit.goto_novice import Going
@@ -79,7 +79,7 @@ FARTHEST_M, TRIES = 4.0, 50
 def _by_the_station(novice: Novice, session: Session, situation: str) -> None:
     session.reset(drawn(novice))
     body = session.body
-    station = place_of(body, "station", session.agent) if isinstance(body, World) else None
+    station = find_target_place(body, "station", session.agent) if isinstance(body, World) else None
     if not isinstance(body, World) or station is None:
         return
     for _ in range(TRIES):
@@ -95,7 +95,7 @@ def _by_the_station(novice: Novice, session: Session, situation: str) -> None:
 
 
 def _went(taught: TrainedAutomaton, seed: int) -> tuple[float, bool]:
-    body = Forage(range(PLACES * seed, PLACES * (seed + 1)), practices()["an arena"])
+    body = Forage(range(PLACES * seed, PLACES * (seed + 1)), make_practice_worlds()["an arena"])
     engine = Engine.of(body, link(Library(forage_kit).with_taught(taught), "goto", {"A": "station"}))
     engine.run(round(LIMIT_S / body.tick_s))
     distance = body.sense([("range", "station")])["range", "station"]
@@ -116,7 +116,7 @@ EXERCISES: Mapping[str, Exercise] = MappingProxyType(
         "goto": Exercise(
             forage_kit,
             Going,
-            lambda seed: Forage([seed], practices()["an arena"]),
+            lambda seed: Forage([seed], make_practice_worlds()["an arena"]),
             lambda: replace(GOTO.choose(Library(forage_kit)), options=LearnerOptions(reaction_s=REACTION_S)),
             _by_the_station,
             _went,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from understudy.sim.view import Frame
+    from understudy.sim.view import RunFrame
     from understudy_lab.patrol.teach import Taught
     from understudy_lab.patrol.tracks import Tracks
 
@@ -63,13 +63,13 @@ def _film(taught: Taught, folder: Path, world: int) -> Path:
     return film
 
 
-def _frames(team: Any) -> list[Frame]:
-    from understudy.sim.view import Frame
+def _frames(team: Any) -> list[RunFrame]:
+    from understudy.sim.view import RunFrame
 
     frames = []
     while team.ground.time_s < FILM_S:
         team.tick()
-        frames.append(Frame(team.ground.view(), [(*path, "")[0] for path in team.paths]))
+        frames.append(RunFrame(team.ground.view(), [(*path, "")[0] for path in team.paths]))
     return frames
 
 

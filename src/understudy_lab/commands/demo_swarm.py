@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from understudy.runtime.team.team import Team
     from understudy.sim.team.libraries import Libraries
-    from understudy.sim.view import Frame
+    from understudy.sim.view import RunFrame
 
 WORLDS, TICKS = 2, 6_000
 """How many worlds they are put to, and for how many ticks of 0.1 s."""
@@ -117,11 +117,11 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
     return round((team.ground.time_s - begun) / taken, 1), picture
 
 
-def _frame(team: Team) -> Frame:
-    from understudy.sim.view import Frame
+def _frame(team: Team) -> RunFrame:
+    from understudy.sim.view import RunFrame
     from understudy_lab.swarm.evaluate import world_of
 
-    return Frame(world_of(team).view(), [(*path, "")[0] for path in team.paths])
+    return RunFrame(world_of(team).view(), [(*path, "")[0] for path in team.paths])
 
 
 def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:

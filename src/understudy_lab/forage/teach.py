@@ -11,8 +11,8 @@ from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
-from understudy.sim.forage import NAME, Forage, corner_cases, kit, practices
-from understudy.sim.view import Frame
+from understudy.sim.forage import FORAGE_KIT, NAME, Forage, make_corner_cases, make_practice_worlds
+from understudy.sim.view import RunFrame
 from understudy_lab.tasks.forage_teacher import PLAIN, TOPICS, WATCHED
 from understudy_lab.teachers.teacher import Progress as TeachingProgress
 from understudy_lab.teachers.teacher import Teacher, Teaching
@@ -41,15 +41,17 @@ def worlds_of(seed: int) -> range:
 
 def make_practice(name: str, seed: int) -> Forage:
     """A world to practice in, by name."""
-    return Forage([seed], practices()[name])
+    return Forage([seed], make_practice_worlds()[name])
 
 
 def teach(seed: int, *, method: str = "watched", progress: TeachingProgress | None = None) -> Teaching:
     """Teach GoTo, Harvest, Deposit and Forage. Same seed, same library."""
     options = METHODS[method]
     if progress is None:
-        return Teacher(Library(kit), make_practice, seed, options=options).teach(*TOPICS)
-    return Teacher(Library(kit), make_practice, seed, options=options, progress=progress).teach(*TOPICS)
+        return Teacher(Library(FORAGE_KIT), make_practice, seed, options=options).teach(*TOPICS)
+    return Teacher(Library(FORAGE_KIT), make_practice, seed, options=options, progress=progress).teach(
+        *TOPICS
+    )
 
 
 def judge(library: Library, seed: int, *, progress: Progress | None = None) -> Evaluation:
@@ -62,7 +64,7 @@ def judge_corners(library: Library, seed: int) -> dict[str, float]:
     seeds = worlds_of(seed)[:CORNER_WORLDS]
     return {
         name: evaluate(library, "forage", settings.scenario(), seeds).success
-        for name, settings in corner_cases().items()
+        for name, settings in make_corner_cases().items()
     }
 
 
@@ -72,13 +74,13 @@ def teach_and_judge(seed: int, *, method: str = "watched") -> Judged:
     return Judged(seed, teaching, judge(teaching.library, seed), judge_corners(teaching.library, seed))
 
 
-def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[Frame]:
+def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[RunFrame]:
     """One run of a library's Forage in one world, moment by moment, until all food is home."""
     body = Forage([seed])
     engine = Engine.of(body, link(library, "forage"))
     frames = []
     while True:
-        frames.append(Frame(body.view(), (*engine.path(0)[:1], "")[:1]))
+        frames.append(RunFrame(body.view(), (*engine.path(0)[:1], "")[:1]))
         if body.success()[0] or body.time_s >= limit_s:
             return frames
         engine.tick()

@@ -16,7 +16,7 @@ from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.runtime.program import link
-from understudy.sim.forage import Forage, ForageSettings, kit
+from understudy.sim.forage import FORAGE_KIT, Forage, ForageSettings
 from understudy.training.session import Session
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.hierarchy.forage_variants import LAYERS, OPTIONS
@@ -111,7 +111,9 @@ def taught(way: str, seed: int) -> dict[str, Any]:
 
 
 def _forager(way: str, seed: int) -> dict[str, Any]:
-    return _looked_at("forage", foraging_success, Library(kit), make_practice, seed, LAYERS[way], OPTIONS)
+    return _looked_at(
+        "forage", foraging_success, Library(FORAGE_KIT), make_practice, seed, LAYERS[way], OPTIONS
+    )
 
 
 def _servo(way: str, seed: int) -> dict[str, Any]:

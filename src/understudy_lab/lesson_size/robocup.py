@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from understudy.errors import FileError
-from understudy.learning.tree_growth import grow
+from understudy.learning.tree_growth import grow_tree
 from understudy.model.kinds import Categorical, Continuous, Kind
 from understudy_lab.statistics import spread
 
@@ -102,7 +102,7 @@ def _nodes(state: StateOf, lesson: Automaton) -> int:
         Continuous() if attribute.kind == "continuous" else Categorical(tuple(attribute.values or ()))
         for attribute in state.attributes
     ]
-    tree = grow(
+    tree = grow_tree(
         np.array([example.x for example in state.examples]).reshape(len(state.examples), len(kinds)),
         np.array([names[example.y] for example in state.examples]),
         np.array([0 if example.default else 1 for example in state.examples]),

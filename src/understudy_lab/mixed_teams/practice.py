@@ -10,12 +10,12 @@ from msgspec.structs import replace
 
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Kit, Library
-from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
-from understudy.sim.kit import kit_of, kits_of
+from understudy.sim.kit import make_scenario_kit, make_type_kits
 from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import Capture, Objects, Robots, Scenario
-from understudy.sim.team.libraries import Libraries, libraries_of, team_of, troop_of
+from understudy.sim.scenario.schema import CaptureRule, ObjectClass, RobotGroup, Scenario
+from understudy.sim.team.libraries import Libraries, collect_libraries, make_coordinator_body, make_team
 from understudy.sim.world import World
 from understudy_lab.tasks import salvage_carrier_teacher, salvage_scout_teacher
 from understudy_lab.tasks.salvage_carrier_teacher import CAPACITY
@@ -38,15 +38,18 @@ def scenario() -> Scenario:
 @cache
 def kits() -> Mapping[str, Kit]:
     """What each type can be taught with."""
-    return kits_of(scenario(), kit_of(scenario()))
+    return make_type_kits(scenario(), make_scenario_kit(scenario()))
 
 
 def _made(
-    *robots: Robots, size: tuple[float, float] = SIZE, harbor: Sequence[tuple[float, ...]] = (), **wreck: Any
+    *robots: RobotGroup,
+    size: tuple[float, float] = SIZE,
+    harbor: Sequence[tuple[float, ...]] = (),
+    **wreck: Any,
 ) -> Scenario:
     """The world in small, with these robots, a harbor somewhere or there, and other wrecks."""
 
-    def changed(thing: Objects) -> Objects:
+    def changed(thing: ObjectClass) -> ObjectClass:
         if thing.name == "wreck":
             return _thing(thing, **{"apart": 0.8, "amount": PLENTY, **wreck})
         return _thing(thing, **({"at": tuple(harbor)} if harbor else {}), within=None, apart=0.8)
@@ -55,7 +58,7 @@ def _made(
     return replace(scenario(), size=size, objects=objects, robots=robots, squads={}, goal=None, regions={})
 
 
-def _thing(thing: Objects, **changes: Any) -> Objects:
+def _thing(thing: ObjectClass, **changes: Any) -> ObjectClass:
     """A class of objects with changes; what has its place needs no number of them."""
     kept = {name: getattr(thing, name) for name in thing.__struct_fields__ if name not in changes}
     if "at" in changes:
@@ -64,19 +67,19 @@ def _thing(thing: Objects, **changes: Any) -> Objects:
         changes.pop("apart", None)
     if "count" in changes:
         kept.pop("at", None)
-    return Objects(**kept, **changes)
+    return ObjectClass(**kept, **changes)
 
 
-def _one(kind: str, *at: tuple[float, float, float], **more: Any) -> Robots:
-    return Robots(type=kind, at=at, **more) if at else Robots(type=kind, count=1, **more)
+def _one(kind: str, *at: tuple[float, float, float], **more: Any) -> RobotGroup:
+    return RobotGroup(type=kind, at=at, **more) if at else RobotGroup(type=kind, count=1, **more)
 
 
 @cache
 def practices() -> Mapping[str, Scenario]:
     """Where robots practice, by name; the robot that is taught is the first."""
-    gone, soon = Capture(range=5.0, after_s=1.5), Capture(range=1.6, after_s=12.0)
+    gone, soon = CaptureRule(range=5.0, after_s=1.5), CaptureRule(range=1.6, after_s=12.0)
     there, beside = ((9.0, 7.0),), (9.4, 7.3, 0.0)
-    carrier, taken = _one(CARRIER), Capture(range=1.6, after_s=1.5)
+    carrier, taken = _one(CARRIER), CaptureRule(range=1.6, after_s=1.5)
     found = {
         "a scout in a yard": _made(_one(SCOUT), size=(5.6, 5.6), harbor=((5.0, 5.0),), at=((2.8, 2.8),)),
         "a scout, a wreck somewhere": _made(_one(SCOUT), count=1),
@@ -131,15 +134,15 @@ def robots_world(practice: str, seed: int) -> World:
 
 def squads_library(robots: Libraries) -> Library:
     """What the coordinator can be taught with, at first."""
-    return libraries_of(scenario(), robots)[SQUAD]
+    return collect_libraries(scenario(), robots)[SQUAD]
 
 
-def troops(robots: Libraries) -> Callable[[str, int], Troop]:
+def troops(robots: Libraries) -> Callable[[str, int], CoordinatorBody]:
     """Makes troops of these robots for their coordinator to be taught on."""
-    known = libraries_of(scenario(), robots)
+    known = collect_libraries(scenario(), robots)
 
-    def make(practice: str, seed: int) -> Troop:
-        return troop_of(squad_practices()[practice], SQUAD, known, seed=seed)
+    def make(practice: str, seed: int) -> CoordinatorBody:
+        return make_coordinator_body(squad_practices()[practice], SQUAD, known, seed=seed)
 
     return make
 
@@ -154,18 +157,18 @@ def only(kind: str) -> Scenario:
 
 def by_themselves(robots: Libraries, seeds: Sequence[int], doing: Mapping[str, str]) -> Team:
     """The mixed team in a world per seed without its coordinator: what each type is doing by itself."""
-    known = libraries_of(scenario(), robots)
-    return team_of(scenario(), seeds, known, {kind: (name, {}) for kind, name in doing.items()})
+    known = collect_libraries(scenario(), robots)
+    return make_team(scenario(), seeds, known, {kind: (name, {}) for kind, name in doing.items()})
 
 
 def all_of(kind: str, robots: Libraries, seeds: Sequence[int], behavior: str) -> Team:
     """A team of one type in a world per seed."""
-    return team_of(only(kind), seeds, libraries_of(only(kind), robots), {kind: (behavior, {})})
+    return make_team(only(kind), seeds, collect_libraries(only(kind), robots), {kind: (behavior, {})})
 
 
 def led(robots: Libraries, coordinator: Library, seeds: Sequence[int], behavior: str = "lead") -> Team:
     """The mixed team in a world per seed, whose coordinator runs a behavior."""
-    return team_of(scenario(), seeds, {**robots, SQUAD: coordinator}, {SQUAD: (behavior, {})})
+    return make_team(scenario(), seeds, {**robots, SQUAD: coordinator}, {SQUAD: (behavior, {})})
 
 
 TOPICS = {SCOUT: salvage_scout_teacher.SCOUTS, CARRIER: salvage_carrier_teacher.CARRIERS}

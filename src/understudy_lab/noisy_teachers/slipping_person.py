@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from understudy.learning.mislabels import Suspect
+from understudy.learning.mislabels import SuspectExample
 from understudy.model.automaton import Automaton
 from understudy.model.lesson import Example
 from understudy.training.session import Session
@@ -24,7 +24,7 @@ class Slipping(Person):
         self.meant: dict[int, float] = {}
         """The examples that they were asked about, with the doubt about each then."""
 
-    def answer(self, suspect: Suspect, automaton: Automaton, wish: Wish) -> str:
+    def answer(self, suspect: SuspectExample, automaton: Automaton, wish: Wish) -> str:
         """What they meant there, asked about an example: the state that it says, or another.
 
         It is right to them if they wish the same in its situation, as the robot was or at the start.

@@ -8,11 +8,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from understudy.learning.mislabels import slips
+from understudy.learning.mislabels import find_mislabels
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.body import Body
-from understudy.sim.forage import Forage, practices
+from understudy.sim.forage import Forage, make_practice_worlds
 from understudy.training.feature_values import list_steady_readings
 from understudy.training.reaction_time import estimate_reaction_time
 from understudy.training.session import Session
@@ -50,7 +50,9 @@ class Task:
 
 TASKS: Mapping[str, Task] = MappingProxyType(
     {
-        "goto": Task(lambda seed: GOTO, lambda practice, world: Forage([world], practices()[practice])),
+        "goto": Task(
+            lambda seed: GOTO, lambda practice, world: Forage([world], make_practice_worlds()[practice])
+        ),
         "servoing": Task(
             lambda seed: topics(search_side(seed))["four states"], lambda practice, world: Soccer([world])
         ),
@@ -117,7 +119,7 @@ def _late(draws: np.random.Generator) -> Reaction:
 
 def _ask(session: Session, person: Slipping, topic: Topic) -> None:
     """Ask about what looks like a slip, the oddest first: what was meant is noted, or that it is right."""
-    while odd := slips(session.lesson, meant=person.meant, most=1):
+    while odd := find_mislabels(session.lesson, meant=person.meant, most=1):
         example = odd[0].example
         said = person.answer(odd[0], session.automaton, topic.show)
         if said != example.next:

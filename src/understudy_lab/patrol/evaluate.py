@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from understudy.model.library import Library
-from understudy.sim.scenario.squad_schema import Radio
+from understudy.sim.scenario.squad_schema import CommsSpec
 from understudy_lab.patrol.metrics import (
     attackers,
     captures,
@@ -54,7 +54,7 @@ def flattened(robots: Library, coordinators: Library, behavior: str) -> tuple[in
 WORLDS, TICKS = 100, 6000
 """Worlds each teaching is judged on, and ticks of 0.1 s: ten minutes."""
 PATROL, DEFER = "collective_patrol", "collective_patrol_and_defer"
-BAD_RADIO = Radio(delay_s=0.2, loss=0.1)
+BAD_RADIO = CommsSpec(delay_s=0.2, loss=0.1)
 FAILS_TICK = (600, 2400)
 """When a robot of each world fails, at random; what they do after that counts."""
 ON_TIME_S = 0.3

@@ -12,8 +12,8 @@ from dataclasses import replace
 from typing import Any
 
 from understudy.model.library import Library
-from understudy.sim.kit import kit_of
-from understudy.sim.team.libraries import libraries_of, team_of
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.team.libraries import collect_libraries, make_team
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
 from understudy_lab.patrol.evaluate import TICKS, rounds
@@ -100,15 +100,15 @@ UNDIVIDED = Topic(
 def teach_undivided(seed: int) -> Teaching:
     """One lesson, corrected until it comes right or the time is up."""
     patience = Patience(corrections=100_000, lessons=1, seconds=SECONDS)
-    return Teacher(Library(kit_of(scenario())), robots_world, seed, options={}, patience=patience).teach(
-        UNDIVIDED
-    )
+    return Teacher(
+        Library(make_scenario_kit(scenario())), robots_world, seed, options={}, patience=patience
+    ).teach(UNDIVIDED)
 
 
 def lone(robots: Library, seeds: Sequence[int]) -> dict[str, Any]:
     """How one robot patrols by itself, in a world per seed."""
     world = practices()[PRACTICE]
-    team = team_of(world, seeds, libraries_of(world, robots), {ROBOT: ("patrol", {})})
+    team = make_team(world, seeds, collect_libraries(world, robots), {ROBOT: ("patrol", {})})
     tracks = watch(team, TICKS)
     return rounds(tracks) | {
         "worlds_with_a_cycle": len({each.world for each in cycles(tracks) if each.complete})

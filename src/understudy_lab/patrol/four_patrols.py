@@ -10,12 +10,12 @@ import numpy as np
 from msgspec.structs import replace
 
 from understudy.model.library import Kit, Library
-from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
-from understudy.sim.kit import kit_of
+from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.libraries import Libraries, libraries_of, team_of, troop_of
+from understudy.sim.team.libraries import Libraries, collect_libraries, make_coordinator_body, make_team
 from understudy_lab.lesson_stats import lessons_of
 from understudy_lab.patrol.evaluate import TICKS, rounds, worlds_of
 from understudy_lab.patrol.metrics import cycles
@@ -61,12 +61,12 @@ def known(robots: Library, patrols: Library, top: Library | None = None) -> Libr
         taught = patrols if name == SQUAD else top
         return Library(kit, {} if taught is None else taught.taught)
 
-    return libraries_of(scenario(), Library(kit_of(scenario()), robots.taught), squads)
+    return collect_libraries(scenario(), Library(make_scenario_kit(scenario()), robots.taught), squads)
 
 
-def troops(libraries: Libraries) -> Callable[[str, int], Troop]:
+def troops(libraries: Libraries) -> Callable[[str, int], CoordinatorBody]:
     """Makes the whole team for the coordinator of coordinators to be taught on."""
-    return lambda practice, seed: troop_of(quiet(), TOP, libraries, seed=seed)
+    return lambda practice, seed: make_coordinator_body(quiet(), TOP, libraries, seed=seed)
 
 
 def teach_all(seed: int, *, progress: Progress = lambda name, what, account: None) -> Taught:
@@ -80,7 +80,7 @@ def teach_all(seed: int, *, progress: Progress = lambda name, what, account: Non
 def guarding(taught: Taught, seeds: Sequence[int]) -> Team:
     """The team of a teaching in a world per seed."""
     libraries = known(taught.robots.library, taught.patrols.library, taught.garrison.library)
-    return team_of(scenario(), seeds, libraries, {TOP: (BEHAVIOR, {})})
+    return make_team(scenario(), seeds, libraries, {TOP: (BEHAVIOR, {})})
 
 
 WORLDS = 50

@@ -8,18 +8,24 @@ from functools import cache
 from msgspec.structs import replace
 
 from understudy.model.library import Library
-from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import Capture, Objects, Presence, Robots, Scenario
-from understudy.sim.scenario.squad_schema import Radio
-from understudy.sim.team.libraries import libraries_of, team_of, troop_of
+from understudy.sim.scenario.schema import (
+    AppearanceSchedule,
+    CaptureRule,
+    ObjectClass,
+    RobotGroup,
+    Scenario,
+)
+from understudy.sim.scenario.squad_schema import CommsSpec
+from understudy.sim.team.libraries import collect_libraries, make_coordinator_body, make_team
 from understudy.sim.world import World
 
 ROBOT, SQUAD, ROBOTS = "pioneer", "patrol", 4
 
-PERFECT = Radio()
-NEVER = Presence(away_s=(1e5, 1e5))
+PERFECT = CommsSpec()
+NEVER = AppearanceSchedule(away_s=(1e5, 1e5))
 
 
 @cache
@@ -28,7 +34,9 @@ def scenario() -> Scenario:
     return load_scenario("patrol")
 
 
-def _with(objects: Mapping[str, Callable[[Objects], Objects]], robots: Robots | None = None) -> Scenario:
+def _with(
+    objects: Mapping[str, Callable[[ObjectClass], ObjectClass]], robots: RobotGroup | None = None
+) -> Scenario:
     made = scenario()
     return replace(
         made,
@@ -37,45 +45,45 @@ def _with(objects: Mapping[str, Callable[[Objects], Objects]], robots: Robots | 
     )
 
 
-def _same(thing: Objects) -> Objects:
+def _same(thing: ObjectClass) -> ObjectClass:
     return thing
 
 
-def _never(thing: Objects) -> Objects:
+def _never(thing: ObjectClass) -> ObjectClass:
     return replace(thing, presence=NEVER)
 
 
-def _always(thing: Objects) -> Objects:
+def _always(thing: ObjectClass) -> ObjectClass:
     return replace(thing, presence=None, capture=None)
 
 
-def _gone_after(seconds: float) -> Callable[[Objects], Objects]:
+def _gone_after(seconds: float) -> Callable[[ObjectClass], ObjectClass]:
     """As if a robot had captured it as soon as there was one."""
-    return lambda thing: replace(thing, presence=None, capture=Capture(range=20.0, after_s=seconds))
+    return lambda thing: replace(thing, presence=None, capture=CaptureRule(range=20.0, after_s=seconds))
 
 
-def _for(first_s: tuple[float, float], stays_s: tuple[float, float]) -> Callable[[Objects], Objects]:
+def _for(first_s: tuple[float, float], stays_s: tuple[float, float]) -> Callable[[ObjectClass], ObjectClass]:
     return lambda thing: replace(
-        thing, presence=Presence(away_s=(1e5, 1e5), first_s=first_s, stays_s=stays_s), capture=None
+        thing, presence=AppearanceSchedule(away_s=(1e5, 1e5), first_s=first_s, stays_s=stays_s), capture=None
     )
 
 
-def _at(x: float, y: float) -> Callable[[Objects], Objects]:
+def _at(x: float, y: float) -> Callable[[ObjectClass], ObjectClass]:
     return lambda thing: replace(thing, presence=None, capture=None, at=((x, y),))
 
 
-ONE = Robots(type=ROBOT, count=1, apart=0.2)
+ONE = RobotGroup(type=ROBOT, count=1, apart=0.2)
 
 
-def _one_at(x: float, y: float, heading_deg: float) -> Robots:
-    return Robots(type=ROBOT, at=((x, y, heading_deg),))
+def _one_at(x: float, y: float, heading_deg: float) -> RobotGroup:
+    return RobotGroup(type=ROBOT, at=((x, y, heading_deg),))
 
 
 @cache
 def practices() -> Mapping[str, Scenario]:
     """Where robots practice, by name."""
     alone = {"intruder": _never, "boss": _never}
-    in_the_way = Robots(type=ROBOT, at=((1.5, 5.0, 0.0), (2.9, 4.7, 0.0), (2.9, 5.3, 0.0)))
+    in_the_way = RobotGroup(type=ROBOT, at=((1.5, 5.0, 0.0), (2.9, 4.7, 0.0), (2.9, 5.3, 0.0)))
     at_a_wall = _one_at(1.2, 5.0, 0.0)
     at_the_wall = _one_at(0.5, 5.0, 0.0)
     return {
@@ -118,27 +126,27 @@ def robots_world(practice: str, seed: int) -> World:
 
 def squads_library(robots: Library) -> Library:
     """What the coordinator can be taught with, at first."""
-    return libraries_of(scenario(), robots)[SQUAD]
+    return collect_libraries(scenario(), robots)[SQUAD]
 
 
-def troops(robots: Library) -> Callable[[str, int], Troop]:
+def troops(robots: Library) -> Callable[[str, int], CoordinatorBody]:
     """Makes troops of these robots for their coordinator to be taught on."""
-    known = libraries_of(scenario(), robots)
+    known = collect_libraries(scenario(), robots)
 
-    def make(practice: str, seed: int) -> Troop:
-        return troop_of(squad_practices()[practice], SQUAD, known, seed=seed)
+    def make(practice: str, seed: int) -> CoordinatorBody:
+        return make_coordinator_body(squad_practices()[practice], SQUAD, known, seed=seed)
 
     return make
 
 
 def alone(robots: Library, seeds: Sequence[int], behavior: str = "patrol") -> Team:
     """The team without coordinator, in a world per seed."""
-    return team_of(scenario(), seeds, libraries_of(scenario(), robots), {ROBOT: (behavior, {})})
+    return make_team(scenario(), seeds, collect_libraries(scenario(), robots), {ROBOT: (behavior, {})})
 
 
 def coordinated(
-    robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str, radio: Radio = PERFECT
+    robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str, radio: CommsSpec = PERFECT
 ) -> Team:
     """The team whose coordinator runs a behavior, in a world per seed."""
     known = {ROBOT: robots, SQUAD: coordinators}
-    return team_of(replace(scenario(), radio=radio), seeds, known, {SQUAD: (behavior, {})})
+    return make_team(replace(scenario(), radio=radio), seeds, known, {SQUAD: (behavior, {})})

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from understudy.model.library import Library
-from understudy.sim.kit import kit_of
+from understudy.sim.kit import make_scenario_kit
 from understudy.training.lesson_design import new_lesson
 from understudy_lab.patrol.practice import robots_world, scenario, squads_library, troops
 from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher, patrol_wander_teacher
@@ -29,7 +29,7 @@ def teach(
     progress: Progress = lambda name, what, account: None,
 ) -> Taught:
     """Teach everything from nothing; the same seed, the same lessons."""
-    kit = kit_of(scenario())
+    kit = make_scenario_kit(scenario())
     robots = Teacher(Library(kit), robots_world, seed, options={}, progress=progress).teach(*topics)
     library = robots.library
     teacher = Teacher(squads_library(library), troops(library), seed, options={}, progress=progress)

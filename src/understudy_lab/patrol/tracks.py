@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from understudy.errors import SettingError
 from understudy.model.squad import Assignment
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.team.squad_body import Squads
+from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team
 from understudy.sim.world import World
 
@@ -34,7 +34,7 @@ ALONE: Mapping[str, int] = MappingProxyType(
 )
 """What a robot does by itself, by how the name of its state begins."""
 
-Reach: TypeAlias = tuple[Squads, NDArray[np.intp], NDArray[np.intp]]
+Reach: TypeAlias = tuple[SquadBody, NDArray[np.intp], NDArray[np.intp]]
 """Squads, and whom their orders reach in the end: pairs of one of their members and a robot [K each]."""
 
 
@@ -79,7 +79,7 @@ def _reaches(team: Team) -> Iterator[Reach]:
     robots = {id(team.layers[0]): [np.array([robot]) for robot in range(team.ground.agents)]}
     for layer in team.layers[1:]:
         squads = layer.body
-        if isinstance(squads, Squads):
+        if isinstance(squads, SquadBody):
             roster = squads.roster
             of = [
                 robots[id(squads.bands[band].layer)][row]

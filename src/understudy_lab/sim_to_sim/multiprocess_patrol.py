@@ -26,8 +26,8 @@ from understudy.robots.ros.dds import DDS
 from understudy.robots.ros.messages import decode
 from understudy.robots.twin import Twin
 from understudy.runtime.team.team import Team
-from understudy.sim.team.assignment import deal
-from understudy.sim.team.libraries import engined
+from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import make_engine_runner
 from understudy.sim_mujoco.processes import OBJECTS, POSES
 from understudy.sim_mujoco.shapes import AWAY_M
 from understudy_lab.patrol import practice
@@ -84,10 +84,10 @@ def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int, simulatio
     twin = Twin(fleet)
     team = Team(
         twin,
-        deal(twin.scenario),
+        assign_team_members(twin.scenario),
         known,
         {practice.SQUAD: ("collective_patrol", {})},
-        makes=engined,
+        makes=make_engine_runner,
         seeds=(0,),
     )
     told, objects = Told(team, 1, ["home"]), Objects(domain)

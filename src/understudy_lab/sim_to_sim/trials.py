@@ -13,10 +13,10 @@ from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.runtime.team.team import Team
-from understudy.sim.forage import Forage, kit
-from understudy.sim.scenario.schema import Scenario, Since
-from understudy.sim.team.assignment import deal
-from understudy.sim.team.libraries import Libraries, engined
+from understudy.sim.forage import FORAGE_KIT, Forage
+from understudy.sim.scenario.schema import ElapsedSensor, Scenario
+from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import Libraries, make_engine_runner
 from understudy.sim.world import World
 from understudy.sim_mujoco.body import Physics
 from understudy_lab.forage.teach import make_practice
@@ -41,7 +41,7 @@ GOTO_S, THERE_M = 60.0, 0.55
 
 def teach_goto(seed: int) -> Teaching:
     """Teach GoTo alone, as `forage` does."""
-    return Teacher(Library(kit), make_practice, seed, options=forage_teacher.WATCHED).teach(
+    return Teacher(Library(FORAGE_KIT), make_practice, seed, options=forage_teacher.WATCHED).teach(
         forage_teacher.GOTO
     )
 
@@ -146,7 +146,7 @@ def quiet() -> Scenario:
     """The patrol's world without intruder and boss; nobody looks, nor has to note what there was to see."""
     scenario = practice.practices()["among others"]
     kind = scenario.types[practice.ROBOT]
-    deaf = tuple(each for each in kind.sensors if not isinstance(each, Since))
+    deaf = tuple(each for each in kind.sensors if not isinstance(each, ElapsedSensor))
     return replace(scenario, types={practice.ROBOT: replace(kind, sensors=deaf)})
 
 
@@ -162,8 +162,8 @@ def patrol_cycles(taught: teach.Taught, ground: World | Physics) -> dict[str, An
     """Cycles - capture, all home, all off again - and how many of them were complete; captures."""
     known: Libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     team = Team(
-        ground, deal(practice.scenario()), known, {practice.SQUAD: ("collective_patrol", {})},
-        worlds=ground.worlds, makes=engined, seeds=ground.seeds,
+        ground, assign_team_members(practice.scenario()), known, {practice.SQUAD: ("collective_patrol", {})},
+        worlds=ground.worlds, makes=make_engine_runner, seeds=ground.seeds,
     )  # fmt: skip
     tracks = watch(team, PATROL_TICKS)
     found = list(cycles(tracks))

@@ -11,11 +11,11 @@ from msgspec.structs import replace
 
 from understudy.model.library import Library
 from understudy.runtime.body import Commands
-from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
-from understudy.sim.kit import kit_of
-from understudy.sim.scenario.schema import Objects, Pull, Robots, Scenario
-from understudy.sim.team.libraries import Libraries, libraries_of, team_of, troop_of
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.schema import ObjectClass, PullRule, RobotGroup, Scenario
+from understudy.sim.team.libraries import Libraries, collect_libraries, make_coordinator_body, make_team
 from understudy.sim.world import World
 from understudy_lab.tasks import swarm_squad_teacher, swarm_teacher
 from understudy_lab.tasks.swarm_world import PLATOON, ROBOT, SQUAD, SWARM, of_platoons, scenario
@@ -109,15 +109,15 @@ def _room(spec: Spec) -> Scenario:
         for thing in (crate, container)
         if thing.name in spec.things
     ]
-    beside = Robots(type=ROBOT, count=1)
+    beside = RobotGroup(type=ROBOT, count=1)
     if things:
         beside = replace(beside, near=things[0].name, near_m=0.8)
-    anywhere = Robots(type=ROBOT, count=1)
+    anywhere = RobotGroup(type=ROBOT, count=1)
     robots = [anywhere if spec.at_m is None else replace(beside, near_m=spec.at_m)]
     if spec.signal is not None:
         robots.append(beside)
     if spec.needs > len(robots):  # who stand in a corner, for there must be as many as it takes
-        robots.append(Robots(type=ROBOT, at=((0.3, 0.3),) * (spec.needs - len(robots))))
+        robots.append(RobotGroup(type=ROBOT, at=((0.3, 0.3),) * (spec.needs - len(robots))))
     none = [_needing(thing, 0, 1) for thing in (crate, container) if thing.name not in spec.things]
     return replace(
         scenario(),
@@ -143,8 +143,8 @@ def squads_library(sort: str, libraries: Libraries) -> Library:
 def _squads_practices() -> Mapping[str, Scenario]:
     made = of_platoons(1)
     home, crate, container = made.objects
-    five = (Robots(type=ROBOT, count=5, within="cell_0"),)
-    ten = (Robots(type=ROBOT, count=10, within="cell_0"),)
+    five = (RobotGroup(type=ROBOT, count=5, within="cell_0"),)
+    ten = (RobotGroup(type=ROBOT, count=10, within="cell_0"),)
     squads = {SQUAD: made.squads[SQUAD]}
     fields = (home, replace(crate, count=10), _needing(container, 0, 1))
     return {
@@ -162,20 +162,20 @@ def _squads_practices() -> Mapping[str, Scenario]:
     }
 
 
-def _needing(thing: Objects, count: int, robots: int) -> Objects:
-    return replace(thing, count=count, pull=Pull(robots=robots))
+def _needing(thing: ObjectClass, count: int, robots: int) -> ObjectClass:
+    return replace(thing, count=count, pull=PullRule(robots=robots))
 
 
 def known(robots: Library, squads: Mapping[str, Library]) -> Libraries:
     """What everybody knows, coordinators as far as they were taught."""
-    return libraries_of(scenario(), robots, lambda name, kit: squads.get(name, Library(kit)))
+    return collect_libraries(scenario(), robots, lambda name, kit: squads.get(name, Library(kit)))
 
 
-def troops(sort: str, libraries: Libraries) -> Callable[[str, int], Troop]:
+def troops(sort: str, libraries: Libraries) -> Callable[[str, int], CoordinatorBody]:
     """Makes troops for the coordinator of a sort to be taught on."""
 
-    def make(practice: str, seed: int) -> Troop:
-        return troop_of(_squads_practices()[practice], sort, libraries, seed=seed)
+    def make(practice: str, seed: int) -> CoordinatorBody:
+        return make_coordinator_body(_squads_practices()[practice], sort, libraries, seed=seed)
 
     return make
 
@@ -189,7 +189,7 @@ def led(
 ) -> Team:
     """The swarm, in a world per seed: all agents of a sort do something by themselves; at first its coordinator."""
     sort, behavior = way
-    return team_of(world or scenario(), seeds, libraries, {sort: (behavior, {})})
+    return make_team(world or scenario(), seeds, libraries, {sort: (behavior, {})})
 
 
 TOPICS = {
@@ -218,7 +218,7 @@ class Taught(NamedTuple):
 
 def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> Taught:
     """Teach everything from nothing; the same seed, the same lessons."""
-    library = Library(kit_of(scenario()))
+    library = Library(make_scenario_kit(scenario()))
     robots = Teacher(library, robots_world, seed, options={}, progress=progress).teach(*swarm_teacher.TOPICS)
     taught = Taught(robots, {})
     for sort, topic in TOPICS.items():

@@ -12,7 +12,7 @@ from understudy.analysis.evaluation import Baseline, Outcomes, measure_baseline
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
-from understudy.sim.forage import ForageSettings, settings_of
+from understudy.sim.forage import ForageSettings, recover_forage_settings
 from understudy.sim.scenario.schema import RobotType, Scenario
 from understudy.sim.view import WorldView
 from understudy.sim.world import World
@@ -121,7 +121,7 @@ class _Route:
 
 def find_forage_baseline(scenario: Scenario) -> Baseline | None:
     """Make the baseline of a scenario that differs from the foraging scenario in numbers only; else None."""
-    settings = settings_of(scenario)
+    settings = recover_forage_settings(scenario)
     return None if settings is None else make_baseline(settings)
 
 

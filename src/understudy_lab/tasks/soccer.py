@@ -18,8 +18,8 @@ from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program
-from understudy.sim.kit import kit_of
-from understudy.sim.layout.rng import uniform
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.layout.rng import draw_uniform_column
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.walker import WALKING, Gait, Walker
@@ -41,7 +41,7 @@ def scenario() -> Scenario:
     return msgspec.structs.replace(field, objects=(ball,))
 
 
-kit = kit_of(scenario())
+kit = make_scenario_kit(scenario())
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,9 @@ class Soccer(Walker):
         """Put each robot where its start says."""
         seeds = np.asarray(self.seeds, np.int64)
         streams = (METERS, AROUND, BEARING)
-        drawn = np.stack([uniform(seeds, item=0, tick=0, stream=stream) for stream in streams], axis=1)
+        drawn = np.stack(
+            [draw_uniform_column(seeds, item=0, tick=0, stream=stream) for stream in streams], axis=1
+        )
         for world, (start, (far, around, seen)) in enumerate(zip(self.starts, drawn.tolist(), strict=True)):
             ball = self.view(world).objects
             meters, bearing = _between(start.meters, far), radians(_between(start.bearing_deg, seen))

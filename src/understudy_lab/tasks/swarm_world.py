@@ -24,10 +24,10 @@ from understudy.model.tree_builder import (
     split_on_presence,
     split_within,
 )
-from understudy.sim.kit import kit_of
+from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import Objects, Region, Robots, Scenario
-from understudy.sim.team.libraries import Libraries, libraries_of
+from understudy.sim.scenario.schema import ArenaRegion, ObjectClass, RobotGroup, Scenario
+from understudy.sim.team.libraries import Libraries, collect_libraries
 
 ROBOT, SQUAD, PLATOON, SWARM = "puller", "squad", "platoon", "swarm"
 EACH = 25
@@ -54,18 +54,20 @@ def of_platoons(platoons: int) -> Scenario:
         scenario(),
         size=(CELL_M * across, CELL_M * down),
         regions={
-            f"cell_{number}": Region(box=(x + 1, y + 1, x + CELL_M - 1, y + CELL_M - 1))
+            f"cell_{number}": ArenaRegion(box=(x + 1, y + 1, x + CELL_M - 1, y + CELL_M - 1))
             for number, (x, y) in enumerate(corners)
         },
         objects=(
             replace(home, at=depots),
             *(replace(thing, count=_share(thing, share)) for thing in things),
         ),
-        robots=tuple(Robots(type=ROBOT, count=EACH, within=f"cell_{number}") for number in range(platoons)),
+        robots=tuple(
+            RobotGroup(type=ROBOT, count=EACH, within=f"cell_{number}") for number in range(platoons)
+        ),
     )
 
 
-def _share(thing: Objects, share: float) -> int:
+def _share(thing: ObjectClass, share: float) -> int:
     return max(1, round(thing.count * share)) if isinstance(thing.count, int) else 1
 
 
@@ -341,4 +343,6 @@ _OF = {SQUAD: squad, PLATOON: platoon, SWARM: swarm}
 
 def hand_coded() -> Libraries:
     """What all of them know that were written by hand."""
-    return libraries_of(scenario(), robots(kit_of(scenario())), lambda name, kit: _OF[name](kit))
+    return collect_libraries(
+        scenario(), robots(make_scenario_kit(scenario())), lambda name, kit: _OF[name](kit)
+    )

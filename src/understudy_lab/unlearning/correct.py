@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from understudy.learning.correction_diagnosis import judge
+from understudy.learning.correction_diagnosis import diagnose_correction
 from understudy.learning.fit import learn_state
-from understudy.learning.sklearn_adapter import ScikitTransition, encoded
-from understudy.learning.training_set import teaching
+from understudy.learning.sklearn_adapter import ClassifierTransition, encode_features
+from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import START, Transition
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Learner, Lesson, SklearnOptions, TreeOptions
@@ -40,11 +40,11 @@ class Rows:
     def __init__(self, vectors: Vectors) -> None:
         kinds = [Continuous()] * vectors.shape[1]
         self.plain: list[list[float]] = vectors.tolist()
-        self.ready = [encoded(row, kinds) for row in self.plain]
+        self.ready = [encode_features(row, kinds) for row in self.plain]
 
     def decided(self, function: Transition, first: int, stop: int) -> list[int]:
         """The labels of some of them."""
-        if isinstance(function, ScikitTransition):  # many in one go: a call a row would take hours
+        if isinstance(function, ClassifierTransition):  # many in one go: a call a row would take hours
             found = function.classifier.predict(self.ready[first:stop]).tolist()
         else:
             found = [function.decide(row) for row in self.plain[first:stop]]
@@ -65,7 +65,7 @@ def corrected(drawn: Sparse, learner: Learner, *, unlearn: bool) -> Corrected:
         correction = example(number, met.plain[at], int(drawn.right[at]), correction=True)
         lesson = replace(lesson, examples=(*lesson.examples, correction))
         if unlearn:
-            lesson = _without(lesson, judge(lesson, correction).reasons)
+            lesson = _without(lesson, diagnose_correction(lesson, correction).reasons)
         function, at = _learned(lesson), at + 1
     right = np.equal(Rows(drawn.test).decided(function, 0, len(drawn.test)), drawn.truth)
     out = frozenset(each.number for each in lesson.examples if each.quarantined)
@@ -73,7 +73,7 @@ def corrected(drawn: Sparse, learner: Learner, *, unlearn: bool) -> Corrected:
 
 
 def _learned(lesson: Lesson) -> Transition:
-    return learn_state(lesson, START.name, teaching(lesson)[START.name])
+    return learn_state(lesson, START.name, group_examples_by_state(lesson)[START.name])
 
 
 def _first_wrong(function: Transition, met: Rows, right: Labels, at: int) -> int:

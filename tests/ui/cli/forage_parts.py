@@ -8,15 +8,15 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
-from understudy.sim.forage import kit
+from understudy.sim.forage import FORAGE_KIT
 
 A = Binding(A="A")
-angle_to, distance_to = kit.features["angle_to"], kit.features["distance_to"]
+angle_to, distance_to = FORAGE_KIT.features["angle_to"], FORAGE_KIT.features["distance_to"]
 food_below_me, food_left, food_stored = (
-    kit.features[name] for name in ("food_below_me", "food_left", "food_stored")
+    FORAGE_KIT.features[name] for name in ("food_below_me", "food_left", "food_stored")
 )
 ALWAYS = Tree((make_leaf(1),))
-DONE = BoundFeature(kit.features["done"])
+DONE = BoundFeature(FORAGE_KIT.features["done"])
 
 
 def steer(width: float) -> Tree:

@@ -8,7 +8,7 @@ import pytest
 from tests.coaching.lessons import GOTO, goto
 from tests.ui.cli.commands import run, said
 
-from understudy.learning.fit import learned
+from understudy.learning.fit import learn_automaton
 from understudy.model.library import TrainedAutomaton
 from understudy.storage.library_folder import save_automaton
 
@@ -16,7 +16,7 @@ from understudy.storage.library_folder import save_automaton
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     lesson = goto((*GOTO, ("forward", "left", "directive", 0.3, 350)))
-    save_automaton(tmp_path / "taught", TrainedAutomaton(learned(lesson), lesson))
+    save_automaton(tmp_path / "taught", TrainedAutomaton(learn_automaton(lesson), lesson))
     return tmp_path / "taught"
 
 

@@ -14,7 +14,7 @@ from tests.coaching.lessons import goto
 from tests.model.lessons import goto as taught_goto
 from tests.ui.cli.commands import ROOT, run, said
 
-from understudy.learning.fit import learned
+from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import LearnerOptions, TreeOptions
 from understudy.model.library import TrainedAutomaton
 from understudy.storage.library_folder import save_automaton
@@ -75,7 +75,7 @@ def test_show_says_why_examples_are_in_quarantine_and_what_was_pruned(tmp_path: 
     lesson, reasons = goto(), {2: "too [late]", 3: "slipped", 5: "slipped"}
     examples = tuple(replace(each, quarantined=reasons.get(each.number, "")) for each in lesson.examples)
     held = replace(lesson, examples=examples, options=LearnerOptions(learner=TreeOptions(pruning=0.5)))
-    save_automaton(tmp_path, TrainedAutomaton(learned(held), held))
+    save_automaton(tmp_path, TrainedAutomaton(learn_automaton(held), held))
     text = run("show", "goto", "-l", tmp_path).stdout
     assert "‡ in quarantine: it teaches nothing\n  2: too [late]\n  3, 5: slipped\n" in text
     assert "learns decision trees, pruned by 0.5\n" in text

@@ -30,7 +30,7 @@ from understudy.robots.recording.reader import read_recording
 from understudy.robots.recording.recorder import Recorder, Taped
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.runtime.body import Commands, every_key
+from understudy.runtime.body import Commands, list_reading_keys
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.storage.library_folder import open_library, save_automaton
@@ -181,7 +181,7 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
             now[0] += 0.1 + 0.003 * (tick % 5)
             if tick % 4 == 1:
                 wire.deliver("/rover/sonar", sonar((3.0, 0.4, 0.4, 2.0)[tick // 4 % 4]), now[0] - 0.02)
-            percept = robot.sense(every_key(robot))
+            percept = robot.sense(list_reading_keys(robot))
             going.tick()
             recorder.decided(robot.time_s, percept, [going.path(0)])
     recorded = read_recording(path).paths[0]
@@ -281,17 +281,17 @@ def test_presses_over_a_recording_are_learned(tmp_path: Path) -> None:
 @pytest.fixture
 def toward(tmp_path: Path) -> Path:
     """A recording of a robot that went to the station, with presses of somebody who watched it."""
-    from understudy.sim.forage import Forage, kit
+    from understudy.sim.forage import FORAGE_KIT, Forage
 
     lesson = new_lesson(
-        Library(kit),
+        Library(FORAGE_KIT),
         "goto",
         states=["forward", "rotate_left"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
         parameters=["A"],
     )
-    session = Session(Forage([42]), Library(kit), lesson, targets={"A": "station"})
+    session = Session(Forage([42]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     pressed = {0: "rotate_left", 9: "forward", 39: "rotate_left", 44: "forward", 49: "done"}
     with Recorder(tmp_path / "goto.mcap", clock=lambda: session.body.time_s) as recorder:
         recorder.begin(session.body, ran=Ran(scenario="forage"))

@@ -13,11 +13,11 @@ from tests.ui.cli.commands import run, said
 from tests.ui.cli.forage_parts import goto
 
 from understudy.analysis.expectations import here, promise
-from understudy.learning.fit import learned
+from understudy.learning.fit import learn_automaton
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
-from understudy.sim.forage import Forage, kit
-from understudy.sim.team.libraries import libraries_of, troop_of
+from understudy.sim.forage import FORAGE_KIT, Forage
+from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
@@ -27,7 +27,7 @@ from understudy_lab.bench.patrol import lead
 @pytest.fixture
 def fetching(library: Path) -> Path:
     """The library with an automaton that fetches something from the station, which promises to be there in time."""
-    known = open_library(library, kit).library
+    known = open_library(library, FORAGE_KIT).library
     lesson = new_lesson(known, "fetch", states=["goto(station)"], flags=["done"], features=["done"])
     session = Session(Forage([9]), known, lesson)
     session.direct("goto")
@@ -86,7 +86,7 @@ def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
 
 def test_two_outcomes_of_one_wording(fetching: Path) -> None:
     """Each says what is wrong with itself."""
-    taught = open_library(fetching, kit).library.taught["fetch"]
+    taught = open_library(fetching, FORAGE_KIT).library.taught["fetch"]
     assert taught.lesson is not None
     (fine,) = taught.lesson.outcomes
     slow, broken = replace(fine, within_s=0.2), replace(fine, within_s=0.2, snapshot=b"nothing")
@@ -101,12 +101,12 @@ def test_two_outcomes_of_one_wording(fetching: Path) -> None:
 
 def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
     """Two say otherwise at the very same moment: the one that was right is outvoted."""
-    taught = open_library(fetching, kit).library.taught["fetch"]
+    taught = open_library(fetching, FORAGE_KIT).library.taught["fetch"]
     assert taught.lesson is not None
     first = taught.lesson.examples[0]
     against = [replace(first, number=number, next="done") for number in (8, 9)]
     lesson = replace(taught.lesson, examples=(*taught.lesson.examples, *against), outcomes=())
-    save_automaton(fetching, TrainedAutomaton(learned(lesson), lesson))
+    save_automaton(fetching, TrainedAutomaton(learn_automaton(lesson), lesson))
     told, text = failed(fetching)
     assert told["fetch"]["no_longer"] == [
         "where it went from start to goto as shown (example 1), it now goes to done"
@@ -119,8 +119,8 @@ def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
 def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
         save_automaton(tmp_path, TrainedAutomaton(automaton))
-    known = libraries_of(SCENARIO, ROBOTS, lambda name, kit: Library.of(kit, lead()))
-    troop = troop_of(SCENARIO, "patrol", known)
+    known = collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.of(kit, lead()))
+    troop = make_coordinator_body(SCENARIO, "patrol", known)
     lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
     session = Session(troop, known["patrol"], lesson)
     session.direct("wander")

@@ -12,7 +12,7 @@ from tests.sim.patrollers import ROBOTS
 from tests.ui.cli.commands import run, said
 
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.sim.forage import Forage, kit
+from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
@@ -23,13 +23,13 @@ from understudy_lab.bench.patrol import lead
 def approached(tmp_path: Path) -> Path:
     """A library whose one automaton was taught by two presses: drive, and stop near the station."""
     lesson = new_lesson(
-        Library(kit),
+        Library(FORAGE_KIT),
         "approach",
         states=["forward", "rotate_left"],
         flags=["done"],
         features=["distance_to(station)"],
     )
-    session = Session(Forage([9]), Library(kit), lesson)
+    session = Session(Forage([9]), Library(FORAGE_KIT), lesson)
     session.direct("forward")
     session.run_for(2.0)
     session.direct("rotate_left")
@@ -160,7 +160,7 @@ def test_a_robot_in_a_team_is_asked_from_its_coordinator_down(tmp_path: Path) ->
 def test_a_library_that_changed_is_never_lied_about(library: Path, tmp_path: Path) -> None:
     path = record(library, "--seed", "1", "--seconds", "5")
     before = said("why", path, "--time", "3")
-    opened = open_library(library, kit).library
+    opened = open_library(library, FORAGE_KIT).library
     goto = opened.automaton("goto")
     other = replace(goto, transitions={**goto.transitions, "start": goto.transitions["left"]})
     other = replace(

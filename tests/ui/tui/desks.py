@@ -13,8 +13,8 @@ from understudy.errors import UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.library import Library
 from understudy.robots.twin import Twin
-from understudy.sim.catalog import find_world
-from understudy.sim.forage import kit
+from understudy.sim.catalog import find_scenario
+from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import open_library
 from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
@@ -44,8 +44,8 @@ class Wall:
 
 
 def plan(folder: Path, name: str = "goto", choices: Choices = GOTO, seed: int = 0) -> Plan:
-    library = open_library(folder, kit, learn).library if folder.exists() else Library(kit)
-    return Plan(name, folder, find_world("forage"), library, choices, seed)
+    library = open_library(folder, FORAGE_KIT, learn).library if folder.exists() else Library(FORAGE_KIT)
+    return Plan(name, folder, find_scenario("forage"), library, choices, seed)
 
 
 class Hand:

@@ -16,8 +16,8 @@ from tests.ui.tui.desks import GOTO, Hand, plan, trainer
 from understudy.learning.fit import learn
 from understudy.model.lesson import ExampleKind, Lesson
 from understudy.robots.twin import drawn
-from understudy.sim.forage import kit
-from understudy.sim.target_lookup import place_of
+from understudy.sim.forage import FORAGE_KIT
+from understudy.sim.target_lookup import find_target_place
 from understudy.storage.library_folder import list_versions, open_library
 from understudy.training.trainee import Mode
 from understudy.ui.controller.training_plan import Choices
@@ -38,7 +38,7 @@ def run(test: Test) -> Callable[..., None]:
 
 
 def saved(folder: Path, name: str = "goto") -> Lesson:
-    lesson = open_library(folder, kit, learn).library.taught[name].lesson
+    lesson = open_library(folder, FORAGE_KIT, learn).library.taught[name].lesson
     assert lesson is not None
     return lesson
 
@@ -61,7 +61,7 @@ async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_
         assert "TESTING" in hand.shown("header")
         for _ in range(2):
             await hand.guide()
-            station = place_of(drawn(hand.desk.body), "station")
+            station = find_target_place(drawn(hand.desk.body), "station")
             assert station is not None
             assert dist(where(hand), station) < 0.5
             assert hand.desk.screen.mode is Mode.TESTING, "it had to be corrected"

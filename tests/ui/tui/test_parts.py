@@ -16,8 +16,8 @@ from understudy.model.binding import Binding
 from understudy.model.describe import format_condition, format_value
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library
-from understudy.sim.forage import Forage, kit
-from understudy.sim.target_lookup import place_of
+from understudy.sim.forage import FORAGE_KIT, Forage
+from understudy.sim.target_lookup import find_target_place
 from understudy.ui.controller import journal_store, key_bindings
 from understudy.ui.controller.clock import BUSY_S, FASTEST, Pace
 from understudy.ui.controller.formatting import clock, number, spark
@@ -25,10 +25,10 @@ from understudy.ui.controller.training_plan import Choices, checked
 from understudy.ui.tui import main_screen
 from understudy.ui.tui.world_view import ARROWS, facts, picture, size
 
-ANGLE = BoundFeature(kit.features["angle_to"], Binding(A="A"))
-DISTANCE = BoundFeature(kit.features["distance_to"], Binding(A="A"))
-FOOD = BoundFeature(kit.features["food_stored"])
-LEFT = BoundFeature(kit.features["food_left"])
+ANGLE = BoundFeature(FORAGE_KIT.features["angle_to"], Binding(A="A"))
+DISTANCE = BoundFeature(FORAGE_KIT.features["distance_to"], Binding(A="A"))
+FOOD = BoundFeature(FORAGE_KIT.features["food_stored"])
+LEFT = BoundFeature(FORAGE_KIT.features["food_left"])
 
 
 def test_ticks_are_due_in_real_time_and_time_stops_while_it_stands() -> None:
@@ -98,7 +98,7 @@ def test_no_key_of_a_state_is_a_key_of_a_command() -> None:
 
 
 def test_keys_of_states() -> None:
-    library = Library(kit)
+    library = Library(FORAGE_KIT)
     states = (
         START,
         State("ahead", "forward"),
@@ -173,7 +173,7 @@ def test_bars() -> None:
 @pytest.mark.parametrize(("columns", "lines"), [(80, 20), (20, 40), (1, 1)])
 def test_the_picture_keeps_its_size_and_shows_what_there_is(columns: int, lines: int) -> None:
     world = Forage([5])
-    view, station = world.view(), place_of(world, "station")
+    view, station = world.view(), find_target_place(world, "station")
     assert station is not None
     wide, tall = size(view, columns, lines)
     aims = [station, (-4.0, 99.0)]

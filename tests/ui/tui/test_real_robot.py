@@ -14,13 +14,13 @@ from tests.ui.tui.desks import GOTO, Hand, trainer
 from tests.ui.tui.test_main_screen import run
 
 from understudy.model.library import Library
-from understudy.sim.kit import kit_of
+from understudy.sim.kit import make_scenario_kit
 from understudy.ui.controller.training_plan import Plan
 
 
 def plan(rig: Rig, folder: Path) -> Plan:
     """GoTo in the robot's world."""
-    kit = kit_of(rig.twin.scenario)
+    kit = make_scenario_kit(rig.twin.scenario)
     choices = replace(GOTO, targets={"A": "red_flag"})
     return Plan("goto", folder, rig.twin.scenario, Library(kit), choices)
 

@@ -10,7 +10,7 @@ import pytest
 from tests.ui.tui.desks import GOTO, Wall, plan
 
 from understudy.errors import SessionError
-from understudy.sim.forage import kit
+from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import open_library
 from understudy.ui.controller.lesson_actions import promise
 from understudy.ui.controller.open_session import begun
@@ -75,7 +75,7 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         assert "goto no longer comes to done within 1 s in forage, A = station" in here.said.text
         with pytest.raises(SessionError, match="its flags are done"):
             promise(here, "failed", 1.0)
-    taught = open_library(tmp_path, kit).library.taught["goto"]
+    taught = open_library(tmp_path, FORAGE_KIT).library.taught["goto"]
     assert taught.lesson is not None
     assert len(taught.lesson.outcomes) == 1
 

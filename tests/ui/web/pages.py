@@ -16,8 +16,8 @@ import msgspec
 import uvicorn
 from starlette.testclient import TestClient, WebSocketTestSession
 
-from understudy.sim.catalog import find_world
-from understudy.sim.kit import kit_of
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
 from understudy.ui.web.app import app, listen
 from understudy.ui.web.server import Studio
 from understudy.ui.web.session_host import Stage
@@ -52,8 +52,8 @@ def plain(data: object) -> Any:
 
 def studio(folder: Path, *, world: str = "forage", seed: int = 0, wall: Wall | None = None) -> Studio:
     """A studio whose world moves only when told, and where pages may speak as fast as they like."""
-    scenario = find_world(world)
-    stage = Stage(scenario, folder, kit_of(scenario), seed=seed, wall=wall or Wall())
+    scenario = find_scenario(world)
+    stage = Stage(scenario, folder, make_scenario_kit(scenario), seed=seed, wall=wall or Wall())
     return Studio(stage, wall=wall or Wall(glance=0.01))
 
 

@@ -13,8 +13,8 @@ import pytest
 from tests.ui.web.pages import GOTO, Served, Wall, page, served, studio
 from websockets.asyncio.client import connect
 
-from understudy.sim.catalog import find_world
-from understudy.sim.kit import kit_of
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
 from understudy.training.journal import TicksLogged, read_journal
 from understudy.ui.controller.clock import BUSY_S
 from understudy.ui.web.rewind import EVERY_S
@@ -73,8 +73,8 @@ def test_other_speeds_are_refused(tmp_path: Path, speed: object) -> None:
 
 @pytest.mark.parametrize("world", ["forage", "soccer"])
 def test_a_press_is_heard_between_beats(tmp_path: Path, world: str) -> None:
-    scenario = find_world(world)
-    made = Studio(Stage(scenario, tmp_path, kit_of(scenario)))
+    scenario = find_scenario(world)
+    made = Studio(Stage(scenario, tmp_path, make_scenario_kit(scenario)))
     behavior = next(iter(made.stage.kit.behaviors))
     beats, beat = count(), made.beat
     begun = [0]

@@ -12,8 +12,8 @@ from tests.ui.web.pages import GOTO, Wall, page, served
 from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Kit
-from understudy.sim.catalog import find_world
-from understudy.sim.kit import kit_of
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
 from understudy.ui.web.actions import dispatch
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.server import Studio
@@ -30,8 +30,8 @@ def test_a_feature_of_somebodys_own_that_fails(tmp_path: Path) -> None:
             raise RuntimeError("out of cheese")
         return robot.food_stored * 1.0
 
-    wall, scenario = Wall(), find_world("forage")
-    stage = Stage(scenario, tmp_path, kit_of(scenario) + Kit.of(risky), wall=wall)
+    wall, scenario = Wall(), find_scenario("forage")
+    stage = Stage(scenario, tmp_path, make_scenario_kit(scenario) + Kit.of(risky), wall=wall)
     with served(Studio(stage, wall=Wall(glance=0.01))) as client, page(client) as person:
         person.done(**{**GOTO, "features": ["risky"], "parameters": [], "targets": {}})
         person.done("press", state="forward")
@@ -53,16 +53,16 @@ def test_a_fault_of_the_program(
         raise KeyError("nowhere")
 
     monkeypatch.setattr(dispatch, "ACTIONS", MappingProxyType({**dispatch.ACTIONS, m.Undo: broken}))
-    scenario = find_world("forage")
-    made = Studio(Stage(scenario, tmp_path, kit_of(scenario), wall=Wall()))
+    scenario = find_scenario("forage")
+    made = Studio(Stage(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()))
     with caplog.at_level(logging.CRITICAL), served(made) as client, page(client) as person:
         assert "something broke inside Understudy: KeyError" in person.say("undo")["error"]
         person.done("pause", paused=True)
 
 
 def test_a_picture_that_cannot_be_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scenario = find_world("forage")
-    made = Studio(Stage(scenario, tmp_path, kit_of(scenario), wall=Wall()), wall=Wall(glance=0.01))
+    scenario = find_scenario("forage")
+    made = Studio(Stage(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()), wall=Wall(glance=0.01))
     with served(made) as client, page(client) as person:
         person.done(**GOTO)
         with monkeypatch.context() as patched:

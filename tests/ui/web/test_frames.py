@@ -12,9 +12,9 @@ from msgspec.structs import replace
 from numpy.testing import assert_allclose
 from tests.ui.web.pages import GOTO, Frame, Wall, plain, studio
 
-from understudy.sim.catalog import find_world
-from understudy.sim.kit import kit_of
-from understudy.sim.scenario.files import builtin_scenarios
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.files import list_builtin_scenarios
 from understudy.sim.scenario.schema import Sonar
 from understudy.ui.controller.training_plan import Choices
 from understudy.ui.web.actions import session
@@ -44,7 +44,7 @@ def same(read: Frame, stage: Stage) -> None:
     assert read.tick == round(view.time_s / stage.world.tick_s)
 
 
-@pytest.mark.parametrize("world", builtin_scenarios())
+@pytest.mark.parametrize("world", list_builtin_scenarios())
 def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
     stage = studio(tmp_path, world=world, seed=3).stage
     read = Frame.read(stage.frame())
@@ -91,12 +91,12 @@ def test_absent_values_and_numbers_that_are_too_large(tmp_path: Path) -> None:
 
 
 def test_a_robot_type_with_300_sonar_sectors(tmp_path: Path) -> None:
-    forage = find_world("forage")
+    forage = find_scenario("forage")
     sectors = {f"sonar_{degree}": (float(degree), float(degree)) for degree in range(300)}
     forager = forage.types["forager"]
     scanning = replace(forager, sensors=(*forager.sensors, Sonar(sectors=sectors)))
     scenario = replace(forage, types={"forager": scanning})
-    stage = Stage(scenario, tmp_path, kit_of(scenario), seed=3, wall=Wall())
+    stage = Stage(scenario, tmp_path, make_scenario_kit(scenario), seed=3, wall=Wall())
     stage.world.state.robots["delivered"][0] = 7
     read = Frame.read(stage.frame())
     same(read, stage)

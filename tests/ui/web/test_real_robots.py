@@ -17,7 +17,7 @@ from tests.ui.web.pages import GOTO, Wall, plain
 from understudy.robots.recording.reader import read_recording
 from understudy.robots.recording.recorder import Recorder
 from understudy.robots.recording.teach_from_recording import recorded_presses, taught_over
-from understudy.sim.kit import kit_of
+from understudy.sim.kit import make_scenario_kit
 from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode
 from understudy.ui.web.clients import PER_SECOND, Viewer
@@ -40,7 +40,7 @@ class Lab:
     ) -> None:
         self.rig, self.wall = Rig(names, world=world, recorder=recorder), Wall()
         twin = self.rig.twin
-        stage = Stage(twin.scenario, folder, kit_of(twin.scenario), wall=self.wall, twin=twin)
+        stage = Stage(twin.scenario, folder, make_scenario_kit(twin.scenario), wall=self.wall, twin=twin)
         self.studio = Studio(stage, wall=self.wall)
         self.page = self.studio.arrive(None)
         self.rig.seen()

@@ -14,8 +14,8 @@ from tests.ui.web.pages import Served, Wall
 from websockets.asyncio.client import connect
 
 from understudy.errors import SettingError
-from understudy.sim.catalog import find_world
-from understudy.sim.kit import kit_of
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
 from understudy.ui.web import clients
 from understudy.ui.web.app import is_loopback, listen
 from understudy.ui.web.clients import Viewer
@@ -87,8 +87,8 @@ def test_a_page_that_never_reads_is_let_go() -> None:
 
 def test_a_page_that_does_not_read_holds_up_nobody(tmp_path: Path) -> None:
     """One page stops reading while the world runs fast; the director's presses are answered at once all the same."""
-    scenario = find_world("arena")
-    kit = kit_of(scenario)
+    scenario = find_scenario("arena")
+    kit = make_scenario_kit(scenario)
     made = Studio(Stage(scenario, tmp_path, kit))
     behavior, feature = next(iter(kit.behaviors)), "time_in_state"
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from understudy.errors import SettingError
-from understudy.sim.scenario.squad_schema import Part
+from understudy.sim.scenario.squad_schema import StrictStruct
 
 Share: TypeAlias = tuple[float, float]
 """(least, most), each from 0 to 1."""
@@ -24,7 +24,7 @@ CIRCLE_DEG = 360.0
 STEPS = 256
 
 
-class Color(Part, frozen=True, kw_only=True):
+class Color(StrictStruct, frozen=True, kw_only=True):
     """The colors of a thing: an arc of hues (degrees; from > to crosses red), shares of saturation and of value.
 
     Red is 0, yellow 60, green 120, cyan 180, blue 240, magenta 300. Both ends belong to a range.

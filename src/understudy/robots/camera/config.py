@@ -14,7 +14,7 @@ from msgspec import field
 from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.robots.camera.blobs import LEAST_PX, Camera
 from understudy.robots.camera.color import Color
-from understudy.sim.scenario.squad_schema import Part
+from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.storage.atomic import write_atomically
 
 CAMERA, COLORS = "camera", "colors"
@@ -24,7 +24,7 @@ _HEADING = re.compile(r"\s*\[\s*camera\s*\.\s*colors\s*\]\s*(#.*)?")
 _ANY_HEADING = re.compile(r"\s*\[")
 
 
-class CameraOf(Part, frozen=True, kw_only=True):
+class CameraOf(StrictStruct, frozen=True, kw_only=True):
     """Where images come from, and the colors by which targets are known in them: readings `blob_x` and `blob_size`.
 
     `view_deg` is the angle that the camera sees across; that of the simulated camera, 60, if left out. Blobs of fewer

@@ -11,7 +11,7 @@ import numpy as np
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.robots.robot_file import PlaceOf, ReadingOf
 from understudy.robots.ros.messages import BASE, NAMED, fields, known
-from understudy.sim.scenario.toml_decode import Mismatch
+from understudy.sim.scenario.toml_decode import DecodeProblem
 
 Extract: TypeAlias = Callable[[Any], float]
 
@@ -25,38 +25,42 @@ _SAME = 1e-4
 """Angles (rad) nearer to each other than this are one: those of scans are sums of 32-bit floats."""
 
 
-def extraction(reading: ReadingOf) -> tuple[Kind, str, Extract] | Mismatch:
+def extraction(reading: ReadingOf) -> tuple[Kind, str, Extract] | DecodeProblem:
     """The kind and unit of a reading and what takes it out of a message; or what in its description cannot be."""
     if not known(reading.type):
         problem = f"is {reading.type!r:.60}, which is unknown"
-        return Mismatch("type", problem, "give a type of ROS 2's common interfaces, as sensor_msgs/msg/Range")
+        return DecodeProblem(
+            "type", problem, "give a type of ROS 2's common interfaces, as sensor_msgs/msg/Range"
+        )
     if reading.type == SCAN:
         if reading.sector_deg is None or reading.field is not None:
             key = "sector_deg" if reading.sector_deg is None else "field"
             problem = "is missing" if reading.sector_deg is None else "means nothing of a scan"
-            return Mismatch(key, problem, "give sector_deg = [from, to] and no field")
+            return DecodeProblem(key, problem, "give sector_deg = [from, to] and no field")
         return Continuous(), reading.unit or "m", _of_scan(reading.sector_deg, reading.offset_m)
     if reading.sector_deg is not None:
-        return Mismatch("sector_deg", f"means nothing of a {reading.type}", f"leave it out, or read a {SCAN}")
+        return DecodeProblem(
+            "sector_deg", f"means nothing of a {reading.type}", f"leave it out, or read a {SCAN}"
+        )
     if reading.type == RANGE and reading.field in (None, "range"):
         return Continuous(), reading.unit or "m", _of_range(reading.offset_m)
     if reading.offset_m:
-        return Mismatch("offset_m", "means nothing of what is no range", "leave it out")
+        return DecodeProblem("offset_m", "means nothing of what is no range", "leave it out")
     if reading.field is None:
-        return Mismatch("field", "is missing", f"give one of {', '.join(fields(reading.type))}")
+        return DecodeProblem("field", "is missing", f"give one of {', '.join(fields(reading.type))}")
     return _of_field(reading.type, reading.field, reading.unit)
 
 
-def place(target: PlaceOf) -> Callable[[Any], tuple[float, float]] | Mismatch:
+def place(target: PlaceOf) -> Callable[[Any], tuple[float, float]] | DecodeProblem:
     """What takes a target's x and y, m, out of a message; absent where one of them is not finite."""
     if not known(target.type):
         problem = f"is {target.type!r:.60}, which is unknown"
-        return Mismatch("type", problem, "give a type of ROS 2's common interfaces")
+        return DecodeProblem("type", problem, "give a type of ROS 2's common interfaces")
     found = [_of_field(target.type, f"{target.field}.{axis}", "m") for axis in ("x", "y")]
     for each in found:
-        if isinstance(each, Mismatch):
-            return Mismatch("field", f"is {target.field!r:.60}, which has no x and y", each.remedy)
-    ahead, left = (each[2] for each in found if not isinstance(each, Mismatch))
+        if isinstance(each, DecodeProblem):
+            return DecodeProblem("field", f"is {target.field!r:.60}, which has no x and y", each.remedy)
+    ahead, left = (each[2] for each in found if not isinstance(each, DecodeProblem))
 
     def extract(message: Any) -> tuple[float, float]:
         x, y = ahead(message), left(message)
@@ -65,20 +69,20 @@ def place(target: PlaceOf) -> Callable[[Any], tuple[float, float]] | Mismatch:
     return extract
 
 
-def _of_field(type: str, path: str, unit: str) -> tuple[Kind, str, Extract] | Mismatch:
+def _of_field(type: str, path: str, unit: str) -> tuple[Kind, str, Extract] | DecodeProblem:
     """What is at the end of a path of names."""
     sort, of = NAMED, type
     for name in path.split("."):
         inside = fields(of) if sort == NAMED else {}
         if name not in inside:
             has = f"give one of {', '.join(inside)}" if inside else "end the path before it"
-            return Mismatch("field", f"is {path!r:.60}, and there is no {name!r}", has)
+            return DecodeProblem("field", f"is {path!r:.60}, and there is no {name!r}", has)
         sort, of = inside[name]
     if (sort, of) == (NAMED, QUATERNION):
         return Toroidal(), unit or "rad", lambda message: heading(_walk(message, path))
     if sort != BASE or of[0] == "string":
         remedy = "give the path of a number, of a truth or of an orientation"
-        return Mismatch("field", f"is {path!r:.60}, which is no number", remedy)
+        return DecodeProblem("field", f"is {path!r:.60}, which is no number", remedy)
     if (type, path) == POSE_2D:
         return Toroidal(), unit or "rad", lambda message: _turned(float(_walk(message, path)))
     kind = BOOLEAN if of[0] == "bool" else Continuous()

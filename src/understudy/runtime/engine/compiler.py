@@ -33,20 +33,27 @@ from understudy.runtime.engine.tables import (
     STATE,
     TIME,
     TIMER,
-    Row,
+    NodeRow,
     Stacks,
     Tables,
     check_tree,
-    flat,
+    flatten_tree,
 )
-from understudy.runtime.program import IDLE_PROGRAM, Child, Freshened, GroundBehavior, Program, Source
+from understudy.runtime.program import (
+    IDLE_PROGRAM,
+    Child,
+    GroundBehavior,
+    Program,
+    ResetFeature,
+    ValueSource,
+)
 
 Kept: TypeAlias = tuple[str, str]
 """A counter or timer: "counter" or "timer", and its name."""
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class StateSlot:
     """What a state's index stands for: a state of an automaton, which keeps counters and timers in these slots."""
 
     automaton: str
@@ -58,7 +65,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class PythonTransition:
     """A transition function that is no tree: it is asked in Python, on the values of these sources.
 
     It answers one of `states` states, the first of which has the index `first`.
@@ -83,8 +90,8 @@ class Compiled:
     tables: Tables
     features: tuple[BoundFeature, ...]
     basics: tuple[GroundBehavior, ...]
-    places: tuple[Place, ...]
-    asked: Mapping[int, Asked]
+    places: tuple[StateSlot, ...]
+    asked: Mapping[int, PythonTransition]
     roots: NDArray[np.int32]
     flags: Mapping[str, int]
     depth: int
@@ -106,9 +113,9 @@ def compile_programs(programs: Sequence[Program]) -> Compiled:
 
     DefinitionError for a tree that asks or answers what its automaton does not have.
     """
-    merging = _Merging()
+    merging = _InstanceMerger()
     merged = {id(program): merging.child(program, program.root) for program in programs}
-    laying = _Laying(merging)
+    laying = _TableWriter(merging)
     return Compiled(
         laying.tables(),
         tuple(bound for bound, _ in merging.features),
@@ -123,23 +130,23 @@ def compile_programs(programs: Sequence[Program]) -> Compiled:
 
 
 @dataclass(frozen=True)
-class _Ground:
+class _GroundInstance:
     """An instance with its numbers in the tables; a child is an instance, or -1 - a basic behavior."""
 
     identity: int
     binding: Binding
-    sources: tuple[Source, ...]
+    sources: tuple[ValueSource, ...]
     children: tuple[int, ...]
     changes: tuple[tuple[StateEffect, ...], ...]
 
 
-class _Merging:
+class _InstanceMerger:
     """Numbers what programs consist of; functions are told apart, whatever they are called."""
 
     def __init__(self) -> None:
         self.features: dict[tuple[BoundFeature, Callable[..., Any] | None], int] = {}
         self.basics: dict[tuple[GroundBehavior, Callable[..., Any] | None], int] = {}
-        self.instances: dict[_Ground, int] = {}
+        self.instances: dict[_GroundInstance, int] = {}
         self.automata: list[Automaton] = []
         self.met: dict[tuple[int, int], int] = {}
         self.child(IDLE_PROGRAM, IDLE_PROGRAM.root)
@@ -154,16 +161,16 @@ class _Merging:
             children = tuple(self.child(program, below) for below in child.children)
             sources = tuple(self.source(program, source) for source in child.sources)
             identity = id(child.automaton)
-            merged = _Ground(identity, child.binding, sources, children, child.changes)
+            merged = _GroundInstance(identity, child.binding, sources, children, child.changes)
             if merged not in self.instances:
                 self.instances[merged] = len(self.automata)
                 self.automata.append(child.automaton)
             self.met[key] = self.instances[merged]
         return self.met[key]
 
-    def source(self, program: Program, source: Source) -> Source:
-        if isinstance(source, Freshened):
-            return Freshened(self.column(program, source.position), source.fresh)
+    def source(self, program: Program, source: ValueSource) -> ValueSource:
+        if isinstance(source, ResetFeature):
+            return ResetFeature(self.column(program, source.position), source.fresh)
         return self.column(program, source) if isinstance(source, int) else source
 
     def column(self, program: Program, source: int) -> int:
@@ -172,19 +179,19 @@ class _Merging:
         return self.features.setdefault((bound, function), len(self.features))
 
 
-class _Laying:
+class _TableWriter:
     """Lays merged instances out as records."""
 
-    def __init__(self, merging: _Merging) -> None:
+    def __init__(self, merging: _InstanceMerger) -> None:
         self.grounds = list(merging.instances)
         self.automata = merging.automata
         self.flags: dict[str, int] = {}
-        self.nodes: list[Row] = []
+        self.nodes: list[NodeRow] = []
         self.states: list[tuple[int, ...]] = []
         self.changes: list[tuple[int, int, float]] = []
         self.instances: list[tuple[int, int, int]] = []
-        self.places: list[Place] = []
-        self.asked: dict[int, Asked] = {}
+        self.places: list[StateSlot] = []
+        self.asked: dict[int, PythonTransition] = {}
         self.depth, self.slots, self.memories = _memories(self.grounds)
         for number in range(len(self.grounds)):
             self.lay(number)
@@ -209,27 +216,29 @@ class _Laying:
             if isinstance(transition, Tree):
                 if id(transition) not in trees:
                     check_tree(transition, automaton, state.name)
-                    asks, rows = flat(transition, sources=sources, first=first, at=len(self.nodes))
+                    asks, rows = flatten_tree(transition, sources=sources, first=first, at=len(self.nodes))
                     self.nodes.extend(rows)
                     trees[id(transition)] = asks
                 asks = trees[id(transition)]
             elif transition is not None:
                 codes = np.array(sources, np.int32)
-                self.asked[len(self.states)] = Asked(transition, codes, first, len(automaton.states))
+                self.asked[len(self.states)] = PythonTransition(
+                    transition, codes, first, len(automaton.states)
+                )
                 asks = ASKED
             flag = -1 if state.flag is None else self.flag(state.flag)
             begun = len(self.changes)
             self.changes.extend(_change(change, memory) for change in changes)
             self.states.append((asks, max(child, -1), max(-1 - child, -1), flag, begun, len(self.changes)))
-            self.places.append(Place(automaton.name, state.name, memory))
+            self.places.append(StateSlot(automaton.name, state.name, memory))
         slots = memory.values()
         self.instances.append((first, min(slots, default=0), max(slots, default=-1) + 1))
 
-    def source(self, source: Source, memory: Mapping[Kept, int]) -> int:
+    def source(self, source: ValueSource, memory: Mapping[Kept, int]) -> int:
         """Where a node finds the value of a feature."""
         if isinstance(source, int):
             return source
-        if isinstance(source, Freshened):
+        if isinstance(source, ResetFeature):
             sort, which = RISEN if source.fresh else FALLEN, source.position
         elif isinstance(source, FlagFeature):
             sort, which = FLAG, self.flag(source.name)
@@ -245,7 +254,7 @@ class _Laying:
         return self.flags.setdefault(name, len(self.flags))
 
 
-def _memories(grounds: Sequence[_Ground]) -> tuple[int, int, list[dict[Kept, int]]]:
+def _memories(grounds: Sequence[_GroundInstance]) -> tuple[int, int, list[dict[Kept, int]]]:
     """How deep run states are, how many slots they have, and the slots of each instance.
 
     Slots lie after those of whatever the instance may be running in: only what never runs at once shares any.

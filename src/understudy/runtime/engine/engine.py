@@ -15,12 +15,12 @@ from understudy.kernel_cache import choose_cache_folder
 from understudy.model.features import Percept
 from understudy.model.kinds import Column
 from understudy.runtime.body import ORDER, Body, Fused, FusedPlan
-from understudy.runtime.command_columns import Acting
-from understudy.runtime.engine.compiler import Place, compile_programs
-from understudy.runtime.engine.python_transitions import answers
+from understudy.runtime.command_columns import CommandColumns
+from understudy.runtime.engine.compiler import StateSlot, compile_programs
+from understudy.runtime.engine.python_transitions import query_python_transition
 from understudy.runtime.engine.tables import Stacks
-from understudy.runtime.feature_columns import Sensing, body_feature, feature_key
-from understudy.runtime.interpreter import Level, elapsed
+from understudy.runtime.feature_columns import FeatureColumns, get_body_feature, get_feature_key
+from understudy.runtime.interpreter import StackFrame, measure_elapsed
 from understudy.runtime.program import IDLING, Program
 
 choose_cache_folder()
@@ -48,8 +48,8 @@ class Engine:
         self.stacks = self.compiled.stacks(body.agents)
         self.running = np.full(body.agents, IDLING, np.int32)
         self.slow = tuple(dict.fromkeys(str(self.compiled.places[state]) for state in self.compiled.asked))
-        self._sensing = Sensing(self.compiled.features, body)
-        self._acting = Acting(self.compiled.basics, body)
+        self._sensing = FeatureColumns(self.compiled.features, body)
+        self._acting = CommandColumns(self.compiled.basics, body)
         self.keys = tuple(dict.fromkeys((*self._sensing.keys, *self._acting.keys)))
         self._channels = tuple(channel.name for channel in body.channels)
         self.restart()
@@ -63,7 +63,7 @@ class Engine:
         """Start the roots of these agents afresh, or of all."""
         chosen = np.zeros(self.body.agents, np.bool_)
         chosen[slice(None) if agents is None else list(agents)] = True
-        _pulse_kernels.start_all(chosen, float(self.body.time_s), self.compiled.tables, self.stacks)
+        _pulse_kernels.start_agents(chosen, float(self.body.time_s), self.compiled.tables, self.stacks)
         self.running[chosen] = IDLING
 
     def begin(self, agents: Sequence[int] | NDArray[np.intp], program: Program) -> None:
@@ -115,10 +115,10 @@ class Engine:
 
     def plan(self) -> FusedPlan | None:
         """What a body needs to go on by itself; None where some part of the programs is a function."""
-        features = [body_feature(bound) for bound in self.compiled.features]
+        features = [get_body_feature(bound) for bound in self.compiled.features]
         if self.slow or self._acting.computed or any(feature.function for feature in features):
             return None
-        keys = tuple(feature_key(bound) for bound in self.compiled.features)
+        keys = tuple(get_feature_key(bound) for bound in self.compiled.features)
         return FusedPlan(self.compiled.tables, self.stacks, keys, self._acting.table, self.running)
 
     def tick(self) -> None:
@@ -137,7 +137,7 @@ class Engine:
         cuts = np.linspace(0, self.body.agents, parts + 1).astype(int).tolist()
 
         def pulse(part: tuple[int, int]) -> None:
-            _pulse_kernels.pulse_all(columns, now, self.compiled.tables, self.stacks, self.running, *part)
+            _pulse_kernels.pulse_agents(columns, now, self.compiled.tables, self.stacks, self.running, *part)
 
         list(each(pulse, pairwise(cuts)))
         if self.slow:
@@ -154,19 +154,23 @@ class Engine:
             for state in np.unique(states).tolist():
                 asked, agents = self.compiled.asked[state], waiting[states == state]
                 values = np.empty((len(agents), len(asked.sources)))
-                _pulse_kernels.vectors(agents, running, asked.sources, columns, now, tables, stacks, values)
+                _pulse_kernels.gather_feature_vectors(
+                    agents, running, asked.sources, columns, now, tables, stacks, values
+                )
                 try:
-                    following = answers(asked, values, place=self.compiled.places[state], agents=agents)
+                    following = query_python_transition(
+                        asked, values, place=self.compiled.places[state], agents=agents
+                    )
                 except BaseException:
                     running[running < 0] = IDLING  # they wait no longer
                     raise
-                _pulse_kernels.resume_all(agents, following, columns, now, tables, stacks, running)
+                _pulse_kernels.resume_agents(agents, following, columns, now, tables, stacks, running)
 
     def path(self, agent: int) -> tuple[str, ...]:
         """The current state of every level of an agent, from the root down."""
         return tuple(place.state for place, _ in self._active(agent))
 
-    def levels(self, agent: int) -> tuple[Level, ...]:
+    def levels(self, agent: int) -> tuple[StackFrame, ...]:
         """The run state of every active level of an agent, as plain values."""
         now, memory = self.body.time_s, self.stacks.memory[agent].tolist()
         found = []
@@ -174,15 +178,17 @@ class Engine:
             kept = [(of, name, memory[slot]) for (of, name), slot in place.memory.items()]
             kept = [each for each in kept if each[2] == each[2]]
             counters = {name: value for of, name, value in kept if of == "counter"}
-            timers = {name: elapsed(now, value) for of, name, value in kept if of == "timer"}
-            found.append(Level(place.automaton, place.state, elapsed(now, entered), counters, timers))
+            timers = {name: measure_elapsed(now, value) for of, name, value in kept if of == "timer"}
+            found.append(
+                StackFrame(place.automaton, place.state, measure_elapsed(now, entered), counters, timers)
+            )
         return tuple(found)
 
-    def _active(self, agent: int) -> list[tuple[Place, float]]:
+    def _active(self, agent: int) -> list[tuple[StateSlot, float]]:
         """Where an agent is and since when, level by level."""
         child = int(self.stacks.root[agent])
         states, times = self.stacks.state[agent].tolist(), self.stacks.entered[agent].tolist()
-        found: list[tuple[Place, float]] = []
+        found: list[tuple[StateSlot, float]] = []
         while child >= 0:
             state = states[len(found)]
             child = int(self.compiled.tables.states["child"][state])

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
-from understudy.runtime.engine.compiler import Asked, Place
+from understudy.runtime.engine.compiler import PythonTransition, StateSlot
 
 Ints = NDArray[np.int32]
 
 
 @runtime_checkable
-class Together(Protocol):
+class BatchTransition(Protocol):
     """A transition function that decides for many agents at once, for each as it would alone."""
 
     def decide_all(self, values: NDArray[np.float64], /) -> Sequence[int] | NDArray[Any]:
@@ -23,10 +23,12 @@ class Together(Protocol):
         ...
 
 
-def answers(asked: Asked, values: NDArray[np.float64], *, place: Place, agents: Ints) -> Ints:
+def query_python_transition(
+    asked: PythonTransition, values: NDArray[np.float64], *, place: StateSlot, agents: Ints
+) -> Ints:
     """The state's index (or STAY) that a transition function answers for each agent's feature vector [n, F]."""
     transition = asked.transition
-    if isinstance(transition, Together):
+    if isinstance(transition, BatchTransition):
         answered = np.asarray(transition.decide_all(values))
     else:
         answered = np.array([transition.decide(row) for row in values.tolist()])

@@ -86,7 +86,7 @@ class Stacks(NamedTuple):
         return Stacks(self.root.copy(), self.state.copy(), self.entered.copy(), self.memory.copy())
 
 
-class Row(NamedTuple):
+class NodeRow(NamedTuple):
     """A record of `NODE`."""
 
     low: float
@@ -97,7 +97,7 @@ class Row(NamedTuple):
     absent: int
 
 
-def flat(tree: Tree, *, sources: Sequence[int], first: int, at: int) -> tuple[int, list[Row]]:
+def flatten_tree(tree: Tree, *, sources: Sequence[int], first: int, at: int) -> tuple[int, list[NodeRow]]:
     """What a tree begins with, and its nodes, when these are put at the index `at`.
 
     `sources` are those of its features, `first` is the index of the first state it can answer.
@@ -111,7 +111,7 @@ def flat(tree: Tree, *, sources: Sequence[int], first: int, at: int) -> tuple[in
         outcome = STAY if child == STAY else tree.nodes[child].yes
         return STAY if outcome == STAY else -2 - (first + outcome)
 
-    rows: list[Row] = []
+    rows: list[NodeRow] = []
     for node in tree.nodes:
         if node.test == TestKind.LEAF:
             continue
@@ -120,13 +120,13 @@ def flat(tree: Tree, *, sources: Sequence[int], first: int, at: int) -> tuple[in
             branches = [after(branch) for branch in node.branches]
             rows.extend(_halved(branches, sources[node.feature], absent, at=at + len(rows)))
         elif node.test == TestKind.BELOW:
-            rows.append(Row(-inf, node.high, sources[node.feature], yes, no, absent))
+            rows.append(NodeRow(-inf, node.high, sources[node.feature], yes, no, absent))
         elif node.test == TestKind.ABSENT:
-            rows.append(Row(inf, -inf, sources[node.feature], no, no, yes))
+            rows.append(NodeRow(inf, -inf, sources[node.feature], no, no, yes))
         elif node.test == TestKind.ARC and node.low <= node.high:
-            rows.append(Row(node.low, node.high, sources[node.feature], yes, no, absent))
+            rows.append(NodeRow(node.low, node.high, sources[node.feature], yes, no, absent))
         elif node.test == TestKind.ARC:
-            rows.append(Row(node.high, node.low, sources[node.feature], no, yes, absent))
+            rows.append(NodeRow(node.high, node.low, sources[node.feature], no, yes, absent))
     return after(0), rows
 
 
@@ -136,10 +136,10 @@ def _rows(node: Node) -> int:
     return int(node.test != TestKind.LEAF)
 
 
-def _halved(branches: Sequence[int], source: int, absent: int, *, at: int) -> Iterator[Row]:
+def _halved(branches: Sequence[int], source: int, absent: int, *, at: int) -> Iterator[NodeRow]:
     """The nodes that find a label's branch, from the index `at` on; they come before what is below them."""
     if len(branches) == 1:
-        yield Row(-inf, inf, source, branches[0], branches[0], absent)
+        yield NodeRow(-inf, inf, source, branches[0], branches[0], absent)
         return
     waiting = [(0, len(branches))]
     used = 1
@@ -154,7 +154,7 @@ def _halved(branches: Sequence[int], source: int, absent: int, *, at: int) -> It
                 sides.append(at + used)
                 used += 1
                 waiting.append(part)
-        yield Row(-inf, middle, source, sides[0], sides[1], absent)
+        yield NodeRow(-inf, middle, source, sides[0], sides[1], absent)
 
 
 def check_tree(tree: Tree, automaton: Automaton, state: str) -> None:

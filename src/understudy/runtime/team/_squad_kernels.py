@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from understudy._jit_kernels import njit
-from understudy.runtime.engine._pulse_kernels import bare, begin, pulse
+from understudy.runtime.engine._pulse_kernels import njit_without_counting, pulse_agent, start_instance
 
 # As in leading.py, which a kernel file cannot import.
 ANY, ALL, NONE, COUNT, FRACTION, MEAN, MINIMUM, MAXIMUM, SPREAD = range(9)
@@ -21,7 +21,7 @@ SAME_S = 1e-6
 
 
 @njit(error_model="numpy", _nrt=False)
-def told_by(statistic: Any, sources: Any, member: Any, bands: Any) -> float:
+def read_member(statistic: Any, sources: Any, member: Any, bands: Any) -> float:
     """What a member reads, or whether its flag is up."""
     if statistic.of == THERE:
         return 1.0
@@ -37,7 +37,9 @@ def told_by(statistic: Any, sources: Any, member: Any, bands: Any) -> float:
 
 
 @njit(error_model="numpy", _nrt=False)
-def surveyed(statistic: Any, sources: Any, lead: Any, bands: Any, low: int, high: int) -> float:
+def compute_member_statistic(
+    statistic: Any, sources: Any, lead: Any, bands: Any, low: int, high: int
+) -> float:
     """A statistic over the members from `low` up to `high`, as it is now."""
     members, counted = lead[2], lead[6]
     everyone, number, total = 0, 0, 0.0
@@ -46,7 +48,7 @@ def surveyed(statistic: Any, sources: Any, lead: Any, bands: Any, low: int, high
         member = members[m]
         if not counted[m] or (statistic.role >= 0 and statistic.role != member.role):
             continue
-        value = told_by(statistic, sources, member, bands)
+        value = read_member(statistic, sources, member, bands)
         everyone += 1
         if statistic.how >= MEAN:
             if value == value:
@@ -81,14 +83,16 @@ def surveyed(statistic: Any, sources: Any, lead: Any, bands: Any, low: int, high
     for m in range(low, high):
         member = members[m]
         if counted[m] and (statistic.role < 0 or statistic.role == member.role):
-            value = told_by(statistic, sources, member, bands)
+            value = read_member(statistic, sources, member, bands)
             if value == value:
                 total += (value - middle) * (value - middle)
     return math.sqrt(total / number)
 
 
 @njit(error_model="numpy", _nrt=False)
-def remembered(statistic: Any, value: float, now: float, last: Any, since: Any, squad: int) -> float:
+def update_timed_statistic(
+    statistic: Any, value: float, now: float, last: Any, since: Any, squad: int
+) -> float:
     """What a statistic over time reads, given what it is now."""
     if value == 1.0:
         last[squad] = now
@@ -106,7 +110,7 @@ def remembered(statistic: Any, value: float, now: float, last: Any, since: Any, 
 
 
 @njit(error_model="numpy", _nrt=False)
-def survey(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
+def survey_members(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
     """All that a squad senses of its members, and whether anybody is left of it."""
     statistics, sources, members, first, drops = lead[0], lead[1], lead[2], lead[3], lead[4]
     counted, last, since = lead[6], lead[7], lead[8]
@@ -120,14 +124,14 @@ def survey(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
         anybody = anybody or there
     mine[3][squad] = anybody
     for k in range(len(statistics)):
-        value = surveyed(statistics[k], sources[k], lead, bands, low, high)
+        value = compute_member_statistic(statistics[k], sources[k], lead, bands, low, high)
         if statistics[k].when != NOW:
-            value = remembered(statistics[k], value, now, last[k], since[k], squad)
+            value = update_timed_statistic(statistics[k], value, now, last[k], since[k], squad)
         mine[2][squad, k] = value
 
 
 @njit(error_model="numpy", _nrt=False)
-def start(member: Any, duty: int, now: float, roots: Any, bands: Any) -> None:
+def start_member(member: Any, duty: int, now: float, roots: Any, bands: Any) -> None:
     """Let a member begin a duty."""
     band, row = bands[member.layer], member.row
     stacks = band[1]
@@ -136,16 +140,16 @@ def start(member: Any, duty: int, now: float, roots: Any, bands: Any) -> None:
     stacks[2][row, 0] = now
     band[4][row] = IDLING
     if root >= 0:
-        begin(row, 0, root, now, band[0], stacks)
+        start_instance(row, 0, root, now, band[0], stacks)
 
 
 @njit(error_model="numpy", _nrt=False)
-def command(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
+def pulse_coordinator(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
     """Pulse a coordinator; where it orders anew, its members begin."""
     members, first, ordered = lead[2], lead[3], lead[5]
     order, issued, meant, heard, answering, duties, roots = lead[9]
     tables, stacks, values, _, running = mine
-    running[squad] = pulse(squad, values[squad], now, tables, stacks)
+    running[squad] = pulse_agent(squad, values[squad], now, tables, stacks)
     given, when = ordered[running[squad]], -math.inf
     for level in range(stacks[2].shape[1]):
         when = max(when, stacks[2][squad, level])
@@ -161,27 +165,27 @@ def command(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
         begins = answering[m] != now_issued and now_issued == now_issued
         answering[m] = now_issued
         if begins:
-            start(members[m], heard[m], now, roots, bands)
+            start_member(members[m], heard[m], now, roots, bands)
 
 
 @njit(error_model="numpy", _nrt=False)
-def lead_world(world: int, now: float, bands: Any, leads: Any) -> None:
+def run_world_coordinators(world: int, now: float, bands: Any, leads: Any) -> None:
     """All coordinators of a world, once its robots have sensed: surveys bottom-up, orders top-down."""
     for level in range(len(leads)):
         lead = leads[level]
         squads = lead[10]
         for squad in range(world * squads, (world + 1) * squads):
-            survey(squad, now, bands[level + 1], lead, bands)
+            survey_members(squad, now, bands[level + 1], lead, bands)
     for turn in range(len(leads)):
         level = len(leads) - 1 - turn
         lead = leads[level]
         squads = lead[10]
         for squad in range(world * squads, (world + 1) * squads):
-            command(squad, now, bands[level + 1], lead, bands)
+            pulse_coordinator(squad, now, bands[level + 1], lead, bands)
 
 
-@bare
-def lead_all(worlds: int, now: float, bands: Any, leads: Any) -> None:
+@njit_without_counting
+def run_all_coordinators(worlds: int, now: float, bands: Any, leads: Any) -> None:
     """All coordinators of some worlds."""
     for world in range(worlds):
-        lead_world(world, now, bands, leads)
+        run_world_coordinators(world, now, bands, leads)

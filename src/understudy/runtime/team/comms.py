@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import YES, Column
-from understudy.runtime.team.members import Band, Roster
+from understudy.runtime.team.members import MemberGroup, Membership
 
 ORDER_BYTES = 12
 """An order: whose (2), what (2), when it was given (8)."""
@@ -32,14 +32,14 @@ class Traffic:
     bytes: int
 
 
-def traffic(members: int, readings: int, flags: int) -> Traffic:
+def make_traffic(members: int, readings: int, flags: int) -> Traffic:
     """An order to each member and a report from it, with so many readings and flags in it."""
     report = REPORT_BYTES + READING_BYTES * readings + FLAG_BYTES * flags
     return Traffic(2 * members, members * (ORDER_BYTES + report))
 
 
 @dataclass(frozen=True)
-class Radio:
+class CommsChannel:
     """Messages arrive `ticks` later, a share `loss` of them never. `keys` [M] tell members apart in all worlds."""
 
     ticks: int
@@ -59,7 +59,7 @@ class Radio:
         return (drawn >> np.uint64(11)) * 2.0**-53 >= self.loss
 
 
-def radio_keys(seeds: NDArray[np.int64], members: int, level: int) -> NDArray[np.uint64]:
+def make_member_draw_keys(seeds: NDArray[np.int64], members: int, level: int) -> NDArray[np.uint64]:
     """Keys of the members of one sort of squads in worlds of these seeds, `members` in each."""
     each = _mixed(np.asarray(seeds, np.uint64) + np.uint64(level + 1))
     return _mixed(np.repeat(each, members) ^ np.tile(np.arange(members, dtype=np.uint64), len(each)))
@@ -75,10 +75,10 @@ def _mixed(keys: NDArray[np.uint64]) -> NDArray[np.uint64]:
     return found
 
 
-class Delayed:
+class DelayedValues:
     """Values of M members as they arrive: the last that got through, absent before the first."""
 
-    def __init__(self, radio: Radio, way: int) -> None:
+    def __init__(self, radio: CommsChannel, way: int) -> None:
         self._radio, self._way = radio, way
         self._sent = np.full((radio.ticks + 1, len(radio.keys)), np.nan)
         self._ticks = np.full(radio.ticks + 1, -1)
@@ -101,7 +101,7 @@ SILENT_S = 1.0
 
 
 @runtime_checkable
-class Failing(Protocol):
+class HasFailures(Protocol):
     """A body whose agents can fail: simulated robots that were frozen, squads that nobody is left of."""
 
     @property
@@ -110,16 +110,21 @@ class Failing(Protocol):
         ...
 
 
-class Reports:
+class MemberReports:
     """What M members report, each of them a row of one of the bodies below. `drops` names a reading: who reads yes has
     dropped out, as who has failed or has not been heard of.
     """
 
     def __init__(
-        self, roster: Roster, bands: Sequence[Band], radio: Radio | None, drops: str | None, tick_s: float
+        self,
+        roster: Membership,
+        bands: Sequence[MemberGroup],
+        radio: CommsChannel | None,
+        drops: str | None,
+        tick_s: float,
     ) -> None:
         self.roster, self.bands, self._radio, self._drops, self._tick_s = roster, bands, radio, drops, tick_s
-        self._delayed: dict[ReadingKey | str, Delayed] = {}
+        self._delayed: dict[ReadingKey | str, DelayedValues] = {}
 
     @property
     def perfect(self) -> bool:
@@ -156,7 +161,7 @@ class Reports:
         """Who is still there [M]: has not failed, is not stuck where that counts, has been heard of lately."""
         there = np.ones(len(self.roster), np.bool_)
         for number, band in enumerate(self.bands):
-            if isinstance(band.layer.body, Failing):
+            if isinstance(band.layer.body, HasFailures):
                 mine = self.roster.band == number
                 there[mine] = ~band.layer.body.failed[self.roster.row[mine]]
         if self._radio is not None:
@@ -170,5 +175,5 @@ class Reports:
         if self._radio is None:
             return values
         if key not in self._delayed:
-            self._delayed[key] = Delayed(self._radio, UP)
+            self._delayed[key] = DelayedValues(self._radio, UP)
         return self._delayed[key].through(values, round(now / self._tick_s))

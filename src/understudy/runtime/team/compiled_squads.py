@@ -12,11 +12,11 @@ from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Toroidal
 from understudy.model.squad import TELLING, YES_OR_NO, Statistic
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.feature_columns import feature_key
+from understudy.runtime.feature_columns import get_feature_key
 from understudy.runtime.program import IDLE_PROGRAM
-from understudy.runtime.team.members import Layer
-from understudy.runtime.team.squad_body import Squads
-from understudy.runtime.team.statistics import Memory
+from understudy.runtime.team.members import AgentLayer
+from understudy.runtime.team.squad_body import SquadBody
+from understudy.runtime.team.statistics import StatisticMemory
 
 HOW = ("any", "all", "none", "count", "fraction", "mean", "minimum", "maximum", "spread")
 READING, FLAG, THERE = range(3)
@@ -41,10 +41,10 @@ MEMBER = np.dtype([("layer", "i8"), ("row", "i8"), ("role", "i8"), ("band", "i8"
 Bands: TypeAlias = tuple[tuple[Any, ...], ...]
 """Of each layer: tables, stacks, values [N, V], who is there [N], what they run [N]."""
 Leads: TypeAlias = tuple[tuple[Any, ...], ...]
-"""Of each layer of squads: what `_Led.record` says."""
+"""Of each layer of squads: what `_SquadLayer.record` says."""
 
 
-class Lead(NamedTuple):
+class SquadTables(NamedTuple):
     """All that kernels see of a team (see `_lead_kernels.py`), and what the robots have to sense."""
 
     bands: Bands
@@ -52,36 +52,38 @@ class Lead(NamedTuple):
     keys: tuple[ReadingKey, ...]
 
 
-class Leading:
+class SquadCompiler:
     """The layers of a team in B worlds, robots first. `possible` tells whether kernels can do what they do."""
 
-    def __init__(self, layers: Sequence[Layer], keys: Sequence[tuple[ReadingKey, ...]], worlds: int) -> None:
+    def __init__(
+        self, layers: Sequence[AgentLayer], keys: Sequence[tuple[ReadingKey, ...]], worlds: int
+    ) -> None:
         self._layers, self._worlds = layers, worlds
         self._columns = [_columns(layer, needed) for layer, needed in zip(layers, keys, strict=True)]
         self._led = [
-            _Led(layer.body, layers, self._columns, level + 1, worlds)
+            _SquadLayer(layer.body, layers, self._columns, level + 1, worlds)
             for level, layer in enumerate(layers[1:])
-            if isinstance(layer.body, Squads)
+            if isinstance(layer.body, SquadBody)
         ]
 
     @staticmethod
-    def possible(layers: Sequence[Layer]) -> bool:
+    def possible(layers: Sequence[AgentLayer]) -> bool:
         """Whether all is data, nothing takes time on a radio or is shared out, and no angle is averaged."""
         engines = [layer.runner for layer in layers]
         if len(layers) < 2 or not all(
             isinstance(each, Engine) and each.plan() is not None for each in engines
         ):
             return False
-        return all(isinstance(layer.body, Squads) and _is_plain(layer.body) for layer in layers[1:])
+        return all(isinstance(layer.body, SquadBody) and _is_plain(layer.body) for layer in layers[1:])
 
-    def lead(self) -> Lead:
+    def lead(self) -> SquadTables:
         """Everything as it is now; what kernels do to it is done to the team once `keep` was called."""
         bands = []
         for layer, columns in zip(self._layers, self._columns, strict=True):
             engine, agents = _engine(layer), layer.body.agents
             values, there = np.full((agents, max(1, len(columns))), np.nan), np.ones(agents, np.bool_)
             bands.append((tuple(engine.compiled.tables), tuple(engine.stacks), values, there, engine.running))
-        return Lead(tuple(bands), tuple(led.record() for led in self._led), tuple(self._columns[0]))
+        return SquadTables(tuple(bands), tuple(led.record() for led in self._led), tuple(self._columns[0]))
 
     def keep(self) -> None:
         """Put back what squads remember."""
@@ -89,20 +91,20 @@ class Leading:
             led.keep()
 
 
-def _engine(layer: Layer) -> Engine:
+def _engine(layer: AgentLayer) -> Engine:
     if not isinstance(layer.runner, Engine):
         raise TypeError("agents that no engine runs")
     return layer.runner
 
 
-def _columns(layer: Layer, needed: Sequence[ReadingKey]) -> list[ReadingKey]:
+def _columns(layer: AgentLayer, needed: Sequence[ReadingKey]) -> list[ReadingKey]:
     """The readings in the order of a feature vector, and then what squads above look at."""
     engine = _engine(layer)
-    own = [feature_key(bound) for bound in engine.compiled.features]
+    own = [get_feature_key(bound) for bound in engine.compiled.features]
     return [*own, *(key for key in needed if key not in own)]
 
 
-def _is_plain(body: Squads) -> bool:
+def _is_plain(body: SquadBody) -> bool:
     if not body.reports.perfect or any(duty.share for order in body.ordering.known for duty in order.duties):
         return False
     engine = next(iter(body.readings), None)
@@ -115,13 +117,13 @@ def _is_plain(body: Squads) -> bool:
     )
 
 
-class _Led:
+class _SquadLayer:
     """One layer of squads as arrays."""
 
     def __init__(
         self,
-        body: Squads,
-        layers: Sequence[Layer],
+        body: SquadBody,
+        layers: Sequence[AgentLayer],
         columns: Sequence[Sequence[ReadingKey]],
         level: int,
         worlds: int,
@@ -155,7 +157,7 @@ class _Led:
         self._duties = body.ordering.dealt()
         self._roots = self._rooted(layers)
 
-    def _rooted(self, layers: Sequence[Layer]) -> NDArray[np.int32]:
+    def _rooted(self, layers: Sequence[AgentLayer]) -> NDArray[np.int32]:
         """What the root of a member of each band is to be for each duty."""
         ordering, bands = self._body.ordering, self._body.bands
         roots = np.full((len(ordering.duties), len(bands)), NOWHERE, np.int32)
@@ -191,11 +193,11 @@ class _Led:
         """Put back what is remembered."""
         for index, key in enumerate(self._keys):
             memory = self._body.memory(key)
-            if isinstance(memory, Memory):
+            if isinstance(memory, StatisticMemory):
                 memory.last, memory.since = self._last[index].copy(), self._since[index].copy()
 
 
-def _record(statistic: Statistic, body: Squads) -> tuple[float, ...]:
+def _record(statistic: Statistic, body: SquadBody) -> tuple[float, ...]:
     kind = body.kind_of(statistic)
     of = READING if statistic.reading is not None else FLAG if statistic.flag is not None else THERE
     roles = [role.name for role in body.squad.roles]
@@ -208,7 +210,9 @@ def _record(statistic: Statistic, body: Squads) -> tuple[float, ...]:
     return HOW.index(statistic.how), of, role, when, plain, least, below, seconds
 
 
-def _source(statistic: Statistic, target: str | None, layer: Layer, columns: Sequence[ReadingKey]) -> int:
+def _source(
+    statistic: Statistic, target: str | None, layer: AgentLayer, columns: Sequence[ReadingKey]
+) -> int:
     """Where a layer has what a statistic is of: a column, or the number of a flag."""
     if statistic.reading is not None:
         key = statistic.reading, target

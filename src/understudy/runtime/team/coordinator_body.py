@@ -12,39 +12,47 @@ import msgspec
 from understudy.errors import FileError, SessionError
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.squad import Order
-from understudy.runtime.body import Body, Channel, Commands, Reading, Resettable, Rewindable, every_key
-from understudy.runtime.interpreter import Level
+from understudy.runtime.body import (
+    Body,
+    Channel,
+    Commands,
+    Reading,
+    Resettable,
+    Rewindable,
+    list_reading_keys,
+)
+from understudy.runtime.interpreter import StackFrame
 from understudy.runtime.run_loop import Run
-from understudy.runtime.team.members import Layer
-from understudy.runtime.team.squad_body import Kept, Squads
+from understudy.runtime.team.members import AgentLayer
+from understudy.runtime.team.squad_body import SquadBody, SquadState
 from understudy.runtime.team.team import Team
 
 NO_SIMULATION = "its robots are no simulation"
 
 
-class Agent(msgspec.Struct):
+class AgentRunState(msgspec.Struct):
     """The run state of one agent, and when it started what it runs."""
 
-    levels: list[Level]
+    levels: list[StackFrame]
     entered: float
 
 
-class Snapshot(msgspec.Struct):
+class CoordinatorSnapshot(msgspec.Struct):
     """A troop at one moment: the robots' world, the squads bottom-up, the agents below the trained ones."""
 
     ground: bytes
-    squads: list[Kept]
-    runs: list[list[Agent]]
+    squads: list[SquadState]
+    runs: list[list[AgentRunState]]
 
 
-class Troop:
+class CoordinatorBody:
     """The squads of the sort `name` of a team, its coordinators without anybody above them: a body."""
 
     def __init__(self, team: Team, name: str) -> None:
         layer = team.layer(name)
-        if not isinstance(layer.body, Squads):
+        if not isinstance(layer.body, SquadBody):
             raise SessionError(f"{name} is no sort of squads")
-        self.squads: Squads = layer.body
+        self.squads: SquadBody = layer.body
         self.team = team
         self.ground: Body = team.ground
         self._own, self._below = layer, team.layers[: team.layers.index(layer)]
@@ -66,7 +74,7 @@ class Troop:
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Statistics [S], from what everybody below senses now."""
         for layer in self._below:
-            layer.percept = layer.body.sense(every_key(layer.body))
+            layer.percept = layer.body.sense(list_reading_keys(layer.body))
         return self.squads.sense(keys)
 
     def numbered(self, order: Order) -> int:
@@ -90,36 +98,38 @@ class Troop:
         """The whole state, for `restore`."""
         if not isinstance(self.ground, Rewindable):
             raise SessionError(f"this troop cannot be rewound: {NO_SIMULATION}")
-        squads = [layer.body.kept() for layer in (*self._below, self._own) if isinstance(layer.body, Squads)]
+        squads = [
+            layer.body.kept() for layer in (*self._below, self._own) if isinstance(layer.body, SquadBody)
+        ]
         runs = [_kept(layer, self.time_s) for layer in self._below]
-        return msgspec.msgpack.encode(Snapshot(self.ground.snapshot(), squads, runs))
+        return msgspec.msgpack.encode(CoordinatorSnapshot(self.ground.snapshot(), squads, runs))
 
     def restore(self, snapshot: bytes) -> None:
         """Go back to a snapshot; FileError where it is none of such a troop."""
         try:
-            kept = msgspec.msgpack.decode(snapshot, type=Snapshot)
+            kept = msgspec.msgpack.decode(snapshot, type=CoordinatorSnapshot)
         except msgspec.MsgspecError as error:
             raise _refused(f"is none of a troop ({error})") from None
-        layers = [layer for layer in (*self._below, self._own) if isinstance(layer.body, Squads)]
+        layers = [layer for layer in (*self._below, self._own) if isinstance(layer.body, SquadBody)]
         if len(kept.squads) != len(layers) or len(kept.runs) != len(self._below):
             raise _refused("is of another team")
         if isinstance(self.ground, Rewindable):
             self.ground.restore(kept.ground)
         self.team.clear()
         for layer, squads in zip(layers, kept.squads, strict=True):
-            if isinstance(layer.body, Squads):
+            if isinstance(layer.body, SquadBody):
                 layer.body.restore(squads)
         for layer, agents in zip(self._below, kept.runs, strict=True):
             _restore(layer, agents, self.time_s)
 
 
-def _kept(layer: Layer, now: float) -> list[Agent]:
+def _kept(layer: AgentLayer, now: float) -> list[AgentRunState]:
     if not isinstance(layer.runner, Run):
         raise SessionError("an engine runs this troop: only interpreters can be kept with it")
-    return [Agent(list(each.snapshot(now)), each.entered) for each in layer.runner.interpreters]
+    return [AgentRunState(list(each.snapshot(now)), each.entered) for each in layer.runner.interpreters]
 
 
-def _restore(layer: Layer, agents: list[Agent], now: float) -> None:
+def _restore(layer: AgentLayer, agents: list[AgentRunState], now: float) -> None:
     if not isinstance(layer.runner, Run) or len(agents) != len(layer.runner.interpreters):
         raise _refused("is of another team")
     for interpreter, agent in zip(layer.runner.interpreters, agents, strict=True):

@@ -46,7 +46,7 @@ class Runner(Protocol):
 
 
 @dataclass
-class Layer:
+class AgentLayer:
     """A body with those who run its agents, and what it has sensed in this tick."""
 
     body: Body
@@ -55,11 +55,11 @@ class Layer:
 
 
 @dataclass(frozen=True)
-class Band:
+class MemberGroup:
     """Members of one sort: agents of a layer, who can be ordered to run what `finds` finds."""
 
     name: str
-    layer: Layer
+    layer: AgentLayer
     finds: Finds
 
 
@@ -72,7 +72,7 @@ class Member(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Roster:
+class Membership:
     """The M members of S squads, squad after squad: their body, their row there, their role, their squad [M each]."""
 
     squads: int
@@ -82,7 +82,7 @@ class Roster:
     squad: NDArray[np.intp]
 
     @classmethod
-    def of(cls, squads: Sequence[Sequence[Member]], worlds: int = 1, rows: Sequence[int] = ()) -> Roster:
+    def of(cls, squads: Sequence[Sequence[Member]], worlds: int = 1, rows: Sequence[int] = ()) -> Membership:
         """The squads of one world, or of as many side by side, whose bodies have so many `rows` for each world."""
         members = [member for squad in squads for member in squad]
         band, row, role = np.array(members, np.intp).reshape(-1, 3).T
@@ -149,7 +149,7 @@ def _problem(member: Member, squad: Squad, sorts: Sequence[tuple[str, Sequence[s
     return None
 
 
-def ordered(
+def find_ordered_program(
     squad: Squad,
     order: GroundBehavior,
     role: Role,

@@ -13,20 +13,22 @@ from understudy.errors import UnknownName
 from understudy.model.kinds import Column
 from understudy.model.squad import Assignment, Order, Squad
 from understudy.runtime.program import IDLE_PROGRAM
-from understudy.runtime.team.comms import DOWN, Delayed, Radio
-from understudy.runtime.team.members import Band, Roster
+from understudy.runtime.team.comms import DOWN, CommsChannel, DelayedValues
+from understudy.runtime.team.members import MemberGroup, Membership
 
 SAME_S = 1e-6
 """Times this near are one: a run state that was gone back to knows when it began only by how long that was ago."""
 
 
-class Ordering:
+class OrderDispatcher:
     """The orders of S squads. `duty` is what each of the M members was last ordered to do, `answering` [M] when the
     order was given that it is about; with a radio, it is what has reached them. `meant` and `heard` [M] are indices
     into `duties`, all that were ever ordered.
     """
 
-    def __init__(self, squad: Squad, roster: Roster, bands: Sequence[Band], radio: Radio | None) -> None:
+    def __init__(
+        self, squad: Squad, roster: Membership, bands: Sequence[MemberGroup], radio: CommsChannel | None
+    ) -> None:
         self.squad, self.roster, self.bands, self._radio = squad, roster, bands, radio
         self._orders: list[Order | None] = [None]
         self.duties: list[Assignment | None] = [None]
@@ -40,7 +42,7 @@ class Ordering:
         self.heard = np.zeros(len(self.roster), np.intp)
         self.answering = np.full(len(self.roster), np.nan)
         radio = self._radio
-        self._delayed = None if radio is None else (Delayed(radio, DOWN), Delayed(radio, DOWN))
+        self._delayed = None if radio is None else (DelayedValues(radio, DOWN), DelayedValues(radio, DOWN))
 
     @property
     def duty(self) -> list[Assignment | None]:
@@ -133,7 +135,7 @@ class Ordering:
             before = {member: int(self.meant[member]) for member in mine}
             roles = {member: names[self.roster.role[member]] for member in mine}
             there = [member for member in mine if counted[member]]
-            for member, number in shared(order, numbers, roles, before, there).items():
+            for member, number in distribute_assignments(order, numbers, roles, before, there).items():
                 self.meant[member] = number
 
     def _number(self, duty: Assignment) -> int:
@@ -168,7 +170,7 @@ class Ordering:
         self.start(np.arange(len(self.roster)))
 
 
-def shared(
+def distribute_assignments(
     order: Order,
     numbers: Sequence[int],
     roles: Mapping[int, str],

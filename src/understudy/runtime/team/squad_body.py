@@ -19,16 +19,16 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import BOOLEAN, Column, Kind
 from understudy.model.squad import Assignment, Order, Squad, Statistic
 from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading
-from understudy.runtime.team.comms import Radio, Reports, Traffic, traffic
-from understudy.runtime.team.members import Band, Roster
-from understudy.runtime.team.order_dispatch import Ordering
-from understudy.runtime.team.statistics import Memory, surveyed
+from understudy.runtime.team.comms import CommsChannel, MemberReports, Traffic, make_traffic
+from understudy.runtime.team.members import MemberGroup, Membership
+from understudy.runtime.team.order_dispatch import OrderDispatcher
+from understudy.runtime.team.statistics import StatisticMemory, compute_statistic
 
 SpelledDuty: TypeAlias = tuple[str, dict[str, str]]
 SpelledOrder: TypeAlias = list[tuple[str, dict[str, str], str | None, str | None]]
 
 
-class Kept(msgspec.Struct):
+class SquadState(msgspec.Struct):
     """What squads are at: the orders they gave and when, what their members heard of them, what they remember."""
 
     orders: list[SpelledOrder | None]
@@ -44,14 +44,19 @@ CHANNELS = (
 )
 
 
-class Squads:
+class SquadBody:
     """S squads of one sort over the bodies of their members: a body whose agents are coordinators.
 
     Without a radio, orders and reports arrive at once.
     """
 
     def __init__(
-        self, squad: Squad, roster: Roster, bands: Sequence[Band], ground: Body, radio: Radio | None = None
+        self,
+        squad: Squad,
+        roster: Membership,
+        bands: Sequence[MemberGroup],
+        ground: Body,
+        radio: CommsChannel | None = None,
     ) -> None:
         self.squad, self.roster, self.bands = squad, roster, tuple(bands)
         self._ground = ground
@@ -59,13 +64,13 @@ class Squads:
         mine = [bands[band] for band in np.unique(roster.band).tolist()]
         below = [reading for band in mine for reading in band.layer.body.readings]
         self._kinds = {reading.name: reading.kind for reading in reversed(below)}
-        self.readings: Sequence[Reading] = readings_of(squad, below)
+        self.readings: Sequence[Reading] = list_squad_readings(squad, below)
         self.channels: Sequence[Channel] = CHANNELS
         self.targets: Sequence[str] = ground.targets
         self._statistics = {each.name: each for each in squad.statistics}
-        self._memories: dict[ReadingKey, Memory] = {}
-        self.reports = Reports(roster, self.bands, radio, squad.drops, self.tick_s)
-        self.ordering = Ordering(squad, roster, self.bands, radio)
+        self._memories: dict[ReadingKey, StatisticMemory] = {}
+        self.reports = MemberReports(roster, self.bands, radio, squad.drops, self.tick_s)
+        self.ordering = OrderDispatcher(squad, roster, self.bands, radio)
         self._roles: dict[str | None, NDArray[np.bool_]] = {None: np.ones(len(roster), np.bool_)}
         self._roles |= {role.name: roster.role == number for number, role in enumerate(squad.roles)}
         self.clear()
@@ -116,7 +121,9 @@ class Squads:
         statistic, target = self._statistics[key[0]], key[1]
         kind = self.kind_of(statistic)
         values = self._reported(statistic, target, now)
-        found = surveyed(statistic, values, self._counted & self._roles[statistic.role], self.roster, kind)
+        found = compute_statistic(
+            statistic, values, self._counted & self._roles[statistic.role], self.roster, kind
+        )
         memory = self.memory(key)
         return found if memory is None else memory.seen(found, now)
 
@@ -128,7 +135,7 @@ class Squads:
         """The kind of what a statistic is of; None where that is no reading."""
         return None if statistic.reading is None else self._kinds[statistic.reading]
 
-    def memory(self, key: ReadingKey) -> Memory | None:
+    def memory(self, key: ReadingKey) -> StatisticMemory | None:
         """What is remembered of a reading; None where nothing has to be."""
         statistic = self._statistics[key[0]]
         if not statistic.timed:
@@ -137,9 +144,9 @@ class Squads:
             self._memories[key] = self._memory(statistic)
         return self._memories[key]
 
-    def _memory(self, statistic: Statistic) -> Memory:
+    def _memory(self, statistic: Statistic) -> StatisticMemory:
         kind = statistic.kind(self.kind_of(statistic))
-        return Memory(statistic, kind, self.agents, self.tick_s)
+        return StatisticMemory(statistic, kind, self.agents, self.tick_s)
 
     def _reported(self, statistic: Statistic, target: str | None, now: float) -> Column:
         """What each member reads, or whether its flag is up [M]; of nothing in particular, yes."""
@@ -156,7 +163,7 @@ class Squads:
         used = [self._statistics[name] for name in {reading.name for reading in self.readings}]
         readings = {each.reading for each in used if each.reading is not None}
         flags = {each.flag for each in used if each.flag is not None}
-        return traffic(len(self.roster), len(readings), len(flags))
+        return make_traffic(len(self.roster), len(readings), len(flags))
 
     # Ordering
 
@@ -171,7 +178,7 @@ class Squads:
 
     # Keeping
 
-    def kept(self) -> Kept:
+    def kept(self) -> SquadState:
         """What they are at, for `restore`."""
         orders, duties = self.ordering.orders, self.ordering.duty
         memories = [
@@ -185,7 +192,7 @@ class Squads:
             )
             for (name, target), memory in self._memories.items()
         ]
-        return Kept(
+        return SquadState(
             [None if order is None else [_spelled(duty) for duty in order.duties] for order in orders],
             self.ordering.issued.tolist(),
             [None if duty is None else (duty.behavior, dict(duty.binding)) for duty in duties],
@@ -193,7 +200,7 @@ class Squads:
             memories,
         )
 
-    def restore(self, kept: Kept) -> None:
+    def restore(self, kept: SquadState) -> None:
         """Go back to what they were at; their members begin what they were ordered to do."""
         orders = [
             None if each is None else Order(tuple(_read(*duty) for duty in each)) for each in kept.orders
@@ -217,7 +224,7 @@ def _read(
     return Assignment(behavior, Binding(binding), role, None if share is None else Fraction(share))
 
 
-def readings_of(squad: Squad, below: Sequence[Reading]) -> tuple[Reading, ...]:
+def list_squad_readings(squad: Squad, below: Sequence[Reading]) -> tuple[Reading, ...]:
     """What a coordinator senses, given what its members do."""
     named = {reading.name: reading for reading in reversed(below)}
     return tuple(_reading(each, named) for each in squad.statistics)

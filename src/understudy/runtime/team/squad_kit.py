@@ -11,13 +11,13 @@ from understudy.model.features import Feature, FlagFeature, TimeInState
 from understudy.model.library import Kit, Library
 from understudy.model.squad import Assignment, Order, Squad
 from understudy.runtime.body import Reading
-from understudy.runtime.team.squad_body import readings_of
+from understudy.runtime.team.squad_body import list_squad_readings
 
 PARAMETER = "A"
 """What features of targets call their target."""
 
 
-def squad_kit(squad: Squad, below: Sequence[Reading], members: Mapping[str, Library]) -> Kit:
+def make_squad_kit(squad: Squad, below: Sequence[Reading], members: Mapping[str, Library]) -> Kit:
     """What a coordinator can be taught with, given what its members sense and the library of each sort of them."""
     fresh = {each.name: each.fresh for each in squad.statistics}
     features = [
@@ -25,7 +25,7 @@ def squad_kit(squad: Squad, below: Sequence[Reading], members: Mapping[str, Libr
             reading.name, reading.kind, reading.name, of=PARAMETER if reading.of_targets else None,
             unit=reading.unit, doc=reading.doc, fresh=fresh[reading.name],
         )
-        for reading in readings_of(squad, below)
+        for reading in list_squad_readings(squad, below)
     ]  # fmt: skip
     targets = next(iter(members.values())).kit.targets.values()
     own = (FlagFeature("done"), FlagFeature("failed"), TimeInState())

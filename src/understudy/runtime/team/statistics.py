@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from understudy.model.kinds import BOOLEAN, YES, Column, Kind, Toroidal
 from understudy.model.squad import TELLING, YES_OR_NO, Statistic
-from understudy.runtime.team.members import Roster
+from understudy.runtime.team.members import Membership
 
 Bools = NDArray[np.bool_]
 
 
-def true_of(statistic: Statistic, values: Column, kind: Kind | None) -> Bools:
+def select_matching_members(statistic: Statistic, values: Column, kind: Kind | None) -> Bools:
     """Of which members it is true [M], by what they read or whether their flag is up."""
     if kind is None or (kind == BOOLEAN and statistic.least is None and statistic.below is None):
         yes: Bools = np.equal(values, YES)
@@ -26,7 +26,7 @@ def true_of(statistic: Statistic, values: Column, kind: Kind | None) -> Bools:
     return true
 
 
-def told(how: str, true: Bools, counted: Bools, roster: Roster) -> Column:
+def count_matching_members(how: str, true: Bools, counted: Bools, roster: Membership) -> Column:
     """Of how many of the counted members [M] of each squad [S] it is true."""
     everyone = np.bincount(roster.squad, counted, minlength=roster.squads)
     number = np.bincount(roster.squad, true & counted, minlength=roster.squads)
@@ -40,7 +40,7 @@ def told(how: str, true: Bools, counted: Bools, roster: Roster) -> Column:
     return found.astype(np.float64)
 
 
-def measured(how: str, values: Column, counted: Bools, roster: Roster, kind: Kind) -> Column:
+def aggregate_readings(how: str, values: Column, counted: Bools, roster: Membership, kind: Kind) -> Column:
     """The mean, minimum, maximum or spread of what the counted members [M] of each squad read [S]; absent if nothing.
 
     Sums go in the order of members, so that they are the same alone and among others.
@@ -74,7 +74,7 @@ def measured(how: str, values: Column, counted: Bools, roster: Roster, kind: Kin
 
 
 @dataclass
-class Memory:
+class StatisticMemory:
     """What the squads remember of one statistic: when it was last yes, since when it is, its last values."""
 
     statistic: Statistic
@@ -116,10 +116,10 @@ class Memory:
         self.values[slot], self.times[slot] = value, now
         lately = _seconds(now, self.times) <= round(self.statistic.within_s or 0.0, 9)
         columns = np.tile(np.arange(self.squads), int(lately.sum()))
-        moments = Roster(self.squads, columns, columns, columns, columns)
+        moments = Membership(self.squads, columns, columns, columns, columns)
         how = self.statistic.how if self.statistic.how in ("minimum", "maximum") else "mean"
         values = self.values[lately].ravel()
-        return measured(how, values, np.ones(len(values), np.bool_), moments, self.kind)
+        return aggregate_readings(how, values, np.ones(len(values), np.bool_), moments, self.kind)
 
 
 def _seconds(now: float, since: Column) -> Column:
@@ -128,10 +128,12 @@ def _seconds(now: float, since: Column) -> Column:
     return seconds
 
 
-def surveyed(
-    statistic: Statistic, values: Column, counted: Bools, roster: Roster, kind: Kind | None
+def compute_statistic(
+    statistic: Statistic, values: Column, counted: Bools, roster: Membership, kind: Kind | None
 ) -> Column:
     """A statistic as it is now [S], without what was before; `kind` is that of the reading, None for a flag."""
     if statistic.how in TELLING:
-        return told(statistic.how, true_of(statistic, values, kind), counted, roster)
-    return measured(statistic.how, values, counted, roster, kind or BOOLEAN)
+        return count_matching_members(
+            statistic.how, select_matching_members(statistic, values, kind), counted, roster
+        )
+    return aggregate_readings(statistic.how, values, counted, roster, kind or BOOLEAN)

@@ -23,14 +23,23 @@ from understudy.runtime.engine.engine import Engine
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.run_loop import Run
-from understudy.runtime.team.comms import Radio, radio_keys
-from understudy.runtime.team.compiled_squads import Leading
-from understudy.runtime.team.members import Band, Finds, Layer, Member, Roster, Runner, check_members, ordered
-from understudy.runtime.team.squad_body import Squads
+from understudy.runtime.team.comms import CommsChannel, make_member_draw_keys
+from understudy.runtime.team.compiled_squads import SquadCompiler
+from understudy.runtime.team.members import (
+    AgentLayer,
+    Finds,
+    Member,
+    MemberGroup,
+    Membership,
+    Runner,
+    check_members,
+    find_ordered_program,
+)
+from understudy.runtime.team.squad_body import SquadBody
 
 
 @dataclass(frozen=True)
-class Tree:
+class TeamTree:
     """The team of one world: the types of robots, which of them each robot is of, and the squads, bottom-up.
 
     A member's band is an index into the types of robots and, after them, the sorts of squads before its own.
@@ -53,7 +62,7 @@ Makes: TypeAlias = Callable[[Body, Sequence[Program], Sequence[Program]], Runner
 """Makes what runs the agents of a body, one program each; others they may be ordered to run."""
 
 
-def interpreted(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
+def make_interpreter_runner(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
     """Interpreters: the definition."""
     return Run(body, [Interpreter(program, now=body.time_s) for program in programs], others)
 
@@ -66,12 +75,12 @@ class Team:
     def __init__(
         self,
         ground: Body,
-        tree: Tree,
+        tree: TeamTree,
         libraries: Mapping[str, Library],
         roots: Mapping[str, tuple[str, Mapping[str, str]]],
         *,
         worlds: int = 1,
-        makes: Makes = interpreted,
+        makes: Makes = make_interpreter_runner,
         trained: str | None = None,
         delay_s: float = 0.0,
         loss: float = 0.0,
@@ -93,8 +102,8 @@ class Team:
         self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
         self.layers = self._built(roots, worlds, makes)
         self._keys = self._needed()
-        fused = isinstance(ground, Fused) and Leading.possible(self.layers)
-        self._leading = Leading(self.layers, self._keys, worlds) if fused else None
+        fused = isinstance(ground, Fused) and SquadCompiler.possible(self.layers)
+        self._leading = SquadCompiler(self.layers, self._keys, worlds) if fused else None
 
     def _closure(self, names: set[str]) -> set[str]:
         """These sorts of agents, and those that are members of theirs."""
@@ -116,11 +125,13 @@ class Team:
             for duty in order.within(ground.binding).duties:
                 for role in squad.roles:
                     if duty.role in (None, role.name):
-                        self._collect(role.of, ordered(squad, ground, role, duty, self._finds[role.of]))
+                        self._collect(
+                            role.of, find_ordered_program(squad, ground, role, duty, self._finds[role.of])
+                        )
 
     def _built(
         self, roots: Mapping[str, tuple[str, Mapping[str, str]]], worlds: int, makes: Makes
-    ) -> tuple[Layer, ...]:
+    ) -> tuple[AgentLayer, ...]:
         types = self.tree.types
         root = dict.fromkeys(self.tree.names, IDLE_PROGRAM)
         root |= {
@@ -130,31 +141,33 @@ class Team:
         robots = self._layer(self.ground, alone, types, makes)
         self._layers_of = dict.fromkeys(types, robots)
         layers = [robots]
-        bands = [Band(name, robots, self._finds[name]) for name in types]
+        bands = [MemberGroup(name, robots, self._finds[name]) for name in types]
         rows = [len(self.tree.type_of)] * len(types)
         for level, (squad, members) in enumerate(self.tree.squads):
             rows.append(len(members))
             if squad.name not in self._led:
                 bands.append(
-                    Band(squad.name, robots, self._finds[squad.name])
+                    MemberGroup(squad.name, robots, self._finds[squad.name])
                 )  # nobody's member, in this team
                 continue
-            roster = Roster.of(members, worlds, rows)
-            body = Squads(squad, roster, bands, self.ground, self._radio_of(level, len(roster) // worlds))
+            roster = Membership.of(members, worlds, rows)
+            body = SquadBody(squad, roster, bands, self.ground, self._radio_of(level, len(roster) // worlds))
             layer = self._layer(body, [root[squad.name]] * body.agents, (squad.name,), makes)
             layers.append(layer)
-            bands.append(Band(squad.name, layer, self._finds[squad.name]))
+            bands.append(MemberGroup(squad.name, layer, self._finds[squad.name]))
             self._layers_of[squad.name] = layer
         return tuple(layers)
 
-    def _radio_of(self, level: int, members: int) -> Radio | None:
+    def _radio_of(self, level: int, members: int) -> CommsChannel | None:
         ticks, loss, seeds = self._radio
-        radio = Radio(ticks, loss, radio_keys(seeds, members, level))
+        radio = CommsChannel(ticks, loss, make_member_draw_keys(seeds, members, level))
         return None if radio.perfect else radio
 
-    def _layer(self, body: Body, programs: Sequence[Program], names: Sequence[str], makes: Makes) -> Layer:
+    def _layer(
+        self, body: Body, programs: Sequence[Program], names: Sequence[str], makes: Makes
+    ) -> AgentLayer:
         others = [IDLE_PROGRAM, *(each for name in names for each in self._orders[name])]
-        layer = Layer(body, makes(body, programs, others))
+        layer = AgentLayer(body, makes(body, programs, others))
         together: dict[int, list[int]] = {}
         for agent, program in enumerate(programs):
             together.setdefault(id(program), []).append(agent)
@@ -166,7 +179,7 @@ class Team:
         needed: list[dict[ReadingKey, None]] = [dict.fromkeys(layer.runner.keys) for layer in self.layers]
         for number in reversed(range(len(self.layers))):
             body = self.layers[number].body
-            if isinstance(body, Squads):
+            if isinstance(body, SquadBody):
                 below = {id(body.bands[band].layer) for band in np.unique(body.roster.band).tolist()}
                 for key in body.needs(list(needed[number])):
                     for lower, layer in enumerate(self.layers[:number]):
@@ -196,7 +209,7 @@ class Team:
     def clear(self) -> None:
         """Begin anew: nobody has orders, nothing is remembered; who is not ordered about begins its program."""
         for layer in self.layers:
-            if isinstance(layer.body, Squads):
+            if isinstance(layer.body, SquadBody):
                 layer.body.clear()
             for program, agents in self._began[id(layer)]:
                 layer.runner.begin(agents, program)
@@ -207,7 +220,7 @@ class Team:
         robots = self.layers[0].runner
         paths = [robots.path(row) for row in range(self.ground.agents)]
         for layer in self.layers[1:]:
-            if isinstance(layer.body, Squads):
+            if isinstance(layer.body, SquadBody):
                 roster = layer.body.roster
                 for duty, band, row in zip(layer.body.ordering.duty, roster.band, roster.row, strict=True):
                     if duty is not None and layer.body.bands[band].layer is self.layers[0]:
@@ -225,7 +238,7 @@ class Team:
         """What the agents of each sort run, or may be ordered to."""
         return self._orders
 
-    def layer(self, name: str) -> Layer:
+    def layer(self, name: str) -> AgentLayer:
         """The layer of a sort of agents."""
         if name not in self._layers_of:
             raise UnknownName(what="sort of agents", name=name, where="the team", known=list(self._layers_of))

@@ -16,7 +16,7 @@ EIGHTH = math.tan(math.pi / 8.0)
 
 
 @njit(error_model="numpy", forceinline=True)
-def wrapped(angle: float) -> Any:
+def wrap_angle(angle: float) -> Any:
     """An angle in [0, tau)."""
     angle -= TAU * float(np.floor(angle * (1.0 / TAU)))
     angle += TAU if angle < 0.0 else 0.0  # rounding may have left it a hair outside, on either side
@@ -24,7 +24,7 @@ def wrapped(angle: float) -> Any:
 
 
 @njit(error_model="numpy", forceinline=True)
-def angle_of(y: float, x: float) -> Any:
+def compute_angle(y: float, x: float) -> Any:
     """The angle (rad, in [-pi, pi]) of a direction, as atan2 gives it to 2 ulp; NaN where both are 0."""
     aside, along = abs(y), abs(x)
     steep = aside > along
@@ -52,7 +52,7 @@ def angle_of(y: float, x: float) -> Any:
 
 
 @njit(error_model="numpy", forceinline=True)
-def cosine_and_sine(angle: float) -> Any:
+def compute_cosine_and_sine(angle: float) -> Any:
     """The cosine and sine of an angle (rad, no more than some thousand turns), to 1.2e-16."""
     quarters = float(np.floor(angle * (2.0 / math.pi) + 0.5))
     rest = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW  # in [-pi / 4, pi / 4]
@@ -80,4 +80,4 @@ def face(robot: Any) -> None:
     """Have the cosine and sine of a robot's heading at hand: most drive straight on, or stand."""
     if robot.aim != robot.heading:
         robot.aim = robot.heading
-        robot.cosine, robot.sine = cosine_and_sine(robot.heading)
+        robot.cosine, robot.sine = compute_cosine_and_sine(robot.heading)

@@ -29,7 +29,7 @@ else:
 
 
 @inner
-def wait(crew: Any) -> None:
+def wait_at_barrier(crew: Any) -> None:
     """Wait until all of a crew (barrier, part, parts) have come here.
 
     `barrier` is zeros, shared by them (`contexts.shared`); this thread is number `part` of `parts`.
@@ -52,10 +52,11 @@ def wait(crew: Any) -> None:
 
 
 @inlined
-def claim(crew: Any, blocks: int, before: int) -> Any:
+def claim_block(crew: Any, blocks: int, before: int) -> Any:
     """The next block that is this thread's, after the one `before` (at first -1); -1 where all are taken.
 
-    A thread begins with its own share of the blocks, and then helps the others with theirs. After `wait` all are free.
+    A thread begins with its own share of the blocks, and then helps the others with theirs. After `wait_at_barrier`
+    all are free.
     """
     barrier, part, parts = crew
     if parts == 1:
@@ -69,11 +70,11 @@ def claim(crew: Any, blocks: int, before: int) -> Any:
 
 
 @inlined
-def each(crew: Any, c: Any, world: int, work: Any) -> None:
+def run_for_each_robot(crew: Any, c: Any, world: int, work: Any) -> None:
     """Have `work(c, row, world)` done for all robots of a world."""
     first, blocks = world * c.facts.count, (c.facts.count + BLOCK - 1) // BLOCK
-    block = claim(crew, blocks, -1)
+    block = claim_block(crew, blocks, -1)
     while block >= 0:
         for row in range(first + block * BLOCK, first + min(c.facts.count, (block + 1) * BLOCK)):
             work(c, row, world)
-        block = claim(crew, blocks, block)
+        block = claim_block(crew, blocks, block)

@@ -1,7 +1,7 @@
 """Kernels of a pin-hole camera at a robot's center, looking along x: what of discs is seen as blobs of color.
 
-`project` and `screen` put all things into the frame, once per robot; `blob` answers for one color. Everything is
-in the terms of THING and VIEW; memory for the results is the caller's.
+`project_objects` and `project_segments` put all things into the frame, once per robot; `measure_blob` answers for one
+color. Everything is in the terms of THING and VIEW; memory for the results is the caller's.
 
 Which of two things is in front is decided once for all rays that meet both, which is exact where they do not
 overlap: then their radical axis divides two discs, and the disc with the smaller power is on the camera's side.
@@ -19,7 +19,7 @@ Records = NDArray[Any]
 
 
 @njit(error_model="numpy")
-def project(
+def project_objects(
     things: Records,
     count: int,
     tan_half: float,
@@ -70,7 +70,7 @@ def project(
 
 
 @njit(error_model="numpy")
-def screen(segments: Records, count: int, tan_half: float, views: Records, end: int) -> int:
+def project_segments(segments: Records, count: int, tan_half: float, views: Records, end: int) -> int:
     """Write VIEW of those of the first `count` segments (x0, y0, x1, y1) in the frame from `end` on; the new end.
 
     An end on NaN is no segment, and one that goes through the camera hides nothing.
@@ -100,7 +100,7 @@ def screen(segments: Records, count: int, tan_half: float, views: Records, end: 
 
 
 @njit(error_model="numpy")
-def cut(views: Records, count: int, left: float, right: float) -> None:
+def insert_cut(views: Records, count: int, left: float, right: float) -> None:
     """Add an interval to the first `count` cuts, keeping them in order of their left ends."""
     at = count
     while at > 0 and views[at - 1].cut_left > left:
@@ -110,7 +110,7 @@ def cut(views: Records, count: int, left: float, right: float) -> None:
 
 
 @njit(error_model="numpy")
-def piece(views: Records, discs: int, end: int, index: int) -> tuple[float, float]:
+def find_widest_piece(views: Records, discs: int, end: int, index: int) -> tuple[float, float]:
     """Left and right end of the widest visible piece of a view, the leftmost of equals; 0, 0 if it is hidden."""
     view = views[index]
     left, right, power = view.left, view.right, view.power
@@ -130,7 +130,7 @@ def piece(views: Records, discs: int, end: int, index: int) -> tuple[float, floa
         if hides:
             if hider.left <= left and hider.right >= right:
                 return 0.0, 0.0
-            cut(views, count, hider.left, hider.right)
+            insert_cut(views, count, hider.left, hider.right)
             count += 1
     start, best_left, best_right = left, 0.0, 0.0
     for which in range(count):
@@ -144,7 +144,7 @@ def piece(views: Records, discs: int, end: int, index: int) -> tuple[float, floa
 
 
 @njit(error_model="numpy")
-def blob(
+def measure_blob(
     views: Records,
     discs: int,
     end: int,
@@ -171,7 +171,7 @@ def blob(
         most = (view.right - view.left) * scale
         if most < least_px or (view.squared > best_squared if nearest else most < best_size):
             continue
-        left, right = piece(views, discs, end, index)
+        left, right = find_widest_piece(views, discs, end, index)
         size = (right - left) * scale
         if size <= 0.0 or size < least_px:
             continue

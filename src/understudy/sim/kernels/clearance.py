@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 from numpy.typing import NDArray
 
 from understudy._jit_kernels import njit
-from understudy.sim.kernels.rng import uniform
+from understudy.sim.kernels.rng import draw_uniform
 
 Records: TypeAlias = NDArray[Any]
 
@@ -22,13 +22,13 @@ X, Y, ANGLE, COUNT, AMOUNT, DUE, BESIDE, APPEAR_X, APPEAR_Y = 0, 1, 2, 3, 4, 5, 
 
 
 @njit(error_model="numpy")
-def draw_whole(low: int, high: int, drawn: float) -> int:
+def scale_to_integer(low: int, high: int, drawn: float) -> int:
     """The whole number from low to high that a number in [0, 1) stands for."""
     return low + math.floor(drawn * (high - low + 1))
 
 
 @njit(error_model="numpy")
-def to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
+def measure_to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
     """Distance of a point from a segment; NaN where there is none."""
     dx, dy = x1 - x0, y1 - y0
     squared = dx * dx + dy * dy
@@ -39,7 +39,7 @@ def to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -
 
 
 @njit(error_model="numpy")
-def is_inside(x: float, y: float, segments: Records, first: int, end: int) -> bool:
+def is_inside_polygons(x: float, y: float, segments: Records, first: int, end: int) -> bool:
     """Whether a point lies inside the polygons among these segments of a world (counter-clockwise edges)."""
     winding = 0
     for index in range(first, end):
@@ -54,17 +54,17 @@ def is_inside(x: float, y: float, segments: Records, first: int, end: int) -> bo
 
 
 @njit(error_model="numpy")
-def clear_of_segments(x: float, y: float, radius: float, segments: Records, first: int, end: int) -> bool:
+def is_clear_of_segments(x: float, y: float, radius: float, segments: Records, first: int, end: int) -> bool:
     """Whether a disc touches none of these segments of a world and lies in none of their polygons."""
     for index in range(first, end):
         edge = segments[index]
-        if to_segment(x, y, edge.x0, edge.y0, edge.x1, edge.y1) < radius:
+        if measure_to_segment(x, y, edge.x0, edge.y0, edge.x1, edge.y1) < radius:
             return False
-    return not is_inside(x, y, segments, first, end)
+    return not is_inside_polygons(x, y, segments, first, end)
 
 
 @njit(error_model="numpy")
-def free_place(
+def find_free_place(
     seed: int,
     slot: int,
     turn: int,
@@ -92,8 +92,8 @@ def free_place(
         return False, math.nan, math.nan
     for attempt in range(ATTEMPTS):
         key = turn * ATTEMPTS + attempt
-        x = x0 + uniform(seed, slot, key, streams + APPEAR_X) * (x1 - x0)
-        y = y0 + uniform(seed, slot, key, streams + APPEAR_Y) * (y1 - y0)
+        x = x0 + draw_uniform(seed, slot, key, streams + APPEAR_X) * (x1 - x0)
+        y = y0 + draw_uniform(seed, slot, key, streams + APPEAR_Y) * (y1 - y0)
         if _is_free_now(x, y, slot, kind, types, classes, class_of, robots, objects, discs, segments):
             return True, x, y
     return False, math.nan, math.nan
@@ -131,4 +131,4 @@ def _is_free_now(
         dx, dy = x - discs[n].x, y - discs[n].y
         if discs[n].radius > 0.0 and dx * dx + dy * dy < least * least:
             return False
-    return bool(clear_of_segments(x, y, away, segments, 0, segments.shape[0]))
+    return bool(is_clear_of_segments(x, y, away, segments, 0, segments.shape[0]))

@@ -4,17 +4,17 @@ import math
 from typing import Any
 
 from understudy._jit_kernels import inlined, inner, int64, njit, uint64
-from understudy.sim.kernels.angles import TAU, cosine_and_sine
-from understudy.sim.kernels.clearance import free_place
+from understudy.sim.kernels.angles import TAU, compute_cosine_and_sine
+from understudy.sim.kernels.clearance import find_free_place
 from understudy.sim.kernels.motion import (
     CLEAR,
-    limited,
-    limited_by_disc,
-    limited_by_fixed,
-    limited_by_robots,
+    limit_by_disc,
+    limit_by_fixed,
+    limit_by_gap,
+    limit_by_robots,
 )
-from understudy.sim.kernels.rng import uniform
-from understudy.sim.kernels.sensing import nearest_food, station_here
+from understudy.sim.kernels.rng import draw_uniform
+from understudy.sim.kernels.sensing import find_nearest_food, is_station_near
 
 FINE = 2.0**40  # pushes are summed as whole numbers, so that their order does not matter
 APPEARS, STAYS, WALKS, PLACE = 1, 2, 3, 4  # streams of an object's draws
@@ -22,7 +22,7 @@ GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR, GOAL_GATHERED = 1, 2, 3, 4
 
 
 @inner
-def push(c: Any, row: int, world: int) -> None:
+def add_push(c: Any, row: int, world: int) -> None:
     """Add what a robot pushes in its step to every box that it meets."""
     robot, move = c.robots[row], c.moves[row - world * c.facts.count]
     if move.scale == 0.0 or (move.dx == 0.0 and move.dy == 0.0):
@@ -53,7 +53,7 @@ def push(c: Any, row: int, world: int) -> None:
 
 
 @inner
-def shift_boxes(c: Any, world: int) -> None:
+def plan_pushed_boxes(c: Any, world: int) -> None:
     """Where the boxes go that are pushed: as the mean of their pushers, as far as the free gaps let them."""
     first = world * c.facts.count
     for index in range(c.facts.class_count):
@@ -78,7 +78,7 @@ def shift_boxes(c: Any, world: int) -> None:
             box.scale = 1.0
             if box.dx == 0.0 and box.dy == 0.0:
                 continue
-            scale = limited_by_fixed(c, 1.0, thing.x, thing.y, kind.radius, box, world)
+            scale = limit_by_fixed(c, 1.0, thing.x, thing.y, kind.radius, box, world)
             for other_index in range(c.facts.class_count):
                 other_kind = c.classes[other_index]
                 if other_kind.pushable:
@@ -92,7 +92,7 @@ def shift_boxes(c: Any, world: int) -> None:
                         nx, ny = dx / distance, dy / distance
                         towards = -(c.pushes[other].dx * nx + c.pushes[other].dy * ny)
                         gap = distance - kind.radius - other_kind.radius
-                        scale = limited(scale, nx, ny, gap, box.dx, box.dy, towards)
+                        scale = limit_by_gap(scale, nx, ny, gap, box.dx, box.dy, towards)
             for row in range(first, first + c.facts.count):
                 robot, move = c.robots[row], c.moves[row - world * c.facts.count]
                 dx, dy = robot.x - thing.x, robot.y - thing.y
@@ -105,13 +105,13 @@ def shift_boxes(c: Any, world: int) -> None:
                 nx, ny = dx / distance, dy / distance
                 towards = -move.scale * (move.dx * nx + move.dy * ny)
                 gap = distance - kind.radius - c.types[robot.type].radius
-                scale = limited(scale, nx, ny, gap, box.dx, box.dy, towards)
+                scale = limit_by_gap(scale, nx, ny, gap, box.dx, box.dy, towards)
             box.scale = scale
 
 
 @inner
-def limited_by_boxes(c: Any, row: int, world: int) -> None:
-    """Limit a robot's step by the boxes, which are going where `shift_boxes` lets them."""
+def limit_by_boxes(c: Any, row: int, world: int) -> None:
+    """Limit a robot's step by the boxes, which are going where `plan_pushed_boxes` lets them."""
     robot, move = c.robots[row], c.moves[row - world * c.facts.count]
     if move.scale == 0.0 or (move.dx == 0.0 and move.dy == 0.0):
         return
@@ -129,12 +129,12 @@ def limited_by_boxes(c: Any, row: int, world: int) -> None:
             distance = math.sqrt(squared)
             nx, ny = dx / distance, dy / distance
             gap = distance - radius - kind.radius + box.scale * (box.dx * nx + box.dy * ny)
-            scale = limited(scale, nx, ny, gap, move.dx, move.dy, 0.0)
+            scale = limit_by_gap(scale, nx, ny, gap, move.dx, move.dy, 0.0)
     move.scale = scale
 
 
 @inner
-def move_boxes(c: Any, world: int) -> None:
+def move_pushed_boxes(c: Any, world: int) -> None:
     """Move the boxes, and forget what pushed them."""
     for slot in range(c.facts.object_count):
         box, thing = c.pushes[slot], c.objects[world * c.facts.object_count + slot]
@@ -145,19 +145,19 @@ def move_boxes(c: Any, world: int) -> None:
 
 
 @inlined
-def limit(c: Any, row: int, world: int) -> None:
+def limit_robot_step(c: Any, row: int, world: int) -> None:
     """How far a robot may go beside the others, having slid along all that stays; boxes are left aside."""
     move = c.moves[uint64(row - world * c.facts.count)]
-    # Clear by more than rounding can add, so that whoever is alone is out of reach of `limited_by_robots` too.
+    # Clear by more than rounding can add, so that whoever is alone is out of reach of `limit_by_robots` too.
     apart = 2.0 * (c.facts.most_radius + c.facts.most_step) + CLEAR
     if move.alone >= apart * apart or (move.dx == 0.0 and move.dy == 0.0):
         return
     if move.scale > 0.0 and c.types[c.robots[row].type].collides:
-        move.scale = limited_by_robots(c, move.scale, row, world)
+        move.scale = limit_by_robots(c, move.scale, row, world)
 
 
 @inner
-def transfer(c: Any, world: int) -> None:
+def transfer_cargo(c: Any, world: int) -> None:
     """Load and unload for one tick: a unit moves when its last tick is done; work broken off is lost.
 
     Only a robot that stands still, with no box in its hands, works within reach. Of several that finish loading
@@ -172,12 +172,12 @@ def transfer(c: Any, world: int) -> None:
         loads = unloads = False
         if still and work.load > 0.0:
             if robot.stored < kind.capacity:
-                slot, squared = nearest_food(c, world, robot.x, robot.y)
+                slot, squared = find_nearest_food(c, world, robot.x, robot.y)
                 loads = slot >= 0 and squared <= kind.reach * kind.reach
                 if loads and robot.loading + 1 >= kind.load_ticks:
                     work.slot = slot
         elif still and work.unload > 0.0 and robot.stored > 0:
-            unloads = station_here(c, world, robot.x, robot.y, kind.reach)
+            unloads = is_station_near(c, world, robot.x, robot.y, kind.reach)
         robot.loading = robot.loading + 1 if loads else 0
         robot.unloading = robot.unloading + 1 if unloads else 0
         if unloads and robot.unloading >= kind.unload_ticks:
@@ -220,13 +220,13 @@ def _within(c: Any, world: int, x: float, y: float, reach: float) -> Any:
 @njit(error_model="numpy")
 def _drawn(least: float, most: float, seed: int, item: int, time: int, stream: int, tick_s: float) -> Any:
     """A time in ticks, drawn between two in seconds; at least one."""
-    return max(1, round((least + (most - least) * uniform(seed, item, time, stream)) / tick_s))
+    return max(1, round((least + (most - least) * draw_uniform(seed, item, time, stream)) / tick_s))
 
 
 @inner
 def _new_place(c: Any, world: int, slot: int, turn: int, kind: Any) -> Any:
     """A free place for the object in a slot, the so-manieth time that it appears: whether there is one, x and y."""
-    return free_place(
+    return find_free_place(
         c.seeds[world], slot, turn, kind, c.types, c.classes, c.class_of, c.facts.width, c.facts.height,
         c.robots[world * c.facts.count : (world + 1) * c.facts.count],
         c.objects[world * c.facts.object_count : (world + 1) * c.facts.object_count],
@@ -236,7 +236,7 @@ def _new_place(c: Any, world: int, slot: int, turn: int, kind: Any) -> Any:
 
 
 @inner
-def live(c: Any, world: int) -> None:
+def update_objects(c: Any, world: int) -> None:
     """Objects that come and go, are captured or walk do so, for one tick; boxes that were gathered appear again."""
     tick, seed = c.tick[world], c.seeds[world]
     for index in range(c.facts.class_count):
@@ -276,7 +276,7 @@ def live(c: Any, world: int) -> None:
                     thing.due = tick + 2
                     continue
                 thing.x, thing.y, thing.present, thing.captured = x, y, 1, -1
-                thing.heading = TAU * uniform(seed, slot, thing.appeared, WALKS)
+                thing.heading = TAU * draw_uniform(seed, slot, thing.appeared, WALKS)
                 thing.due = -1
                 if kind.stays_least == kind.stays_least:
                     stays = _drawn(
@@ -289,54 +289,56 @@ def live(c: Any, world: int) -> None:
 def _walk(c: Any, thing: Any, slot: int, kind: Any, tick: int, seed: int, world: int) -> None:
     """An object walks a step, in a new direction every now and then and wherever something is in its way."""
     if tick % kind.turn_ticks == 0:
-        thing.heading = TAU * uniform(seed, slot, tick, WALKS)
+        thing.heading = TAU * draw_uniform(seed, slot, tick, WALKS)
     step, x, y = c.pushes[slot], thing.x, thing.y
-    cosine, sine = cosine_and_sine(thing.heading)
+    cosine, sine = compute_cosine_and_sine(thing.heading)
     step.dx, step.dy = kind.walk * cosine, kind.walk * sine
-    scale = limited_by_region(1.0, x, y, step, kind)
-    scale = limited_by_fixed(c, scale, x, y, kind.radius, step, world)
+    scale = limit_by_region(1.0, x, y, step, kind)
+    scale = limit_by_fixed(c, scale, x, y, kind.radius, step, world)
     if kind.solid:
-        scale = limited_by_others(c, scale, x, y, kind.radius, step, world)
+        scale = limit_by_robots_and_boxes(c, scale, x, y, kind.radius, step, world)
     thing.x += scale * step.dx
     thing.y += scale * step.dy
     step.dx = step.dy = 0.0
     if scale < 1.0:
-        thing.heading = TAU * uniform(seed, slot, tick, PLACE)
+        thing.heading = TAU * draw_uniform(seed, slot, tick, PLACE)
 
 
 @njit(error_model="numpy")
-def limited_by_region(scale: float, x: float, y: float, move: Any, kind: Any) -> Any:
+def limit_by_region(scale: float, x: float, y: float, move: Any, kind: Any) -> Any:
     """The scale that keeps the center of an object in its region; from outside it may come in."""
     if move.dx < 0.0:
-        scale = limited(scale, -1.0, 0.0, x - kind.region[0], move.dx, move.dy, 0.0)
+        scale = limit_by_gap(scale, -1.0, 0.0, x - kind.region[0], move.dx, move.dy, 0.0)
     elif move.dx > 0.0:
-        scale = limited(scale, 1.0, 0.0, kind.region[2] - x, move.dx, move.dy, 0.0)
+        scale = limit_by_gap(scale, 1.0, 0.0, kind.region[2] - x, move.dx, move.dy, 0.0)
     if move.dy < 0.0:
-        scale = limited(scale, 0.0, -1.0, y - kind.region[1], move.dx, move.dy, 0.0)
+        scale = limit_by_gap(scale, 0.0, -1.0, y - kind.region[1], move.dx, move.dy, 0.0)
     elif move.dy > 0.0:
-        scale = limited(scale, 0.0, 1.0, kind.region[3] - y, move.dx, move.dy, 0.0)
+        scale = limit_by_gap(scale, 0.0, 1.0, kind.region[3] - y, move.dx, move.dy, 0.0)
     return scale
 
 
 @inner
-def limited_by_others(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
+def limit_by_robots_and_boxes(
+    c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int
+) -> Any:
     """The scale that robots and boxes, all at rest, allow a solid object."""
     for row in range(world * c.facts.count, (world + 1) * c.facts.count):
         robot = c.robots[row]
         disc = (robot.x, robot.y, c.types[robot.type].radius)
-        scale = limited_by_disc(scale, x, y, radius, move, disc)
+        scale = limit_by_disc(scale, x, y, radius, move, disc)
     for index in range(c.facts.class_count):
         kind = c.classes[index]
         if kind.pushable:
             for slot in range(kind.first, kind.end):
                 box = c.objects[world * c.facts.object_count + slot]
                 if box.present:
-                    scale = limited_by_disc(scale, x, y, radius, move, (box.x, box.y, kind.radius))
+                    scale = limit_by_disc(scale, x, y, radius, move, (box.x, box.y, kind.radius))
     return scale
 
 
 @inner
-def judge(c: Any, world: int) -> None:
+def record_goal_tick(c: Any, world: int) -> None:
     """Note the tick at which the goal is first reached."""
     if c.facts.goal == 0 or c.finished[world] >= 0:
         return

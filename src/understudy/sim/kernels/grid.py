@@ -14,7 +14,7 @@ SIGNALED = 1 << 32  # a relation to those who raise a signal is one to all of th
 
 
 @inlined
-def small_cell(c: Any, column: int, line: int) -> Any:
+def index_small_cell(c: Any, column: int, line: int) -> Any:
     """The index of the small cell in this column and line of small cells."""
     shift = c.facts.shift
     mask = (1 << shift) - 1
@@ -23,7 +23,7 @@ def small_cell(c: Any, column: int, line: int) -> Any:
 
 
 @inlined
-def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
+def find_big_cells(c: Any, x: float, y: float, reach: float) -> Any:
     """First and last column, first and last line of the cells that may hold robots within `reach` of a place."""
     reach += c.facts.drift
     return (
@@ -35,7 +35,7 @@ def big_cells(c: Any, x: float, y: float, reach: float) -> Any:
 
 
 @inlined
-def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
+def find_line_spots(c: Any, line: int, low: int, high: int) -> Any:
     """Where the spots of the cells `low` to `high` of a line begin and end."""
     small = 2 * c.facts.shift
     begin = int64(c.start[uint64((line * c.facts.columns + low) << small)])
@@ -43,7 +43,7 @@ def spots_of_line(c: Any, line: int, low: int, high: int) -> Any:
 
 
 @inlined
-def small_cells(c: Any, x: float, y: float, reach: float) -> Any:
+def find_small_cells(c: Any, x: float, y: float, reach: float) -> Any:
     """First and last column, first and last line of the small cells that may hold robots within `reach` of a place."""
     reach += c.facts.drift
     per_m = (1 << c.facts.shift) * c.facts.per_cell
@@ -57,7 +57,7 @@ def small_cells(c: Any, x: float, y: float, reach: float) -> Any:
 
 
 @inlined
-def near_range(c: Any, x: float, y: float, world: int) -> Any:
+def find_static_range(c: Any, x: float, y: float, world: int) -> Any:
     """Where the list of what stays near a place begins and ends."""
     column = min(max(int(x * c.facts.near_per_cell), 0), c.facts.near_columns - 1)
     line = min(max(int(y * c.facts.near_per_cell), 0), c.facts.near_lines - 1)
@@ -66,15 +66,15 @@ def near_range(c: Any, x: float, y: float, world: int) -> Any:
 
 
 @inlined
-def find_cell(c: Any, row: int, world: int) -> None:
+def note_robot_cell(c: Any, row: int, world: int) -> None:
     """Sorting, first: note the small cell of a robot where its spot will be noted."""
     robot = c.robots[uint64(row)]
-    column, _, line, _ = small_cells(c, robot.x, robot.y, 0.0)
-    c.spot_of[row - world * c.facts.count] = small_cell(c, column, line)
+    column, _, line, _ = find_small_cells(c, robot.x, robot.y, 0.0)
+    c.spot_of[row - world * c.facts.count] = index_small_cell(c, column, line)
 
 
 @inner
-def count(c: Any) -> None:
+def count_cells(c: Any) -> None:
     """Sorting, second: count the robots of each cell, and give each its spot; in a cell they keep the rows' order."""
     cells, robots = (c.facts.columns * c.facts.lines) << (2 * c.facts.shift), c.facts.count
     start, spot_of = c.start, c.spot_of  # else they are looked up anew after every change
@@ -94,7 +94,7 @@ def count(c: Any) -> None:
 
 
 @inlined
-def put_spot(c: Any, row: int, world: int) -> None:
+def place_in_spot(c: Any, row: int, world: int) -> None:
     """Sorting, last: put a robot in its spot."""
     spot, robot = c.spots[int64(c.spot_of[row - world * c.facts.count])], c.robots[row]
     spot.x, spot.y = robot.x, robot.y
@@ -102,7 +102,7 @@ def put_spot(c: Any, row: int, world: int) -> None:
 
 
 @inlined
-def wanted(c: Any, robot: Any, own: Any, relation: int) -> Any:
+def matches_relation(c: Any, robot: Any, own: Any, relation: int) -> Any:
     """Whether a robot is one that is looked for: anyone, a teammate, an opponent, or of team relation - TEAM.
 
     From SIGNALED on, it must raise that signal too.
@@ -133,7 +133,7 @@ def _nearer(c: Any, row: int, relation: int, begin: int, end: int, best: int, be
         if squared <= best_squared and spot.row != row:
             if squared == best_squared and best >= 0 and c.robots[best].id < spot.id:
                 continue
-            if relation == ANYONE or wanted(c, c.robots[spot.row], own, relation):
+            if relation == ANYONE or matches_relation(c, c.robots[spot.row], own, relation):
                 best, best_squared = spot.row, squared
     return best, best_squared
 
@@ -145,12 +145,12 @@ def _nearer_in_crowd(
     """The same, among the robots of one cell: of those small cells that can hold a nearer one."""
     own, shift = c.robots[row], c.facts.shift
     reach = min(math.sqrt(best_squared), c.facts.width + c.facts.height) + CLOSE
-    low, high, lowest, highest = small_cells(c, own.x, own.y, reach)
+    low, high, lowest, highest = find_small_cells(c, own.x, own.y, reach)
     low, high = max(low, column << shift), min(high, ((column + 1) << shift) - 1)
     if low <= high:
         for small in range(max(lowest, line << shift), min(highest, ((line + 1) << shift) - 1) + 1):
-            begin = int64(c.start[small_cell(c, low, small)])
-            end = int64(c.start[small_cell(c, high, small) + 1])
+            begin = int64(c.start[index_small_cell(c, low, small)])
+            end = int64(c.start[index_small_cell(c, high, small) + 1])
             best, best_squared = _nearer(c, row, relation, begin, end, best, best_squared)
     return best, best_squared
 
@@ -180,9 +180,9 @@ def _nearest_around(c: Any, row: int, column: int, line: int, limit_squared: flo
     CROWDED where those are many, or two are equally near, and a closer look is needed. None may be in the same place.
     """
     low, high = max(column - 1, 0), min(column + 1, c.facts.columns - 1)
-    first, end = spots_of_line(c, line, low, high)
-    below, below_end = spots_of_line(c, line - 1, low, high) if line > 0 else (0, 0)
-    above, above_end = spots_of_line(c, line + 1, low, high) if line + 1 < c.facts.lines else (0, 0)
+    first, end = find_line_spots(c, line, low, high)
+    below, below_end = find_line_spots(c, line - 1, low, high) if line > 0 else (0, 0)
+    above, above_end = find_line_spots(c, line + 1, low, high) if line + 1 < c.facts.lines else (0, 0)
     # One loop over all three lines: a processor guesses wrong where a loop ends, and goes back.
     count, count_below = end - first, below_end - below
     both = count + count_below
@@ -223,7 +223,7 @@ def _nearer_in_ring(
 
 
 @inlined
-def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> Any:
+def find_nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> Any:
     """Row and squared distance of the nearest wanted robot within `limit`; -1 and infinite where none is.
 
     Of robots equally near, the one with the lowest id.
@@ -238,7 +238,7 @@ def nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> 
             if squared <= best_squared and k != row:
                 if squared == best_squared and best >= 0 and c.robots[best].id < them.id:
                     continue
-                if wanted(c, them, own, relation):
+                if matches_relation(c, them, own, relation):
                     best, best_squared = k, squared
         return best, best_squared if best >= 0 else math.inf
     cell = c.facts.cell

@@ -9,9 +9,15 @@ import math
 from typing import Any
 
 from understudy._jit_kernels import inlined, inner, int64, njit, uint64
-from understudy.sim.kernels.angles import cosine_and_sine, face, wrapped
-from understudy.sim.kernels.grid import big_cells, near_range, small_cell, small_cells, spots_of_line
-from understudy.sim.kernels.rng import normal
+from understudy.sim.kernels.angles import compute_cosine_and_sine, face, wrap_angle
+from understudy.sim.kernels.grid import (
+    find_big_cells,
+    find_line_spots,
+    find_small_cells,
+    find_static_range,
+    index_small_cell,
+)
+from understudy.sim.kernels.rng import draw_normal
 
 CROWD = 12  # robots in a line of cells; where there are more, small cells are looked at
 STUCK = 0.1  # less than so much of the way it wanted to go, and it got nowhere
@@ -20,7 +26,7 @@ DRIVING, TURNING = 16, 18  # streams of random draws, two each
 
 
 @njit(error_model="numpy", forceinline=True)
-def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: int, move: Any) -> None:
+def propose_step(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: int, move: Any) -> None:
     """What a robot means to do in a tick with these commands: `move` gets dx, dy, heading; scale is 1.
 
     The robot drives the arc of its speeds, along its chord. Its speeds follow the commands as its
@@ -40,9 +46,9 @@ def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: i
     robot.spin += min(most_spin, max(-most_spin, spin - robot.spin))
     distance, angle = robot.speed, robot.spin
     if kind.noise_drive > 0.0 and distance != 0.0:  # at most twice as far: how far is near is known before
-        distance *= min(2.0, max(0.0, 1.0 + kind.noise_drive * normal(seed, robot.id, tick, DRIVING)))
+        distance *= min(2.0, max(0.0, 1.0 + kind.noise_drive * draw_normal(seed, robot.id, tick, DRIVING)))
     if kind.noise_turn > 0.0 and angle != 0.0:
-        angle *= 1.0 + kind.noise_turn * normal(seed, robot.id, tick, TURNING)
+        angle *= 1.0 + kind.noise_turn * draw_normal(seed, robot.id, tick, TURNING)
     move.dx = move.dy = 0.0
     if distance != 0.0:
         if angle == 0.0:
@@ -50,18 +56,18 @@ def propose(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: i
             move.dx, move.dy = distance * robot.cosine, distance * robot.sine
         else:
             half = 0.5 * angle
-            _, sine = cosine_and_sine(half)
+            _, sine = compute_cosine_and_sine(half)
             distance *= sine / half
-            cosine, sine = cosine_and_sine(robot.heading + half)
+            cosine, sine = compute_cosine_and_sine(robot.heading + half)
             move.dx, move.dy = distance * cosine, distance * sine
     move.wanted = abs(distance)
     move.heading = robot.heading
     if angle != 0.0:
-        move.heading = wrapped(robot.heading + angle)
+        move.heading = wrap_angle(robot.heading + angle)
 
 
 @njit(error_model="numpy", forceinline=True)
-def limited(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float, other: float) -> Any:
+def limit_by_gap(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float, other: float) -> Any:
     """The scale of a step (dx, dy) that a gap allows; (nx, ny) points to the thing, of unit length.
 
     `other` is how far the thing comes towards the robot in the same tick, if at all.
@@ -76,7 +82,7 @@ def limited(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float
 
 
 @njit(error_model="numpy", forceinline=True)
-def limited_by_disc(scale: float, x: float, y: float, radius: float, move: Any, disc: Any) -> Any:
+def limit_by_disc(scale: float, x: float, y: float, radius: float, move: Any, disc: Any) -> Any:
     """The scale that a round thing which stays allows (x, y, radius: of it in `disc`)."""
     dx, dy = disc[0] - x, disc[1] - y
     reach = radius + disc[2] + math.sqrt(move.dx * move.dx + move.dy * move.dy)
@@ -85,11 +91,11 @@ def limited_by_disc(scale: float, x: float, y: float, radius: float, move: Any, 
         return scale
     distance = math.sqrt(squared)
     gap = distance - radius - disc[2]
-    return limited(scale, dx / distance, dy / distance, gap, move.dx, move.dy, 0.0)
+    return limit_by_gap(scale, dx / distance, dy / distance, gap, move.dx, move.dy, 0.0)
 
 
 @njit(error_model="numpy", forceinline=True)
-def nearest_of_segment(x: float, y: float, segment: Any) -> Any:
+def find_nearest_on_segment(x: float, y: float, segment: Any) -> Any:
     """The point of a segment that is nearest to a place."""
     ex, ey = segment.x1 - segment.x0, segment.y1 - segment.y0
     length = ex * ex + ey * ey
@@ -100,30 +106,30 @@ def nearest_of_segment(x: float, y: float, segment: Any) -> Any:
 
 
 @njit(error_model="numpy", forceinline=True)
-def limited_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> Any:
+def limit_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> Any:
     """The scale that a piece of wall allows."""
-    near_x, near_y = nearest_of_segment(x, y, segment)
-    return limited_by_disc(scale, x, y, radius, move, (near_x, near_y, 0.0))
+    near_x, near_y = find_nearest_on_segment(x, y, segment)
+    return limit_by_disc(scale, x, y, radius, move, (near_x, near_y, 0.0))
 
 
 @njit(error_model="numpy", forceinline=True)
-def limited_by_bounds(
+def limit_by_bounds(
     scale: float, x: float, y: float, radius: float, move: Any, width: float, height: float
 ) -> float:
     """The scale that the arena's own walls allow."""
     if move.dx < 0.0:
-        scale = limited(scale, -1.0, 0.0, x - radius, move.dx, move.dy, 0.0)
+        scale = limit_by_gap(scale, -1.0, 0.0, x - radius, move.dx, move.dy, 0.0)
     elif move.dx > 0.0:
-        scale = limited(scale, 1.0, 0.0, width - radius - x, move.dx, move.dy, 0.0)
+        scale = limit_by_gap(scale, 1.0, 0.0, width - radius - x, move.dx, move.dy, 0.0)
     if move.dy < 0.0:
-        scale = limited(scale, 0.0, -1.0, y - radius, move.dx, move.dy, 0.0)
+        scale = limit_by_gap(scale, 0.0, -1.0, y - radius, move.dx, move.dy, 0.0)
     elif move.dy > 0.0:
-        scale = limited(scale, 0.0, 1.0, height - radius - y, move.dx, move.dy, 0.0)
+        scale = limit_by_gap(scale, 0.0, 1.0, height - radius - y, move.dx, move.dy, 0.0)
     return scale
 
 
 @inlined
-def limited_by_robot(c: Any, scale: float, row: int, other: int, dx: float, dy: float, world: int) -> Any:
+def limit_by_robot(c: Any, scale: float, row: int, other: int, dx: float, dy: float, world: int) -> Any:
     """The scale that another robot of a world allows, (dx, dy) off, both moving as they mean to.
 
     Those who hold the same box move as one.
@@ -142,11 +148,11 @@ def limited_by_robot(c: Any, scale: float, row: int, other: int, dx: float, dy: 
     nx, ny = dx / distance, dy / distance
     towards = -(their_move.dx * nx + their_move.dy * ny)
     gap = distance - c.types[own.type].radius - their_kind.radius
-    return limited(scale, nx, ny, gap, move.dx, move.dy, towards)
+    return limit_by_gap(scale, nx, ny, gap, move.dx, move.dy, towards)
 
 
 @inlined
-def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
+def limit_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
     """The scale that all other robots of a world allow."""
     own, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     near = c.types[own.type].radius + c.facts.most_radius + c.facts.most_step
@@ -155,11 +161,11 @@ def limited_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
         for other in range(world * c.facts.count, (world + 1) * c.facts.count):
             dx, dy = c.robots[other].x - own.x, c.robots[other].y - own.y
             if dx * dx + dy * dy < near * near and other != row:
-                scale = limited_by_robot(c, scale, row, other, dx, dy, world)
+                scale = limit_by_robot(c, scale, row, other, dx, dy, world)
         return scale
-    low, high, lowest, highest = big_cells(c, own.x, own.y, near)
+    low, high, lowest, highest = find_big_cells(c, own.x, own.y, near)
     for line in range(lowest, highest + 1):
-        begin, end = spots_of_line(c, line, low, high)
+        begin, end = find_line_spots(c, line, low, high)
         if end - begin > CROWD:
             return _limited_in_crowd(c, scale, row, world, near)
         scale = _limited_by_spots(c, scale, row, world, near, begin, end)
@@ -175,7 +181,7 @@ def _limited_by_spots(c: Any, scale: float, row: int, world: int, near: float, b
         spot = c.spots[uint64(k)]
         dx, dy = spot.x - x, spot.y - y
         if dx * dx + dy * dy < near_squared and spot.row != row:
-            scale = limited_by_robot(c, scale, row, spot.row, dx, dy, world)
+            scale = limit_by_robot(c, scale, row, spot.row, dx, dy, world)
     return scale
 
 
@@ -183,27 +189,27 @@ def _limited_by_spots(c: Any, scale: float, row: int, world: int, near: float, b
 def _limited_in_crowd(c: Any, scale: float, row: int, world: int, near: float) -> Any:
     """The scale that all other robots allow, looking at small cells only."""
     own = c.robots[row]
-    low, high, lowest, highest = small_cells(c, own.x, own.y, near)
+    low, high, lowest, highest = find_small_cells(c, own.x, own.y, near)
     for line in range(lowest, highest + 1):
         for column in range(low, high + 1):
-            cell = small_cell(c, column, line)
+            cell = index_small_cell(c, column, line)
             begin, end = int64(c.start[cell]), int64(c.start[cell + 1])
             scale = _limited_by_spots(c, scale, row, world, near, begin, end)
     return scale
 
 
 @inlined
-def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
+def limit_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
     """The scale that bounds, walls, obstacles and solid objects that stay allow to a disc."""
-    scale = limited_by_bounds(scale, x, y, radius, move, c.facts.width, c.facts.height)
-    begin, end = near_range(c, x, y, world)
+    scale = limit_by_bounds(scale, x, y, radius, move, c.facts.width, c.facts.height)
+    begin, end = find_static_range(c, x, y, world)
     for k in range(begin, end):
         item = int64(c.near_items[uint64(k)])
         if item >= 0:
             disc = c.discs[world * c.facts.disc_count + item]
-            scale = limited_by_disc(scale, x, y, radius, move, (disc.x, disc.y, disc.radius))
+            scale = limit_by_disc(scale, x, y, radius, move, (disc.x, disc.y, disc.radius))
         else:
-            scale = limited_by_segment(
+            scale = limit_by_segment(
                 scale, x, y, radius, move, c.segments[world * c.facts.segment_count - 1 - item]
             )
     if not c.facts.solids:
@@ -214,7 +220,7 @@ def limited_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, mo
             for slot in range(kind.first, kind.end):
                 thing = c.objects[world * c.facts.object_count + slot]
                 if thing.present:
-                    scale = limited_by_disc(scale, x, y, radius, move, (thing.x, thing.y, kind.radius))
+                    scale = limit_by_disc(scale, x, y, radius, move, (thing.x, thing.y, kind.radius))
     return scale
 
 
@@ -244,7 +250,7 @@ def _slid_along(
 
 
 @inner
-def slide(c: Any, row: int, world: int) -> None:
+def slide_along_walls(c: Any, row: int, world: int) -> None:
     """Let a robot slide along walls, obstacles and solid objects: of its step only what leads into them is lost.
 
     In a step longer than its radius it slides along nothing, since what it would meet first is not looked for.
@@ -254,11 +260,11 @@ def slide(c: Any, row: int, world: int) -> None:
         return
     x, y, radius = robot.x, robot.y, c.types[robot.type].radius
     if move.wanted > radius:
-        move.scale = limited_by_fixed(c, 1.0, x, y, radius, move, world)
+        move.scale = limit_by_fixed(c, 1.0, x, y, radius, move, world)
         return
     met = _slid(move, -1.0, 0.0, x - radius) or _slid(move, 1.0, 0.0, c.facts.width - radius - x)
     met = _slid(move, 0.0, -1.0, y - radius) or _slid(move, 0.0, 1.0, c.facts.height - radius - y) or met
-    begin, end = near_range(c, x, y, world)
+    begin, end = find_static_range(c, x, y, world)
     for k in range(begin, end):
         item = int64(c.near_items[uint64(k)])
         if item >= 0:
@@ -266,7 +272,7 @@ def slide(c: Any, row: int, world: int) -> None:
             met = _slid_along(move, x, y, radius, disc.x, disc.y, disc.radius) or met
         else:
             piece = c.segments[world * c.facts.segment_count - 1 - item]
-            near_x, near_y = nearest_of_segment(x, y, piece)
+            near_x, near_y = find_nearest_on_segment(x, y, piece)
             met = _slid_along(move, x, y, radius, near_x, near_y, 0.0) or met
     if c.facts.solids:
         for index in range(c.facts.class_count):
@@ -277,11 +283,11 @@ def slide(c: Any, row: int, world: int) -> None:
                     if thing.present:
                         met = _slid_along(move, x, y, radius, thing.x, thing.y, kind.radius) or met
     if met:  # in a corner, what slides along one may lead into another
-        move.scale = limited_by_fixed(c, 1.0, x, y, radius, move, world)
+        move.scale = limit_by_fixed(c, 1.0, x, y, radius, move, world)
 
 
 @inlined
-def arrive(c: Any, row: int, world: int) -> None:
+def move_robot(c: Any, row: int, world: int) -> None:
     """Move a robot as far as it may."""
     robot, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     if robot.frozen:

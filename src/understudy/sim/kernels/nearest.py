@@ -10,7 +10,7 @@ MANY = 64  # slots of a class; where there are more, they are kept in order
 
 
 @inlined
-def nearest_object(c: Any, world: int, x: float, y: float, index: int) -> Any:
+def find_nearest_object(c: Any, world: int, x: float, y: float, index: int) -> Any:
     """Slot and squared distance of the nearest object of a class (food: with food left); -1 where none is."""
     kind = c.classes[index]
     best, best_squared = -1, math.inf
@@ -24,8 +24,10 @@ def nearest_object(c: Any, world: int, x: float, y: float, index: int) -> Any:
 
 
 @inner
-def line_up(c: Any, world: int) -> None:
-    """Put the places of a world's objects side by side, for `nearest_lined_up`: infinitely far what is not there."""
+def gather_object_places(c: Any, world: int) -> None:
+    """Put the places of a world's objects side by side, for `find_nearest_gathered_object`: infinitely far what is
+    not there.
+    """
     for index in range(c.facts.class_count):
         kind = c.classes[index]
         for slot in range(kind.first, kind.end):
@@ -51,7 +53,7 @@ def _put_in_order(c: Any, kind: Any) -> None:
 
 
 @inlined
-def nearest_lined_up(c: Any, row: int, world: int, step: Any) -> Any:
+def find_nearest_gathered_object(c: Any, row: int, world: int, step: Any) -> Any:
     """Slot and squared distance of the nearest object of a step's class, of the places lined up in this tick."""
     kind, robot = c.classes[step.index], c.robots[row]
     if kind.end - kind.first > MANY:
@@ -66,7 +68,7 @@ def nearest_lined_up(c: Any, row: int, world: int, step: Any) -> Any:
 
 
 @inner
-def nearest_unclaimed(c: Any, row: int, world: int, step: Any) -> Any:
+def find_nearest_unclaimed(c: Any, row: int, world: int, step: Any) -> Any:
     """The same, of those that nobody else claims by the step's signal."""
     kind, robot = c.classes[step.index], c.robots[row]
     if kind.end - kind.first > MANY:

@@ -23,12 +23,12 @@ from understudy.sim.kernels.clearance import (
     STREAMS,
     X,
     Y,
-    clear_of_segments,
-    draw_whole,
-    is_inside,
-    to_segment,
+    is_clear_of_segments,
+    is_inside_polygons,
+    measure_to_segment,
+    scale_to_integer,
 )
-from understudy.sim.kernels.rng import uniform
+from understudy.sim.kernels.rng import draw_uniform
 
 Records: TypeAlias = NDArray[Any]
 
@@ -103,16 +103,18 @@ def _polygons_clear(
             if _crosses(edge, edge_other):
                 return False
             if (
-                to_segment(edge.x0, edge.y0, edge_other.x0, edge_other.y0, edge_other.x1, edge_other.y1)
+                measure_to_segment(
+                    edge.x0, edge.y0, edge_other.x0, edge_other.y0, edge_other.x1, edge_other.y1
+                )
                 < apart
             ):
                 return False
-            if to_segment(edge_other.x0, edge_other.y0, edge.x0, edge.y0, edge.x1, edge.y1) < apart:
+            if measure_to_segment(edge_other.x0, edge_other.y0, edge.x0, edge.y0, edge.x1, edge.y1) < apart:
                 return False
-            if to_segment(edge_other.x1, edge_other.y1, edge.x0, edge.y0, edge.x1, edge.y1) < apart:
+            if measure_to_segment(edge_other.x1, edge_other.y1, edge.x0, edge.y0, edge.x1, edge.y1) < apart:
                 return False
     edge, edge_other = segments[first], segments[other]
-    return not is_inside(edge.x0, edge.y0, segments, other, end_other) and not is_inside(
+    return not is_inside_polygons(edge.x0, edge.y0, segments, other, end_other) and not is_inside_polygons(
         edge_other.x0, edge_other.y0, segments, first, end
     )
 
@@ -125,7 +127,7 @@ def _cells(low: float, high: float, cell: float, count: int) -> tuple[int, int]:
 
 
 @njit(error_model="numpy")
-def insert(grid: Any, x: float, y: float, reach_x: float, reach_y: float, thing: Records) -> Any:
+def insert_into_grid(grid: Any, x: float, y: float, reach_x: float, reach_y: float, thing: Records) -> Any:
     """The grid with a thing in every cell of the box around (x, y)."""
     heads, entries, used, cell = grid
     column, end_column = _cells(x - reach_x, x + reach_x, cell, heads.shape[1])
@@ -165,14 +167,14 @@ def _keeps_off(
         least = radius + group.radius + apart
         return bool(dx * dx + dy * dy >= least * least)
     if thing.first < 0:
-        return bool(clear_of_segments(thing.x, thing.y, radius + apart, segments, first, end))
+        return bool(is_clear_of_segments(thing.x, thing.y, radius + apart, segments, first, end))
     if first < 0:
-        return bool(clear_of_segments(x, y, group.radius + apart, segments, thing.first, end_thing))
+        return bool(is_clear_of_segments(x, y, group.radius + apart, segments, thing.first, end_thing))
     return bool(_polygons_clear(segments, first, end, thing.first, end_thing, apart))
 
 
 @njit(error_model="numpy")
-def is_free(
+def is_place_free(
     grid: Any, groups: Records, x: float, y: float, group: Any, segments: Records, first: int, end: int
 ) -> bool:
     """Whether a disc, or a polygon of the segments from first to end, keeps free of all that is in the grid."""
@@ -240,14 +242,14 @@ def _propose(
     if group.near >= 0:
         near = objects[group.near]
         spread = TAU / 8.0 + (TAU - TAU / 8.0) * max(0, attempt - 50) / (ATTEMPTS - 50)
-        turned = (uniform(seed, item, attempt, streams + BESIDE) - 0.5) * spread
+        turned = (draw_uniform(seed, item, attempt, streams + BESIDE) - 0.5) * spread
         angle = math.atan2(0.5 * height - near.y, 0.5 * width - near.x) + turned
         return near.x + group.near_m * math.cos(angle), near.y + group.near_m * math.sin(angle)
     away = group.apart + (group.radius if group.sort != POLYGON else 0.0)
     x0, x1 = max(group.x0, away), min(group.x1, width - away)
     y0, y1 = max(group.y0, away), min(group.y1, height - away)
-    x = x0 + uniform(seed, item, attempt, streams + X) * (x1 - x0)
-    return x, y0 + uniform(seed, item, attempt, streams + Y) * (y1 - y0)
+    x = x0 + draw_uniform(seed, item, attempt, streams + X) * (x1 - x0)
+    return x, y0 + draw_uniform(seed, item, attempt, streams + Y) * (y1 - y0)
 
 
 @njit(error_model="numpy")
@@ -265,7 +267,7 @@ def _fill(
     """Write a thing that has its place into the state of its world."""
     streams = FIRST_STREAM + STREAMS * group.sort
     if math.isnan(heading):
-        heading = TAU * uniform(seed, item, 0, streams + ANGLE)
+        heading = TAU * draw_uniform(seed, item, 0, streams + ANGLE)
     if group.sort == DISC:
         discs[item].x, discs[item].y, discs[item].radius = x, y, group.radius
         discs[item].height, discs[item].color = group.height, group.color
@@ -276,15 +278,15 @@ def _fill(
     elif group.sort == OBJECT:
         thing = objects[item]
         thing.x, thing.y, thing.heading = x, y, heading
-        thing.amount = draw_whole(
-            group.amount_least, group.amount_most, uniform(seed, item, 0, streams + AMOUNT)
+        thing.amount = scale_to_integer(
+            group.amount_least, group.amount_most, draw_uniform(seed, item, 0, streams + AMOUNT)
         )
         thing.at_first = thing.amount
         thing.present = 1
         if not math.isnan(group.due_least):
             between = group.due_most - group.due_least
             thing.present = 0
-            thing.due = max(1, round(group.due_least + between * uniform(seed, item, 0, streams + DUE)))
+            thing.due = max(1, round(group.due_least + between * draw_uniform(seed, item, 0, streams + DUE)))
 
 
 @njit(error_model="numpy")
@@ -297,7 +299,7 @@ def _with_walls(grid: Any, walls: Records, segments: Records) -> Any:
         segments[index] = wall
         thing[0].first = index
         x, y = 0.5 * (wall.x0 + wall.x1), 0.5 * (wall.y0 + wall.y1)
-        grid = insert(grid, x, y, abs(wall.x1 - x), abs(wall.y1 - y), thing)
+        grid = insert_into_grid(grid, x, y, abs(wall.x1 - x), abs(wall.y1 - y), thing)
     return grid
 
 
@@ -320,10 +322,10 @@ def _find_place(
     for attempt in range(ATTEMPTS):
         x, y = _propose(group, seed, item, attempt, width, height, objects)
         if first >= 0:
-            turned = TAU * uniform(seed, item, attempt, FIRST_STREAM + STREAMS * group.sort + ANGLE)
+            turned = TAU * draw_uniform(seed, item, attempt, FIRST_STREAM + STREAMS * group.sort + ANGLE)
             _turn_polygon(x, y, turned, corners, segments, first)
         if _in_bounds(x, y, group, width, height, segments, first) and (
-            is_free(grid, groups, x, y, group, segments, first, end)
+            is_place_free(grid, groups, x, y, group, segments, first, end)
         ):
             return True, x, y
     return False, 0.0, 0.0
@@ -352,7 +354,9 @@ def _lay_out_world(
         reach = group.radius + group.apart
         comes = not math.isnan(group.due_least)
         thing[0].group = g
-        for k in range(draw_whole(group.least, group.most, uniform(seed, group.first, 0, streams + COUNT))):
+        for k in range(
+            scale_to_integer(group.least, group.most, draw_uniform(seed, group.first, 0, streams + COUNT))
+        ):
             item = group.first + k
             first = group.segment + k * corners.shape[0] if group.sort == POLYGON else -1
             x, y, heading = 0.0, 0.0, math.nan
@@ -371,7 +375,7 @@ def _lay_out_world(
             if group.alone and not comes:
                 thing[0].x, thing[0].y, thing[0].first = x, y, first
                 thing[0].slot = item if group.sort == OBJECT else -1
-                grid = insert(grid, x, y, reach, reach, thing)
+                grid = insert_into_grid(grid, x, y, reach, reach, thing)
     return -1, -1, grid
 
 
@@ -444,4 +448,4 @@ def _keyed(sources: str) -> Any:
     return lay_out
 
 
-lay_out = _keyed(hash_kernel_sources())
+place_objects = _keyed(hash_kernel_sources())

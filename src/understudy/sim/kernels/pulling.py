@@ -8,14 +8,14 @@ import math
 from typing import Any
 
 from understudy._jit_kernels import inner, njit
-from understudy.sim.kernels.motion import STUCK, limited_by_fixed
-from understudy.sim.kernels.nearest import nearest_object
+from understudy.sim.kernels.motion import STUCK, limit_by_fixed
+from understudy.sim.kernels.nearest import find_nearest_object
 
 FINE = 2.0**40  # as of boxes that are pushed
 
 
 @inner
-def grip(c: Any, row: int, world: int, load: float, unload: float, still: Any) -> None:
+def grip_box(c: Any, row: int, world: int, load: float, unload: float, still: Any) -> None:
     """Let a robot take hold of the nearest box within reach, or let go, as its commands say."""
     robot = c.robots[row]
     if robot.frozen or (unload > 0.0 and not load > 0.0):
@@ -26,7 +26,7 @@ def grip(c: Any, row: int, world: int, load: float, unload: float, still: Any) -
     best, best_squared = -1, math.inf
     for index in range(c.facts.class_count):
         if c.classes[index].pull > 0:
-            slot, squared = nearest_object(c, world, robot.x, robot.y, index)
+            slot, squared = find_nearest_object(c, world, robot.x, robot.y, index)
             if squared < best_squared:
                 best, best_squared = slot, squared
     reach = c.types[robot.type].reach
@@ -35,7 +35,7 @@ def grip(c: Any, row: int, world: int, load: float, unload: float, still: Any) -
 
 
 @inner
-def pull(c: Any, world: int) -> None:
+def plan_pulled_boxes(c: Any, world: int) -> None:
     """What the holders of each box mean to do together: the mean of their steps, at most the slowest one's.
 
     Nothing where they are too few.
@@ -77,7 +77,7 @@ def _pull_together(box: Any) -> None:
 
 
 @inner
-def haul(c: Any, row: int, world: int) -> None:
+def follow_pulled_box(c: Any, row: int, world: int) -> None:
     """Give a robot that holds a box the step of all who do, as far as what stays in its way lets it.
 
     It turns as it likes. Its own step counts as wanted where nearly nothing comes of it, so that it knows it is stuck.
@@ -92,11 +92,11 @@ def haul(c: Any, row: int, world: int) -> None:
     move.dx, move.dy, move.scale = box.dx, box.dy, 1.0
     if along > 0.0:
         radius = c.types[robot.type].radius
-        move.scale = limited_by_fixed(c, 1.0, robot.x, robot.y, radius, move, world)
+        move.scale = limit_by_fixed(c, 1.0, robot.x, robot.y, radius, move, world)
 
 
 @inner
-def keep_together(c: Any, world: int) -> None:
+def limit_pulled_boxes(c: Any, world: int) -> None:
     """Let every box, and all who hold it, go as far as the one of them that may go least."""
     first = world * c.facts.count
     for index in range(c.facts.class_count):
@@ -106,7 +106,7 @@ def keep_together(c: Any, world: int) -> None:
                 box, thing = c.pulls[slot], c.objects[world * c.facts.object_count + slot]
                 box.scale = 1.0
                 if box.dx != 0.0 or box.dy != 0.0:
-                    box.scale = limited_by_fixed(c, 1.0, thing.x, thing.y, kind.radius, box, world)
+                    box.scale = limit_by_fixed(c, 1.0, thing.x, thing.y, kind.radius, box, world)
     for row in range(first, first + c.facts.count):
         if c.robots[row].holding != 0:
             box = c.pulls[c.robots[row].holding - 1]
@@ -117,7 +117,7 @@ def keep_together(c: Any, world: int) -> None:
 
 
 @inner
-def bring(c: Any, world: int) -> None:
+def move_pulled_boxes(c: Any, world: int) -> None:
     """Move the boxes with their holders; one whose center is in a home is gathered, and let go of."""
     gathered = False
     for index in range(c.facts.class_count):
@@ -148,7 +148,7 @@ def _in_home(c: Any, world: int, x: float, y: float) -> Any:
     for index in range(c.facts.class_count):
         kind = c.classes[index]
         if kind.home:
-            slot, squared = nearest_object(c, world, x, y, index)
+            slot, squared = find_nearest_object(c, world, x, y, index)
             if slot >= 0 and squared <= kind.radius * kind.radius:
                 return True
     return False

@@ -5,9 +5,13 @@ from typing import Any
 
 from understudy._jit_kernels import inlined, inner, int64, uint64
 from understudy.sim.kernels.angles import face
-from understudy.sim.kernels.camera import blob, project, screen
-from understudy.sim.kernels.grid import big_cells, near_range, spots_of_line
-from understudy.sim.kernels.sonar import sector_to_bounds, sector_to_disc, sector_to_segment
+from understudy.sim.kernels.camera import measure_blob, project_objects, project_segments
+from understudy.sim.kernels.grid import find_big_cells, find_line_spots, find_static_range
+from understudy.sim.kernels.sonar import (
+    measure_sector_to_bounds,
+    measure_sector_to_disc,
+    measure_sector_to_segment,
+)
 
 WALLS, OBSTACLES, ROBOTS = 1, 2, 4
 
@@ -20,7 +24,7 @@ def _to_disc(c: Any, step: Any, robot: Any, dx: float, dy: float, radius: float)
     x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
     for k in range(step.first, step.end):
         s, best = c.sectors[uint64(k)], c.a[uint64(k - step.first)]
-        c.a[uint64(k - step.first)] = sector_to_disc(
+        c.a[uint64(k - step.first)] = measure_sector_to_disc(
             x, y, radius, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best
         )
 
@@ -35,7 +39,7 @@ def _to_segment(c: Any, step: Any, robot: Any, piece: Any) -> None:
     x1, y1 = cosine * ex + sine * ey, cosine * ey - sine * ex
     for k in range(step.first, step.end):
         s, best = c.sectors[uint64(k)], c.a[uint64(k - step.first)]
-        best = sector_to_segment(x0, y0, x1, y1, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best)
+        best = measure_sector_to_segment(x0, y0, x1, y1, s.from_x, s.from_y, s.to_x, s.to_y, s.span, best)
         c.a[uint64(k - step.first)] = best
 
 
@@ -46,7 +50,7 @@ def _to_bounds(c: Any, step: Any, robot: Any) -> None:
     x, y, cosine, sine = robot.x, robot.y, robot.cosine, robot.sine
     for k in range(step.first, step.end):
         s, best = c.sectors[uint64(k)], c.a[uint64(k - step.first)]
-        c.a[uint64(k - step.first)] = sector_to_bounds(
+        c.a[uint64(k - step.first)] = measure_sector_to_bounds(
             x,
             y,
             cosine,
@@ -68,7 +72,7 @@ def _to_fixed(c: Any, step: Any, robot: Any, world: int, limit: float) -> None:
     x, y = robot.x, robot.y
     if step.sees & WALLS and min(x, y, c.facts.width - x, c.facts.height - y) < limit:
         _to_bounds(c, step, robot)
-    begin, end = near_range(c, x, y, world)
+    begin, end = find_static_range(c, x, y, world)
     for k in range(begin, end):
         item = int64(c.near_items[uint64(k)])
         if item < 0:
@@ -105,9 +109,9 @@ def _to_robots(c: Any, step: Any, row: int, world: int, limit: float) -> None:
             if dx * dx + dy * dy < reach * reach and other != row:
                 _to_disc(c, step, robot, dx, dy, c.types[c.robots[other].type].radius)
         return
-    low, high, lowest, highest = big_cells(c, x, y, reach)
+    low, high, lowest, highest = find_big_cells(c, x, y, reach)
     for line in range(lowest, highest + 1):
-        begin, end = spots_of_line(c, line, low, high)
+        begin, end = find_line_spots(c, line, low, high)
         for k in range(begin, end):
             spot = c.spots[k]
             dx, dy = spot.x - x, spot.y - y
@@ -116,7 +120,7 @@ def _to_robots(c: Any, step: Any, row: int, world: int, limit: float) -> None:
 
 
 @inlined
-def scan(c: Any, row: int, world: int, step: Any, limit: float) -> None:
+def scan_sectors(c: Any, row: int, world: int, step: Any, limit: float) -> None:
     """The distance (m, from the robot's center, at most `limit`) to what is nearest in each sector, to `c.a`."""
     for k in range(step.end - step.first):
         c.a[uint64(k)] = limit
@@ -149,9 +153,9 @@ def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
                 kind = c.types[them.type]
                 count = _put(c, count, robot, them.x, them.y, kind.radius, kind.height, kind.color, 1)
         return count
-    low, high, lowest, highest = big_cells(c, robot.x, robot.y, limit + c.facts.most_radius)
+    low, high, lowest, highest = find_big_cells(c, robot.x, robot.y, limit + c.facts.most_radius)
     for line in range(lowest, highest + 1):
-        begin, end = spots_of_line(c, line, low, high)
+        begin, end = find_line_spots(c, line, low, high)
         for k in range(begin, end):
             spot = c.spots[k]
             if spot.row != row:
@@ -161,7 +165,7 @@ def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
 
 
 @inner
-def look(c: Any, row: int, world: int, step: Any) -> None:
+def detect_blobs(c: Any, row: int, world: int, step: Any) -> None:
     """The blobs (x and size, pixels) of the colors that the parts of a camera's step ask for, to `c.a` and `c.b`."""
     robot, count = c.robots[row], 0
     face(robot)
@@ -187,13 +191,13 @@ def look(c: Any, row: int, world: int, step: Any) -> None:
         local.x1, local.y1 = cosine * ex + sine * ey, cosine * ey - sine * ex
     views = c.views[: count + c.facts.segment_count]
     things, pieces = c.things[:count], c.pieces[: c.facts.segment_count]
-    discs = project(things, count, step.tan_half, step.width_px, step.height_px, step.range, views)
-    end = screen(pieces, c.facts.segment_count, step.tan_half, views, discs)
+    discs = project_objects(things, count, step.tan_half, step.width_px, step.height_px, step.range, views)
+    end = project_segments(pieces, c.facts.segment_count, step.tan_half, views, discs)
     for k in range(step.first, step.end):
         color = c.parts[k].color
         x, size = math.nan, math.nan
         if color >= 0:
-            x, size = blob(
+            x, size = measure_blob(
                 views, discs, end, color, step.tan_half, step.width_px, step.nearest != 0, step.least_px
             )
         c.a[k - step.first], c.b[k - step.first] = x, size

@@ -4,13 +4,17 @@ import math
 from typing import Any
 
 from understudy._jit_kernels import inlined, inner, int64, njit, uint64
-from understudy.sim.kernels.angles import angle_of, wrapped
+from understudy.sim.kernels.angles import compute_angle, wrap_angle
 from understudy.sim.kernels.dtypes import TOUCH
-from understudy.sim.kernels.grid import ANYONE, nearest_robot
-from understudy.sim.kernels.nearest import nearest_lined_up, nearest_object, nearest_unclaimed
-from understudy.sim.kernels.rng import normal, uniform
-from understudy.sim.kernels.scan import look, scan
-from understudy.sim.kernels.signals import is_claimed, nearest_caller
+from understudy.sim.kernels.grid import ANYONE, find_nearest_robot
+from understudy.sim.kernels.nearest import (
+    find_nearest_gathered_object,
+    find_nearest_object,
+    find_nearest_unclaimed,
+)
+from understudy.sim.kernels.rng import draw_normal, draw_uniform
+from understudy.sim.kernels.scan import detect_blobs, scan_sectors
+from understudy.sim.kernels.signals import find_nearest_signaler, is_claimed
 
 (
     TO_CLASS, TO_OBJECT, TO_ROBOT, TO_UNCLAIMED, TO_CALLER, SONAR, CAMERA, BUMPER,
@@ -23,23 +27,23 @@ GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and hig
 
 
 @inner
-def nearest_food(c: Any, world: int, x: float, y: float) -> Any:
+def find_nearest_food(c: Any, world: int, x: float, y: float) -> Any:
     """The same, of all classes of food."""
     best, best_squared = -1, math.inf
     for index in range(c.facts.class_count):
         if c.classes[index].food:
-            slot, squared = nearest_object(c, world, x, y, index)
+            slot, squared = find_nearest_object(c, world, x, y, index)
             if squared < best_squared:
                 best, best_squared = slot, squared
     return best, best_squared
 
 
 @inner
-def station_here(c: Any, world: int, x: float, y: float, reach: float) -> Any:
+def is_station_near(c: Any, world: int, x: float, y: float, reach: float) -> Any:
     """Whether a home is within reach."""
     for index in range(c.facts.class_count):
         if c.classes[index].home:
-            _, squared = nearest_object(c, world, x, y, index)
+            _, squared = find_nearest_object(c, world, x, y, index)
             if squared <= reach * reach:
                 return True
     return False
@@ -59,7 +63,7 @@ def _enough(c: Any, robot: Any, world: int) -> Any:
 
 
 @inner
-def own(c: Any, robot: Any, world: int, step: Any) -> Any:
+def read_robot_state(c: Any, robot: Any, world: int, step: Any) -> Any:
     """A reading of the robot itself."""
     what = step.what
     if what == OWN_X:
@@ -82,8 +86,8 @@ def own(c: Any, robot: Any, world: int, step: Any) -> Any:
         return _enough(c, robot, world)
     reach = c.types[uint64(robot.type)].reach
     if what == STATION_HERE:
-        return 1.0 if station_here(c, world, robot.x, robot.y, reach) else 0.0
-    slot, squared = nearest_food(c, world, robot.x, robot.y)
+        return 1.0 if is_station_near(c, world, robot.x, robot.y, reach) else 0.0
+    slot, squared = find_nearest_food(c, world, robot.x, robot.y)
     if what == FOOD_LEFT:
         return 1.0 if slot >= 0 else 0.0
     return (
@@ -97,18 +101,18 @@ def own(c: Any, robot: Any, world: int, step: Any) -> Any:
 def _seek(c: Any, row: int, world: int, step: Any) -> Any:
     """Where an object is that nobody else claims, or a robot that calls: x, y, squared distance; NaN where none is."""
     if step.place == TO_UNCLAIMED:
-        slot, squared = nearest_unclaimed(c, row, world, step)
+        slot, squared = find_nearest_unclaimed(c, row, world, step)
         if slot >= 0:
             return c.object_x[slot], c.object_y[slot], squared
     else:
-        other, squared = nearest_caller(c, row, world, step.index, step.signal, step.range)
+        other, squared = find_nearest_signaler(c, row, world, step.index, step.signal, step.range)
         if other >= 0:
             return c.robots[other].x, c.robots[other].y, squared
     return math.nan, math.nan, math.inf
 
 
 @inlined
-def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -> None:
+def locate_target(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -> None:
     """How far off (`offset`: x, y; world frame) is what a step is to locate; NaN where it is not there, or too far."""
     robot = c.robots[uint64(row)]
     squared = math.inf
@@ -116,13 +120,13 @@ def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -
     if step.place == TO_ROBOT:
         other = -1
         if step.index >= 0:
-            other, squared = nearest_robot(c, row, world, step.index, step.range)
+            other, squared = find_nearest_robot(c, row, world, step.index, step.range)
         if other >= 0:
             x, y = c.robots[other].x, c.robots[other].y
         if step.index == ANYONE:
             c.moves[uint64(row - world * c.facts.count)].alone = min(squared, step.range * step.range)
     elif step.place == TO_CLASS:
-        slot, squared = nearest_lined_up(c, row, world, step)
+        slot, squared = find_nearest_gathered_object(c, row, world, step)
         if slot >= 0:
             x, y = c.object_x[slot], c.object_y[slot]
     elif step.place == TO_OBJECT:
@@ -138,19 +142,19 @@ def locate(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -
 
 
 @njit(error_model="numpy", forceinline=True)
-def bearing(dx: float, dy: float, heading: float) -> Any:
+def compute_bearing(dx: float, dy: float, heading: float) -> Any:
     """The bearing (rad, robot frame, [0, tau)) of what is so far off; 0 where the robot is."""
     if dx == 0.0 and dy == 0.0:
         return 0.0
-    return wrapped(angle_of(dy, dx) - heading)
+    return wrap_angle(compute_angle(dy, dx) - heading)
 
 
 @inlined
-def feel(c: Any, row: int, world: int, step: Any) -> None:
+def measure_from_rim(c: Any, row: int, world: int, step: Any) -> None:
     """What a sonar or bumper measures, from the robot's rim."""
     radius = c.types[c.robots[row].type].radius
     limit = radius + (step.range if step.what == SONAR else TOUCH)
-    scan(c, row, world, step, limit)
+    scan_sectors(c, row, world, step, limit)
     for k in range(step.end - step.first):
         if step.what == SONAR:
             c.a[k] = min(step.range, max(0.0, c.a[k] - radius))
@@ -159,7 +163,7 @@ def feel(c: Any, row: int, world: int, step: Any) -> None:
 
 
 @inlined
-def measure(
+def measure_sense_step(
     c: Any, row: int, world: int, step: Any, offset: Any, camera: Any, ranging: Any, calling: Any
 ) -> None:
     """Measure one step now, without noise: its parts' readings a and b go to `c.a` and `c.b`.
@@ -172,21 +176,21 @@ def measure(
     if step.what <= TO_CALLER:
         c.a[0] = math.sqrt(offset.x * offset.x + offset.y * offset.y)
         if c.parts[step.first].b >= 0:
-            c.b[0] = bearing(offset.x, offset.y, robot.heading) if offset.x == offset.x else math.nan
+            c.b[0] = compute_bearing(offset.x, offset.y, robot.heading) if offset.x == offset.x else math.nan
     elif step.what == CHANCE:
         time = c.tick[world] // step.ticks
-        c.a[0] = uniform(c.seeds[world], robot.id, time, step.stream + GHOST)
+        c.a[0] = draw_uniform(c.seeds[world], robot.id, time, step.stream + GHOST)
     elif step.what > BUMPER and step.what < CHANCE:
-        c.a[0] = own(c, robot, world, step)
+        c.a[0] = read_robot_state(c, robot, world, step)
     if calling is not None:  # noqa: SIM102
         if step.what == CLAIMED:
             c.a[0] = _claimed(c, row, world, step, offset)
     if ranging is not None:  # noqa: SIM102
         if step.what == SONAR or step.what == BUMPER:
-            feel(c, row, world, step)
+            measure_from_rim(c, row, world, step)
     if camera is not None:  # noqa: SIM102
         if step.what == CAMERA:
-            look(c, row, world, step)
+            detect_blobs(c, row, world, step)
 
 
 @inner
@@ -200,35 +204,35 @@ def _claimed(c: Any, row: int, world: int, step: Any, offset: Any) -> Any:
 
 
 @njit(error_model="numpy", forceinline=True)
-def disturb(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: float) -> Any:
+def add_sensor_noise(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: float) -> Any:
     """The readings a and b of a part as they come out: with noise, misdetection and dropout."""
     stream = step.stream + 8 * part.number
-    if step.dropout > 0.0 and uniform(seed, item, tick, stream + DROPOUT) < step.dropout:
+    if step.dropout > 0.0 and draw_uniform(seed, item, tick, stream + DROPOUT) < step.dropout:
         return math.nan, math.nan
     if step.what == CAMERA:
-        if step.misses > 0.0 and uniform(seed, item, tick, stream + MISS) < step.misses:
+        if step.misses > 0.0 and draw_uniform(seed, item, tick, stream + MISS) < step.misses:
             a = b = math.nan
         ghosts = step.ghosts if part.color >= 0 else 0.0  # what has no color is never seen
-        if a != a and ghosts > 0.0 and uniform(seed, item, tick, stream + GHOST) < ghosts:
-            a = step.width_px * uniform(seed, item, tick, stream + GHOST_X)
-            b = step.least_px + (GHOST_PX * GHOST_PX) * uniform(seed, item, tick, stream + NOISE_B)
+        if a != a and ghosts > 0.0 and draw_uniform(seed, item, tick, stream + GHOST) < ghosts:
+            a = step.width_px * draw_uniform(seed, item, tick, stream + GHOST_X)
+            b = step.least_px + (GHOST_PX * GHOST_PX) * draw_uniform(seed, item, tick, stream + NOISE_B)
             return a, b
     silent = step.what == SONAR and a >= step.range  # nothing was heard, and there is nothing to be noisy
     if (
         step.noise_a > 0.0 and a == a and not silent
     ):  # what is absent stays so: the largest of 0 and NaN would be 0
-        a += step.noise_a * normal(seed, item, tick, stream + NOISE_A)
+        a += step.noise_a * draw_normal(seed, item, tick, stream + NOISE_A)
         if step.what == SONAR:
             a = min(step.range, max(0.0, a))
         elif step.what == CAMERA:
             a = min(step.width_px, max(0.0, a))
         elif step.what == OWN_HEADING:
-            a = wrapped(a)
+            a = wrap_angle(a)
         elif step.what <= TO_CALLER:
             a = max(0.0, a)
     if step.noise_b > 0.0 and b == b:
-        drawn = step.noise_b * normal(seed, item, tick, stream + NOISE_B)
-        b = max(0.0, b * (1.0 + drawn)) if step.what == CAMERA else wrapped(b + drawn)
+        drawn = step.noise_b * draw_normal(seed, item, tick, stream + NOISE_B)
+        b = max(0.0, b * (1.0 + drawn)) if step.what == CAMERA else wrap_angle(b + drawn)
     return a, b
 
 
@@ -252,7 +256,7 @@ def _since(c: Any, row: int, step: Any, values: Any, tick: int, seed: int, item:
         if since == since:  # the floor of what is absent would be a number
             since = math.floor(since * c.facts.tick_s * 1e9 + 0.5) / 1e9
         stream = step.stream + 8 * part.number + DROPOUT
-        if step.dropout > 0.0 and uniform(seed, item, tick, stream) < step.dropout:
+        if step.dropout > 0.0 and draw_uniform(seed, item, tick, stream) < step.dropout:
             since = math.nan
         if keep:
             c.memory[answer] = since
@@ -263,7 +267,7 @@ def _since(c: Any, row: int, step: Any, values: Any, tick: int, seed: int, item:
 
 
 @inlined
-def take(
+def run_sense_step(
     c: Any, row: int, world: int, step: Any, offset: Any, values: Any, keep: bool, camera: Any, ranging: Any,
     calling: Any,
 ) -> None:  # fmt: skip
@@ -274,14 +278,14 @@ def take(
         return
     due = is_due(step, tick)
     if due:
-        measure(c, row, world, step, offset, camera, ranging, calling)
+        measure_sense_step(c, row, world, step, offset, camera, ranging, calling)
     for k in range(step.first, step.end):
         part = c.parts[uint64(k)]
         held = row * c.facts.memory_count + part.held
         if due:
             a, b = c.a[uint64(k - step.first)], c.b[uint64(k - step.first)]
             if step.noisy:
-                a, b = disturb(step, part, seed, robot.id, tick, a, b)
+                a, b = add_sensor_noise(step, part, seed, robot.id, tick, a, b)
             if keep and part.held >= 0:
                 c.memory[held] = a
                 if part.b >= 0:  # else b is whatever was measured before
@@ -295,7 +299,7 @@ def take(
 
 
 @inlined
-def sense(
+def sense_robots(
     c: Any, low: int, high: int, world: int, keep: bool, camera: Any, ranging: Any, calling: Any
 ) -> None:
     """The readings of the robots `low` to `high` in this tick, to `c.rows`; NaN where they have none.
@@ -313,7 +317,7 @@ def sense(
             if step.place >= 0 and is_due(step, c.tick[world]):
                 for row in range(low, high):
                     if c.facts.type_count == 1 or c.robots[row].type == kind:
-                        locate(c, row, world, step, c.offsets[uint64(row - low)], calling)
+                        locate_target(c, row, world, step, c.offsets[uint64(row - low)], calling)
             for row in range(low, high):
                 robot = c.robots[uint64(row)]
                 if robot.type == kind and not robot.frozen:
@@ -321,4 +325,4 @@ def sense(
                         c.offsets[uint64(row - low)],
                         c.rows[c.facts.width_of_row * (row - low) :],
                     )
-                    take(c, row, world, step, offset, values, keep, camera, ranging, calling)
+                    run_sense_step(c, row, world, step, offset, values, keep, camera, ranging, calling)

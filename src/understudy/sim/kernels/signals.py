@@ -8,26 +8,32 @@ import math
 from typing import Any
 
 from understudy._jit_kernels import inlined, inner
-from understudy.sim.kernels.grid import SIGNALED, big_cells, nearest_robot, spots_of_line, wanted
+from understudy.sim.kernels.grid import (
+    SIGNALED,
+    find_big_cells,
+    find_line_spots,
+    find_nearest_robot,
+    matches_relation,
+)
 
 FEW = 32  # callers up to which it is quicker to go through all than to look around a thing
 
 
 @inlined
-def mean_to_call(c: Any, row: int, world: int, command: float) -> None:
+def plan_signal(c: Any, row: int, world: int, command: float) -> None:
     """Note what a robot raises from this tick on."""
     work = c.works[row - world * c.facts.count]
     work.signal = 0 if c.robots[row].frozen else int(min(max(command, 0.0), float(c.facts.signals)))
 
 
 @inlined
-def call(c: Any, row: int, world: int) -> None:
+def raise_signal(c: Any, row: int, world: int) -> None:
     """Raise what a robot means to."""
     c.robots[row].signal = c.works[row - world * c.facts.count].signal
 
 
 @inner
-def line_up_callers(c: Any, world: int) -> None:
+def list_signalers(c: Any, world: int) -> None:
     """List the robots of a world that raise each signal."""
     for signal in range(c.facts.signals):
         c.caller_counts[signal] = 0
@@ -41,12 +47,12 @@ def line_up_callers(c: Any, world: int) -> None:
 
 
 @inner
-def nearest_caller(c: Any, row: int, world: int, relation: int, signal: int, limit: float) -> Any:
-    """Row and squared distance of the nearest other robot that raises a signal; as `nearest_robot`."""
+def find_nearest_signaler(c: Any, row: int, world: int, relation: int, signal: int, limit: float) -> Any:
+    """Row and squared distance of the nearest other robot that raises a signal; as `find_nearest_robot`."""
     callers = c.callers[(signal - 1) * c.facts.count : signal * c.facts.count]
     count = c.caller_counts[signal - 1]
     if c.facts.gridded and count * count > 4 * c.facts.count:
-        return nearest_robot(c, row, world, relation + SIGNALED * signal, limit)
+        return find_nearest_robot(c, row, world, relation + SIGNALED * signal, limit)
     own = c.robots[row]
     best, best_id, best_squared = -1, -1, limit * limit
     for k in range(count):
@@ -56,7 +62,7 @@ def nearest_caller(c: Any, row: int, world: int, relation: int, signal: int, lim
         if squared <= best_squared and caller.row != row:
             if squared == best_squared and best >= 0 and best_id < caller.id:
                 continue
-            if wanted(c, c.robots[caller.row], own, relation):
+            if matches_relation(c, c.robots[caller.row], own, relation):
                 best, best_id, best_squared = caller.row, caller.id, squared
     return best, best_squared if best >= 0 else math.inf
 
@@ -73,9 +79,9 @@ def is_claimed(c: Any, row: int, world: int, x: float, y: float, signal: int, wi
             if dx * dx + dy * dy <= within * within and caller.row != row:
                 return True
         return False
-    low, high, lowest, highest = big_cells(c, x, y, within)
+    low, high, lowest, highest = find_big_cells(c, x, y, within)
     for line in range(lowest, highest + 1):
-        begin, end = spots_of_line(c, line, low, high)
+        begin, end = find_line_spots(c, line, low, high)
         for k in range(begin, end):
             spot = c.spots[k]
             dx, dy = spot.x - x, spot.y - y

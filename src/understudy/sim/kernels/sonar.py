@@ -15,7 +15,9 @@ BEAM, NARROW, WIDE, FULL = 0, 1, 2, 3  # as in a SECTOR
 
 
 @njit(error_model="numpy")
-def contains(x: float, y: float, from_x: float, from_y: float, to_x: float, to_y: float, span: int) -> bool:
+def contains_point(
+    x: float, y: float, from_x: float, from_y: float, to_x: float, to_y: float, span: int
+) -> bool:
     """Whether a point is in a sector that is no beam, edges included. Any length will do."""
     if span == FULL:
         return True
@@ -25,7 +27,7 @@ def contains(x: float, y: float, from_x: float, from_y: float, to_x: float, to_y
 
 
 @njit(error_model="numpy")
-def ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: float, best: float) -> float:
+def cast_ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: float, best: float) -> float:
     """The smaller of `best` and the distance along a ray (a unit vector) to a disc that is not at the origin."""
     along = ray_x * x + ray_y * y
     aside = ray_x * y - ray_y * x
@@ -36,7 +38,7 @@ def ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: float, b
 
 
 @njit(error_model="numpy")
-def ray_to_segment(
+def cast_ray_to_segment(
     ray_x: float, ray_y: float, x0: float, y0: float, x1: float, y1: float, best: float
 ) -> float:
     """The smaller of `best` and the distance along a ray (a unit vector) to a segment, its ends included."""
@@ -52,7 +54,7 @@ def ray_to_segment(
 
 
 @njit(error_model="numpy")
-def sector_to_disc(
+def measure_sector_to_disc(
     x: float,
     y: float,
     radius: float,
@@ -71,15 +73,15 @@ def sector_to_disc(
     if squared <= radius * radius:
         return 0.0
     if span == BEAM:
-        return ray_to_disc(from_x, from_y, x, y, radius, best)
-    if contains(x, y, from_x, from_y, to_x, to_y, span):
+        return cast_ray_to_disc(from_x, from_y, x, y, radius, best)
+    if contains_point(x, y, from_x, from_y, to_x, to_y, span):
         return min(best, math.sqrt(squared) - radius)
-    best = ray_to_disc(from_x, from_y, x, y, radius, best)
-    return ray_to_disc(to_x, to_y, x, y, radius, best)
+    best = cast_ray_to_disc(from_x, from_y, x, y, radius, best)
+    return cast_ray_to_disc(to_x, to_y, x, y, radius, best)
 
 
 @njit(error_model="numpy")
-def sector_to_segment(
+def measure_sector_to_segment(
     x0: float,
     y0: float,
     x1: float,
@@ -99,7 +101,7 @@ def sector_to_segment(
     if not aside * aside < best * best * length_squared and length_squared > 0.0:
         return best
     if span == BEAM:
-        return ray_to_segment(from_x, from_y, x0, y0, x1, y1, best)
+        return cast_ray_to_segment(from_x, from_y, x0, y0, x1, y1, best)
     along = -(x0 * across_x + y0 * across_y)
     # The direction of its nearest point, and that point's distance squared times `scale`.
     if along <= 0.0:
@@ -113,14 +115,14 @@ def sector_to_segment(
         squared = aside * aside
     if not squared < best * best * scale:
         return best
-    if contains(x, y, from_x, from_y, to_x, to_y, span):
+    if contains_point(x, y, from_x, from_y, to_x, to_y, span):
         return min(best, math.sqrt(squared / scale))
-    best = ray_to_segment(from_x, from_y, x0, y0, x1, y1, best)
-    return ray_to_segment(to_x, to_y, x0, y0, x1, y1, best)
+    best = cast_ray_to_segment(from_x, from_y, x0, y0, x1, y1, best)
+    return cast_ray_to_segment(to_x, to_y, x0, y0, x1, y1, best)
 
 
 @njit(error_model="numpy")
-def ray_to_bounds(
+def cast_ray_to_bounds(
     ray_x: float, ray_y: float, left: float, right: float, below: float, above: float, best: float
 ) -> float:
     """The smaller of `best` and the distance along a ray (world frame) to four walls that far off around it."""
@@ -134,7 +136,7 @@ def ray_to_bounds(
 
 
 @njit(error_model="numpy")
-def sector_to_bounds(
+def measure_sector_to_bounds(
     x: float,
     y: float,
     cosine: float,
@@ -157,17 +159,17 @@ def sector_to_bounds(
     if min(min(left, right), min(below, above)) >= best:
         return best
     if span != BEAM:
-        if right < best and contains(cosine, -sine, from_x, from_y, to_x, to_y, span):
+        if right < best and contains_point(cosine, -sine, from_x, from_y, to_x, to_y, span):
             best = right
-        if left < best and contains(-cosine, sine, from_x, from_y, to_x, to_y, span):
+        if left < best and contains_point(-cosine, sine, from_x, from_y, to_x, to_y, span):
             best = left
-        if above < best and contains(sine, cosine, from_x, from_y, to_x, to_y, span):
+        if above < best and contains_point(sine, cosine, from_x, from_y, to_x, to_y, span):
             best = above
-        if below < best and contains(-sine, -cosine, from_x, from_y, to_x, to_y, span):
+        if below < best and contains_point(-sine, -cosine, from_x, from_y, to_x, to_y, span):
             best = below
         if span == FULL:
             return best
         ray_x, ray_y = cosine * to_x - sine * to_y, sine * to_x + cosine * to_y
-        best = ray_to_bounds(ray_x, ray_y, left, right, below, above, best)
+        best = cast_ray_to_bounds(ray_x, ray_y, left, right, below, above, best)
     ray_x, ray_y = cosine * from_x - sine * from_y, sine * from_x + cosine * from_y
-    return ray_to_bounds(ray_x, ray_y, left, right, below, above, best)
+    return cast_ray_to_bounds(ray_x, ray_y, left, right, below, above, best)

@@ -4,34 +4,40 @@ from typing import Any
 
 from understudy._jit_kernels import entry, inlined, inner, uint64
 from understudy.kernel_cache import hash_kernel_sources
-from understudy.runtime.engine._pulse_kernels import pulse
-from understudy.runtime.team._squad_kernels import lead_world
-from understudy.sim.kernels.barrier import BLOCK, claim, each, wait
+from understudy.runtime.engine._pulse_kernels import pulse_agent
+from understudy.runtime.team._squad_kernels import run_world_coordinators
+from understudy.sim.kernels.barrier import BLOCK, claim_block, run_for_each_robot, wait_at_barrier
 from understudy.sim.kernels.dynamics import (
-    judge,
-    limit,
-    limited_by_boxes,
-    live,
-    move_boxes,
-    push,
-    shift_boxes,
-    transfer,
+    add_push,
+    limit_by_boxes,
+    limit_robot_step,
+    move_pushed_boxes,
+    plan_pushed_boxes,
+    record_goal_tick,
+    transfer_cargo,
+    update_objects,
 )
-from understudy.sim.kernels.grid import count, find_cell, put_spot
-from understudy.sim.kernels.motion import arrive, propose, slide
-from understudy.sim.kernels.nearest import line_up
-from understudy.sim.kernels.pulling import bring, grip, haul, keep_together, pull
-from understudy.sim.kernels.sensing import sense
-from understudy.sim.kernels.signals import call, line_up_callers, mean_to_call
+from understudy.sim.kernels.grid import count_cells, note_robot_cell, place_in_spot
+from understudy.sim.kernels.motion import move_robot, propose_step, slide_along_walls
+from understudy.sim.kernels.nearest import gather_object_places
+from understudy.sim.kernels.pulling import (
+    follow_pulled_box,
+    grip_box,
+    limit_pulled_boxes,
+    move_pulled_boxes,
+    plan_pulled_boxes,
+)
+from understudy.sim.kernels.sensing import sense_robots
+from understudy.sim.kernels.signals import list_signalers, plan_signal, raise_signal
 
 SENSE, OBEY, RUN = 0, 1, 2
 
 # For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time.
-bare = entry(cache=True, nogil=True, error_model="numpy", _nrt=False)
+njit_for_worlds = entry(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
 
 @inlined
-def intend(
+def interpret_commands(
     c: Any, row: int, world: int, commands: Any, which: int, cargo: Any, pulling: Any, calling: Any
 ) -> None:
     """What a robot means to do with its commands: drive, turn, load, unload, signal.
@@ -41,16 +47,16 @@ def intend(
     robot, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     drive, turn = commands[which, 0], commands[which, 1]
     seed, tick = c.seeds[world], c.tick[world]
-    propose(robot, c.types[robot.type], drive, turn, seed, tick, move)
+    propose_step(robot, c.types[robot.type], drive, turn, seed, tick, move)
     if pulling is not None:
         still = drive == 0.0 and turn == 0.0
-        grip(c, row, world, commands[which, 2], commands[which, 3], still)
+        grip_box(c, row, world, commands[which, 2], commands[which, 3], still)
         if robot.holding == 0:
-            slide(c, row, world)
+            slide_along_walls(c, row, world)
     else:
-        slide(c, row, world)
+        slide_along_walls(c, row, world)
     if calling is not None:
-        mean_to_call(c, row, world, commands[which, 4])
+        plan_signal(c, row, world, commands[which, 4])
     if cargo is not None:
         work = c.works[row - world * c.facts.count]
         work.still = 1 if drive == 0.0 and turn == 0.0 else 0
@@ -58,65 +64,65 @@ def intend(
 
 
 @inlined
-def sort(crew: Any, c: Any, world: int) -> None:
+def sort_robots_into_grid(crew: Any, c: Any, world: int) -> None:
     """Sort the robots of a world into its grid. Of threads, each writes what is about robots of its own."""
     if not c.facts.gridded:
         return
-    each(crew, c, world, find_cell)
-    wait(crew)
+    run_for_each_robot(crew, c, world, note_robot_cell)
+    wait_at_barrier(crew)
     if crew[1] == 0:
-        count(c)
-    wait(crew)
-    each(crew, c, world, put_spot)
+        count_cells(c)
+    wait_at_barrier(crew)
+    run_for_each_robot(crew, c, world, place_in_spot)
 
 
 @inlined
-def settle(
+def finish_tick(
     crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any, pulling: Any, calling: Any
 ) -> None:
     """The rest of a tick, once all robots mean to do something."""
     first, leads = world * c.facts.count, crew[1] == 0
-    wait(crew)
+    wait_at_barrier(crew)
     if calling is not None:
-        each(crew, c, world, call)
-        wait(crew)
+        run_for_each_robot(crew, c, world, raise_signal)
+        wait_at_barrier(crew)
     if pulling is not None:
         if leads:
-            pull(c, world)
-        wait(crew)
-        each(crew, c, world, haul)
-        wait(crew)
-    each(crew, c, world, limit)
-    wait(crew)
+            plan_pulled_boxes(c, world)
+        wait_at_barrier(crew)
+        run_for_each_robot(crew, c, world, follow_pulled_box)
+        wait_at_barrier(crew)
+    run_for_each_robot(crew, c, world, limit_robot_step)
+    wait_at_barrier(crew)
     if boxes is not None:
         if leads:
             for row in range(first, first + c.facts.count):
-                push(c, row, world)
-            shift_boxes(c, world)
+                add_push(c, row, world)
+            plan_pushed_boxes(c, world)
             for row in range(first, first + c.facts.count):
-                limited_by_boxes(c, row, world)
-        wait(crew)
+                limit_by_boxes(c, row, world)
+        wait_at_barrier(crew)
     if pulling is not None:
         if leads:
-            keep_together(c, world)
-        wait(crew)
-    each(crew, c, world, arrive)
-    wait(crew)
+            limit_pulled_boxes(c, world)
+        wait_at_barrier(crew)
+    run_for_each_robot(crew, c, world, move_robot)
+    wait_at_barrier(crew)
     if leads:
         if boxes is not None:
-            move_boxes(c, world)
+            move_pushed_boxes(c, world)
         if pulling is not None:
-            bring(c, world)
+            move_pulled_boxes(c, world)
         if cargo is not None:
-            transfer(c, world)
+            transfer_cargo(c, world)
         if living is not None:
-            live(c, world)
+            update_objects(c, world)
         c.tick[world] += 1
-        judge(c, world)
+        record_goal_tick(c, world)
 
 
 @inner
-def follow(
+def decide_with_coordinators(
     crew: Any, c: Any, world: int, now: float, values: Any, tables: Any, stacks: Any, commands: Any, running: Any,
     led: Any, camera: Any, ranging: Any, cargo: Any, pulling: Any, calling: Any,
 ) -> None:  # fmt: skip
@@ -124,31 +130,31 @@ def follow(
     bands, leads = led
     sensed, there = bands[0][2], bands[0][3]
     start, blocks = world * c.facts.count, (c.facts.count + BLOCK - 1) // BLOCK
-    block = claim(crew, blocks, -1)
+    block = claim_block(crew, blocks, -1)
     while block >= 0:
         low, high = start + block * BLOCK, start + min(c.facts.count, (block + 1) * BLOCK)
-        sense(c, low, high, world, True, camera, ranging, calling)
+        sense_robots(c, low, high, world, True, camera, ranging, calling)
         for row in range(low, high):
             there[row] = not c.robots[row].frozen
             for column in range(sensed.shape[1]):
                 sensed[row, column] = values[row - low, column]
-        block = claim(crew, blocks, block)
-    wait(crew)
+        block = claim_block(crew, blocks, block)
+    wait_at_barrier(crew)
     if crew[1] == 0:
-        lead_world(world, now, bands, leads)
-    wait(crew)
-    block = claim(crew, blocks, -1)
+        run_world_coordinators(world, now, bands, leads)
+    wait_at_barrier(crew)
+    block = claim_block(crew, blocks, -1)
     while block >= 0:
         for row in range(start + block * BLOCK, start + min(c.facts.count, (block + 1) * BLOCK)):
-            running[row] = pulse(row, sensed[row], now, tables, stacks)
-            intend(c, row, world, commands, running[row], cargo, pulling, calling)
-        block = claim(crew, blocks, block)
+            running[row] = pulse_agent(row, sensed[row], now, tables, stacks)
+            interpret_commands(c, row, world, commands, running[row], cargo, pulling, calling)
+        block = claim_block(crew, blocks, block)
 
 
 def _keyed(sources: str) -> Any:
     """The kernel, kept by Numba for as long as no file of kernels changes (see `hash_kernel_sources`)."""
 
-    @bare
+    @njit_for_worlds
     def advance(
         c: Any, mode: int, first: int, end: int, part: int, parts: int, barrier: Any, ticks: int,
         until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any, led: Any,
@@ -168,43 +174,43 @@ def _keyed(sources: str) -> Any:
             start, crew = world * c.facts.count, (barrier, part, parts)
             blocks = (c.facts.count + BLOCK - 1) // BLOCK
             for turn in range(ticks):
-                wait(crew)
+                wait_at_barrier(crew)
                 if until_finished and c.finished[world] >= 0:
                     break
                 c.facts.drift = (turn % c.facts.keep) * c.facts.most_step
                 if turn % c.facts.keep == 0:
-                    sort(crew, c, world)
-                    wait(crew)
+                    sort_robots_into_grid(crew, c, world)
+                    wait_at_barrier(crew)
                 now = c.tick[world] * c.facts.tick_s
                 if c.facts.lines_up:
-                    line_up(c, world)
+                    gather_object_places(c, world)
                 if calling is not None:
-                    line_up_callers(c, world)
+                    list_signalers(c, world)
                 if led is not None:
-                    follow(
+                    decide_with_coordinators(
                         crew, c, world, now, values, tables, stacks, commands, running, led, camera, ranging, cargo,
                         pulling, calling,
                     )  # fmt: skip
-                block = claim(crew, blocks, -1) if led is None else -1
+                block = claim_block(crew, blocks, -1) if led is None else -1
                 while block >= 0:
                     low, high = start + block * BLOCK, start + min(c.facts.count, (block + 1) * BLOCK)
-                    sense(c, low, high, world, mode != SENSE, camera, ranging, calling)
+                    sense_robots(c, low, high, world, mode != SENSE, camera, ranging, calling)
                     for row in range(low, high):
                         if mode == SENSE:
                             for column in range(out.shape[1]):
                                 out[row, column] = values[row - low, column]
                         elif mode == OBEY:
-                            intend(c, row, world, commands, row, cargo, pulling, calling)
+                            interpret_commands(c, row, world, commands, row, cargo, pulling, calling)
                         else:
-                            running[row] = pulse(row, values[row - low], now, tables, stacks)
+                            running[row] = pulse_agent(row, values[row - low], now, tables, stacks)
                     if mode == RUN:
                         for row in range(low, high):
-                            intend(c, row, world, commands, running[row], cargo, pulling, calling)
-                    block = claim(crew, blocks, block)
+                            interpret_commands(c, row, world, commands, running[row], cargo, pulling, calling)
+                    block = claim_block(crew, blocks, block)
                 if mode != SENSE:
-                    settle(crew, c, world, boxes, cargo, living, pulling, calling)
+                    finish_tick(crew, c, world, boxes, cargo, living, pulling, calling)
 
     return advance
 
 
-advance = _keyed(hash_kernel_sources())
+run_ticks = _keyed(hash_kernel_sources())

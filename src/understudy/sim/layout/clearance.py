@@ -8,40 +8,40 @@ from typing import TypeAlias
 
 import numpy as np
 
-from understudy.sim.params import Names
-from understudy.sim.scenario.schema import Point, Scenario
-from understudy.sim.state import Records, Rules, State
+from understudy.sim.params import ScenarioNames
+from understudy.sim.scenario.schema import ArenaPoint, Scenario
+from understudy.sim.state import Records, WorldParams, WorldState
 
-Segment: TypeAlias = tuple[Point, Point]
+Segment: TypeAlias = tuple[ArenaPoint, ArenaPoint]
 
 
-def counter_clockwise(points: Sequence[Point]) -> tuple[Point, ...]:
+def orient_counter_clockwise(points: Sequence[ArenaPoint]) -> tuple[ArenaPoint, ...]:
     """The corners of a polygon in counter-clockwise order."""
-    area = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in around(points))
+    area = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in list_edges(points))
     return tuple(points) if area > 0 else tuple(reversed(points))
 
 
-def around(points: Sequence[Point]) -> tuple[Segment, ...]:
+def list_edges(points: Sequence[ArenaPoint]) -> tuple[Segment, ...]:
     """The edges of a polygon."""
     return tuple(zip(points, (*points[1:], *points[:1]), strict=True))
 
 
-def wall_segments(scenario: Scenario) -> Iterator[Segment]:
+def list_wall_segments(scenario: Scenario) -> Iterator[Segment]:
     """The pieces of all inner walls."""
     for wall in scenario.walls:
-        yield from around(wall.points) if wall.closed else around(wall.points)[:-1]
+        yield from list_edges(wall.points) if wall.closed else list_edges(wall.points)[:-1]
 
 
-def placed_at(points: Sequence[Point], place: Sequence[float]) -> tuple[Point, ...]:
+def place_polygon(points: Sequence[ArenaPoint], place: Sequence[float]) -> tuple[ArenaPoint, ...]:
     """The corners of a polygon at a place (x, y), or (x, y, how far it is turned in degrees)."""
     turned = radians(place[2]) if len(place) > 2 else 0.0
     return tuple(
         (place[0] + cos(turned) * x - sin(turned) * y, place[1] + sin(turned) * x + cos(turned) * y)
-        for x, y in counter_clockwise(points)
+        for x, y in orient_counter_clockwise(points)
     )
 
 
-def from_segment(point: Point, segment: Segment) -> float:
+def measure_point_to_segment(point: ArenaPoint, segment: Segment) -> float:
     """The distance of a point from a segment."""
     (x, y), ((x0, y0), (x1, y1)) = point, segment
     dx, dy = x1 - x0, y1 - y0
@@ -50,20 +50,20 @@ def from_segment(point: Point, segment: Segment) -> float:
     return hypot(x - x0 - along * dx, y - y0 - along * dy)
 
 
-def is_inside(point: Point, corners: Sequence[Point]) -> bool:
+def is_point_in_polygon(point: ArenaPoint, corners: Sequence[ArenaPoint]) -> bool:
     """Whether a point lies inside a polygon."""
     x, y = point
     inside = False
-    for (x0, y0), (x1, y1) in around(corners):
+    for (x0, y0), (x1, y1) in list_edges(corners):
         if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
             inside = not inside
     return inside
 
 
-def meet(first: Segment, second: Segment) -> bool:
+def have_common_point(first: Segment, second: Segment) -> bool:
     """Whether two segments have a point in common."""
-    touching = any(from_segment(end, second) == 0.0 for end in first)
-    touching = touching or any(from_segment(end, first) == 0.0 for end in second)
+    touching = any(measure_point_to_segment(end, second) == 0.0 for end in first)
+    touching = touching or any(measure_point_to_segment(end, first) == 0.0 for end in second)
     return touching or (_sides(first, second) and _sides(second, first))
 
 
@@ -74,19 +74,25 @@ def _sides(line: Segment, ends: Segment) -> bool:
     return (left < 0 < right) or (right < 0 < left)
 
 
-def crossing_edges(points: Sequence[Point]) -> tuple[int, int] | None:
+def find_crossing_edges(points: Sequence[ArenaPoint]) -> tuple[int, int] | None:
     """Two edges of a polygon that have more in common than the corner of neighbors, or an edge without length."""
-    edges = around(points)
+    edges = list_edges(points)
     for a, first in enumerate(edges):
         if first[0] == first[1]:
             return a, a
         for b, second in enumerate(edges[:a]):
             if a - b == 1:
-                meeting = from_segment(first[1], second) == 0.0 or from_segment(second[0], first) == 0.0
+                meeting = (
+                    measure_point_to_segment(first[1], second) == 0.0
+                    or measure_point_to_segment(second[0], first) == 0.0
+                )
             elif a - b == len(edges) - 1:
-                meeting = from_segment(first[0], second) == 0.0 or from_segment(second[1], first) == 0.0
+                meeting = (
+                    measure_point_to_segment(first[0], second) == 0.0
+                    or measure_point_to_segment(second[1], first) == 0.0
+                )
             else:
-                meeting = meet(first, second)
+                meeting = have_common_point(first, second)
             if meeting:
                 return b, a
     return None
@@ -96,10 +102,10 @@ CLOSE = 1e-9
 """What rounding may do to a distance, m."""
 
 
-def in_the_way(
-    state: State,
-    rules: Rules,
-    names: Names,
+def find_overlap(
+    state: WorldState,
+    rules: WorldParams,
+    names: ScenarioNames,
     world: int,
     x: float,
     y: float,
@@ -143,7 +149,7 @@ def _segment(segments: Records, x: float, y: float, radius: float) -> str | None
     winding = 0
     for piece in segments:
         (x0, y0, x1, y1), wall = (float(piece[name]) for name in ("x0", "y0", "x1", "y1")), piece["wall"]
-        if from_segment((x, y), ((x0, y0), (x1, y1))) < radius:
+        if measure_point_to_segment((x, y), ((x0, y0), (x1, y1))) < radius:
             return "a wall" if wall else "an obstacle"
         if not wall and (y0 <= y < y1 or y1 <= y < y0):
             left = (x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.sim.kernels.dtypes import SPOT
-from understudy.sim.state import Rules, State
+from understudy.sim.state import WorldParams, WorldState
 
 Floats = NDArray[Any]
 
@@ -23,7 +23,7 @@ DRIFT, MOST_KEPT = 0.125, 8
 FEW_THINGS, MOST_NEAR_CELLS = 6, 1 << 20
 
 
-class Grid(NamedTuple):
+class RobotGrid(NamedTuple):
     """The robots of one world sorted by cell.
 
     Cells of `cell` m are divided into 2**shift x 2**shift small ones, which lie side by side in the order: with
@@ -48,7 +48,7 @@ class Grid(NamedTuple):
     """Ticks for which robots stay sorted as they are: what looks for them looks a little farther."""
 
 
-class Near(NamedTuple):
+class StaticNeighbors(NamedTuple):
     """What stays and is solid near each cell, for every world: discs k as k, segments k as -1 - k."""
 
     cell: float
@@ -59,7 +59,7 @@ class Near(NamedTuple):
     items: NDArray[np.int32]
 
 
-def grid_for(rules: Rules) -> Grid:
+def make_robot_grid(rules: WorldParams) -> RobotGrid:
     """An empty grid for one world."""
     types = rules.types
     most_radius = float(types["radius"].max())
@@ -69,7 +69,7 @@ def grid_for(rules: Rules) -> Grid:
     if rules.robots <= FEW:
         none = np.zeros(1, np.int32)
         cell = max(rules.width, rules.height)
-        return Grid(cell, 1, 1, 0, most_radius, most_step, none, np.zeros(0, SPOT), none, 1)
+        return RobotGrid(cell, 1, 1, 0, most_radius, most_step, none, np.zeros(0, SPOT), none, 1)
     area = rules.width * rules.height
     cell = max(sqrt(0.75 * area / rules.robots), touch)
     shift = 2 if cell >= 3 * touch else 1 if cell >= 1.5 * touch else 0
@@ -78,10 +78,10 @@ def grid_for(rules: Rules) -> Grid:
     start = np.zeros(columns * lines * 4**shift + 1, np.int32)
     spots, spot_of = np.zeros(rules.robots, SPOT), np.zeros(rules.robots, np.int32)
     keep = int(min(MOST_KEPT, max(1.0, DRIFT * cell / max(most_step, 1e-9))))
-    return Grid(cell, columns, lines, shift, most_radius, most_step, start, spots, spot_of, keep)
+    return RobotGrid(cell, columns, lines, shift, most_radius, most_step, start, spots, spot_of, keep)
 
 
-def near_for(state: State, rules: Rules, *, reach: float) -> Near:
+def make_static_neighbors(state: WorldState, rules: WorldParams, *, reach: float) -> StaticNeighbors:
     """The lists of what is within `reach` (m) of each cell, for every world."""
     worlds = len(state.seeds)
     things = state.discs.shape[1] + state.segments.shape[1]
@@ -109,7 +109,9 @@ def near_for(state: State, rules: Rules, *, reach: float) -> Near:
         number = np.concatenate([np.arange(len(discs)), -1 - np.arange(len(segments))]).astype(np.int32)
         items.append(number[found])
     start = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int64)
-    return Near(cell, columns, lines, start, np.concatenate(items) if items else np.zeros(0, np.int32))
+    return StaticNeighbors(
+        cell, columns, lines, start, np.concatenate(items) if items else np.zeros(0, np.int32)
+    )
 
 
 def _off(values: Floats, low: Floats, high: Floats) -> Floats:

@@ -14,22 +14,36 @@ from understudy.sim.kernels import clearance as _space
 from understudy.sim.kernels import placement as _crowd
 from understudy.sim.kernels import placement as _kernels
 from understudy.sim.kernels.dtypes import DISC, OBJECT, ROBOT, SEGMENT
-from understudy.sim.layout.clearance import counter_clockwise, wall_segments
+from understudy.sim.layout.clearance import list_wall_segments, orient_counter_clockwise
 from understudy.sim.layout.rng import Seeds
-from understudy.sim.params import Names, box_of, least_and_most, most_of, names_of, robot_count
-from understudy.sim.scenario.schema import Objects, Obstacle, Placing, Point, Robots, Scenario
-from understudy.sim.state import Records, Rules, State
+from understudy.sim.params import (
+    ScenarioNames,
+    collect_names,
+    count_robots,
+    get_count_range,
+    get_most_count,
+    get_region_box,
+)
+from understudy.sim.scenario.schema import (
+    ArenaPoint,
+    ObjectClass,
+    Obstacle,
+    Placement,
+    RobotGroup,
+    Scenario,
+)
+from understudy.sim.state import Records, WorldParams, WorldState
 
 CELLS_PER_THING = 0.5
 """How fine the grid is in which free places are looked for."""
 
 
-def lay_out(scenario: Scenario, rules: Rules, seeds: Seeds) -> State:
+def lay_out_worlds(scenario: Scenario, rules: WorldParams, seeds: Seeds) -> WorldState:
     """Worlds as their seeds lay them out; SettingError where something finds no free place."""
-    plan = _Plan(scenario, names_of(scenario), rules)
+    plan = _PlacementPlan(scenario, collect_names(scenario), rules)
     state = plan.empty(seeds)
     worlds = len(seeds)
-    world, group, thing = _kernels.lay_out(
+    world, group, thing = _kernels.place_objects(
         plan.groups,
         plan.places,
         plan.corners,
@@ -58,20 +72,20 @@ def _full(scenario: Scenario, key: str, thing: int, seed: int) -> SettingError:
 
 
 @dataclass
-class _Plan:
+class _PlacementPlan:
     """What is to be placed, as arrays for the kernel: fixed places first, then what is drawn."""
 
     scenario: Scenario
-    names: Names
-    rules: Rules
+    names: ScenarioNames
+    rules: WorldParams
     keys: list[str] = field(default_factory=list)
     rows: list[Records] = field(default_factory=list)
     _places: list[tuple[float, float, float]] = field(default_factory=list)
-    _corners: list[Point] = field(default_factory=list)
+    _corners: list[ArenaPoint] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.walls = np.array(
-            [(*start, *end, 1) for start, end in wall_segments(self.scenario)], SEGMENT
+            [(*start, *end, 1) for start, end in list_wall_segments(self.scenario)], SEGMENT
         ).reshape(-1)
         self.discs, self.segments, robots = 0, len(self.walls), 0
         for index, obstacle in enumerate(self.scenario.obstacles):
@@ -80,13 +94,13 @@ class _Plan:
             self._objects(f"objects[{index}]", index, thing)
         for index, group in enumerate(self.scenario.robots):
             robots = self._robots(f"robots[{index}]", robots, group)
-        order = in_order(self.rows)
+        order = order_placements(self.rows)
         self.keys = [self.keys[index] for index in order]
         self.groups = np.array([self.rows[index] for index in order], _crowd.GROUP).reshape(-1)
         self.places = np.array(self._places, np.float64).reshape(-1, 3)
         self.corners = np.array(self._corners, np.float64).reshape(-1, 2)
 
-    def empty(self, seeds: Seeds) -> State:
+    def empty(self, seeds: Seeds) -> WorldState:
         """Worlds with nothing in them yet."""
         worlds, rules = len(seeds), self.rules
         objects = np.zeros((worlds, len(rules.class_of)), OBJECT)
@@ -94,7 +108,7 @@ class _Plan:
         segments = np.zeros((worlds, self.segments), SEGMENT)
         for end in ("x0", "y0", "x1", "y1"):
             segments[end] = nan
-        return State(
+        return WorldState(
             robots=np.zeros(worlds * rules.robots, ROBOT),
             objects=objects,
             discs=np.zeros((worlds, self.discs), DISC),
@@ -112,7 +126,7 @@ class _Plan:
         return max(sqrt(width * height / things / CELLS_PER_THING), max(width, height) / 10_000)
 
     def _obstacle(self, key: str, obstacle: Obstacle) -> None:
-        most = most_of(obstacle)
+        most = get_most_count(obstacle)
         row = self._row(key, obstacle, turned=0.0 if obstacle.points is not None else nan)
         row["solid"] = 1
         row["color"] = self.names.color(obstacle.color)
@@ -121,7 +135,7 @@ class _Plan:
             row["height"] = 2.0 * row["radius"] if obstacle.height is None else obstacle.height
             self.discs += most
         else:
-            corners = counter_clockwise(obstacle.points)
+            corners = orient_counter_clockwise(obstacle.points)
             row["sort"], row["first"] = _space.POLYGON, self.segments
             row["radius"] = max(hypot(x, y) for x, y in corners)
             row["point"], row["end_point"] = len(self._corners), len(self._corners) + len(corners)
@@ -129,36 +143,36 @@ class _Plan:
             self._corners.extend(corners)
             self.segments += most * len(corners)
 
-    def _objects(self, key: str, index: int, thing: Objects) -> None:
+    def _objects(self, key: str, index: int, thing: ObjectClass) -> None:
         row = self._row(key, thing)
         kind = self.rules.classes[index]
         row["sort"], row["first"], row["radius"] = _space.OBJECT, kind["first"], thing.radius
         row["solid"] = kind["solid"]
-        row["amount_least"], row["amount_most"] = least_and_most(thing.amount)
+        row["amount_least"], row["amount_most"] = get_count_range(thing.amount)
         if thing.presence is not None:
             due = np.array(thing.presence.first_s or thing.presence.away_s) / self.scenario.tick_s
             row["due_least"], row["due_most"] = due
 
-    def _robots(self, key: str, first: int, group: Robots) -> int:
+    def _robots(self, key: str, first: int, group: RobotGroup) -> int:
         row = self._row(key, group)
         kind = self.scenario.types[group.type]
         row["sort"], row["first"], row["radius"] = _space.ROBOT, first, kind.radius
         row["type"], row["stored"] = self.names.types.index(group.type), group.stored
         row["solid"] = row["alone"] = kind.collides
-        count = robot_count(group.count, group.at)
+        count = count_robots(group.count, group.at)
         row["least"] = row["most"] = count
         return first + count
 
-    def _row(self, key: str, placing: Placing, *, turned: float = nan) -> Records:
+    def _row(self, key: str, placing: Placement, *, turned: float = nan) -> Records:
         row: Records = np.zeros(1, _crowd.GROUP)[0]
         row["apart"], row["near_m"] = placing.apart, placing.near_m
-        row["x0"], row["y0"], row["x1"], row["y1"] = box_of(self.scenario, placing.within)
+        row["x0"], row["y0"], row["x1"], row["y1"] = get_region_box(self.scenario, placing.within)
         region = self.scenario.regions.get(placing.within or "")
         row["circle"] = nan if region is None or region.radius is None else region.radius
         row["due_least"] = row["due_most"] = nan
         row["place"], row["near"], row["alone"] = -1, -1, 1
         row["least"], row["most"] = (
-            least_and_most(placing.count) if isinstance(placing.count, int | tuple) else (1, 1)
+            get_count_range(placing.count) if isinstance(placing.count, int | tuple) else (1, 1)
         )
         if isinstance(placing.at, tuple):
             row["place"] = len(self._places)
@@ -172,7 +186,7 @@ class _Plan:
         return row
 
 
-def in_order(rows: Sequence[Any]) -> list[int]:
+def order_placements(rows: Sequence[Any]) -> list[int]:
     """The order of placing: given places, then in turn whatever is beside nothing that is still to be placed."""
     left = sorted(range(len(rows)), key=lambda index: rows[index]["place"] < 0)
     order: list[int] = []

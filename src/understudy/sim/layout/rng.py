@@ -26,7 +26,7 @@ def _mix(words: Words) -> Words:
     return words ^ (words >> np.uint64(31))
 
 
-def uniform(seeds: Seeds, *, item: int, tick: int, stream: int) -> Column:
+def draw_uniform_column(seeds: Seeds, *, item: int, tick: int, stream: int) -> Column:
     """One number in [0, 1) per seed [N], for this item of its world, at this tick, in this stream."""
     words = seeds.astype(np.uint64)
     for part in (item, tick, stream):
@@ -34,7 +34,7 @@ def uniform(seeds: Seeds, *, item: int, tick: int, stream: int) -> Column:
     return (_mix(words + _WEYL) >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
-def whole(seeds: Seeds, low: int, high: int, *, item: int, tick: int, stream: int) -> Seeds:
+def draw_integer_column(seeds: Seeds, low: int, high: int, *, item: int, tick: int, stream: int) -> Seeds:
     """One whole number from low to high, both included, per seed [N]."""
-    drawn = uniform(seeds, item=item, tick=tick, stream=stream)
+    drawn = draw_uniform_column(seeds, item=item, tick=tick, stream=stream)
     return low + np.floor(drawn * (high - low + 1)).astype(np.int64)

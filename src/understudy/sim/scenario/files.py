@@ -13,20 +13,20 @@ import msgspec
 from msgspec.structs import replace
 
 from understudy.errors import FileError, SettingError, join_names
-from understudy.sim.params import names_of
-from understudy.sim.scenario.scenario_errors import suggestion
-from understudy.sim.scenario.schema import VERSION, Objects, Scenario, TargetOf
-from understudy.sim.scenario.toml_decode import Mismatch, convert
-from understudy.sim.scenario.toml_writer import toml_text
+from understudy.sim.params import collect_names
+from understudy.sim.scenario.scenario_errors import suggest_name
+from understudy.sim.scenario.schema import VERSION, ObjectClass, Scenario, TargetSpec
+from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values
+from understudy.sim.scenario.toml_writer import format_toml
 from understudy.sim.scenario.validate_names import NAME
-from understudy.sim.scenario.validation import check
+from understudy.sim.scenario.validation import check_scenario
 
 FORMAT = "scenario"
 HEAD = f'understudy = "{FORMAT}"\nversion = {VERSION}\n'
 SUFFIX = ".toml"
 
-Document = dict[str, Any]
-MIGRATIONS: Mapping[int, Callable[[Document], Document]] = MappingProxyType({})
+ScenarioDocument = dict[str, Any]
+MIGRATIONS: Mapping[int, Callable[[ScenarioDocument], ScenarioDocument]] = MappingProxyType({})
 """From a version of the format to the next: a step each."""
 
 
@@ -35,7 +35,7 @@ def load_scenario(source: Path | str) -> Scenario:
     return parse_scenario(*_content(source))
 
 
-def scenario_text(source: Path | str) -> str:
+def read_scenario_text(source: Path | str) -> str:
     """The file of a scenario as it is, with its comments; FileError where it cannot be read."""
     content, path = _content(source)
     return _decoded(content, path)
@@ -43,14 +43,14 @@ def scenario_text(source: Path | str) -> str:
 
 def _content(source: Path | str) -> tuple[bytes, Path | str]:
     """What a scenario's file holds, and how to call it."""
-    names = builtin_scenarios()
+    names = list_builtin_scenarios()
     if isinstance(source, str) and source in names:
         return _folder().joinpath(source + SUFFIX).read_bytes(), f"{source}{SUFFIX}"
     path = Path(source)
     try:
         return path.read_bytes(), path
     except FileNotFoundError:
-        remedy = f"give a file, or a built-in scenario: {suggestion(str(source), names, what='scenario')}"
+        remedy = f"give a file, or a built-in scenario: {suggest_name(str(source), names, what='scenario')}"
         raise FileError(path=path, place="", problem="there is no such file", remedy=remedy) from None
     except (OSError, ValueError) as error:
         raise FileError(
@@ -58,7 +58,7 @@ def _content(source: Path | str) -> tuple[bytes, Path | str]:
         ) from None
 
 
-def builtin_scenarios() -> tuple[str, ...]:
+def list_builtin_scenarios() -> tuple[str, ...]:
     """The names of the built-in scenarios."""
     return tuple(
         sorted(file.name.removesuffix(SUFFIX) for file in _folder().iterdir() if file.name.endswith(SUFFIX))
@@ -70,20 +70,20 @@ def parse_scenario(content: str | bytes, path: Path | str = "scenario.toml") -> 
     document = _migrated(_head(_table(content, path), path))
     if "name" not in document and NAME.fullmatch(Path(path).stem):
         document["name"] = Path(path).stem
-    scenario = convert(document, Scenario)
-    if isinstance(scenario, Mismatch):
+    scenario = decode_toml_values(document, Scenario)
+    if isinstance(scenario, DecodeProblem):
         raise FileError(path=path, place=scenario.key, problem=scenario.problem, remedy=scenario.remedy)
     try:
-        check(scenario)
+        check_scenario(scenario)
     except SettingError as error:
         raise FileError(path=path, place=error.setting, problem=error.problem, remedy=error.remedy) from None
     return scenario
 
 
-def dump_scenario(scenario: Scenario) -> str:
+def format_scenario(scenario: Scenario) -> str:
     """The file of a scenario: parsed, it gives the same."""
     document = msgspec.to_builtins(scenario)
-    return HEAD + "\n" + toml_text({"name": scenario.name, **document})
+    return HEAD + "\n" + format_toml({"name": scenario.name, **document})
 
 
 def _folder() -> Any:
@@ -103,7 +103,7 @@ def _decoded(content: bytes, path: Path | str) -> str:
         ) from None
 
 
-def _table(content: str | bytes, path: Path | str) -> Document:
+def _table(content: str | bytes, path: Path | str) -> ScenarioDocument:
     if isinstance(content, bytes):
         content = _decoded(content, path)
     try:
@@ -122,7 +122,7 @@ def _table(content: str | bytes, path: Path | str) -> Document:
         ) from None
 
 
-def _head(document: Document, path: Path | str) -> Document:
+def _head(document: ScenarioDocument, path: Path | str) -> ScenarioDocument:
     """What follows the head of a scenario's file, with the version under its key."""
     begin = "let the file begin with " + join_names(repr(line) for line in HEAD.splitlines())
     if document.get("understudy") != FORMAT:
@@ -139,7 +139,7 @@ def _head(document: Document, path: Path | str) -> Document:
     return document
 
 
-def _migrated(document: Document) -> Document:
+def _migrated(document: ScenarioDocument) -> ScenarioDocument:
     """The fields of a scenario, brought up to the present version."""
     for version in range(document["version"], VERSION):
         document = MIGRATIONS[version](document)
@@ -153,22 +153,22 @@ COLORS = ("magenta", "orange", "cyan", "purple", "yellow", "white")
 RADIUS = 0.15
 
 
-def with_markers(scenario: Scenario) -> Scenario:
+def add_markers(scenario: Scenario) -> Scenario:
     """The scenario with a class of markers and the target of that name, as far as it has none of its own."""
     objects, targets = scenario.objects, dict(scenario.targets)
     if MARKER not in (thing.name for thing in objects):
-        taken = names_of(scenario).colors
+        taken = collect_names(scenario).colors
         color = next((color for color in COLORS if color not in taken), None)
-        objects = (*objects, Objects(name=MARKER, count=0, radius=RADIUS, color=color))
+        objects = (*objects, ObjectClass(name=MARKER, count=0, radius=RADIUS, color=color))
     targets.setdefault(
-        TARGET, TargetOf(nearest=MARKER, doc="The nearest of the markers that somebody placed.")
+        TARGET, TargetSpec(nearest=MARKER, doc="The nearest of the markers that somebody placed.")
     )
     return replace(scenario, objects=objects, targets=targets)
 
 
-def without_markers(scenario: Scenario) -> Scenario:
-    """The scenario as it was `with_markers`; as it is where its markers are its own."""
+def remove_markers(scenario: Scenario) -> Scenario:
+    """The scenario as it was `add_markers`; as it is where its markers are its own."""
     objects = tuple(thing for thing in scenario.objects if thing.name != MARKER)
     targets = {name: target for name, target in scenario.targets.items() if name != TARGET}
     stripped = replace(scenario, objects=objects, targets=targets)
-    return stripped if with_markers(stripped) == scenario else scenario
+    return stripped if add_markers(stripped) == scenario else scenario

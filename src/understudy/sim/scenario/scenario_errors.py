@@ -10,7 +10,7 @@ from understudy.errors import SettingError, join_names
 from understudy.sim.scenario.schema import Scenario
 
 
-class Checker:
+class ScenarioErrors:
     """A scenario, and the error for what is wrong at a key of it."""
 
     def __init__(self, scenario: Scenario) -> None:
@@ -25,10 +25,10 @@ class Checker:
         """Error where a name is none of those there are."""
         names = list(dict.fromkeys(names))
         if name not in names:
-            self.wrong(key, f"is {name!r}, and there is no such {what}", suggestion(name, names, what=what))
+            self.wrong(key, f"is {name!r}, and there is no such {what}", suggest_name(name, names, what=what))
 
 
-def suggestion(name: str, names: Iterable[str], *, what: str) -> str:
+def suggest_name(name: str, names: Iterable[str], *, what: str) -> str:
     """What to give instead of an unknown name."""
     names = list(names)
     close = get_close_matches(name, names, n=1)

@@ -11,11 +11,11 @@ from typing import Literal, TypeAlias
 
 from msgspec import UNSET, UnsetType, field
 
-from understudy.sim.scenario.squad_schema import Part, Radio, SquadOf
+from understudy.sim.scenario.squad_schema import CommsSpec, SquadSpec, StrictStruct
 
-Point: TypeAlias = tuple[float, float]
+ArenaPoint: TypeAlias = tuple[float, float]
 Range: TypeAlias = tuple[float, float]
-Count: TypeAlias = int | tuple[int, int]
+CountSpec: TypeAlias = int | tuple[int, int]
 """A whole number, or (least, most) to draw from for each world."""
 
 VERSION = 1
@@ -23,22 +23,22 @@ MOUSE = "mouse"
 """The object that stands for the mouse pointer: absent until a program puts it somewhere."""
 
 
-class Region(Part, frozen=True, kw_only=True):
+class ArenaRegion(StrictStruct, frozen=True, kw_only=True):
     """A part of the arena by name, to place things in: a box (x0, y0, x1, y1), or a circle."""
 
     box: tuple[float, float, float, float] | None = None
-    center: Point | None = None
+    center: ArenaPoint | None = None
     radius: float | None = None
 
 
-class Wall(Part, frozen=True, kw_only=True):
+class Wall(StrictStruct, frozen=True, kw_only=True):
     """A wall along a line of points; `closed` joins the last to the first."""
 
-    points: tuple[Point, ...]
+    points: tuple[ArenaPoint, ...]
     closed: bool = False
 
 
-class Placing(Part, frozen=True, kw_only=True):
+class Placement(StrictStruct, frozen=True, kw_only=True):
     """Where things are: `at` these places, or `count` of them at random, free of everything placed before.
 
     A place is (x, y), or (x, y, how far it is turned in degrees). `within` names the region of the centers of the
@@ -46,7 +46,7 @@ class Placing(Part, frozen=True, kw_only=True):
     are beside its first one, `near_m` from center to center, on the side of the arena's center; 0 is right there.
     """
 
-    count: Count | UnsetType = UNSET
+    count: CountSpec | UnsetType = UNSET
     at: tuple[tuple[float, ...], ...] | UnsetType = UNSET
     within: str | None = None
     apart: float = 0.0
@@ -54,19 +54,19 @@ class Placing(Part, frozen=True, kw_only=True):
     near_m: float = 0.0
 
 
-class Obstacle(Placing, frozen=True, kw_only=True):
+class Obstacle(Placement, frozen=True, kw_only=True):
     """Something solid that stays: round (`radius`), or a polygon (`points` around its place, turned at random).
 
     Cameras see the `color` of round ones, `height` high (2 radii if left out); that of a polygon is for pictures.
     """
 
     radius: float | None = None
-    points: tuple[Point, ...] | None = None
+    points: tuple[ArenaPoint, ...] | None = None
     color: str | None = None
     height: float | None = None
 
 
-class Presence(Part, frozen=True, kw_only=True):
+class AppearanceSchedule(StrictStruct, frozen=True, kw_only=True):
     """An object that comes and goes: absent for a time drawn from `away_s`, then there for one from `stays_s`.
 
     Each time it appears at a new free place. `first_s` is when it first appears (as `away_s` if left out);
@@ -78,21 +78,21 @@ class Presence(Part, frozen=True, kw_only=True):
     stays_s: Range | None = None
 
 
-class Capture(Part, frozen=True, kw_only=True):
+class CaptureRule(StrictStruct, frozen=True, kw_only=True):
     """An object that is removed `after_s` once a robot has come within `range` (center to center)."""
 
     range: float
     after_s: float = 0.0
 
 
-class Walk(Part, frozen=True, kw_only=True):
+class RandomWalk(StrictStruct, frozen=True, kw_only=True):
     """An object that wanders by itself at `speed`, in a new direction every `turn_s`."""
 
     speed: float
     turn_s: float = 5.0
 
 
-class Pull(Part, frozen=True, kw_only=True):
+class PullRule(StrictStruct, frozen=True, kw_only=True):
     """A box that robots take hold of by loading: with `robots` hands at least, it moves as they drive.
 
     Once its center is in a home it is gathered; where `respawn`, it appears again at a free place.
@@ -102,7 +102,7 @@ class Pull(Part, frozen=True, kw_only=True):
     respawn: bool = False
 
 
-class Objects(Placing, frozen=True, kw_only=True):
+class ObjectClass(Placement, frozen=True, kw_only=True):
     """Things of one class: food, a ball, boxes, markers, waypoints, the home base.
 
     `amount` makes them sources of food that robots load; `home` a place where they unload. `solid` ones stop
@@ -115,19 +115,19 @@ class Objects(Placing, frozen=True, kw_only=True):
     radius: float = 0.1
     height: float | None = None
     color: str | None = None
-    amount: Count = 0
+    amount: CountSpec = 0
     home: bool = False
     solid: bool = False
     pushable: bool = False
     pushers: int = 1
-    pull: Pull | None = None
+    pull: PullRule | None = None
     aloft: bool = False
-    presence: Presence | None = None
-    capture: Capture | None = None
-    walk: Walk | None = None
+    presence: AppearanceSchedule | None = None
+    capture: CaptureRule | None = None
+    walk: RandomWalk | None = None
 
 
-class Measuring(Part, frozen=True, kw_only=True):
+class SensorBase(StrictStruct, frozen=True, kw_only=True):
     """What every sensor has: `dropout` is the chance of no answer in a measurement; `rate_hz` how often it
     measures (every tick if left out), keeping its last answer in between.
     """
@@ -136,7 +136,7 @@ class Measuring(Part, frozen=True, kw_only=True):
     rate_hz: float | None = None
 
 
-class Sonar(Measuring, frozen=True, kw_only=True, tag="sonar", tag_field="kind"):
+class Sonar(SensorBase, frozen=True, kw_only=True, tag="sonar", tag_field="kind"):
     """Distances from the robot's rim to what is nearest in each sector; `range` where nothing is hit.
 
     `sectors` maps a reading's name to (from, to) in degrees, counter-clockwise from ahead; from = to is a beam.
@@ -149,7 +149,7 @@ class Sonar(Measuring, frozen=True, kw_only=True, tag="sonar", tag_field="kind")
     sees: tuple[Literal["walls", "obstacles", "robots"], ...] = ("walls", "obstacles", "robots")
 
 
-class Camera(Measuring, frozen=True, kw_only=True, tag="camera", tag_field="kind"):
+class Camera(SensorBase, frozen=True, kw_only=True, tag="camera", tag_field="kind"):
     """Blobs of color in a frame: readings `blob_x` (pixels from the left edge) and `blob_size` (pixels), of a
     target with a color; absent together.
 
@@ -169,7 +169,7 @@ class Camera(Measuring, frozen=True, kw_only=True, tag="camera", tag_field="kind
     ghosts: float = 0.0
 
 
-class Locator(Measuring, frozen=True, kw_only=True, tag="locator", tag_field="kind"):
+class TargetLocator(SensorBase, frozen=True, kw_only=True, tag="locator", tag_field="kind"):
     """Readings `range` and `bearing` of a target, center to center, through everything, up to `range`.
 
     Of all targets but those that another locator of the type names, or of the `targets` it names itself.
@@ -181,36 +181,36 @@ class Locator(Measuring, frozen=True, kw_only=True, tag="locator", tag_field="ki
     noise_deg: float = 0.0
 
 
-class Pose(Measuring, frozen=True, kw_only=True, tag="pose", tag_field="kind"):
+class PoseSensor(SensorBase, frozen=True, kw_only=True, tag="pose", tag_field="kind"):
     """The robot's own readings `x`, `y`, `heading`, `speed` and `turning`."""
 
     noise: float = 0.0
     noise_deg: float = 0.0
 
 
-class Bumper(Measuring, frozen=True, kw_only=True, tag="bumper", tag_field="kind"):
+class Bumper(SensorBase, frozen=True, kw_only=True, tag="bumper", tag_field="kind"):
     """Whether the robot touches something in each sector: readings as the sectors are named, (from, to) degrees."""
 
     sectors: Mapping[str, tuple[float, float]] = field(default_factory=lambda: {"bumper": (-180.0, 180.0)})
 
 
-class Stuck(Measuring, frozen=True, kw_only=True, tag="stuck", tag_field="kind"):
+class StallSensor(SensorBase, frozen=True, kw_only=True, tag="stuck", tag_field="kind"):
     """The reading `stuck`: whether for `after_s` the robot has been driving without getting anywhere."""
 
     after_s: float = 1.0
 
 
-class Cargo(Measuring, frozen=True, kw_only=True, tag="cargo", tag_field="kind"):
+class CargoSensor(SensorBase, frozen=True, kw_only=True, tag="cargo", tag_field="kind"):
     """Readings of food: `food_stored`, `food_here` (in the nearest source, if within reach), `food_left`,
     `station_here` (whether unloading works here).
     """
 
 
-class Holding(Measuring, frozen=True, kw_only=True, tag="holding", tag_field="kind"):
+class GripSensor(SensorBase, frozen=True, kw_only=True, tag="holding", tag_field="kind"):
     """Readings of boxes to pull: `holding` (whether the robot holds one), `enough` (whether enough robots hold it)."""
 
 
-class Claimed(Measuring, frozen=True, kw_only=True, tag="claimed", tag_field="kind"):
+class ClaimSensor(SensorBase, frozen=True, kw_only=True, tag="claimed", tag_field="kind"):
     """The reading `name` of an object as target: whether another robot within `range` of it raises the signal.
 
     Of all targets that are objects, or of the `targets` it names.
@@ -222,14 +222,14 @@ class Claimed(Measuring, frozen=True, kw_only=True, tag="claimed", tag_field="ki
     targets: tuple[str, ...] | None = None
 
 
-class Chance(Measuring, frozen=True, kw_only=True, tag="random", tag_field="kind"):
+class RandomSensor(SensorBase, frozen=True, kw_only=True, tag="random", tag_field="kind"):
     """A reading in [0, 1), drawn anew every `every_s` (every tick if left out)."""
 
     name: str = "random"
     every_s: float | None = None
 
 
-class Since(Measuring, frozen=True, kw_only=True, tag="since", tag_field="kind"):
+class ElapsedSensor(SensorBase, frozen=True, kw_only=True, tag="since", tag_field="kind"):
     """A reading `name`: seconds since the reading `of` was last there (a blob, a range) or last yes (bumper).
 
     It is of a target where `of` is one; absent where that never was.
@@ -240,11 +240,21 @@ class Since(Measuring, frozen=True, kw_only=True, tag="since", tag_field="kind")
 
 
 Sensor: TypeAlias = (
-    Sonar | Camera | Locator | Pose | Bumper | Stuck | Cargo | Holding | Claimed | Chance | Since
+    Sonar
+    | Camera
+    | TargetLocator
+    | PoseSensor
+    | Bumper
+    | StallSensor
+    | CargoSensor
+    | GripSensor
+    | ClaimSensor
+    | RandomSensor
+    | ElapsedSensor
 )
 
 
-class RobotType(Part, frozen=True, kw_only=True):
+class RobotType(StrictStruct, frozen=True, kw_only=True):
     """A sort of robot: a disc on two wheels with its sensors, and the behaviors it comes with.
 
     `speed` and `turning_deg` (per s) are what the commands drive = 1 and turn = 1 ask for; the accelerations, where
@@ -272,7 +282,7 @@ class RobotType(Part, frozen=True, kw_only=True):
     behaviors: Mapping[str, Mapping[str, float | str]] = field(default_factory=dict)
 
 
-class Robots(Placing, frozen=True, kw_only=True):
+class RobotGroup(Placement, frozen=True, kw_only=True):
     """Robots of one type; headings left out are drawn.
 
     `stored` is the food they carry at first.
@@ -282,7 +292,7 @@ class Robots(Placing, frozen=True, kw_only=True):
     stored: int = 0
 
 
-class TargetOf(Part, frozen=True, kw_only=True):
+class TargetSpec(StrictStruct, frozen=True, kw_only=True):
     """What a target's name stands for: one of its fields.
 
     `nearest` of a class of objects (food: with food left), the first `object` of a class, the nearest robot of
@@ -303,14 +313,14 @@ class TargetOf(Part, frozen=True, kw_only=True):
     doc: str = ""
 
 
-class FeatureOf(Part, frozen=True, kw_only=True):
+class FeatureSpec(StrictStruct, frozen=True, kw_only=True):
     """A feature under a name of its own: the `reading` behind it, whose usual feature it stands in for."""
 
     reading: str
     doc: str = ""
 
 
-class Goal(Part, frozen=True, kw_only=True):
+class Goal(StrictStruct, frozen=True, kw_only=True):
     """When a world is finished: all food `delivered`, so many boxes `gathered`, or a robot (or `all`) at a target.
 
     The target is a class of objects, any one of it, and `within` how near to it.
@@ -323,7 +333,7 @@ class Goal(Part, frozen=True, kw_only=True):
     all: bool = False
 
 
-class Scenario(Part, frozen=True, kw_only=True):
+class Scenario(StrictStruct, frozen=True, kw_only=True):
     """Everything that makes a world, but for the seed."""
 
     name: str = "scenario"
@@ -333,13 +343,13 @@ class Scenario(Part, frozen=True, kw_only=True):
     limit_s: float = 600.0
     walls: tuple[Wall, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
-    regions: Mapping[str, Region] = field(default_factory=dict)
-    objects: tuple[Objects, ...] = ()
+    regions: Mapping[str, ArenaRegion] = field(default_factory=dict)
+    objects: tuple[ObjectClass, ...] = ()
     types: Mapping[str, RobotType]
-    robots: tuple[Robots, ...]
-    targets: Mapping[str, TargetOf] = field(default_factory=dict)
-    features: Mapping[str, FeatureOf] = field(default_factory=dict)
-    squads: Mapping[str, SquadOf] = field(default_factory=dict)
-    radio: Radio = Radio()
+    robots: tuple[RobotGroup, ...]
+    targets: Mapping[str, TargetSpec] = field(default_factory=dict)
+    features: Mapping[str, FeatureSpec] = field(default_factory=dict)
+    squads: Mapping[str, SquadSpec] = field(default_factory=dict)
+    radio: CommsSpec = CommsSpec()
     goal: Goal | None = None
     spare_objects: int = 16

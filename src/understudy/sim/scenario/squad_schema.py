@@ -10,11 +10,11 @@ from msgspec import UNSET, Struct, UnsetType, field
 from understudy.model.squad import How
 
 
-class Part(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+class StrictStruct(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
     """What all parts of a scenario, or of a robot's file, have in common: frozen, keys by name, no unknown key."""
 
 
-class MemberOf(Part, frozen=True, kw_only=True):
+class RoleSpec(StrictStruct, frozen=True, kw_only=True):
     """A role in squads of a sort: members `of` a type of robots, or of another sort of squads.
 
     Each squad gets `least` of them, then up to `preferred`, then up to `most`.
@@ -26,7 +26,7 @@ class MemberOf(Part, frozen=True, kw_only=True):
     most: int | None = None
 
 
-class StatisticOf(Part, frozen=True, kw_only=True):
+class StatisticSpec(StrictStruct, frozen=True, kw_only=True):
     """A number about the members of a squad, as `model.squad.Statistic` has it.
 
     A `centroid` is two of them: the means of the readings x and y, or of `reading`_x and `reading`_y.
@@ -44,7 +44,7 @@ class StatisticOf(Part, frozen=True, kw_only=True):
     doc: str = ""
 
 
-class DutyOf(Part, frozen=True, kw_only=True):
+class AssignmentSpec(StrictStruct, frozen=True, kw_only=True):
     """What some members are ordered to `run`, `with` targets for its parameters: those of a role, a share, the rest.
 
     A share is how many of them, or what part, such as "1/3".
@@ -56,7 +56,7 @@ class DutyOf(Part, frozen=True, kw_only=True):
     share: int | str | None = None
 
 
-class SquadOf(Part, frozen=True, kw_only=True):
+class SquadSpec(StrictStruct, frozen=True, kw_only=True):
     """A sort of squad; where `count` is left out there are as many as the preferred sizes of its roles ask for.
 
     `drops` names a yes-or-no reading, such as stuck: members who read yes are counted no more.
@@ -65,12 +65,12 @@ class SquadOf(Part, frozen=True, kw_only=True):
     doc: str = ""
     count: int | UnsetType = UNSET
     drops: str | None = None
-    members: Mapping[str, MemberOf]
-    statistics: Mapping[str, StatisticOf] = field(default_factory=dict)
-    orders: Mapping[str, tuple[DutyOf, ...]] = field(default_factory=dict)
+    members: Mapping[str, RoleSpec]
+    statistics: Mapping[str, StatisticSpec] = field(default_factory=dict)
+    orders: Mapping[str, tuple[AssignmentSpec, ...]] = field(default_factory=dict)
 
 
-class Radio(Part, frozen=True, kw_only=True):
+class CommsSpec(StrictStruct, frozen=True, kw_only=True):
     """What orders and reports between coordinators and their members suffer: a delay, and the chance to get lost."""
 
     delay_s: float = 0.0

@@ -9,11 +9,11 @@ from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, Union, get_args
 
 import msgspec
 
-from understudy.sim.scenario.scenario_errors import suggestion
-from understudy.sim.scenario.squad_schema import Part
+from understudy.sim.scenario.scenario_errors import suggest_name
+from understudy.sim.scenario.squad_schema import StrictStruct
 
-Steps: TypeAlias = tuple[str | int, ...]
-Described = TypeVar("Described", bound=Part)
+KeySteps: TypeAlias = tuple[str | int, ...]
+Described = TypeVar("Described", bound=StrictStruct)
 
 _STEP = re.compile(r"\.(\w+)|\[(\d+)\]|(\[\.\.\.\])")
 _EXPECTED = re.compile(r"Expected `(?P<type>.+?)`(?: of length (?P<length>.+?))?, got (?P<got>.+)")
@@ -27,7 +27,7 @@ _WORDS = {
 }
 
 
-class Mismatch(NamedTuple):
+class DecodeProblem(NamedTuple):
     """Where something does not fit, what is wrong, and what would be right."""
 
     key: str
@@ -35,7 +35,7 @@ class Mismatch(NamedTuple):
     remedy: str
 
 
-def convert(document: Any, whole: type[Described]) -> Described | Mismatch:
+def decode_toml_values(document: Any, whole: type[Described]) -> Described | DecodeProblem:
     """The `whole` that a document of plain values describes, or the first thing in it that does not fit."""
     try:
         return msgspec.convert(document, whole)
@@ -43,7 +43,7 @@ def convert(document: Any, whole: type[Described]) -> Described | Mismatch:
         return _explain(document, str(error), whole)
 
 
-def spelled(steps: Steps) -> str:
+def format_key_path(steps: KeySteps) -> str:
     """Keys and indices as one path: types.pioneer.sensors[1]."""
     parts = (f"[{step}]" if isinstance(step, int) else f".{_key(step)}" for step in steps)
     return "".join(parts).removeprefix(".")
@@ -53,7 +53,7 @@ def _key(key: str) -> str:
     return key if re.fullmatch(r"[\w-]+", key) else f"{key!r:.60}"
 
 
-def _explain(document: Any, message: str, whole: type[Part]) -> Mismatch:
+def _explain(document: Any, message: str, whole: type[StrictStruct]) -> DecodeProblem:
     problem, _, path = message.partition(" - at `$")
     steps = _real_steps(document, message, path.rstrip("`"), whole)
     sort = _sort_at(document, steps, whole)
@@ -61,15 +61,17 @@ def _explain(document: Any, message: str, whole: type[Part]) -> Mismatch:
         return _unknown_key(sort, (*steps, match[1]), match[1])
     if match := re.fullmatch(r"Object missing required field `(.*)`", problem):
         choices = [word for option in _options(sort) for word in _choices(option)]
-        remedy = suggestion("", choices, what="kind") if match[1] == "kind" else f"give {match[1]!r}"
-        return Mismatch(spelled((*steps, match[1])), "is missing", remedy)
+        remedy = suggest_name("", choices, what="kind") if match[1] == "kind" else f"give {match[1]!r}"
+        return DecodeProblem(format_key_path((*steps, match[1])), "is missing", remedy)
     if problem.startswith("Invalid"):
         given = str(_walk(document, steps))
         at = _sort_at(document, steps[:-1], whole) if steps and steps[-1] == "kind" else sort
         choices = [word for option in _options(at) for word in _choices(option)]
         what = "kind of sensor" if steps and steps[-1] == "kind" else "word"
-        return Mismatch(
-            spelled(steps), f"is {given!r:.60}, which is unknown", suggestion(given, choices, what=what)
+        return DecodeProblem(
+            format_key_path(steps),
+            f"is {given!r:.60}, which is unknown",
+            suggest_name(given, choices, what=what),
         )
     if match := _EXPECTED.fullmatch(problem):
         wanted = " or ".join(
@@ -78,20 +80,22 @@ def _explain(document: Any, message: str, whole: type[Part]) -> Mismatch:
         length = f" of {match['length']}" if match["length"] else ""
         got = match["got"].strip("`")
         got = f"of length {got}" if length else _WORDS.get(got, got)
-        return Mismatch(spelled(steps), f"is {got}", f"give {wanted}{length}")
-    return Mismatch(spelled(steps), f"cannot be: {problem}", "give what the description of the key says")
+        return DecodeProblem(format_key_path(steps), f"is {got}", f"give {wanted}{length}")
+    return DecodeProblem(
+        format_key_path(steps), f"cannot be: {problem}", "give what the description of the key says"
+    )
 
 
-def _unknown_key(sort: Any, steps: Steps, key: str) -> Mismatch:
+def _unknown_key(sort: Any, steps: KeySteps, key: str) -> DecodeProblem:
     known = [
         name for option in _options(sort) if _is_part(option) for name in option.__struct_encode_fields__
     ]
-    return Mismatch(spelled(steps), "is no key there", suggestion(key, known, what="key"))
+    return DecodeProblem(format_key_path(steps), "is no key there", suggest_name(key, known, what="key"))
 
 
-def _real_steps(document: Any, message: str, path: str, whole: type[Part]) -> Steps:
+def _real_steps(document: Any, message: str, path: str, whole: type[StrictStruct]) -> KeySteps:
     """The keys of a path; where msgspec leaves one out, the first that fails in the same way by itself."""
-    steps: Steps = ()
+    steps: KeySteps = ()
     for name, index, left_out in _STEP.findall(path):
         if not left_out:
             steps = (*steps, int(index) if index else name)
@@ -107,7 +111,7 @@ def _real_steps(document: Any, message: str, path: str, whole: type[Part]) -> St
     return steps
 
 
-def _fails_alone(document: Any, message: str, steps: Steps, whole: type[Part]) -> bool:
+def _fails_alone(document: Any, message: str, steps: KeySteps, whole: type[StrictStruct]) -> bool:
     try:
         msgspec.convert(_alone(document, steps[:-1], str(steps[-1])), whole)
     except (msgspec.ValidationError, ValueError, TypeError, OverflowError) as error:
@@ -115,7 +119,7 @@ def _fails_alone(document: Any, message: str, steps: Steps, whole: type[Part]) -
     return False
 
 
-def _alone(document: Any, steps: Steps, key: str) -> Any:
+def _alone(document: Any, steps: KeySteps, key: str) -> Any:
     """The document with only this key in the table at the end of the path."""
     if not steps:
         return {key: document[key]}
@@ -132,7 +136,7 @@ def _walk(document: Any, steps: Sequence[str | int]) -> Any:
     return document
 
 
-def _sort_at(document: Any, steps: Steps, whole: type[Part]) -> Any:
+def _sort_at(document: Any, steps: KeySteps, whole: type[StrictStruct]) -> Any:
     """The type that is described for what is at these keys; None where none is."""
     sort: Any = whole
     for number, step in enumerate(steps):
@@ -167,7 +171,7 @@ def _choices(option: Any) -> tuple[str, ...]:
 
 
 def _is_part(option: Any) -> bool:
-    return isinstance(option, type) and issubclass(option, Part)
+    return isinstance(option, type) and issubclass(option, StrictStruct)
 
 
 def _kind(value: Any) -> Any:

@@ -29,7 +29,7 @@ ABOVE = tuple(opened[:-1] for opened in OPENED if opened[-1] == "*")
 """Tables of nothing but tables with headings: they need none themselves."""
 
 
-def toml_text(document: Mapping[str, Any]) -> str:
+def format_toml(document: Mapping[str, Any]) -> str:
     """A document's text."""
     return "\n".join(_lines(document, (), ())).strip() + "\n"
 

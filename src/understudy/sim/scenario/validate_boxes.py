@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from understudy.errors import join_names
-from understudy.sim.params import SIGNAL, most_of, robot_count, signals_of
-from understudy.sim.scenario.scenario_errors import Checker
-from understudy.sim.scenario.schema import Claimed, Goal, Objects, Pull, RobotType, TargetOf
-from understudy.sim.sensing.sense_plan import claimable
+from understudy.sim.params import SIGNAL, count_robots, get_most_count, list_signals
+from understudy.sim.scenario.scenario_errors import ScenarioErrors
+from understudy.sim.scenario.schema import ClaimSensor, Goal, ObjectClass, PullRule, RobotType, TargetSpec
+from understudy.sim.sensing.sense_plan import list_claimable_targets
 
 NOT_BESIDE = ("home", "solid", "pushable", "presence", "capture", "walk")
 
 
-def check_boxes_and_signals(checker: Checker) -> None:
+def check_boxes_and_signals(checker: ScenarioErrors) -> None:
     """SettingError where a box cannot be pulled or gathered, or where nobody raises a signal that is looked for."""
     scenario = checker.scenario
     for index, thing in enumerate(scenario.objects):
@@ -21,7 +21,7 @@ def check_boxes_and_signals(checker: Checker) -> None:
             _check_box(checker, f"objects[{index}]", thing, thing.pull)
     for name, kind in scenario.types.items():
         for index, sensor in enumerate(kind.sensors):
-            if isinstance(sensor, Claimed):
+            if isinstance(sensor, ClaimSensor):
                 _check_claimed(checker, f"types.{name}.sensors[{index}]", sensor)
     for name, target in scenario.targets.items():
         _check_target(checker, f"targets.{name}", target)
@@ -29,7 +29,7 @@ def check_boxes_and_signals(checker: Checker) -> None:
         _check_goal(checker, scenario.goal)
 
 
-def check_signal(checker: Checker, key: str, channels: Mapping[str, float | str]) -> None:
+def check_signal(checker: ScenarioErrors, key: str, channels: Mapping[str, float | str]) -> None:
     """SettingError where a signal is no name, or another channel is one."""
     for channel, value in channels.items():
         if channel == SIGNAL and not isinstance(value, str):
@@ -39,14 +39,14 @@ def check_signal(checker: Checker, key: str, channels: Mapping[str, float | str]
             checker.wrong(f"{key}.{channel}", f"is {value!r:.60}, a text", "give a number from -1 to 1")
 
 
-def _check_box(checker: Checker, key: str, thing: Objects, pull: Pull) -> None:
+def _check_box(checker: ScenarioErrors, key: str, thing: ObjectClass, pull: PullRule) -> None:
     """It is nothing else beside, enough robots are there, and where it appears again is a box."""
     others = [word for word in NOT_BESIDE if getattr(thing, word)]
     others += ["amount"] if thing.amount not in (0, (0, 0)) else []
     if others:
         problem = f"is given beside {join_names(others)}"
         checker.wrong(f"{key}.pull", problem, "leave out one or the other: boxes to pull are nothing else")
-    robots = sum(robot_count(each.count, each.at) for each in checker.scenario.robots)
+    robots = sum(count_robots(each.count, each.at) for each in checker.scenario.robots)
     if pull.robots > robots:
         problem = f"is {pull.robots}, and there are {robots} robots"
         checker.wrong(f"{key}.pull.robots", problem, f"give at most {robots}, or more robots")
@@ -56,16 +56,16 @@ def _check_box(checker: Checker, key: str, thing: Objects, pull: Pull) -> None:
         checker.wrong(f"{key}.within", problem, "give a region that is a box")
 
 
-def _check_claimed(checker: Checker, key: str, sensor: Claimed) -> None:
+def _check_claimed(checker: ScenarioErrors, key: str, sensor: ClaimSensor) -> None:
     _check_raised(checker, f"{key}.signal", sensor.signal)
-    known = claimable(checker.scenario)
+    known = list_claimable_targets(checker.scenario)
     if sensor.targets is not None and not sensor.targets:
         checker.wrong(f"{key}.targets", "is empty", "leave it out for all targets, or name some")
     for name in sensor.targets or ():
         checker.known(f"{key}.targets", name, known, what="target that is an object and may be claimed")
 
 
-def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
+def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None:
     for word in ("signal", "unclaimed"):
         signal = getattr(target, word)
         if signal is not None:
@@ -79,11 +79,11 @@ def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
         checker.wrong(f"{key}.{given}", f"is given without `{other}`", remedy)
 
 
-def _check_raised(checker: Checker, key: str, signal: str) -> None:
-    checker.known(key, signal, signals_of(checker.scenario), what="signal that some behavior raises")
+def _check_raised(checker: ScenarioErrors, key: str, signal: str) -> None:
+    checker.known(key, signal, list_signals(checker.scenario), what="signal that some behavior raises")
 
 
-def _check_goal(checker: Checker, goal: Goal) -> None:
+def _check_goal(checker: ScenarioErrors, goal: Goal) -> None:
     """There are homes to bring boxes to, and boxes enough."""
     things = checker.scenario.objects
     boxes = [thing for thing in things if thing.pull is not None]
@@ -92,13 +92,13 @@ def _check_goal(checker: Checker, goal: Goal) -> None:
     if not any(thing.home and not thing.solid and not thing.pushable for thing in things):
         remedy = "give an object home = true that is not solid"
         checker.wrong("goal.gathered", "cannot be: there is no home that a box can be brought into", remedy)
-    most = sum(map(most_of, boxes))
+    most = sum(map(get_most_count, boxes))
     if goal.gathered > most and not any(thing.pull and thing.pull.respawn for thing in boxes):
         problem = f"is {goal.gathered}, and there are {most} boxes at most"
         checker.wrong("goal.gathered", problem, f"give at most {most}, or let boxes respawn")
 
 
-def raised_by(kind: RobotType) -> list[tuple[str, str]]:
+def list_raised_signals(kind: RobotType) -> list[tuple[str, str]]:
     """The behaviors of a type that raise a signal, each with which."""
     found = ((name, each.get(SIGNAL)) for name, each in kind.behaviors.items())
     return [(name, signal) for name, signal in found if isinstance(signal, str)]

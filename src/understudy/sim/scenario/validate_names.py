@@ -12,35 +12,35 @@ from understudy.sim.kit import (
     CARRYING,
     MOVING,
     OWN_FEATURES,
-    behaviors_of,
-    features_of,
-    readings_of_type,
-    targets_of,
+    list_type_readings,
+    make_behaviors,
+    make_features,
+    make_targets,
 )
-from understudy.sim.params import SIGNAL, most_of, names_of
-from understudy.sim.scenario.scenario_errors import Checker
+from understudy.sim.params import SIGNAL, collect_names, get_most_count
+from understudy.sim.scenario.scenario_errors import ScenarioErrors
 from understudy.sim.scenario.schema import (
     MOUSE,
     Bumper,
-    Chance,
-    Claimed,
+    ClaimSensor,
+    ElapsedSensor,
     Goal,
-    Locator,
-    Objects,
+    ObjectClass,
+    RandomSensor,
     RobotType,
     Scenario,
-    Since,
     Sonar,
-    TargetOf,
+    TargetLocator,
+    TargetSpec,
 )
-from understudy.sim.scenario.validate_boxes import check_signal, raised_by
+from understudy.sim.scenario.validate_boxes import check_signal, list_raised_signals
 
 NAME = re.compile(r"\w(?:[\w -]{0,58}\w)?")
 _REFERENCES = ("nearest", "object", "team", "robot", "color", "signal")
 _TOGETHER = (["robot", "signal"], ["signal", "team"])
 
 
-def check(checker: Checker) -> None:
+def check_scenario_names(checker: ScenarioErrors) -> None:
     """SettingError where a name cannot be, is there twice, or refers to nothing."""
     scenario = checker.scenario
     _check_spelling(checker)
@@ -52,25 +52,25 @@ def check(checker: Checker) -> None:
         _check_behaviors(checker, f"types.{name}.behaviors", kind)
     for name, target in scenario.targets.items():
         _check_target(checker, f"targets.{name}", target)
-    features = [feature.name for feature in features_of(scenario)] + [own.name for own in OWN_FEATURES]
+    features = [feature.name for feature in make_features(scenario)] + [own.name for own in OWN_FEATURES]
     for name in features:
         if features.count(name) > 1:
             key = f"features.{name}" if name in scenario.features else _sensor_reading(scenario, name)
             checker.wrong(key, f"is a second feature of the name {name!r}", "rename one of the two")
-    behaviors_of(scenario)
-    targets_of(scenario)
+    make_behaviors(scenario)
+    make_targets(scenario)
     if scenario.goal is not None:
         _check_goal(checker, scenario.goal)
 
 
-def check_name(checker: Checker, key: str, name: str) -> None:
+def check_identifier(checker: ScenarioErrors, key: str, name: str) -> None:
     """SettingError where a name is no word."""
     if not NAME.fullmatch(name):
         remedy = "give up to 60 letters, digits, _, - and spaces inside"
         checker.wrong(key, f"has {name!r:.80}, which is no name", remedy)
 
 
-def _check_spelling(checker: Checker) -> None:
+def _check_spelling(checker: ScenarioErrors) -> None:
     """Names are words: they stand in tables, on buttons, in names of files."""
     scenario = checker.scenario
     spelled: list[tuple[str, str]] = [("name", scenario.name)]
@@ -96,20 +96,22 @@ def _check_spelling(checker: Checker) -> None:
         words = {"color": robot.color, "team": robot.team}
         spelled += [(f"types.{kind}.{key}", word) for key, word in words.items() if word is not None]
         spelled += [(f"types.{kind}.behaviors", name) for name in robot.behaviors]
-        spelled += [(f"types.{kind}.behaviors.{name}.{SIGNAL}", signal) for name, signal in raised_by(robot)]
+        spelled += [
+            (f"types.{kind}.behaviors.{name}.{SIGNAL}", signal) for name, signal in list_raised_signals(robot)
+        ]
         for index, sensor in enumerate(robot.sensors):
             key = f"types.{kind}.sensors[{index}]"
             if isinstance(sensor, Sonar | Bumper):
                 spelled += [(f"{key}.sectors", name) for name in sensor.sectors]
-            elif isinstance(sensor, Chance | Since | Claimed):
+            elif isinstance(sensor, RandomSensor | ElapsedSensor | ClaimSensor):
                 spelled.append((f"{key}.name", sensor.name))
     for key, name in spelled:
-        check_name(checker, key, name)
+        check_identifier(checker, key, name)
         if name == MOUSE and key.startswith("objects"):
             checker.wrong(key, f"is {MOUSE!r}, which is the pointer's own", "give another name")
 
 
-def _once(checker: Checker, key: str, names: list[str]) -> None:
+def _once(checker: ScenarioErrors, key: str, names: list[str]) -> None:
     for index, name in enumerate(names):
         first = names.index(name)
         if first < index:
@@ -117,7 +119,7 @@ def _once(checker: Checker, key: str, names: list[str]) -> None:
             checker.wrong(f"{key}[{index}].name", problem, "rename one of the two")
 
 
-def _check_sensors(checker: Checker, key: str, kind: RobotType) -> None:
+def _check_sensors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
     """Each reading is there once, sectors are arcs, and what is timed is there to be timed."""
     read: dict[str, int] = {}
     for index, sensor in enumerate(kind.sensors):
@@ -127,29 +129,29 @@ def _check_sensors(checker: Checker, key: str, kind: RobotType) -> None:
         if isinstance(sensor, Sonar) and not sensor.sees:
             checker.wrong(f"{at}.sees", "is empty", "give what reflects: walls, obstacles, robots")
     _check_locators(checker, key, kind)
-    for index, reading in readings_of_type(kind):
+    for index, reading in list_type_readings(kind):
         both = (kind.sensors[index], kind.sensors[read.get(reading.name, index)])
-        if reading.name in read and not all(isinstance(sensor, Locator) for sensor in both):
+        if reading.name in read and not all(isinstance(sensor, TargetLocator) for sensor in both):
             problem = f"reads {reading.name!r}, as does sensors[{read[reading.name]}]"
             checker.wrong(f"{key}.sensors[{index}]", problem, "rename one of the two, or leave it out")
         read[reading.name] = index
     timed = [
         reading.name
-        for index, reading in readings_of_type(kind)
-        if not isinstance(kind.sensors[index], Since)
+        for index, reading in list_type_readings(kind)
+        if not isinstance(kind.sensors[index], ElapsedSensor)
         and (reading.of_targets or isinstance(reading.kind, Categorical))
     ]
     for index, sensor in enumerate(kind.sensors):
-        if isinstance(sensor, Since):
+        if isinstance(sensor, ElapsedSensor):
             at = f"{key}.sensors[{index}].of"
             checker.known(at, sensor.of, timed, what="reading of a target, or one that is yes or no")
 
 
-def _check_locators(checker: Checker, key: str, kind: RobotType) -> None:
+def _check_locators(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
     """Several locators share the targets: none is of two, and one at most of all the rest."""
     taken: dict[str | None, int] = {}
     for index, sensor in enumerate(kind.sensors):
-        if not isinstance(sensor, Locator):
+        if not isinstance(sensor, TargetLocator):
             continue
         at = f"{key}.sensors[{index}]"
         if sensor.targets is not None and not sensor.targets:
@@ -164,7 +166,7 @@ def _check_locators(checker: Checker, key: str, kind: RobotType) -> None:
             taken[target] = index
 
 
-def _check_sectors(checker: Checker, key: str, sectors: Mapping[str, tuple[float, float]]) -> None:
+def _check_sectors(checker: ScenarioErrors, key: str, sectors: Mapping[str, tuple[float, float]]) -> None:
     if not sectors:
         checker.wrong(key, "is empty", "give at least one sector")
     for name, (first, last) in sectors.items():
@@ -173,7 +175,7 @@ def _check_sectors(checker: Checker, key: str, sectors: Mapping[str, tuple[float
             checker.wrong(f"{key}.{name}", f"is [{first}, {last}]", remedy)
 
 
-def _check_behaviors(checker: Checker, key: str, kind: RobotType) -> None:
+def _check_behaviors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
     scenario = checker.scenario
     carries = any(each.capacity > 0 for each in scenario.types.values())
     carries = carries or any(thing.pull is not None for thing in scenario.objects)
@@ -194,9 +196,9 @@ def _check_behaviors(checker: Checker, key: str, kind: RobotType) -> None:
                 )
 
 
-def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
+def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None:
     scenario = checker.scenario
-    names = names_of(scenario)
+    names = collect_names(scenario)
     given = [name for name in _REFERENCES if getattr(target, name) is not None]
     if len(given) != 1 and sorted(given) not in _TOGETHER:
         remedy = f"give exactly one of {', '.join(_REFERENCES)}; a signal may be beside a team or a robot"
@@ -213,19 +215,19 @@ def _check_target(checker: Checker, key: str, target: TargetOf) -> None:
         checker.wrong(f"{key}.index", "is given without an object", "leave it out, or give the object")
     if target.index:
         thing = next((thing for thing in scenario.objects if thing.name == target.object), None)
-        most = 1 if thing is None else most_of(thing) + scenario.spare_objects
+        most = 1 if thing is None else get_most_count(thing) + scenario.spare_objects
         if target.index >= most:
             problem = f"is {target.index}, and of {target.object!r} there are {most} at most"
             checker.wrong(f"{key}.index", problem, f"give 0 to {most - 1}")
 
 
-def _check_goal(checker: Checker, goal: Goal) -> None:
+def _check_goal(checker: ScenarioErrors, goal: Goal) -> None:
     scenario = checker.scenario
     if [goal.delivered, goal.gathered > 0, goal.target is not None].count(True) != 1:
         remedy = "give either delivered = true, or how many boxes are to be gathered, or a target"
         checker.wrong("goal", "is to deliver, to gather and to reach, or none of it", remedy)
     if goal.target is not None:
-        checker.known("goal.target", goal.target, names_of(scenario).classes, what="class of objects")
+        checker.known("goal.target", goal.target, collect_names(scenario).classes, what="class of objects")
         return
     if goal.all:
         checker.wrong("goal.all", "is given without a target", "leave it out, or give a target")
@@ -242,13 +244,13 @@ def _check_goal(checker: Checker, goal: Goal) -> None:
         checker.wrong("goal.delivered", "cannot be: there is no food", "give an object an amount above 0")
 
 
-def _has_food(things: Iterable[Objects]) -> bool:
+def _has_food(things: Iterable[ObjectClass]) -> bool:
     return any(thing.amount not in (0, (0, 0)) for thing in things)
 
 
 def _sensor_reading(scenario: Scenario, name: str) -> str:
     for kind, robot in scenario.types.items():
-        for index, reading in readings_of_type(robot):
+        for index, reading in list_type_readings(robot):
             if name == reading.name:
                 return f"types.{kind}.sensors[{index}]"
     return "features"

@@ -8,31 +8,38 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from understudy.sim.scenario.scenario_errors import Checker
+from understudy.sim.scenario.scenario_errors import ScenarioErrors
 from understudy.sim.scenario.schema import (
+    AppearanceSchedule,
+    ArenaRegion,
     Camera,
-    Capture,
-    Chance,
-    Claimed,
+    CaptureRule,
+    ClaimSensor,
     Goal,
-    Locator,
-    Measuring,
-    Objects,
+    ObjectClass,
     Obstacle,
-    Placing,
-    Pose,
-    Presence,
-    Pull,
-    Region,
-    Robots,
+    Placement,
+    PoseSensor,
+    PullRule,
+    RandomSensor,
+    RandomWalk,
+    RobotGroup,
     RobotType,
     Scenario,
+    SensorBase,
     Sonar,
-    Stuck,
-    TargetOf,
-    Walk,
+    StallSensor,
+    TargetLocator,
+    TargetSpec,
 )
-from understudy.sim.scenario.squad_schema import DutyOf, MemberOf, Part, Radio, SquadOf, StatisticOf
+from understudy.sim.scenario.squad_schema import (
+    AssignmentSpec,
+    CommsSpec,
+    RoleSpec,
+    SquadSpec,
+    StatisticSpec,
+    StrictStruct,
+)
 
 MOST = 1e9
 """Whatever is larger is a slip, or breaks arithmetic."""
@@ -62,18 +69,18 @@ SPARE = Limit(
 )
 PIXELS = Limit(lambda number: 1 <= number <= 100_000, "1 to 100 000 pixels")
 
-LIMITS: Mapping[type[Part], Mapping[str, Limit]] = {
+LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
     Scenario: {"size": POSITIVE, "tick_s": TICK, "limit_s": POSITIVE, "spare_objects": SPARE},
-    Region: {"radius": POSITIVE},
-    Placing: {"count": THINGS, "apart": NOT_NEGATIVE, "near_m": NOT_NEGATIVE},
+    ArenaRegion: {"radius": POSITIVE},
+    Placement: {"count": THINGS, "apart": NOT_NEGATIVE, "near_m": NOT_NEGATIVE},
     Obstacle: {"radius": POSITIVE, "height": POSITIVE},
-    Objects: {"radius": NOT_NEGATIVE, "height": POSITIVE, "amount": NOT_NEGATIVE, "pushers": AT_LEAST_1},
-    Presence: {"away_s": NOT_NEGATIVE, "first_s": NOT_NEGATIVE, "stays_s": NOT_NEGATIVE},
-    Capture: {"range": POSITIVE, "after_s": NOT_NEGATIVE},
-    Pull: {"robots": AT_LEAST_1},
-    Claimed: {"range": POSITIVE},
-    Walk: {"speed": POSITIVE, "turn_s": POSITIVE},
-    Measuring: {"dropout": CHANCE, "rate_hz": POSITIVE},
+    ObjectClass: {"radius": NOT_NEGATIVE, "height": POSITIVE, "amount": NOT_NEGATIVE, "pushers": AT_LEAST_1},
+    AppearanceSchedule: {"away_s": NOT_NEGATIVE, "first_s": NOT_NEGATIVE, "stays_s": NOT_NEGATIVE},
+    CaptureRule: {"range": POSITIVE, "after_s": NOT_NEGATIVE},
+    PullRule: {"robots": AT_LEAST_1},
+    ClaimSensor: {"range": POSITIVE},
+    RandomWalk: {"speed": POSITIVE, "turn_s": POSITIVE},
+    SensorBase: {"dropout": CHANCE, "rate_hz": POSITIVE},
     Sonar: {"range": POSITIVE, "noise": NOT_NEGATIVE},
     Camera: {
         "view_deg": VIEW,
@@ -86,10 +93,10 @@ LIMITS: Mapping[type[Part], Mapping[str, Limit]] = {
         "misses": CHANCE,
         "ghosts": CHANCE,
     },
-    Locator: {"range": POSITIVE, "noise_range": NOT_NEGATIVE, "noise_deg": NOT_NEGATIVE},
-    Pose: {"noise": NOT_NEGATIVE, "noise_deg": NOT_NEGATIVE},
-    Stuck: {"after_s": POSITIVE},
-    Chance: {"every_s": POSITIVE},
+    TargetLocator: {"range": POSITIVE, "noise_range": NOT_NEGATIVE, "noise_deg": NOT_NEGATIVE},
+    PoseSensor: {"noise": NOT_NEGATIVE, "noise_deg": NOT_NEGATIVE},
+    StallSensor: {"after_s": POSITIVE},
+    RandomSensor: {"every_s": POSITIVE},
     RobotType: {
         "radius": POSITIVE,
         "speed": NOT_NEGATIVE,
@@ -104,14 +111,14 @@ LIMITS: Mapping[type[Part], Mapping[str, Limit]] = {
         "load_s": POSITIVE,
         "unload_s": POSITIVE,
     },
-    Robots: {"stored": NOT_NEGATIVE},
-    TargetOf: {"index": NOT_NEGATIVE, "within": POSITIVE},
+    RobotGroup: {"stored": NOT_NEGATIVE},
+    TargetSpec: {"index": NOT_NEGATIVE, "within": POSITIVE},
     Goal: {"within": POSITIVE, "gathered": NOT_NEGATIVE},
-    SquadOf: {"count": AT_LEAST_1},
-    MemberOf: {"least": NOT_NEGATIVE, "preferred": AT_LEAST_1, "most": AT_LEAST_1},
-    StatisticOf: {"within_s": POSITIVE, "for_s": POSITIVE},
-    DutyOf: {"share": AT_LEAST_1},
-    Radio: {"delay_s": NOT_NEGATIVE, "loss": CHANCE},
+    SquadSpec: {"count": AT_LEAST_1},
+    RoleSpec: {"least": NOT_NEGATIVE, "preferred": AT_LEAST_1, "most": AT_LEAST_1},
+    StatisticSpec: {"within_s": POSITIVE, "for_s": POSITIVE},
+    AssignmentSpec: {"share": AT_LEAST_1},
+    CommsSpec: {"delay_s": NOT_NEGATIVE, "loss": CHANCE},
 }
 """Limits by part and field; a part keeps those of what it is a sort of."""
 
@@ -119,36 +126,36 @@ RANGES = ("count", "amount", "away_s", "first_s", "stays_s")
 """Fields that are (least, most) where they are two numbers."""
 
 
-def check(checker: Checker) -> None:
+def check_numbers(checker: ScenarioErrors) -> None:
     """SettingError where a number cannot be."""
-    for part, path in parts(checker.scenario):
+    for part, path in list_parts(checker.scenario):
         for name in part.__struct_fields__:
             value, key = getattr(part, name), f"{path}.{name}" if path else name
-            for number, at in numbers(value, key):
-                _check_number(checker, at, number, limit_of(type(part), name))
+            for number, at in list_numbers(value, key):
+                _check_number(checker, at, number, find_limit(type(part), name))
             if name in RANGES and isinstance(value, tuple) and value[0] > value[1]:
                 checker.wrong(key, f"is {list(value)}", "give the least first, then the most")
     _check_times(checker)
 
 
-def parts(part: Part, path: str = "") -> Iterator[tuple[Part, str]]:
+def list_parts(part: StrictStruct, path: str = "") -> Iterator[tuple[StrictStruct, str]]:
     """Every part of a scenario with its key path."""
     yield part, path
     for name in part.__struct_fields__:
         key = f"{path}.{name}" if path else name
         for value, at in _leaves(getattr(part, name), key):
-            if isinstance(value, Part):
-                yield from parts(value, at)
+            if isinstance(value, StrictStruct):
+                yield from list_parts(value, at)
 
 
-def numbers(value: Any, key: str) -> Iterator[tuple[float, str]]:
+def list_numbers(value: Any, key: str) -> Iterator[tuple[float, str]]:
     """Every number in a field that is not a part, with its key path."""
     for leaf, at in _leaves(value, key):
         if isinstance(leaf, int | float) and not isinstance(leaf, bool):
             yield leaf, at
 
 
-def limit_of(part: type, name: str) -> Limit | None:
+def find_limit(part: type, name: str) -> Limit | None:
     """The limit of a field, its own or that of what the part is a sort of."""
     found = (LIMITS.get(sort, {}).get(name) for sort in part.__mro__)
     return next((limit for limit in found if limit is not None), None)
@@ -165,7 +172,7 @@ def _leaves(value: Any, key: str) -> Iterator[tuple[Any, str]]:
         yield value, key
 
 
-def _check_number(checker: Checker, key: str, number: float, limit: Limit | None) -> None:
+def _check_number(checker: ScenarioErrors, key: str, number: float, limit: Limit | None) -> None:
     if not isfinite(number) or abs(number) > MOST:
         remedy = f"give {limit.words}" if limit else "give a finite number"
         checker.wrong(key, f"is {number}", f"{remedy}{', at most 1e9' * (abs(number) > MOST)}")
@@ -173,7 +180,7 @@ def _check_number(checker: Checker, key: str, number: float, limit: Limit | None
         checker.wrong(key, f"is {number}", f"give {limit.words}")
 
 
-def _check_times(checker: Checker) -> None:
+def _check_times(checker: ScenarioErrors) -> None:
     """What takes time takes whole ticks, and no robot turns half around in one."""
     tick_s = checker.scenario.tick_s
     for name, kind in checker.scenario.types.items():

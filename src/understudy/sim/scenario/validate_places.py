@@ -10,16 +10,24 @@ from msgspec import UNSET
 
 from understudy.sim.layout.clearance import (
     Segment,
-    around,
-    crossing_edges,
-    from_segment,
-    is_inside,
-    placed_at,
-    wall_segments,
+    find_crossing_edges,
+    is_point_in_polygon,
+    list_edges,
+    list_wall_segments,
+    measure_point_to_segment,
+    place_polygon,
 )
-from understudy.sim.params import box_of, least_and_most
-from understudy.sim.scenario.scenario_errors import Checker
-from understudy.sim.scenario.schema import Objects, Obstacle, Placing, Point, Region, Robots, Scenario
+from understudy.sim.params import get_count_range, get_region_box
+from understudy.sim.scenario.scenario_errors import ScenarioErrors
+from understudy.sim.scenario.schema import (
+    ArenaPoint,
+    ArenaRegion,
+    ObjectClass,
+    Obstacle,
+    Placement,
+    RobotGroup,
+    Scenario,
+)
 
 DENSEST = pi / 12**0.5
 """The share of a plane that equal discs can cover."""
@@ -29,7 +37,7 @@ CLOSE = 1e-9
 """What rounding may do to a distance, m."""
 
 
-class Disc(NamedTuple):
+class PlacedDisc(NamedTuple):
     """Something round at a given place."""
 
     key: str
@@ -38,7 +46,7 @@ class Disc(NamedTuple):
     radius: float
 
 
-def check(checker: Checker) -> None:
+def check_places(checker: ScenarioErrors) -> None:
     """SettingError where something cannot be where it should."""
     scenario = checker.scenario
     for name, region in scenario.regions.items():
@@ -52,14 +60,14 @@ def check(checker: Checker) -> None:
         _check_robots(checker, f"robots[{index}]", robots)
     for index, thing in enumerate(scenario.objects):
         _check_objects(checker, f"objects[{index}]", thing)
-    for key, placing, radius in placed(scenario):
+    for key, placing, radius in list_placed(scenario):
         _check_placing(checker, key, placing, radius)
     _check_order(checker)
     _check_overlaps(checker)
     _check_room(checker)
 
 
-def placed(scenario: Scenario) -> Iterator[tuple[str, Placing, float]]:
+def list_placed(scenario: Scenario) -> Iterator[tuple[str, Placement, float]]:
     """Everything that has places: its key, itself, its radius."""
     for index, obstacle in enumerate(scenario.obstacles):
         radius = obstacle.radius or max((hypot(*point) for point in obstacle.points or ()), default=0.0)
@@ -70,7 +78,7 @@ def placed(scenario: Scenario) -> Iterator[tuple[str, Placing, float]]:
         yield f"robots[{index}]", robots, scenario.types[robots.type].radius
 
 
-def _check_region(checker: Checker, key: str, region: Region) -> None:
+def _check_region(checker: ScenarioErrors, key: str, region: ArenaRegion) -> None:
     round_one = region.center is not None and region.radius is not None
     if (region.box is not None) == round_one or (region.center is None) != (region.radius is None):
         checker.wrong(key, "is neither a box nor a circle", "give either a box, or a center and a radius")
@@ -84,14 +92,14 @@ def _check_region(checker: Checker, key: str, region: Region) -> None:
         _check_inside(checker, f"{key}.center", region.center, 0.0)
 
 
-def _check_inside(checker: Checker, key: str, place: Sequence[float], radius: float) -> None:
+def _check_inside(checker: ScenarioErrors, key: str, place: Sequence[float], radius: float) -> None:
     (x, y), (width, height) = place[:2], checker.scenario.size
     if not (radius <= x <= width - radius and radius <= y <= height - radius):
         where = f"x from {radius} to {width - radius} and y from {radius} to {height - radius}"
         checker.wrong(key, f"is ({x}, {y}), outside the arena", f"give {where}")
 
 
-def _check_walls(checker: Checker) -> None:
+def _check_walls(checker: ScenarioErrors) -> None:
     for index, wall in enumerate(checker.scenario.walls):
         key, least = f"walls[{index}].points", 3 if wall.closed else 2
         if len(wall.points) < least:
@@ -102,14 +110,14 @@ def _check_walls(checker: Checker) -> None:
                 checker.wrong(f"{key}[{number}]", "is the point before it again", "leave one of the two out")
 
 
-def _check_shape(checker: Checker, key: str, obstacle: Obstacle) -> None:
+def _check_shape(checker: ScenarioErrors, key: str, obstacle: Obstacle) -> None:
     if (obstacle.radius is None) == (obstacle.points is None):
         checker.wrong(key, "is neither round nor a polygon", "give either a radius or points")
     if obstacle.points is None:
         return
     if len(obstacle.points) < 3:
         checker.wrong(f"{key}.points", f"has {len(obstacle.points)} points", "give at least 3")
-    crossing = crossing_edges(obstacle.points)
+    crossing = find_crossing_edges(obstacle.points)
     if crossing is not None:
         first, second = crossing
         problem = f"is a polygon whose edges {first} and {second} meet"
@@ -118,7 +126,7 @@ def _check_shape(checker: Checker, key: str, obstacle: Obstacle) -> None:
         checker.wrong(f"{key}.points", problem, "give its corners in order around it, each once")
 
 
-def _check_robots(checker: Checker, key: str, robots: Robots) -> None:
+def _check_robots(checker: ScenarioErrors, key: str, robots: RobotGroup) -> None:
     types = checker.scenario.types
     checker.known(f"{key}.type", robots.type, types, what="type of robot")
     if isinstance(robots.count, tuple) or robots.count == 0:
@@ -134,7 +142,7 @@ def _check_robots(checker: Checker, key: str, robots: Robots) -> None:
         checker.wrong(f"{key}.stored", problem, f"give at most {capacity}")
 
 
-def _check_objects(checker: Checker, key: str, thing: Objects) -> None:
+def _check_objects(checker: ScenarioErrors, key: str, thing: ObjectClass) -> None:
     if thing.aloft and (thing.solid or thing.pushable):
         checker.wrong(
             f"{key}.aloft", "is given for what robots bump into", "leave it out, or leave out `solid`"
@@ -156,7 +164,7 @@ def _check_objects(checker: Checker, key: str, thing: Objects) -> None:
         checker.wrong(f"{key}.count", "is drawn for things that come and go", "give one whole number")
 
 
-def _check_placing(checker: Checker, key: str, placing: Placing, radius: float) -> None:
+def _check_placing(checker: ScenarioErrors, key: str, placing: Placement, radius: float) -> None:
     scenario = checker.scenario
     if isinstance(placing.at, tuple):
         for word in ("count", "within", "near"):
@@ -164,8 +172,8 @@ def _check_placing(checker: Checker, key: str, placing: Placing, radius: float) 
                 checker.wrong(f"{key}.{word}", "is given beside places", "leave it out, or leave out `at`")
         if not placing.at:
             checker.wrong(f"{key}.at", "is empty", "give at least one place, or a count")
-        solid = isinstance(placing, Robots) or (
-            isinstance(placing, Objects) and (placing.solid or placing.pushable)
+        solid = isinstance(placing, RobotGroup) or (
+            isinstance(placing, ObjectClass) and (placing.solid or placing.pushable)
         )
         for index, place in enumerate(placing.at):
             if len(place) not in (2, 3):
@@ -192,11 +200,11 @@ def _check_placing(checker: Checker, key: str, placing: Placing, radius: float) 
         checker.wrong(f"{key}.near_m", problem, f"give at least {radius + near.radius:g}")
 
 
-def _fewest(placing: Placing) -> int:
-    return least_and_most(placing.count)[0] if isinstance(placing.count, int | tuple) else 1
+def _fewest(placing: Placement) -> int:
+    return get_count_range(placing.count)[0] if isinstance(placing.count, int | tuple) else 1
 
 
-def _check_order(checker: Checker) -> None:
+def _check_order(checker: ScenarioErrors) -> None:
     """No object is near one that is near it, or near itself."""
     near = {thing.name: thing.near for thing in checker.scenario.objects}
     for index, thing in enumerate(checker.scenario.objects):
@@ -209,12 +217,12 @@ def _check_order(checker: Checker) -> None:
             checker.wrong(f"objects[{index}].near", f"leads back to {thing.name!r} itself", remedy)
 
 
-def _check_overlaps(checker: Checker) -> None:
+def _check_overlaps(checker: ScenarioErrors) -> None:
     """What is solid and has its place given keeps off all else of that sort; obstacles may overlap each other."""
     scenario = checker.scenario
-    walls = tuple(wall_segments(scenario))
+    walls = tuple(list_wall_segments(scenario))
     polygons = tuple(_polygons(scenario))
-    grid: dict[tuple[int, int], list[Disc]] = {}
+    grid: dict[tuple[int, int], list[PlacedDisc]] = {}
     discs = list(_solid_discs(scenario))
     cell = 2.0 * max((disc.radius for disc in discs), default=1.0)
     for disc in discs:
@@ -231,58 +239,63 @@ def _check_overlaps(checker: Checker) -> None:
 
 
 def _check_disc(
-    checker: Checker, disc: Disc, walls: Sequence[Segment], polygons: Sequence[tuple[str, Sequence[Point]]]
+    checker: ScenarioErrors,
+    disc: PlacedDisc,
+    walls: Sequence[Segment],
+    polygons: Sequence[tuple[str, Sequence[ArenaPoint]]],
 ) -> None:
     place = (disc.x, disc.y)
-    if any(from_segment(place, wall) < disc.radius for wall in walls):
+    if any(measure_point_to_segment(place, wall) < disc.radius for wall in walls):
         checker.wrong(disc.key, "overlaps a wall", "give a free place")
     for key, corners in polygons:
-        if is_inside(place, corners) or any(
-            from_segment(place, edge) < disc.radius for edge in around(corners)
+        if is_point_in_polygon(place, corners) or any(
+            measure_point_to_segment(place, edge) < disc.radius for edge in list_edges(corners)
         ):
             checker.wrong(disc.key, f"overlaps {key}", "give a free place")
 
 
-def _polygons(scenario: Scenario) -> Iterator[tuple[str, tuple[Point, ...]]]:
+def _polygons(scenario: Scenario) -> Iterator[tuple[str, tuple[ArenaPoint, ...]]]:
     for index, obstacle in enumerate(scenario.obstacles):
         if obstacle.points is not None and isinstance(obstacle.at, tuple):
             for number, place in enumerate(obstacle.at):
-                yield f"obstacles[{index}].at[{number}]", placed_at(obstacle.points, place)
+                yield f"obstacles[{index}].at[{number}]", place_polygon(obstacle.points, place)
 
 
-def _solid_discs(scenario: Scenario) -> Iterator[Disc]:
-    for key, placing, radius in placed(scenario):
+def _solid_discs(scenario: Scenario) -> Iterator[PlacedDisc]:
+    for key, placing, radius in list_placed(scenario):
         if isinstance(placing, Obstacle) and placing.radius is None:
             continue
-        if isinstance(placing, Objects) and not (placing.solid or placing.pushable):
+        if isinstance(placing, ObjectClass) and not (placing.solid or placing.pushable):
             continue
-        if isinstance(placing, Robots) and not scenario.types[placing.type].collides:
+        if isinstance(placing, RobotGroup) and not scenario.types[placing.type].collides:
             continue
         if isinstance(placing.at, tuple):
             for index, (x, y, *_) in enumerate(placing.at):
-                yield Disc(f"{key}.at[{index}]", x, y, radius)
+                yield PlacedDisc(f"{key}.at[{index}]", x, y, radius)
 
 
-def _check_room(checker: Checker) -> None:
+def _check_room(checker: ScenarioErrors) -> None:
     """What cannot fit by its size alone is refused here; the rest is found out while a world is laid out."""
     scenario = checker.scenario
     width, height = scenario.size
     taken = 0.0
-    for key, placing, radius in placed(scenario):
-        if isinstance(placing.at, tuple) or (isinstance(placing, Objects) and placing.presence is not None):
+    for key, placing, radius in list_placed(scenario):
+        if isinstance(placing.at, tuple) or (
+            isinstance(placing, ObjectClass) and placing.presence is not None
+        ):
             continue
         reach = (
             radius + placing.apart
             if not (isinstance(placing, Obstacle) and placing.points)
             else placing.apart
         )
-        x0, y0, x1, y1 = box_of(scenario, placing.within)
+        x0, y0, x1, y1 = get_region_box(scenario, placing.within)
         if min(x1, width - reach) < max(x0, reach) or min(y1, height - reach) < max(y0, reach):
             region = f"the region {placing.within!r}" if placing.within else "the arena"
             checker.wrong(key, f"finds no room in {region}", "give a smaller radius or `apart`, or more room")
         if isinstance(placing, Obstacle) and placing.points is not None:
             continue
-        if isinstance(placing, Robots) and not scenario.types[placing.type].collides:
+        if isinstance(placing, RobotGroup) and not scenario.types[placing.type].collides:
             continue
         count, half = _fewest(placing), 0.5 * placing.apart
         taken += count * pi * (radius + half) ** 2

@@ -10,33 +10,33 @@ from understudy.errors import join_names
 from understudy.model.kinds import BOOLEAN
 from understudy.model.squad import Assignment, Squad, Statistic
 from understudy.runtime.body import Reading
-from understudy.runtime.team.squad_body import readings_of as readings_of_squad
-from understudy.sim.kit import OWN_FEATURES, behaviors_of, readings_of, readings_of_type
-from understudy.sim.scenario.scenario_errors import Checker, suggestion
-from understudy.sim.scenario.squad_schema import MemberOf
-from understudy.sim.scenario.validate_names import check_name
-from understudy.sim.team.assignment import bottom_up, how_many
-from understudy.sim.team.squads import squad_of, statistics_of
+from understudy.runtime.team.squad_body import list_squad_readings as readings_of_squad
+from understudy.sim.kit import OWN_FEATURES, list_readings, list_type_readings, make_behaviors
+from understudy.sim.scenario.scenario_errors import ScenarioErrors, suggest_name
+from understudy.sim.scenario.squad_schema import RoleSpec
+from understudy.sim.scenario.validate_names import check_identifier
+from understudy.sim.team.assignment import count_team_members, sort_squads_bottom_up
+from understudy.sim.team.squads import make_squad, make_statistics
 
 Read = Mapping[str, Reading]
 """What agents of a sort sense, by name."""
 
 
-def check_squad_sorts(checker: Checker) -> None:
+def check_squad_sorts(checker: ScenarioErrors) -> None:
     """SettingError where squads make no sense or cannot be dealt."""
     scenario = checker.scenario
     for name in scenario.squads:
         _check_spelling(checker, name)
         _check_members(checker, name)
-    order = bottom_up(checker)
+    order = sort_squads_bottom_up(checker)
     read: dict[str, Read] = {
-        name: {reading.name: reading for _, reading in readings_of_type(kind)}
+        name: {reading.name: reading for _, reading in list_type_readings(kind)}
         for name, kind in scenario.types.items()
     }
-    known = {reading.name: (reading, "a robot") for reading in readings_of(scenario)}
-    ordered: dict[str, frozenset[str]] = dict.fromkeys(scenario.types, frozenset(behaviors_of(scenario)))
+    known = {reading.name: (reading, "a robot") for reading in list_readings(scenario)}
+    ordered: dict[str, frozenset[str]] = dict.fromkeys(scenario.types, frozenset(make_behaviors(scenario)))
     for name in order:
-        squad = squad_of(checker, name)
+        squad = make_squad(checker, name)
         _check_statistics(checker, squad, read)
         below = [reading for role in squad.roles for reading in read[role.of].values()]
         if squad.drops is not None:
@@ -46,28 +46,28 @@ def check_squad_sorts(checker: Checker) -> None:
         read[name] = {reading.name: reading for reading in readings}
         _check_sorts(checker, name, known, readings)
         ordered[name] = _check_orders(checker, squad, ordered)
-    how_many(checker, order)
+    count_team_members(checker, order)
 
 
-def _check_spelling(checker: Checker, name: str) -> None:
+def _check_spelling(checker: ScenarioErrors, name: str) -> None:
     """All names are words, and a sort of squad is told from a type of robots."""
     squad, key = checker.scenario.squads[name], f"squads.{name}"
-    check_name(checker, "squads", name)
+    check_identifier(checker, "squads", name)
     if name in checker.scenario.types:
         checker.wrong(key, "has the name of a type of robots", "give another name")
     for table in ("members", "statistics", "orders"):
         for own in getattr(squad, table):
-            check_name(checker, f"{key}.{table}", own)
+            check_identifier(checker, f"{key}.{table}", own)
     for own, statistic in squad.statistics.items():
         if statistic.flag is not None:
-            check_name(checker, f"{key}.statistics.{own}.flag", statistic.flag)
+            check_identifier(checker, f"{key}.statistics.{own}.flag", statistic.flag)
     for own, duties in squad.orders.items():
         for index, duty in enumerate(duties):
             for at, word in (("run", duty.run), *(("with", parameter) for parameter in duty.with_)):
-                check_name(checker, f"{key}.orders.{own}[{index}].{at}", word)
+                check_identifier(checker, f"{key}.orders.{own}[{index}].{at}", word)
 
 
-def _check_members(checker: Checker, name: str) -> None:
+def _check_members(checker: ScenarioErrors, name: str) -> None:
     squad, key = checker.scenario.squads[name], f"squads.{name}.members"
     if not squad.members:
         checker.wrong(key, "is empty", "give at least one role")
@@ -80,7 +80,7 @@ def _check_members(checker: Checker, name: str) -> None:
         checker.wrong(at, "is 0, so that squads may have nobody", "give 1 or more for one of the roles")
 
 
-def _check_sizes(checker: Checker, key: str, member: MemberOf) -> None:
+def _check_sizes(checker: ScenarioErrors, key: str, member: RoleSpec) -> None:
     sizes = {"least": member.least, "preferred": member.preferred, "most": member.most}
     given = [(name, size) for name, size in sizes.items() if size is not None]
     for (name, size), (above, bound) in pairwise(given):
@@ -89,13 +89,13 @@ def _check_sizes(checker: Checker, key: str, member: MemberOf) -> None:
             checker.wrong(f"{key}.{name}", problem, "give least ≤ preferred ≤ most")
 
 
-def _check_statistics(checker: Checker, squad: Squad, read: Mapping[str, Read]) -> None:
+def _check_statistics(checker: ScenarioErrors, squad: Squad, read: Mapping[str, Read]) -> None:
     """Each has a name of its own, and its members sense what it is of."""
     roles = [role.name for role in squad.roles]
     taken = {feature.name: "a feature of all that are taught" for feature in OWN_FEATURES}
     for own, spelled in checker.scenario.squads[squad.name].statistics.items():
         key = f"squads.{squad.name}.statistics.{own}"
-        for each in statistics_of(checker, key, own, spelled):
+        for each in make_statistics(checker, key, own, spelled):
             if each.name in taken:
                 checker.wrong(
                     key, f"reads {each.name!r}, as does {taken[each.name]}", "rename one of the two"
@@ -111,7 +111,7 @@ def _check_statistics(checker: Checker, squad: Squad, read: Mapping[str, Read]) 
 
 
 def _check_reading(
-    checker: Checker, key: str, statistic: Statistic, squad: Squad, read: Mapping[str, Read]
+    checker: ScenarioErrors, key: str, statistic: Statistic, squad: Squad, read: Mapping[str, Read]
 ) -> None:
     name, asked = statistic.reading or "", statistic.role
     roles = {role.name: read[role.of] for role in squad.roles if asked in (None, role.name)}
@@ -119,14 +119,14 @@ def _check_reading(
     if not having:
         who = "none of its members" if asked is None else f"nobody in the role {asked!r}"
         known = dict.fromkeys(reading for readings in roles.values() for reading in readings)
-        checker.wrong(key, f"is of {name!r}, which {who} reads", suggestion(name, known, what="reading"))
+        checker.wrong(key, f"is of {name!r}, which {who} reads", suggest_name(name, known, what="reading"))
     if len(having) < len(roles):
         problem = f"is of {name!r}, which only members in {join_names(map(repr, having))} read"
         checker.wrong(key, problem, f"give one role, such as role = {having[0]!r}")
 
 
 def _check_sorts(
-    checker: Checker, squad: str, known: dict[str, tuple[Reading, str]], readings: tuple[Reading, ...]
+    checker: ScenarioErrors, squad: str, known: dict[str, tuple[Reading, str]], readings: tuple[Reading, ...]
 ) -> None:
     """A name stands for one sort of reading wherever it is read."""
     for reading in readings:
@@ -138,7 +138,9 @@ def _check_sorts(
             checker.wrong(f"squads.{squad}.statistics.{name}", problem, "rename one of the two")
 
 
-def _check_orders(checker: Checker, squad: Squad, ordered: Mapping[str, frozenset[str]]) -> frozenset[str]:
+def _check_orders(
+    checker: ScenarioErrors, squad: Squad, ordered: Mapping[str, frozenset[str]]
+) -> frozenset[str]:
     """What coordinators of the sort can order: what members can be told, and orders of their own."""
     known = frozenset[str]().union(*(ordered[role.of] for role in squad.roles))
     for name, order in squad.orders.items():
@@ -151,7 +153,7 @@ def _check_orders(checker: Checker, squad: Squad, ordered: Mapping[str, frozense
     return known | set(squad.orders)
 
 
-def _check_duties(checker: Checker, key: str, duties: tuple[Assignment, ...], squad: Squad) -> None:
+def _check_duties(checker: ScenarioErrors, key: str, duties: tuple[Assignment, ...], squad: Squad) -> None:
     """Duties are for roles and targets that are there, and somebody is left for each."""
     roles = [role.name for role in squad.roles]
     left = set(roles)

@@ -26,7 +26,7 @@ _SAME = 1e-9
 """Directions (rad) nearer to each other than this are one, so that 360 degrees are a full circle."""
 
 
-def sector(from_rad: float, to_rad: float) -> np.void:
+def make_sector(from_rad: float, to_rad: float) -> np.void:
     """The SECTOR counter-clockwise from one angle (rad, robot frame) to another; both edges are part of it.
 
     A beam where both are one direction, unless `to_rad` is a full circle or more ahead of `from_rad`.

@@ -17,25 +17,25 @@ from numpy.typing import NDArray
 
 from understudy.model.features import ReadingKey
 from understudy.sim.kernels.dtypes import PART, STEP, TOUCH
-from understudy.sim.params import Names
+from understudy.sim.params import ScenarioNames
 from understudy.sim.scenario.schema import (
     Bumper,
     Camera,
-    Cargo,
-    Chance,
-    Claimed,
-    Holding,
-    Locator,
-    Pose,
+    CargoSensor,
+    ClaimSensor,
+    ElapsedSensor,
+    GripSensor,
+    PoseSensor,
+    RandomSensor,
     Scenario,
     Sensor,
-    Since,
     Sonar,
-    Stuck,
-    TargetOf,
+    StallSensor,
+    TargetLocator,
+    TargetSpec,
 )
-from understudy.sim.sensing.sectors import SECTOR, sector
-from understudy.sim.state import Records, Rules
+from understudy.sim.sensing.sectors import SECTOR, make_sector
+from understudy.sim.state import Records, WorldParams
 
 (
     TO_CLASS, TO_OBJECT, TO_ROBOT, TO_UNCLAIMED, TO_CALLER, SONAR, CAMERA, BUMPER,
@@ -53,7 +53,7 @@ ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
 """Which robots a target means, as `_grid_kernels` has it; a team is TEAM + its index."""
 
 
-class Plan(NamedTuple):
+class SensePlan(NamedTuple):
     """The steps of all types of robots; `width` is the number of columns, those asked for first."""
 
     steps: Records
@@ -67,7 +67,7 @@ class Plan(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Part:
+class _SensorChannel:
     """One measurement of a sensor that can be asked for: what it gives, and how."""
 
     keys: tuple[ReadingKey, ...]
@@ -77,20 +77,20 @@ class _Part:
 
 
 @dataclass(frozen=True)
-class _Measure:
+class _SensorSteps:
     sensor: Sensor
     number: int
-    parts: tuple[_Part, ...]
+    parts: tuple[_SensorChannel, ...]
 
 
-class Planner:
+class SensePlanner:
     """Makes sense plans of a scenario: for a run those readings that it uses, for a session all."""
 
-    def __init__(self, scenario: Scenario, rules: Rules, names: Names) -> None:
+    def __init__(self, scenario: Scenario, rules: WorldParams, names: ScenarioNames) -> None:
         self.scenario, self.rules, self.names = scenario, rules, names
         self._by_type = [
             [
-                _Measure(each, number, tuple(self._parts(name, each)))
+                _SensorSteps(each, number, tuple(self._parts(name, each)))
                 for number, each in enumerate(kind.sensors)
             ]
             for name, kind in scenario.types.items()
@@ -119,7 +119,7 @@ class Planner:
             dict.fromkeys(key for measure in measures for part in measure.parts for key in part.keys)
         )
 
-    def plan(self, keys: Sequence[ReadingKey]) -> Plan:
+    def plan(self, keys: Sequence[ReadingKey]) -> SensePlan:
         """The plan whose first columns are these readings."""
         columns: dict[ReadingKey, list[int]] = {}
         for at, key in enumerate(keys):  # two features may be of one reading
@@ -128,7 +128,7 @@ class Planner:
         for measures in self._by_type:
             for measure in measures:
                 for part in measure.parts:
-                    if isinstance(measure.sensor, Since) and (
+                    if isinstance(measure.sensor, ElapsedSensor) and (
                         part.keys[0] in columns or part.keys[0] in needed
                     ):
                         needed.append((measure.sensor.of, part.keys[0][1]))
@@ -143,14 +143,14 @@ class Planner:
         of_type = []
         for kind, measures in enumerate(self._by_type):
             first = len(steps)
-            for measure in sorted(measures, key=lambda each: isinstance(each.sensor, Since)):
+            for measure in sorted(measures, key=lambda each: isinstance(each.sensor, ElapsedSensor)):
                 self._add(kind, measure, columns, steps, parts, sectors)
             of_type.append((first, len(steps)))
         made = np.zeros(len(steps), STEP)
         for row, step in zip(made, steps, strict=True):
             for name, value in step.items():
                 row[name] = value
-        return Plan(
+        return SensePlan(
             steps=made,
             parts=np.array(parts, PART) if parts else np.zeros(0, PART),
             sectors=np.array(sectors, SECTOR) if sectors else np.zeros(0, SECTOR),
@@ -160,7 +160,7 @@ class Planner:
         )
 
     def _add(
-        self, kind: int, measure: _Measure, columns: dict[ReadingKey, list[int]], steps: list[dict[str, Any]],
+        self, kind: int, measure: _SensorSteps, columns: dict[ReadingKey, list[int]], steps: list[dict[str, Any]],
         parts: list[tuple[int, int, int, int, int]], sectors: list[Any],
     ) -> None:  # fmt: skip
         """Add the steps of one sensor: one for all its parts where they are measured together."""
@@ -178,7 +178,7 @@ class Planner:
             }
             held = self._slots.get((kind, part.keys[0]), -1)
             for copy in zip_longest(*found, fillvalue=-1):
-                if isinstance(measure.sensor, Since):
+                if isinstance(measure.sensor, ElapsedSensor):
                     step["index"] = columns[measure.sensor.of, part.keys[0][1]][0]
                 if not (together and opened):
                     steps.append({**step, "first": len(parts)})
@@ -196,7 +196,7 @@ class Planner:
         for kind, measures in enumerate(self._by_type):
             slot = 0
             for measure in measures:
-                since = isinstance(measure.sensor, Since)
+                since = isinstance(measure.sensor, ElapsedSensor)
                 if not since and self._period(measure.sensor) == 1:
                     continue
                 for part in measure.parts:
@@ -205,7 +205,7 @@ class Planner:
                     kept.update((key, None) for key in part.keys)
         self.kept = tuple(kept)
 
-    def _parts(self, type_name: str, sensor: Sensor) -> Iterator[_Part]:
+    def _parts(self, type_name: str, sensor: Sensor) -> Iterator[_SensorChannel]:
         """What a sensor of a type of robots can give."""
         own = self.scenario.types[type_name]
         targets = self.scenario.targets
@@ -215,13 +215,15 @@ class Planner:
                 sees = sum({bits[each] for each in sensor.sees})
                 step = {"what": SONAR, "range": sensor.range, "noise_a": sensor.noise, "sees": sees}
                 for name, (low, high) in sensor.sectors.items():
-                    yield _Part(((name, None),), step, sector=sector(radians(low), radians(high)))
+                    yield _SensorChannel(
+                        ((name, None),), step, sector=make_sector(radians(low), radians(high))
+                    )
             case Bumper():
                 for name, (low, high) in sensor.sectors.items():
-                    yield _Part(
+                    yield _SensorChannel(
                         ((name, None),),
                         {"what": BUMPER, "sees": 7},
-                        sector=sector(radians(low), radians(high)),
+                        sector=make_sector(radians(low), radians(high)),
                     )
             case Camera():
                 half = tan(radians(sensor.view_deg) / 2)
@@ -233,10 +235,13 @@ class Planner:
                 }  # fmt: skip
                 for name, target in targets.items():
                     color = self.names.color(self.color_of(target, type_name))
-                    yield _Part((("blob_x", name), ("blob_size", name)), step, color=color)
-            case Locator():
+                    yield _SensorChannel((("blob_x", name), ("blob_size", name)), step, color=color)
+            case TargetLocator():
                 named = {
-                    name for each in own.sensors if isinstance(each, Locator) for name in each.targets or ()
+                    name
+                    for each in own.sensors
+                    if isinstance(each, TargetLocator)
+                    for name in each.targets or ()
                 }
                 mine = (
                     sensor.targets
@@ -247,8 +252,8 @@ class Planner:
                     step = self._locating(targets[name])
                     step |= {"range": inf if sensor.range is None else sensor.range}
                     step |= {"noise_a": sensor.noise_range, "noise_b": radians(sensor.noise_deg)}
-                    yield _Part((("range", name), ("bearing", name)), step | {"what": step["place"]})
-            case Pose():
+                    yield _SensorChannel((("range", name), ("bearing", name)), step | {"what": step["place"]})
+            case PoseSensor():
                 noises = (
                     sensor.noise,
                     sensor.noise,
@@ -258,44 +263,50 @@ class Planner:
                 )
                 names = ("x", "y", "heading", "speed", "turning")
                 for what, (name, noise) in enumerate(zip(names, noises, strict=True), OWN_X):
-                    yield _Part(((name, None),), {"what": what, "noise_a": noise})
-            case Stuck():
+                    yield _SensorChannel(((name, None),), {"what": what, "noise_a": noise})
+            case StallSensor():
                 ticks = max(1, round(sensor.after_s / self.scenario.tick_s))
-                yield _Part((("stuck", None),), {"what": STUCK, "ticks": ticks})
-            case Cargo():
+                yield _SensorChannel((("stuck", None),), {"what": STUCK, "ticks": ticks})
+            case CargoSensor():
                 for what, name in enumerate(
                     ("food_stored", "food_here", "food_left", "station_here"), STORED
                 ):
-                    yield _Part(((name, None),), {"what": what})
-            case Holding():
+                    yield _SensorChannel(((name, None),), {"what": what})
+            case GripSensor():
                 for what, name in ((HOLDING, "holding"), (ENOUGH, "enough")):
-                    yield _Part(((name, None),), {"what": what})
-            case Claimed():
+                    yield _SensorChannel(((name, None),), {"what": what})
+            case ClaimSensor():
                 claimed = {"what": CLAIMED, "within": sensor.range, "range": inf}
-                for name in claimable(self.scenario) if sensor.targets is None else sensor.targets:
+                for name in (
+                    list_claimable_targets(self.scenario) if sensor.targets is None else sensor.targets
+                ):
                     signal = {"signal": 1 + self.names.signals.index(sensor.signal)}
-                    yield _Part(((sensor.name, name),), self._locating(targets[name]) | claimed | signal)
-            case Chance():
+                    yield _SensorChannel(
+                        ((sensor.name, name),), self._locating(targets[name]) | claimed | signal
+                    )
+            case RandomSensor():
                 ticks = 1 if sensor.every_s is None else max(1, round(sensor.every_s / self.scenario.tick_s))
-                yield _Part(((sensor.name, None),), {"what": CHANCE, "ticks": ticks})
-            case Since():
+                yield _SensorChannel(((sensor.name, None),), {"what": CHANCE, "ticks": ticks})
+            case ElapsedSensor():
                 boolean = self._boolean(type_name, sensor.of)
                 for of in self._targets_of(type_name, sensor.of):
-                    yield _Part(((sensor.name, of),), {"what": SINCE, "nearest": boolean})
+                    yield _SensorChannel(((sensor.name, of),), {"what": SINCE, "nearest": boolean})
 
     def _targets_of(self, type_name: str, reading: str) -> tuple[str | None, ...]:
         """The targets that a reading of a type is of; (None,) where it is of none."""
-        others = [each for each in self.scenario.types[type_name].sensors if not isinstance(each, Since)]
+        others = [
+            each for each in self.scenario.types[type_name].sensors if not isinstance(each, ElapsedSensor)
+        ]
         keys = [key for each in others for part in self._parts(type_name, each) for key in part.keys]
         return tuple(target for name, target in keys if name == reading)
 
     def _boolean(self, type_name: str, reading: str) -> bool:
         sensors = self.scenario.types[type_name].sensors
         bumpers = {name for each in sensors if isinstance(each, Bumper) for name in each.sectors}
-        claims = {each.name for each in sensors if isinstance(each, Claimed)}
+        claims = {each.name for each in sensors if isinstance(each, ClaimSensor)}
         return reading in bumpers | claims | {"stuck", "food_left", "station_here", "holding", "enough"}
 
-    def _locating(self, target: TargetOf) -> dict[str, Any]:
+    def _locating(self, target: TargetSpec) -> dict[str, Any]:
         classes, signals = self.names.classes, self.names.signals
         if target.nearest is not None:
             index = classes.index(target.nearest)
@@ -316,7 +327,7 @@ class Planner:
             return {"place": TO_CALLER, "index": relation, "signal": 1 + signals.index(target.signal)}
         return {"place": TO_ROBOT, "index": relation}
 
-    def color_of(self, target: TargetOf, type_name: str) -> str | None:
+    def color_of(self, target: TargetSpec, type_name: str) -> str | None:
         """The color by which a camera knows a target: its own, else that of what it stands for."""
         types = self.scenario.types
         if target.color is not None or target.signal is not None:  # no robot changes its color when it calls
@@ -331,7 +342,7 @@ class Planner:
         return types[type_name].color if target.robot == "teammate" else None
 
 
-def claimable(scenario: Scenario) -> tuple[str, ...]:
+def list_claimable_targets(scenario: Scenario) -> tuple[str, ...]:
     """The targets that may be claimed or not: those that are objects, but for those that never are."""
     targets = {name: each for name, each in scenario.targets.items() if each.unclaimed is None}
     return tuple(name for name, each in targets.items() if each.nearest or each.object)

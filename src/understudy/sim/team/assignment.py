@@ -12,21 +12,21 @@ from typing import NamedTuple
 from understudy.errors import join_names
 from understudy.model.squad import Squad
 from understudy.runtime.team.members import Member
-from understudy.runtime.team.team import Tree
-from understudy.sim.params import robot_count
-from understudy.sim.scenario.scenario_errors import Checker
+from understudy.runtime.team.team import TeamTree
+from understudy.sim.params import count_robots
+from understudy.sim.scenario.scenario_errors import ScenarioErrors
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.scenario.squad_schema import MemberOf, SquadOf
-from understudy.sim.team.squads import squad_of
+from understudy.sim.scenario.squad_schema import RoleSpec, SquadSpec
+from understudy.sim.team.squads import make_squad
 
 
-class Wish(NamedTuple):
+class RoleDemand(NamedTuple):
     """A role that wants members of a sort: of which sort of squad, which of its roles."""
 
     squad: str
     role: str
     position: int
-    member: MemberOf
+    member: RoleSpec
 
     @property
     def usual(self) -> int:
@@ -39,11 +39,11 @@ class Wish(NamedTuple):
         return f"squads.{self.squad}.members.{self.role}"
 
 
-def deal(scenario: Scenario) -> Tree:
+def assign_team_members(scenario: Scenario) -> TeamTree:
     """The team of each world of a scenario that can be."""
-    checker = Checker(scenario)
-    order, types = bottom_up(checker), tuple(scenario.types)
-    numbers = how_many(checker, order)
+    checker = ScenarioErrors(scenario)
+    order, types = sort_squads_bottom_up(checker), tuple(scenario.types)
+    numbers = count_team_members(checker, order)
     type_of = tuple(types.index(name) for name in _types_of_rows(scenario))
     members: dict[str, list[list[Member]]] = {name: [[] for _ in range(numbers[name])] for name in order}
     for band, sort in enumerate((*types, *order)):
@@ -54,19 +54,19 @@ def deal(scenario: Scenario) -> Tree:
         for (wish, squad), share in zip(seats, _shares(numbers[sort], seats), strict=True):
             members[wish.squad][squad] += [Member(band, next(rows), wish.position) for _ in range(share)]
     squads = (
-        (squad_of(checker, name), tuple(tuple(sorted(squad, key=_by_role)) for squad in members[name]))
+        (make_squad(checker, name), tuple(tuple(sorted(squad, key=_by_role)) for squad in members[name]))
         for name in order
     )
-    return Tree(types, type_of, tuple(squads))
+    return TeamTree(types, type_of, tuple(squads))
 
 
-def squads_of(scenario: Scenario) -> tuple[Squad, ...]:
+def make_squads(scenario: Scenario) -> tuple[Squad, ...]:
     """The sorts of squads of a scenario, each after those that its members are of."""
-    checker = Checker(scenario)
-    return tuple(squad_of(checker, name) for name in bottom_up(checker))
+    checker = ScenarioErrors(scenario)
+    return tuple(make_squad(checker, name) for name in sort_squads_bottom_up(checker))
 
 
-def bottom_up(checker: Checker) -> tuple[str, ...]:
+def sort_squads_bottom_up(checker: ScenarioErrors) -> tuple[str, ...]:
     """The sorts of squads, each after those that its members are of; SettingError where they go in a circle."""
     left, found = dict(checker.scenario.squads), list[str]()
     while left:
@@ -86,12 +86,12 @@ def bottom_up(checker: Checker) -> tuple[str, ...]:
     return tuple(found)
 
 
-def how_many(checker: Checker, order: Sequence[str]) -> Mapping[str, int]:
+def count_team_members(checker: ScenarioErrors, order: Sequence[str]) -> Mapping[str, int]:
     """How many robots there are of each type and squads of each sort; SettingError where they cannot be dealt."""
     scenario = checker.scenario
     numbers = dict.fromkeys(scenario.types, 0)
     for robots in scenario.robots:
-        numbers[robots.type] += robot_count(robots.count, robots.at)
+        numbers[robots.type] += count_robots(robots.count, robots.at)
     for name in order:
         numbers[name] = _count(scenario, name, numbers)
     for sort in numbers:
@@ -99,13 +99,13 @@ def how_many(checker: Checker, order: Sequence[str]) -> Mapping[str, int]:
     return numbers
 
 
-def _within(squad: SquadOf, sorts: Mapping[str, SquadOf]) -> list[MemberOf]:
+def _within(squad: SquadSpec, sorts: Mapping[str, SquadSpec]) -> list[RoleSpec]:
     return [member for member in squad.members.values() if member.of in sorts]
 
 
 def _types_of_rows(scenario: Scenario) -> Iterator[str]:
     for robots in scenario.robots:
-        for _ in range(robot_count(robots.count, robots.at)):
+        for _ in range(count_robots(robots.count, robots.at)):
             yield robots.type
 
 
@@ -113,15 +113,15 @@ def _by_role(member: Member) -> tuple[int, int]:
     return member.role, member.row
 
 
-def _wishes(scenario: Scenario, sort: str) -> Iterator[Wish]:
+def _wishes(scenario: Scenario, sort: str) -> Iterator[RoleDemand]:
     """The roles that members of a sort are for, as they are declared."""
     for name, squad in scenario.squads.items():
         for index, (role, member) in enumerate(squad.members.items()):
             if member.of == sort:
-                yield Wish(name, role, index, member)
+                yield RoleDemand(name, role, index, member)
 
 
-def _fixed(squad: SquadOf) -> int | None:
+def _fixed(squad: SquadSpec) -> int | None:
     """How many squads of a sort there are, where that does not depend on how many members there are."""
     if isinstance(squad.count, int):
         return squad.count
@@ -145,7 +145,7 @@ def _count(scenario: Scenario, name: str, numbers: Mapping[str, int]) -> int:
     return max(1, min(fitting))
 
 
-def _check_wishes(checker: Checker, sort: str, numbers: Mapping[str, int]) -> None:
+def _check_wishes(checker: ScenarioErrors, sort: str, numbers: Mapping[str, int]) -> None:
     """Whether everybody of a sort finds a squad, and every squad enough of them."""
     wishes = list(_wishes(checker.scenario, sort))
     if not wishes:
@@ -164,11 +164,11 @@ def _check_wishes(checker: Checker, sort: str, numbers: Mapping[str, int]) -> No
         checker.wrong(f"{wishes[0].key}.most", problem, remedy)
 
 
-def _total(wishes: Sequence[Wish], each: Sequence[int], numbers: Mapping[str, int]) -> int:
+def _total(wishes: Sequence[RoleDemand], each: Sequence[int], numbers: Mapping[str, int]) -> int:
     return sum(numbers[wish.squad] * size for wish, size in zip(wishes, each, strict=True))
 
 
-def _sum(wishes: Sequence[Wish], each: Sequence[int], numbers: Mapping[str, int]) -> str:
+def _sum(wishes: Sequence[RoleDemand], each: Sequence[int], numbers: Mapping[str, int]) -> str:
     """What wishes add up to, in words."""
     words = [
         f"{numbers[wish.squad]} × {size} for {wish.role!r} in {wish.squad!r}"
@@ -178,7 +178,7 @@ def _sum(wishes: Sequence[Wish], each: Sequence[int], numbers: Mapping[str, int]
     return f"{join_names(words)} {'make' if len(words) == 1 else 'together make'} {total}"
 
 
-def _seats(scenario: Scenario, sort: str, numbers: Mapping[str, int]) -> Iterator[tuple[Wish, int]]:
+def _seats(scenario: Scenario, sort: str, numbers: Mapping[str, int]) -> Iterator[tuple[RoleDemand, int]]:
     """The roles of each squad that members of a sort are for, squad after squad."""
     wishes = list(_wishes(scenario, sort))
     for name in dict.fromkeys(wish.squad for wish in wishes):
@@ -188,7 +188,7 @@ def _seats(scenario: Scenario, sort: str, numbers: Mapping[str, int]) -> Iterato
                     yield wish, squad
 
 
-def _shares(number: int, seats: Sequence[tuple[Wish, int]]) -> list[int]:
+def _shares(number: int, seats: Sequence[tuple[RoleDemand, int]]) -> list[int]:
     """How many of them each role of each squad gets: role by role, a turn of all its squads, so that they stay even."""
     shares = [wish.member.least for wish, _ in seats]
     bounds = [

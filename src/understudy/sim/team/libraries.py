@@ -16,13 +16,13 @@ from understudy.model.library import Kit, Library
 from understudy.runtime.body import Body, Reading
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program
-from understudy.runtime.team.coordinator_body import Troop
-from understudy.runtime.team.squad_body import readings_of as readings_of_squad
-from understudy.runtime.team.squad_kit import squad_kit
+from understudy.runtime.team.coordinator_body import CoordinatorBody
+from understudy.runtime.team.squad_body import list_squad_readings as readings_of_squad
+from understudy.runtime.team.squad_kit import make_squad_kit
 from understudy.runtime.team.team import Team
-from understudy.sim.kit import kits_of, mixed, readings_of
+from understudy.sim.kit import have_different_kits, list_readings, make_type_kits
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.assignment import deal
+from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.world import World
 from understudy.storage.library_folder import list_documents
 
@@ -30,7 +30,7 @@ Libraries: TypeAlias = Mapping[str, Library]
 """What each sort of agents knows, by its name: types of robots, and sorts of squads."""
 
 
-def libraries_of(
+def collect_libraries(
     scenario: Scenario,
     robots: Library | Libraries,
     squads: Callable[[str, Kit], Library] = lambda name, kit: Library(kit),
@@ -40,23 +40,23 @@ def libraries_of(
     """
     of_types = dict.fromkeys(scenario.types, robots) if isinstance(robots, Library) else robots
     found: dict[str, Library] = {name: of_types[name] for name in scenario.types}
-    readings: dict[str, Sequence[Reading]] = dict.fromkeys(scenario.types, readings_of(scenario))
-    for squad, _ in deal(scenario).squads:
+    readings: dict[str, Sequence[Reading]] = dict.fromkeys(scenario.types, list_readings(scenario))
+    for squad, _ in assign_team_members(scenario).squads:
         below = [reading for role in squad.roles for reading in readings[role.of]]
         readings[squad.name] = readings_of_squad(squad, below)
-        kit = squad_kit(squad, below, {role.of: found[role.of] for role in squad.roles})
+        kit = make_squad_kit(squad, below, {role.of: found[role.of] for role in squad.roles})
         found[squad.name] = squads(squad.name, kit)
     return MappingProxyType(found)
 
 
-def folders_of(scenario: Scenario, folder: Path, kit: Kit) -> Mapping[str, tuple[Path, Kit]]:
+def find_type_folders(scenario: Scenario, folder: Path, kit: Kit) -> Mapping[str, tuple[Path, Kit]]:
     """Where the automata of each type are kept, and the kit that they are taught with.
 
     Types that can be taught the same share the folder itself. Others have one of their name in it each; but one that
     has none while there are automata in the folder itself, as before there were such, knows these.
     """
-    kits = kits_of(scenario, kit)
-    if not mixed(kits):
+    kits = make_type_kits(scenario, kit)
+    if not have_different_kits(kits):
         return dict.fromkeys(kits, (folder, kit))
     former = folder.is_dir() and bool(list_documents(folder))
     return {
@@ -65,16 +65,16 @@ def folders_of(scenario: Scenario, folder: Path, kit: Kit) -> Mapping[str, tuple
     }
 
 
-def robots_of(
+def load_type_libraries(
     scenario: Scenario, folder: Path, kit: Kit, look: Callable[[Path, Kit], Library]
 ) -> Mapping[str, Library]:
     """What each type of robots knows, as `look` finds it in folders, each once; types that share one share it."""
-    places = folders_of(scenario, folder, kit)
+    places = find_type_folders(scenario, folder, kit)
     found = {where: look(where, own) for where, own in dict(places.values()).items()}
     return {name: found[where] for name, (where, _) in places.items()}
 
 
-def sort_of(libraries: Libraries, behavior: str | None) -> str:
+def find_behavior_sort(libraries: Libraries, behavior: str | None) -> str:
     """The sort of agents that a behavior was taught to, squads before robots; of a basic one, the first who has it.
 
     Where none is named, the topmost that was taught something. SettingError where several sorts know it; name it
@@ -98,7 +98,7 @@ def sort_of(libraries: Libraries, behavior: str | None) -> str:
     return found[0]
 
 
-def runners(libraries: Libraries, sort: str, behavior: str) -> list[str]:
+def list_running_sorts(libraries: Libraries, sort: str, behavior: str) -> list[str]:
     """The sorts of agents that run a behavior of a sort: those that share its library; of a basic one, all robots that
     have it.
     """
@@ -115,13 +115,15 @@ def _leads(library: Library) -> bool:
     return any(behavior.order is not None for behavior in library.kit.behaviors.values())
 
 
-def troop_of(scenario: Scenario, sort: str, libraries: Libraries, *, seed: int = 0) -> Troop:
+def make_coordinator_body(
+    scenario: Scenario, sort: str, libraries: Libraries, *, seed: int = 0
+) -> CoordinatorBody:
     """The squads of a sort with all below them, in the world of a seed: a body for a session, run by interpreters."""
     world = World(scenario, [seed])
     radio = scenario.radio
     team = Team(
         world,
-        deal(scenario),
+        assign_team_members(scenario),
         libraries,
         {},
         trained=sort,
@@ -129,15 +131,15 @@ def troop_of(scenario: Scenario, sort: str, libraries: Libraries, *, seed: int =
         loss=radio.loss,
         seeds=[seed],
     )
-    return Troop(team, sort)
+    return CoordinatorBody(team, sort)
 
 
-def engined(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Engine:
+def make_engine_runner(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Engine:
     """What runs agents fast."""
     return Engine(body, programs, others)
 
 
-def team_of(
+def make_team(
     scenario: Scenario,
     seeds: Sequence[int],
     libraries: Libraries,
@@ -147,11 +149,11 @@ def team_of(
     world = World(scenario, seeds)
     return Team(
         world,
-        deal(scenario),
+        assign_team_members(scenario),
         libraries,
         roots,
         worlds=len(seeds),
-        makes=engined,
+        makes=make_engine_runner,
         delay_s=scenario.radio.delay_s,
         loss=scenario.radio.loss,
         seeds=world.seeds,

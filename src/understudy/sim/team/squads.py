@@ -8,8 +8,8 @@ from fractions import Fraction
 from understudy.errors import DefinitionError
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment, Order, Role, Squad, Statistic
-from understudy.sim.scenario.scenario_errors import Checker
-from understudy.sim.scenario.squad_schema import DutyOf, StatisticOf
+from understudy.sim.scenario.scenario_errors import ScenarioErrors
+from understudy.sim.scenario.squad_schema import AssignmentSpec, StatisticSpec
 
 AXES = ("x", "y")
 """What a centroid is the mean of."""
@@ -17,7 +17,7 @@ PART = re.compile(r"\d{1,6}/\d{1,6}")
 """How a share is spelled that is a part."""
 
 
-def squad_of(checker: Checker, name: str) -> Squad:
+def make_squad(checker: ScenarioErrors, name: str) -> Squad:
     """The squads of a sort; SettingError where a statistic contradicts itself or a share is none."""
     squad, key = checker.scenario.squads[name], f"squads.{name}"
     return Squad(
@@ -26,7 +26,7 @@ def squad_of(checker: Checker, name: str) -> Squad:
         tuple(
             statistic
             for own, each in squad.statistics.items()
-            for statistic in statistics_of(checker, f"{key}.statistics.{own}", own, each)
+            for statistic in make_statistics(checker, f"{key}.statistics.{own}", own, each)
         ),
         {
             order: Order(tuple(_duty(checker, f"{key}.orders.{order}[{at}]", duty) for at, duty in enumerate(duties)))
@@ -37,7 +37,9 @@ def squad_of(checker: Checker, name: str) -> Squad:
     )  # fmt: skip
 
 
-def statistics_of(checker: Checker, key: str, name: str, spelled: StatisticOf) -> tuple[Statistic, ...]:
+def make_statistics(
+    checker: ScenarioErrors, key: str, name: str, spelled: StatisticSpec
+) -> tuple[Statistic, ...]:
     """The statistics that one of a scenario stands for: itself, or the two means of a centroid."""
     given = {field: getattr(spelled, field) for field in spelled.__struct_fields__}
     how, reading = given.pop("how"), given.pop("reading")
@@ -50,11 +52,11 @@ def statistics_of(checker: Checker, key: str, name: str, spelled: StatisticOf) -
         checker.wrong(key, error.problem.removeprefix("it "), error.remedy)
 
 
-def _duty(checker: Checker, key: str, duty: DutyOf) -> Assignment:
+def _duty(checker: ScenarioErrors, key: str, duty: AssignmentSpec) -> Assignment:
     return Assignment(duty.run, Binding(duty.with_), duty.role, _share(checker, f"{key}.share", duty.share))
 
 
-def _share(checker: Checker, key: str, share: int | str | None) -> Fraction | None:
+def _share(checker: ScenarioErrors, key: str, share: int | str | None) -> Fraction | None:
     """A share as a number: a part of them as a fraction below 1, or how many."""
     if share is None or isinstance(share, int):
         return None if share is None else Fraction(share)

@@ -161,10 +161,10 @@ def known_then(
     """What everybody knew when the run was made, by the fingerprints of its automata, and the number of the former
     version of each automaton that is another by now; CannotRepeat where one is gone.
     """
-    from understudy.sim.team.libraries import folders_of
+    from understudy.sim.team.libraries import find_type_folders
 
     known = dict(known_now(where, behavior, folder, kit))
-    places = {} if where is None else folders_of(where, folder, kit)
+    places = {} if where is None else find_type_folders(where, folder, kit)
     former: dict[str, int] = {}
     for sort, marks in automata.items():
         place = folder if where is None else places[sort][0] if sort in places else folder / sort

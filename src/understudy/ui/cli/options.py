@@ -83,7 +83,7 @@ MAIN = "forage"
 
 def find_world(name: str) -> Scenario:
     """The built-in scenario of this name, or that of a file."""
-    from understudy.sim.catalog import find_world as find
+    from understudy.sim.catalog import find_scenario as find
 
     return find(name)
 
@@ -105,9 +105,9 @@ def find_kit(named: str | None, world: str) -> Kit:
     from understudy.model.library import Kit
 
     if named is None:
-        from understudy.sim.kit import kit_of
+        from understudy.sim.kit import make_scenario_kit
 
-        return kit_of(find_world(world))
+        return make_scenario_kit(find_world(world))
     module, _, name = named.partition(":")
     here = str(Path.cwd())
     if here not in sys.path:
@@ -160,15 +160,15 @@ def library_for(behavior: str | None, folder: Path, kit: Kit) -> Taught:
 def team_for(scenario: Scenario, behavior: str | None, folder: Path, kit: Kit) -> Mapping[str, Taught]:
     """What everybody knows: squads, and types of robots that differ, have folders of their names in that of all."""
     from understudy.model.library import Library
-    from understudy.sim.team.libraries import libraries_of, robots_of
+    from understudy.sim.team.libraries import collect_libraries, load_type_libraries
 
     def look(where: Path, kit: Kit) -> Taught:
         return opened(where, kit).library if where.is_dir() else Library(kit)
 
     if not folder.exists():
         library_for(behavior, folder, kit)
-    robots = robots_of(scenario, folder, kit, look)
-    return libraries_of(scenario, robots, lambda name, kit: look(folder / name, kit))
+    robots = load_type_libraries(scenario, folder, kit, look)
+    return collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
 
 
 def behavior_of(library: Taught, named: str | None, folder: Path) -> str:
@@ -222,14 +222,16 @@ def assign(
     Raises what `team_for`, `behavior_of` and linking raise.
     """
     from understudy.runtime.program import link
-    from understudy.sim.team.libraries import runners, sort_of
+    from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
 
     bound = bindings(bind)
     known = team_for(scenario, behavior, folder, kit)
-    sort = sort_of(known, behavior)
+    sort = find_behavior_sort(known, behavior)
     found = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), folder)
     link(known[sort], found, bound)
-    return Assignment(known, sort, found, bound, dict.fromkeys(runners(known, sort, found), (found, bound)))
+    return Assignment(
+        known, sort, found, bound, dict.fromkeys(list_running_sorts(known, sort, found), (found, bound))
+    )
 
 
 def learner() -> Learn:

@@ -95,11 +95,11 @@ def compile_once(*, learner: bool = False, world: Scenario | None = None, quiet:
     began = perf_counter()
     with out.status("Compiling once; the next run starts at once …"):
         if learner:
-            from understudy.learning.tree_growth import prepare as prepare_learner
+            from understudy.learning.tree_growth import compile_tree_kernels as prepare_learner
 
             prepare_learner()
         if world is not None:
-            from understudy.sim.catalog import prepare as prepare_world
+            from understudy.sim.catalog import compile_world_kernels as prepare_world
 
             prepare_world(world)
     if perf_counter() - began > SLOW_S:

@@ -28,16 +28,16 @@ def recording(path: Path | None, team: Team, *, ran: Callable[[], Ran]) -> Itera
         return
     from understudy.robots.recording.header import SCENARIO
     from understudy.robots.recording.recorder import Recorder
-    from understudy.runtime.body import every_key
-    from understudy.sim.scenario.files import dump_scenario
+    from understudy.runtime.body import list_reading_keys
+    from understudy.sim.scenario.files import format_scenario
     from understudy.sim.world import World
 
     body = team.ground
     if not isinstance(body, World):
         raise TypeError("a team of robots that are no simulation")
-    keys = every_key(body)
+    keys = list_reading_keys(body)
     with Recorder(path, clock=lambda: body.time_s) as recorder:
-        recorder.begin(body, ran=ran(), files={SCENARIO: dump_scenario(body.scenario)})
+        recorder.begin(body, ran=ran(), files={SCENARIO: format_scenario(body.scenario)})
 
         def tick() -> None:
             time_s, percept = body.time_s, body.sense(keys)
@@ -86,7 +86,7 @@ def scenario_of(recording: Recording) -> Scenario | None:
 def kit_for(recording: Recording, named: str | None, where: Scenario | None) -> Kit:
     """The kit that was named, else the one that it ran with."""
     from understudy.errors import FileError
-    from understudy.sim.kit import kit_of
+    from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import WORLD, find_kit
 
     named = named or recording.head.ran.kit
@@ -95,4 +95,4 @@ def kit_for(recording: Recording, named: str | None, where: Scenario | None) -> 
     if where is None:
         problem, remedy = "it says neither its world nor its kit", "give --kit MODULE:NAME"
         raise FileError(path=recording.path, place="", problem=problem, remedy=remedy)
-    return kit_of(where)
+    return make_scenario_kit(where)

@@ -15,7 +15,7 @@ from understudy.errors import SessionError
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
 from understudy.model.library import Kit
-from understudy.runtime.body import rewinds
+from understudy.runtime.body import is_rewindable
 from understudy.training.feature_values import list_steady_readings
 from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
 from understudy.training.session import Session
@@ -146,7 +146,7 @@ class Coach:
         if question is None or not session.paused or session.mode is not Mode.TESTING:
             return None
         screen = session.screen()
-        if not rewinds(session.body):  # it stands, and what it reads goes on
+        if not is_rewindable(session.body):  # it stands, and what it reads goes on
             return question if screen.state == question.state else None
         now = (screen.time_s, screen.state, tuple(screen.features.values()))
         return question if repr(now) == repr((question.time_s, question.state, question.values)) else None
@@ -196,7 +196,7 @@ def answer(desk: Desk, state: str | None) -> Said:
         desk.press(state)
     desk.step()
     said = desk.said
-    if rewinds(session.body):
+    if is_rewindable(session.body):
         there = session.instant()
         session.test()
         session.rewind(there._replace(mode=Mode.TESTING))

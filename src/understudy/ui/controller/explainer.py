@@ -21,7 +21,7 @@ from understudy.model.describe import describe_transitions, format_condition
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
-from understudy.runtime.interpreter import Interpreter, Machine
+from understudy.runtime.interpreter import Interpreter, RunningAutomaton
 from understudy.training.session import Session
 from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
@@ -63,7 +63,9 @@ class Why:
             self._followed = trainee
             trainee.watch(self._see)
 
-    def _see(self, machine: Machine, state: int, answer: int, values: Sequence[float], now: float) -> None:
+    def _see(
+        self, machine: RunningAutomaton, state: int, answer: int, values: Sequence[float], now: float
+    ) -> None:
         if answer != STAY:
             names = machine.automaton.state_names
             query = Query(now, state, answer, tuple(values))
@@ -114,7 +116,7 @@ class Why:
         asked = session.trainee.queries(session.percept, session.body, session.agent)
         return tuple(self._level(machine, tuple(values)) for machine, values in asked)
 
-    def _level(self, machine: Machine, values: tuple[float, ...]) -> Level:
+    def _level(self, machine: RunningAutomaton, values: tuple[float, ...]) -> Level:
         name, call = machine.automaton.name, str(machine.instance)
         decision = None
         if machine.flag is None:

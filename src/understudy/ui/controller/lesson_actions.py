@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from understudy.analysis import expectations
 from understudy.analysis.simplify_preview import Simpler, simpler, simplifiable
 from understudy.errors import SessionError, join_names
-from understudy.learning.pruning_suggestions import with_pruning
+from understudy.learning.pruning_suggestions import replace_pruning
 from understudy.model.expectation import Expectation
 from understudy.ui.controller.status import Said, says
 from understudy.ui.controller.trainer import Desk
@@ -75,6 +75,6 @@ def seen(desk: Desk, pruning: float | None = None) -> Simpler:
 def prune(desk: Desk, pruning: float) -> Said:
     """Learn the lesson with a pruning from now on; 0 takes it back."""
     lesson = simplifiable(desk.session.taught())
-    desk.session.choose(options=with_pruning(lesson, pruning).options)
+    desk.session.choose(options=replace_pruning(lesson, pruning).options)
     desk.changed()
     return Said("It is as simple as you saw; undo takes that back" if pruning else "Nothing is pruned now")

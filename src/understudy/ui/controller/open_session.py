@@ -9,7 +9,7 @@ from understudy.errors import SessionError
 from understudy.model.lesson import Lesson
 from understudy.robots.recording.header import Ran
 from understudy.robots.twin import Ground, Twin
-from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.ui.controller.clock import Pace, Wall
@@ -39,7 +39,7 @@ def begun(
     start: Start,
     wall: Wall,
     *,
-    body: Ground | Troop | None = None,
+    body: Ground | CoordinatorBody | None = None,
     agent: int = 0,
     now: datetime | None = None,
 ) -> Opened:
@@ -64,7 +64,7 @@ def begun(
     return Opened(desk, journal, _locked(journal))
 
 
-def resumed(plan: Plan, journal: Path, wall: Wall, *, body: Ground | Troop | None = None) -> Opened:
+def resumed(plan: Plan, journal: Path, wall: Wall, *, body: Ground | CoordinatorBody | None = None) -> Opened:
     """A session that was cut off goes on, paused; a world that is there becomes as it was then."""
     lock = _locked(journal)
     body = World(plan.world, [plan.seed]) if body is None else body
@@ -78,9 +78,9 @@ def resumed(plan: Plan, journal: Path, wall: Wall, *, body: Ground | Troop | Non
     return Opened(desk, journal, lock)
 
 
-def _ground(body: Ground | Troop) -> Ground:
+def _ground(body: Ground | CoordinatorBody) -> Ground:
     """What is looked at: for squads that of their robots."""
-    ground = body.ground if isinstance(body, Troop) else body
+    ground = body.ground if isinstance(body, CoordinatorBody) else body
     if not isinstance(ground, World | Twin):
         raise SessionError("a desk needs a world, or robots of one")
     return ground
@@ -93,7 +93,7 @@ def _follow(session: Session, ground: Ground) -> None:
     body, ran = session.body, Ran(library="", binding=dict(session.screen().targets))
 
     def paths() -> list[tuple[str, ...]]:
-        if isinstance(body, Troop):
+        if isinstance(body, CoordinatorBody):
             return body.team.paths
         return [session.trainee.path if each == session.agent else () for each in range(body.agents)]
 

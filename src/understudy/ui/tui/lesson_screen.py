@@ -12,7 +12,7 @@ from textual.screen import Screen
 from textual.widgets import DataTable, Static
 
 from understudy.errors import UnderstudyError
-from understudy.learning.report import contradictions
+from understudy.learning.report import find_contradictions
 from understudy.model import describe
 from understudy.ui.controller.trainer import Desk
 from understudy.ui.tui.panels import DIM, TITLE, TONES
@@ -84,7 +84,9 @@ class LessonScreen(Screen[None]):
 
     def _contradicting(self) -> set[int]:
         lesson = self.desk.session.lesson
-        groups = (group for name in lesson.automaton.state_names for group in contradictions(lesson, name))
+        groups = (
+            group for name in lesson.automaton.state_names for group in find_contradictions(lesson, name)
+        )
         return {example.number for group in groups for example in group}
 
     def action_delete(self) -> None:

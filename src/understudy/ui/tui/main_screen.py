@@ -16,7 +16,7 @@ from textual.widgets import Static
 
 from understudy.errors import UnderstudyError
 from understudy.robots.twin import drawn
-from understudy.sim.target_lookup import place_of
+from understudy.sim.target_lookup import find_target_place
 from understudy.ui.controller.arming import Robots
 from understudy.ui.controller.coach import set_up
 from understudy.ui.controller.status import Said
@@ -276,5 +276,7 @@ def _aims(desk: Desk) -> list[tuple[float, float]]:
     session, body = desk.session, desk.body
     if session.body is not body:
         return []  # a squad is in no one place
-    places = (place_of(drawn(body), target, session.agent) for target in desk.screen.targets.values())
+    places = (
+        find_target_place(drawn(body), target, session.agent) for target in desk.screen.targets.values()
+    )
     return [place for place in places if place is not None]

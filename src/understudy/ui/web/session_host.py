@@ -14,7 +14,7 @@ from understudy.coaching.queries import QueryPolicy
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.robots.twin import Ground, Twin
-from understudy.runtime.team.coordinator_body import Troop
+from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.scenario.schema import Scenario, Sonar
 from understudy.sim.world import World
 from understudy.training.other_agents import SessionSnapshot
@@ -183,7 +183,7 @@ class Stage:
     def _doing(self, desk: Desk) -> list[int]:
         """What each robot does that a trained coordinator orders about."""
         body = desk.session.body
-        return self.doing.numbers(body.team.paths) if isinstance(body, Troop) else []
+        return self.doing.numbers(body.team.paths) if isinstance(body, CoordinatorBody) else []
 
     def _sonar(self) -> tuple[float, ...]:
         if self.sort is not None:
@@ -345,7 +345,7 @@ class Stage:
         self.changed()
 
     @property
-    def body(self) -> Ground | Troop:
+    def body(self) -> Ground | CoordinatorBody:
         """What is trained."""
         return self.ranks.body(self.world, self.sort)
 

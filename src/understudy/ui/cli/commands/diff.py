@@ -10,7 +10,7 @@ import typer
 from understudy.ui.cli.options import LIBRARY, Json, KitName, Library, SomeWorld
 
 if TYPE_CHECKING:
-    from understudy.learning.change_attribution import Moved
+    from understudy.learning.change_attribution import ConditionChange
     from understudy.model.library import Kit, TrainedAutomaton
 
 
@@ -32,7 +32,7 @@ def diff(
     [dim]understudy diff goto --from 1 --to 3 --library demo/library[/]
     """
     from understudy.errors import SettingError
-    from understudy.learning.change_attribution import moved
+    from understudy.learning.change_attribution import attribute_condition_changes
     from understudy.model.diff import diff_automata
     from understudy.storage.library_folder import list_versions
     from understudy.ui.cli.options import some_kit
@@ -51,7 +51,7 @@ def diff(
     told: dict[str, Any] = {"name": name, "from": before, "to": after or "current"}
     former, later = _taught(library, name, before, parts), _taught(library, name, after, parts)
     told["changes"] = diff_automata(former, later)
-    told["moved"] = [_moved(each) for each in moved(former, later)]
+    told["moved"] = [_moved(each) for each in attribute_condition_changes(former, later)]
     if as_json:
         print_json(told)
     else:
@@ -90,7 +90,7 @@ def _show(told: dict[str, Any]) -> None:
         out.print(Padding(escape(each["said"]), (0, 0, 0, 4), expand=False))
 
 
-def _moved(each: Moved) -> dict[str, Any]:
+def _moved(each: ConditionChange) -> dict[str, Any]:
     return {
         "state": each.state,
         "next": each.next,

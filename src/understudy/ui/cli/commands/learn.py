@@ -13,7 +13,7 @@ from understudy.ui.cli.options import Json, KitName
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from understudy.learning.csv_table import Row
+    from understudy.learning.csv_table import QueryRow
     from understudy.learning.report import Report
     from understudy.model.lesson import Lesson
     from understudy.model.library import Library, TrainedAutomaton
@@ -93,9 +93,9 @@ def learn(
     [dim]understudy learn --recording drive.mcap --presses presses.csv --features 'distance_to(station)'[/]
     """
     from understudy.errors import SettingError
-    from understudy.learning.csv_table import read_lesson_table, read_rows
-    from understudy.learning.fit import predict as predicted
-    from understudy.learning.report import report
+    from understudy.learning.csv_table import read_lesson_table, read_query_rows
+    from understudy.learning.fit import predict_next_states as predicted
+    from understudy.learning.report import learn_and_report
     from understudy.model.library import TrainedAutomaton
     from understudy.ui.cli.output import compile_once, print_json
 
@@ -127,9 +127,9 @@ def learn(
         problem = "is missing" if lesson is None else "is one too many beside a recording"
         remedy = "give either a table, or --recording FILE.mcap"
         raise SettingError(where="learn", setting="LESSON.csv", problem=problem, remedy=remedy)
-    rows = None if predict is None else read_rows(predict, shown)
+    rows = None if predict is None else read_query_rows(predict, shown)
     compile_once(learner=True, quiet=as_json)
-    result = report(shown)
+    result = learn_and_report(shown)
     automaton = replace(shown.automaton, transitions=result.transitions)
     saved = None if library is None else _saved(library, TrainedAutomaton(automaton, shown))
     following = None if rows is None else predicted(result.transitions, automaton.state_names, rows)
@@ -163,7 +163,7 @@ def _saved(folder: Path, taught: TrainedAutomaton) -> Path:
 
 
 def _show(
-    result: Report, rows: tuple[Row, ...] | None, following: list[str] | None, saved: Path | None
+    result: Report, rows: tuple[QueryRow, ...] | None, following: list[str] | None, saved: Path | None
 ) -> None:
     from rich.markup import escape
     from rich.padding import Padding

@@ -108,7 +108,7 @@ def _check_taught(recording: Recording, options: ReplayOptions) -> None:
 def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[ReplayResult, Again]:
     from understudy.analysis.replay_diff import decided_again
     from understudy.analysis.rerun import Rerun
-    from understudy.sim.team.libraries import runners, sort_of
+    from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
     from understudy.ui.cli.options import behavior_of, bindings
     from understudy.ui.cli.recordings import kit_for, scenario_of
 
@@ -120,11 +120,13 @@ def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[Replay
     asked = (
         named if options.behavior or not ran.sorts or ran.sorts[0] not in known else f"{ran.sorts[0]}/{named}"
     )
-    sort = sort_of(known, asked)
+    sort = find_behavior_sort(known, asked)
     name = behavior_of(known[sort], asked and asked.removeprefix(f"{sort}/"), folder)
     bound = bindings(options.bind) if options.bind else dict(ran.binding) if name == ran.behavior else {}
     sorts = [each for each in ran.sorts if each in known and name == ran.behavior]
-    rerun = Rerun(recording, known, sorts or runners(known, sort, name), name, binding=bound, scenario=where)
+    rerun = Rerun(
+        recording, known, sorts or list_running_sorts(known, sort, name), name, binding=bound, scenario=where
+    )
     again = decided_again(rerun)
     times = recording.times
     result = ReplayResult(

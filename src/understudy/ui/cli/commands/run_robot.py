@@ -70,13 +70,15 @@ def run_robots(options: RobotRunOptions) -> None:
 
 def _run(twin: Twin, options: RobotRunOptions) -> RobotRunResult:
     from understudy.robots.live_run import Live
-    from understudy.sim.kit import kit_of
+    from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import assign, find_kit
     from understudy.ui.cli.recordings import ran_by
 
     fleet = twin.fleet
     _see_person(fleet)
-    kit = kit_of(twin.scenario) if options.kit is None else find_kit(options.kit, twin.scenario.name)
+    kit = (
+        make_scenario_kit(twin.scenario) if options.kit is None else find_kit(options.kit, twin.scenario.name)
+    )
     assigned = assign(twin.scenario, options.behavior, options.library, kit, options.bind)
     live = Live(twin, assigned.libraries, assigned.roots)
     twin.follow(lambda: live.team.paths)

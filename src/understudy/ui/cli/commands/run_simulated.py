@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from understudy.robots.recording.header import Ran
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Goal
-    from understudy.sim.view import Frame, WorldView
+    from understudy.sim.view import RunFrame, WorldView
     from understudy.ui.cli.options import Assignment
 
 PICTURES = (".gif", ".png")
@@ -124,7 +124,7 @@ class Running:
     @classmethod
     def of(cls, options: SimulatedRunOptions) -> Running:
         """What the options ask for, about to begin."""
-        from understudy.sim.team.libraries import team_of
+        from understudy.sim.team.libraries import make_team
         from understudy.ui.cli.options import assign, chosen_world, find_kit, find_world
         from understudy.ui.cli.output import compile_once
 
@@ -132,16 +132,16 @@ class Running:
         where, kit = find_world(named), find_kit(options.kit, named)
         assigned = assign(where, options.behavior, options.library, kit, options.bind)
         compile_once(world=where, quiet=options.as_json)
-        team = team_of(where, [options.seed], assigned.libraries, assigned.roots)
+        team = make_team(where, [options.seed], assigned.libraries, assigned.roots)
         return cls(options, named, team, assigned)
 
     def ran(self) -> Ran:
         """What it takes to run it again, for the header of its trace or recording."""
-        from understudy.sim.scenario.files import builtin_scenarios
+        from understudy.sim.scenario.files import list_builtin_scenarios
         from understudy.ui.cli.recordings import ran_by
 
         named, options = self._named, self._options
-        scenario = named if named in builtin_scenarios() else str(Path(named).resolve())
+        scenario = named if named in list_builtin_scenarios() else str(Path(named).resolve())
         return ran_by(
             self.team, self._assigned, options.library, scenario=scenario, seed=options.seed, kit=options.kit
         )
@@ -165,11 +165,11 @@ class Running:
         return [path or (rests,) for path, rests in zip(self.team.paths, self._rests, strict=True)]
 
     @property
-    def frame(self) -> Frame:
+    def frame(self) -> RunFrame:
         """This moment, for drawing."""
-        from understudy.sim.view import Frame
+        from understudy.sim.view import RunFrame
 
-        return Frame(self.body.view(), [path[0] for path in self.paths])
+        return RunFrame(self.body.view(), [path[0] for path in self.paths])
 
     @property
     def finished(self) -> bool:
@@ -234,7 +234,7 @@ def _ending(result: SimulatedRunResult) -> str:
     return f"{result.behavior} in {where} {result.seed}: {ended} after {result.seconds:.1f} s{brought}"
 
 
-def _record(running: Running, trace: TraceWriter | None) -> list[Frame]:
+def _record(running: Running, trace: TraceWriter | None) -> list[RunFrame]:
     from understudy.viz.run_gif import Recording
 
     recording = Recording()
@@ -245,7 +245,7 @@ def _record(running: Running, trace: TraceWriter | None) -> list[Frame]:
     return recording.frames
 
 
-def _watch(running: Running, speed: float, trace: TraceWriter | None) -> list[Frame]:
+def _watch(running: Running, speed: float, trace: TraceWriter | None) -> list[RunFrame]:
     """Show the run in the terminal as it goes; Ctrl-C ends it."""
     from rich.live import Live
 
@@ -267,7 +267,7 @@ def _watch(running: Running, speed: float, trace: TraceWriter | None) -> list[Fr
             sleep(max(0.0, due - monotonic()))
 
 
-def _draw(frames: list[Frame], path: Path, *, title: str, speed: float) -> None:
+def _draw(frames: list[RunFrame], path: Path, *, title: str, speed: float) -> None:
     from understudy.storage.atomic import convert_os_errors
     from understudy.viz.path_png import path_png
     from understudy.viz.run_gif import run_gif

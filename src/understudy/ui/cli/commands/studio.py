@@ -42,7 +42,7 @@ def studio(
     """
     from contextlib import ExitStack
 
-    from understudy.sim.kit import kit_of
+    from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import chosen_world, find_kit, find_world
     from understudy.ui.cli.output import compile_once
     from understudy.ui.web.app import listen, serve
@@ -57,7 +57,7 @@ def studio(
         else:
             twin = leaving.enter_context(twin_of(robot, team, record=None, recorded=not no_record))
             found = twin.scenario
-            parts = kit_of(found) if kit is None else find_kit(kit, found.name)
+            parts = make_scenario_kit(found) if kit is None else find_kit(kit, found.name)
         check_folder(library)
         address = listen(host, port, token)
         compile_once(learner=True, world=found)

@@ -145,10 +145,10 @@ def _teach(plan: Plan, twin: Twin | None, *, as_json: bool) -> None:
 def _library(folder: Path, kit: str | None, where: Scenario) -> Opened:
     """The library, or an empty one where the folder is still to be made."""
     from understudy.model.library import Library
-    from understudy.sim.kit import kit_of
+    from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import find_kit, opened
 
-    found = kit_of(where) if kit is None else find_kit(kit, where.name)
+    found = make_scenario_kit(where) if kit is None else find_kit(kit, where.name)
     return opened(folder, found).library if folder.exists() else Library(found)
 
 

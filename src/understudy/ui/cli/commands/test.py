@@ -90,14 +90,14 @@ def _fitting(folder: Path, kit: str | None) -> str:
     is what is wrong in the one that comes nearest.
     """
     from understudy.errors import SettingError
-    from understudy.sim.scenario.files import builtin_scenarios
+    from understudy.sim.scenario.files import list_builtin_scenarios
     from understudy.ui.cli.library_data import look
     from understudy.ui.cli.options import find_kit
 
     if kit is not None:
         return WORLD
     nearest: list[UnderstudyError] = []
-    for world in dict.fromkeys((WORLD, *builtin_scenarios())):
+    for world in dict.fromkeys((WORLD, *list_builtin_scenarios())):
         shelf = look(folder, find_kit(None, world), lambda _: {})
         if shelf.opened and not shelf.problems:
             return world
@@ -113,9 +113,9 @@ def _places(
     where: Scenario, folder: Path, kit: Kit, known: Mapping[str, Library]
 ) -> Iterator[tuple[Path, Library]]:
     """The folders that hold automata, each once, with the library in it."""
-    from understudy.sim.team.libraries import folders_of
+    from understudy.sim.team.libraries import find_type_folders
 
-    folders = {name: place for name, (place, _) in folders_of(where, folder, kit).items()}
+    folders = {name: place for name, (place, _) in find_type_folders(where, folder, kit).items()}
     seen: set[Path] = set()
     for sort, library in known.items():
         place = folders.get(sort, folder / sort)

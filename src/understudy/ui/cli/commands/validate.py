@@ -75,14 +75,14 @@ def _show(
 
 def elsewhere(shelf: Shelf) -> str | None:
     """What to do about a library with problems if it is of another scenario; None where no kit could help."""
-    from understudy.sim.scenario.files import builtin_scenarios
+    from understudy.sim.scenario.files import list_builtin_scenarios
     from understudy.ui.cli.library_data import look
     from understudy.ui.cli.options import find_kit
 
     def others(kit: Kit | None) -> Shelf:
         return look(shelf.folder, kit, lambda _: {})  # names need no transition functions
 
-    looked = {world: others(find_kit(None, world)) for world in builtin_scenarios()}
+    looked = {world: others(find_kit(None, world)) for world in list_builtin_scenarios()}
     fitting = [f"--world {world}" for world, other in looked.items() if not _missing(other)]
     if fitting:
         return f"It is all valid in another scenario: give {' or '.join(fitting)}."
@@ -140,7 +140,7 @@ def notes(shelf: Shelf, name: str) -> list[str]:
 
 
 def _lesson_notes(opened: LoadedDocument) -> list[str]:
-    from understudy.learning.report import contradictions, disagreements
+    from understudy.learning.report import find_contradictions, find_disagreements
     from understudy.ui.cli.output import count
 
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
@@ -150,10 +150,10 @@ def _lesson_notes(opened: LoadedDocument) -> list[str]:
     if not lesson.examples:
         return ["nothing was shown yet"]
     for state, function in automaton.transitions.items():
-        for group in contradictions(lesson, state):
+        for group in find_contradictions(lesson, state):
             said = ", ".join(f"{example.number} says {example.next}" for example in group)
             found.append(f"in {state}, examples contradict each other: {said}")
-        against = disagreements(lesson, state, function)
+        against = find_disagreements(lesson, state, function)
         if against:
             which = ", ".join(str(example.number) for example in against)
             found.append(

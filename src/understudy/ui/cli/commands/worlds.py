@@ -25,7 +25,7 @@ def worlds(
     """
     import msgspec
 
-    from understudy.sim.scenario.files import builtin_scenarios, scenario_text
+    from understudy.sim.scenario.files import list_builtin_scenarios, read_scenario_text
     from understudy.ui.cli.options import find_world
     from understudy.ui.cli.output import console, print_json, table
 
@@ -34,9 +34,9 @@ def worlds(
         if as_json:
             print_json(msgspec.to_builtins(scenario))
         else:
-            typer.echo(scenario_text(name), nl=False)
+            typer.echo(read_scenario_text(name), nl=False)
         return
-    rows = [_row(find_world(each)) for each in builtin_scenarios()]
+    rows = [_row(find_world(each)) for each in list_builtin_scenarios()]
     if as_json:
         print_json(rows)
         return
@@ -49,13 +49,13 @@ def worlds(
 
 
 def _row(scenario: Scenario) -> dict[str, Any]:
-    from understudy.sim.kit import kit_of
-    from understudy.sim.params import rules_of
+    from understudy.sim.kit import make_scenario_kit
+    from understudy.sim.params import make_world_params
 
-    kit = kit_of(scenario)
+    kit = make_scenario_kit(scenario)
     return {
         "name": scenario.name,
-        "robots": rules_of(scenario).robots,
+        "robots": make_world_params(scenario).robots,
         "about": scenario.about,
         "goal": scenario.goal is not None,
         "limit_s": scenario.limit_s,

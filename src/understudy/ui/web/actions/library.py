@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec import field
 
 from understudy.errors import SessionError, UnknownName
-from understudy.learning.change_attribution import HowMoved, Moved, moved
+from understudy.learning.change_attribution import ConditionChange, HowMoved, attribute_condition_changes
 from understudy.learning.fit import learn
 from understudy.model import describe
 from understudy.model.diff import diff_automata
@@ -162,7 +162,7 @@ def compare_versions(stage: Stage, message: Changes) -> ChangesReply:
     name, to = message.name, message.to
     before = _version(stage, name, message.version)
     after = stage.shelf.of(name) if to is None else _version(stage, name, to)
-    found, switches = diff_automata(before, after), moved(before, after)
+    found, switches = diff_automata(before, after), attribute_condition_changes(before, after)
     if switches:
         found.pop("conditions", None)  # they say which, and why
     return ChangesReply(
@@ -171,7 +171,7 @@ def compare_versions(stage: Stage, message: Changes) -> ChangesReply:
     )
 
 
-def _moved(each: Moved) -> MovedData:
+def _moved(each: ConditionChange) -> MovedData:
     return MovedData(
         from_=each.state,
         to=each.next,

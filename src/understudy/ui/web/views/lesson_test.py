@@ -8,10 +8,10 @@ from understudy.analysis import lesson_tests
 from understudy.analysis.lesson_tests import Examined, below, examined
 from understudy.errors import SessionError, UnderstudyError
 from understudy.learning.fit import learn
-from understudy.learning.pruning_suggestions import ENOUGH, Suggestion
+from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
 from understudy.model import describe
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.sim.scenario.files import dump_scenario
+from understudy.sim.scenario.files import format_scenario
 from understudy.storage.library_folder import list_versions, load_version
 from understudy.training.other_agents import SessionSnapshot
 from understudy.ui.controller import lesson_actions
@@ -110,7 +110,7 @@ def visit(stage: Stage, message: Visit) -> Said:
     """Go to where an outcome was promised, the automaton afresh; nothing is recorded."""
     desk = stage.trained
     outcome = lesson_actions.promised(desk, message.outcome)
-    if outcome.scenario != dump_scenario(stage.world.scenario) or outcome.sort != (stage.sort or ""):
+    if outcome.scenario != format_scenario(stage.world.scenario) or outcome.sort != (stage.sort or ""):
         raise SessionError(f"that was promised in another world, as {outcome.world} was then")
     if outcome.agent != desk.session.agent:
         raise SessionError(f"that was promised with robot {outcome.agent + 1}: train that one to see it")
@@ -215,7 +215,7 @@ def preview(stage: Stage, message: Simplify) -> SimplifyReply:
     )
 
 
-def _suggested(found: Suggestion | None) -> SuggestionData | None:
+def _suggested(found: PruningSuggestion | None) -> SuggestionData | None:
     if found is None:
         return None
     return SuggestionData(

@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeAlias
 
 from msgspec import field, structs
 
-from understudy.learning.report import contradictions
+from understudy.learning.report import find_contradictions
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
 from understudy.model.binding import format_bound_name
@@ -300,7 +300,7 @@ def _examples(lesson: Lesson) -> list[ExampleData]:
     against = {
         example.number
         for state in lesson.automaton.state_names
-        for group in contradictions(lesson, state)
+        for group in find_contradictions(lesson, state)
         for example in group
     }
     return [

@@ -7,11 +7,16 @@ from pathlib import Path
 from understudy.errors import UnknownName
 from understudy.model.library import Kit, Library
 from understudy.robots.twin import Ground
-from understudy.runtime.team.coordinator_body import Troop
-from understudy.runtime.team.team import Team, Tree
+from understudy.runtime.team.coordinator_body import CoordinatorBody
+from understudy.runtime.team.team import Team, TeamTree
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.assignment import deal
-from understudy.sim.team.libraries import Libraries, folders_of, libraries_of, robots_of
+from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import (
+    Libraries,
+    collect_libraries,
+    find_type_folders,
+    load_type_libraries,
+)
 from understudy.ui.web.views import library as shelf
 from understudy.ui.web.views.scene import SquadSortData
 
@@ -23,7 +28,7 @@ class Ranks:
 
     def __init__(self, scenario: Scenario, folder: Path, kit: Kit) -> None:
         self._scenario, self._folder, self._kit = scenario, folder, kit
-        self.tree: Tree = deal(scenario)
+        self.tree: TeamTree = assign_team_members(scenario)
 
     @property
     def squads(self) -> list[str]:
@@ -47,18 +52,18 @@ class Ranks:
 
     def together(self, one: int, other: int) -> bool:
         """Whether two robots know the same."""
-        places = folders_of(self._scenario, self._folder, self._kit)
+        places = find_type_folders(self._scenario, self._folder, self._kit)
         return places[self.type_of(one)][0] == places[self.type_of(other)][0]
 
     def shelf_of(self, sort: str | None, agent: int = 0) -> shelf.Shelf:
         """The library of a robot (None), or of a sort of squads; UnknownName where there is no such sort."""
         if sort is None:
-            where, kit = folders_of(self._scenario, self._folder, self._kit)[self.type_of(agent)]
+            where, kit = find_type_folders(self._scenario, self._folder, self._kit)[self.type_of(agent)]
             return shelf.look(where, kit)
         self._check(sort)
         return shelf.look(self._folder / sort, self._known()[sort].kit)
 
-    def body(self, world: Ground, sort: str | None) -> Ground | Troop:
+    def body(self, world: Ground, sort: str | None) -> Ground | CoordinatorBody:
         """What is trained: the robots of a world, or the squads of a sort with all below them."""
         if sort is None:
             return world
@@ -67,13 +72,13 @@ class Ranks:
             world, self.tree, self._known(), {}, trained=sort, delay_s=radio.delay_s, loss=radio.loss,
             seeds=world.seeds,
         )  # fmt: skip
-        return Troop(team, sort)
+        return CoordinatorBody(team, sort)
 
     def known(self, sort: str | None, agent: int, library: Library) -> Libraries:
         """What everybody knows, by sort of agents, with `library` as that of a robot (None) or of a sort of squads."""
         if sort is not None:
             return {**self._known(), sort: library}
-        places = folders_of(self._scenario, self._folder, self._kit)
+        places = find_type_folders(self._scenario, self._folder, self._kit)
         here = places[self.type_of(agent)][0]
         same = {name: library for name, (where, _) in places.items() if where == here}
         return {**(self._known() if self.squads else {}), **same}
@@ -82,8 +87,8 @@ class Ranks:
         def look(where: Path, kit: Kit) -> Library:
             return shelf.look(where, kit).library
 
-        robots = robots_of(self._scenario, self._folder, self._kit, look)
-        return libraries_of(self._scenario, robots, lambda name, kit: look(self._folder / name, kit))
+        robots = load_type_libraries(self._scenario, self._folder, self._kit, look)
+        return collect_libraries(self._scenario, robots, lambda name, kit: look(self._folder / name, kit))
 
     def data(self) -> list[SquadSortData]:
         """The squads, the topmost first, with the robots that are in each, those of squads below among them."""
